@@ -1,6 +1,8 @@
 #include "passes/trajectory/align_drive.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <optional>
 #include <span>
 #include <utility>
@@ -12,6 +14,7 @@
 #include "passes/trajectory/local_match.h"
 #include "passes/trajectory/pieces/own_pieces.h"
 #include "passes/trajectory/place_drive.h"
+#include "passes/trajectory/scale_beside_map.h"
 
 namespace sightline {
 namespace {
@@ -28,6 +31,7 @@ struct Followed {
   std::vector<Pose> T_map_lidar;
   std::vector<std::uint8_t> is_matched;
   std::vector<std::uint8_t> is_placed;
+  double scale = 1.0;  // of what the drive measures to what the map says
 };
 
 std::vector<std::byte> to_bytes(const Followed& followed) {
@@ -35,6 +39,7 @@ std::vector<std::byte> to_bytes(const Followed& followed) {
   for (const Pose& T_map_lidar : followed.T_map_lidar) encode(T_map_lidar, writer);
   writer.put_array(followed.is_matched);
   writer.put_array(followed.is_placed);
+  writer.put(followed.scale);
   return writer.take();
 }
 
@@ -46,6 +51,7 @@ bool from_bytes(std::span<const std::byte> bytes, Followed& followed) {
   const std::size_t pieces = followed.is_placed.size();
   reader.get_array(followed.is_matched);
   reader.get_array(followed.is_placed);
+  reader.get(followed.scale);
   return reader.at_end() && followed.is_matched.size() == scans &&
          followed.is_placed.size() == pieces;
 }
@@ -105,6 +111,8 @@ Result<Followed> follow_pieces(PassContext& ctx, const Alignment& alignment, Fol
       lay_aside(alignment.T_own_lidar, piece, alignment.sites, followed.T_map_lidar);
     }
   }
+  SIGHTLINE_ASSIGN(followed.scale,
+                   scale_beside_map(ctx, grid, drive, followed.T_map_lidar, followed.is_matched));
   return followed;
 }
 
@@ -209,6 +217,18 @@ void warn_of_unmatched(const PassContext& ctx, const Drive& drive, const Followe
            " do not match the map and follow the drive's own steps");
 }
 
+void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
+  if (scale == 1.0) return;
+  char text[320];
+  std::snprintf(
+      text, sizeof text,
+      "drive %s measures distances %.1f %% %s than the map has them: one sensor is wrong, "
+      "and the errors of this drive are not those of vehicles that measure as the map "
+      "does. Check the ranges of both",
+      drive.name.c_str(), 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter");
+  ctx.warn(text);
+}
+
 void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const OwnPiece& piece) {
   ctx.warn("scans " + std::to_string(drive.scans[piece.begin].recording_index) + " to " +
            std::to_string(drive.scans[piece.end - 1].recording_index) + " of drive " + drive.name +
@@ -254,6 +274,7 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
     if (followed.is_placed[i] == 0) warn_of_unplaced(ctx, drive, pieces[i]);
   }
   warn_of_unmatched(ctx, drive, followed);
+  warn_of_scale(ctx, drive, followed.scale);
   const PoseGraph graph = graph_of(followed, pieces, T_own_lidar);
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, followed.T_map_lidar));
   return trajectory_of(drive, map, graph, solution);

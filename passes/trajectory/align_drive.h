@@ -29,13 +29,14 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 // followed through the drive, scan by scan, and a pose graph joins those matches with the drive's
 // own steps, so that stretches beside the map are bridged: its source is estimated. Each piece of
 // `own` is placed by itself; one that is found nowhere is laid aside, 2 km from every site, with a
-// warning. Errors: mismatched-inputs (`own` is not of the drive), empty-map, no-overlap (no
-// placement of any piece is confirmed), trajectory-lost (no solution), and what reading a scan
+// warning. Another one tells of a drive that measures larger or smaller than the map
+// (scale_beside_map). Errors: mismatched-inputs (`own` is not of the drive), empty-map, no-overlap
+// (no placement of any piece is confirmed), trajectory-lost (no solution), and what reading a scan
 // says.
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites);
-inline constexpr Pass kAlignDrive{"align-drive", 5, "aligned",
+inline constexpr Pass kAlignDrive{"align-drive", 6, "aligned",
                                   "A second drive in the map of the first", &align_drive};
 
 }  // namespace sightline

@@ -98,8 +98,9 @@ MapMatch match_to_map(const MatchGrid& grid, const std::vector<Eigen::Vector3d>&
                       const Pose& T_map_start) {
   const MatchResult found = match(grid, points_m, T_map_start);
   MapMatch result{found.T_map_sensor, found.nearest_voxel_likelihood};
-  const double share = found.scored_points / std::max(1.0, static_cast<double>(points_m.size()));
-  result.is_good = result.likelihood >= kLeastLikelihood && share >= kLeastScoredShare;
+  result.scored_share = found.scored_points / std::max(1.0, static_cast<double>(points_m.size()));
+  result.is_good =
+      result.likelihood >= kLeastLikelihood && result.scored_share >= kLeastScoredShare;
   return result;
 }
 

@@ -18,6 +18,7 @@ namespace sightline {
 struct MapMatch {
   Pose T_map_lidar = Pose::Identity();
   double likelihood = 0.0;
+  double scored_share = 0.0;  // of the points that have an ND near
   bool is_good = false;
 };
 MapMatch match_to_map(const MatchGrid& grid, const std::vector<Eigen::Vector3d>& points_m,

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <map>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include "formats/base/parallel.h"
-#include "formats/base/portable_math.h"
 #include "formats/grid/point_grid.h"
 #include "passes/trajectory/first_places.h"
+#include "passes/trajectory/graph/best_scale.h"
 #include "passes/trajectory/local_match.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/seek_piece.h"
@@ -24,10 +23,6 @@ constexpr double kMeetingStep_m = 2.0;  // of the later way
 constexpr double kBeside_m = 8.0;
 constexpr std::size_t kMostEarlier = 3;  // parts that a later one is compared with
 constexpr std::size_t kMostScans = 4;    // of a pair
-constexpr std::size_t kLeastScans = 3;
-constexpr double kScaleStep = 0.005;
-constexpr int kScaleSteps = 8;  // to either side of 1
-constexpr double kMostDifference = 0.003;
 
 // A scan of a later part, and the nearest one of an earlier part.
 struct Meeting {
@@ -103,7 +98,7 @@ std::vector<MeetingsOfPair> pairs_that_meet(const Drive& drive, const Odometry& 
     std::ranges::stable_sort(all, std::greater(),
                              [](const MeetingsOfPair& pair) { return pair.meetings.size(); });
     for (MeetingsOfPair& pair : std::span(all).first(std::min(all.size(), kMostEarlier))) {
-      if (pair.meetings.size() >= kLeastScans) pairs.push_back(std::move(pair));
+      if (pair.meetings.size() >= kLeastRatios) pairs.push_back(std::move(pair));
     }
   }
   return pairs;
@@ -118,75 +113,18 @@ std::vector<Meeting> some_of(const std::vector<Meeting>& meetings) {
   return some;
 }
 
-// How well a scan fits what was seen around it, by its scale in steps from 1; each is matched once.
-class FitByScale {
- public:
-  FitByScale(const LocalGrids& grids, std::vector<Eigen::Vector3d> points_m,
-             const Pose& T_map_lidar)
-      : grids_(grids), points_m_(std::move(points_m)), T_map_lidar_(T_map_lidar) {}
-
-  // Of every second step first, then of those beside the best; between them as the parabola
-  // through the best and its neighbours has it. None where the best is the first or the last, or
-  // not sure.
-  std::optional<double> best_scale() {
-    int best = 0;
-    for (int step = -kScaleSteps; step <= kScaleSteps; step += 2) {
-      if (at(step) > at(best)) best = step;
-    }
-    if (std::abs(best) == kScaleSteps) return std::nullopt;
-    for (const int step : {best - 1, best + 1}) {
-      if (at(step) > at(best)) best = step;
-    }
-    if (!match_at(best).is_sure()) return std::nullopt;
-    const double over_less = at(best) - at(best - 1);
-    const double over_more = at(best) - at(best + 1);
-    const double sum = over_less + over_more;
-    return 1.0 + kScaleStep * (best + (sum > 0.0 ? 0.5 * (over_less - over_more) / sum : 0.0));
-  }
-
- private:
-  // A logarithm: its top is a parabola.
-  double at(int step) {
-    constexpr double kLeast = 1e-3;  // finite where nothing fits
-    const LocalMatch& match = match_at(step);
-    return portable_log(std::max(kLeast, match.likelihood * match.scored_share));
-  }
-
-  const LocalMatch& match_at(int step) {
-    const auto [known, is_new] = matches_.try_emplace(step);
-    if (!is_new) return known->second;
-    const double scale = 1.0 + kScaleStep * step;
-    std::vector<Eigen::Vector3d> scaled_m;
-    for (const Eigen::Vector3d& point_m : points_m_) scaled_m.push_back(scale * point_m);
-    return known->second = match_locally(grids_, scaled_m, T_map_lidar_);
-  }
-
-  const LocalGrids& grids_;
-  std::vector<Eigen::Vector3d> points_m_;
-  Pose T_map_lidar_;
-  std::map<int, LocalMatch> matches_;
-};
-
 // How large the later scan measures beside what the earlier drive saw around.
 Result<std::optional<double>> ratio_of(const Drive& drive, const Odometry& odometry,
                                        const ScanRange& earlier_run, const Meeting& meeting) {
   SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, earlier_run, meeting.earlier, 1));
-  SIGHTLINE_ASSIGN(ThinnedScan scan, read_thinned(drive, meeting.later, ThinnedFor::kMatch));
-  FitByScale fit(visit.grids, std::move(scan.to_match_m), odometry.T_map_lidar[meeting.later]);
-  const std::optional<double> scale = fit.best_scale();
+  SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, meeting.later, ThinnedFor::kMatch));
+  const auto match = [&](const std::vector<Eigen::Vector3d>& scaled_m) {
+    const LocalMatch found =
+        match_locally(visit.grids, scaled_m, odometry.T_map_lidar[meeting.later]);
+    return FitAtScale{found.likelihood * found.scored_share, found.is_sure()};
+  };
+  const std::optional<double> scale = best_scale(scan.to_match_m, match);
   return scale ? std::optional(1.0 / *scale) : std::nullopt;
-}
-
-// Of the ratios of a pair's scans; 1 where they do not say that it is another.
-double ratio_told_by(std::vector<double> ratios) {
-  if (ratios.size() < kLeastScans) return 1.0;
-  std::ranges::sort(ratios);
-  const double off = ratios[ratios.size() / 2] - 1.0;
-  if (std::abs(off) <= kMostDifference) return 1.0;
-  const double way = off > 0.0 ? 1.0 : -1.0;
-  const auto agreeing = std::ranges::count_if(
-      ratios, [&](double ratio) { return way * (ratio - 1.0) > 0.5 * kMostDifference; });
-  return 4 * static_cast<std::size_t>(agreeing) >= 3 * ratios.size() ? 1.0 + off : 1.0;
 }
 
 }  // namespace

@@ -106,6 +106,37 @@ TEST(AlignDrive, FindsASecondDriveInTheMapOfTheFirst) {
   }
 }
 
+// Its errors would be those of no vehicle whose sensor is right.
+TEST(AlignDrive, TellsOfADriveThatMeasuresOtherwiseThanTheMap) {
+  const BoxWorld world = random_street(20);
+  const Place place = mapped(world);
+  for (const double scale : {1.0, 1.001, 1.01, 0.99}) {
+    TestDrive drive = second_drive(world, false);
+    std::vector<Scan> scans;
+    for (std::size_t k = 0; k < drive.drive.scans.size(); ++k) {
+      scans.push_back(*drive.drive.store->read(k));
+      for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= scale;
+    }
+    drive.drive.store = memory_scan_store(std::move(scans));
+    KeptParts kept;
+    for (const bool is_found_again : {false, true}) {
+      PassContext ctx = kept.context();
+      std::vector<std::string> warnings;
+      ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+      ASSERT_TRUE(align_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites));
+      EXPECT_EQ(kept.made().empty(), is_found_again);
+      if (std::abs(scale - 1.0) < 0.002) {
+        EXPECT_TRUE(warnings.empty()) << scale << ": " << warnings.front();
+        continue;
+      }
+      ASSERT_EQ(warnings.size(), 1U) << scale;
+      const char* text = scale > 1.0 ? "distances 1.0 % longer than the map"
+                                     : "distances 1.0 % shorter than the map";
+      EXPECT_NE(warnings[0].find(text), std::string::npos) << warnings[0];
+    }
+  }
+}
+
 TEST(AlignDrive, LeavesGivenPosesUnlessItIsToldOtherwise) {
   const BoxWorld world = random_street(22);
   const Place place = mapped(world);
