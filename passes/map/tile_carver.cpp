@@ -1,13 +1,11 @@
 #include "passes/map/tile_carver.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
 
-#include "formats/grid/cell_blocks.h"
+#include "passes/map/asked_voxels.h"
 #include "passes/map/drive_evidence.h"
 #include "passes/map/scan_rays.h"
 #include "passes/map/voxel_ground.h"
@@ -15,40 +13,14 @@
 // A return says that something was there, and that nothing was between it and the sensor. A voxel
 // that some scans hit and many others look through held something that moved.
 //
-// Carving by voxels alone eats what stands: a ray that grazes the ground, or passes a wall at a
-// small angle, crosses many voxels whose points it does not touch; a thin pole fills a small part
-// of its voxel. So a scan contradicts a voxel only when one of its rays
-// - passes near the centre of the voxel's own points, not anywhere through the voxel;
-// - goes on well beyond it;
-// - and, where the voxel is the lowest of its place, passes below its points: ground stays;
-// and when the scan hit nothing that stands above the ground in a neighbouring voxel.
-// Near the ground a ray that ends beneath it says nothing: wet or polished ground mirrors.
-//
 // A tile needs two readings of its scans: one to know its voxels, one to look through them.
 
 namespace sightline {
 namespace {
 
-// A ray passes through a voxel's points when it comes this near their mean, in voxels.
-constexpr double kTouch_voxels = 0.5;
-// No ray goes on below the ground: one that passes this far below what seems to be ground says that
-// it is not. Noise of ranges and poses stays below it.
-constexpr double kBelowGround_m = 0.03;
-// What ends so far beneath the ground of a voxel near it is a mirror image: its ray did not go
-// straight on. Downhill streets stay above that.
-constexpr double kNearGround_m = 0.3;
-constexpr double kBeneath_m = 1.0;
 // So that what lies at exactly a range is decided by its distance, not by rounding of a box.
 constexpr double kSlack_m = 0.01;
-// Edge of the columns that are near a sensor or not as a whole.
-constexpr double kColumn_m = 4.0;
-
 using Box2 = Eigen::AlignedBox2d;
-
-Box2 box_of(const TileKey& tile, double tile_m) {
-  const Eigen::Vector2d low_m(tile.x * tile_m, tile.y * tile_m);
-  return {low_m, low_m + Eigen::Vector2d::Constant(tile_m)};
-}
 
 Box2 with_halo(const Box2& box, double halo_m) {
   return {box.min() - Eigen::Vector2d::Constant(halo_m),
@@ -63,47 +35,6 @@ Eigen::Vector2d centre_m(const CellKey& key, double voxel_m) {
 Box2 reach_of_tile(const CarveOptions& options, const TileKey& tile) {
   return with_halo(box_of(tile, options.tile_m), reach_of_judgement_m(options.voxel_m));
 }
-
-// A voxel that scans are asked about, apart from the table of all; these are walked once a scan.
-struct AskedVoxel {
-  Eigen::Vector3d mean_m;
-  float above_ground_m;
-  bool is_ground;
-  std::uint32_t number;
-  std::uint32_t misses = 0;
-  // What stands above the ground and touches it: a stretch of TileCarver::touching_.
-  std::size_t touching_begin = 0;
-  std::size_t touching_end = 0;
-};
-
-// Asked voxels of which it is told together whether they are near a sensor.
-struct Column {
-  Box2 box;
-  std::uint32_t begin = 0;
-  std::uint32_t end = 0;
-  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();
-  float radius_m = 0.0F;
-};
-
-// What rays are asked about first: the means of asked voxels from the anchors of their columns.
-struct AskedPlaces {
-  std::vector<float> x_m, y_m, z_m;
-
-  // Adds one, and makes the column reach it.
-  void add(const Eigen::Vector3d& mean_m, Column& column) {
-    const Eigen::Vector3f from_anchor_m = (mean_m - column.anchor_m).cast<float>();
-    x_m.push_back(from_anchor_m.x());
-    y_m.push_back(from_anchor_m.y());
-    z_m.push_back(from_anchor_m.z());
-    column.radius_m = std::max(column.radius_m, from_anchor_m.norm());
-  }
-  [[nodiscard]] RayPlaces of(const Column& column) const {
-    const auto some = [&](const std::vector<float>& all) {
-      return std::span(all).subspan(column.begin, column.end - column.begin);
-    };
-    return {column.anchor_m, column.radius_m, some(x_m), some(y_m), some(z_m)};
-  }
-};
 
 class TileCarver {
  public:
@@ -224,55 +155,23 @@ class TileCarver {
     hit_voxels_[k].push_back(v);
   }
 
-  // Of each voxel that is asked about, what stands above the ground and touches it.
-  void gather_neighbours() {
-    std::vector<std::uint32_t> asked_of(seen_.size(), kNone);
-    for (std::uint32_t i = 0; i < asked_.size(); ++i) asked_of[asked_[i].number] = i;
-    const CellBlocks blocks(seen_.keys());
-    CellWindow around(blocks, {1, 1, 1}, {1, 1, 1});
-    for (std::size_t block = 0; block < blocks.size(); ++block) {
-      around.move_to(block);
-      for (const auto& [key, v] : blocks.cells(block)) {
-        if (asked_of[v] == kNone) continue;
-        AskedVoxel& asked = asked_[asked_of[v]];
-        asked.touching_begin = touching_.size();
-        add_standing_around(around, key);
-        asked.touching_end = touching_.size();
-      }
-    }
-  }
-
-  void add_standing_around(const CellWindow& around, const CellKey& key) {
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) {
-          if (x == 0 && y == 0 && z == 0) continue;
-          const std::uint32_t near = around.number_of({key.x + x, key.y + y, key.z + z});
-          if (near == CellWindow::kNone || seen_.values()[near].is_ground) continue;
-          touching_.push_back(near);
-        }
-      }
-    }
-  }
-
   Result<void> carve() {
-    const std::vector<Column> columns = columns_to_ask_about();
-    gather_neighbours();
+    AskedVoxels asked({options_.voxel_m, options_.carve_range_m}, seen_,
+                      of_drives_ ? &*of_drives_ : nullptr,
+                      [&](const Box2& box) { return scans_near(box); });
     ScanRays rays;
-    hit_by_.assign(seen_.size(), kNone);
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
-      const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
-      if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
-      SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
-      for (const std::uint32_t v : hit_voxels_[k]) hit_by_[v] = k;
-      find_rays(scans_[k], scan);
-      rays.take(returns_m_);
-      for (const Column& column : columns) {
-        if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
-        look_into(column, k, rays);
+      const PlacedScan& placed = scans_[k];
+      if (reach_.exteriorDistance(placed.T_map_lidar.translation().head<2>()) >
+          options_.carve_range_m) {
+        continue;
       }
+      SIGHTLINE_ASSIGN(const Scan scan, store_.read(placed.index));
+      find_rays(placed, scan);
+      rays.take(returns_m_);
+      asked.look({k, placed.part, placed.T_map_lidar, rays, hit_voxels_[k]});
     }
-    for (const AskedVoxel& voxel : asked_) seen_.values()[voxel.number].misses = voxel.misses;
+    asked.conclude();
     if (of_drives_) of_drives_->conclude(seen_);
     return {};
   }
@@ -280,7 +179,8 @@ class TileCarver {
   // Fills returns_m_, in the sensor's frame, with those whose rays may come near a voxel here: not
   // those of which both ends lie beyond the same edge.
   void find_rays(const PlacedScan& placed, const Scan& scan) {
-    const Box2 near = with_halo(reach_, options_.voxel_m + touch_m() + kSlack_m);
+    const Box2 near =
+        with_halo(reach_, options_.voxel_m + AskedVoxels::touch_m(options_.voxel_m) + kSlack_m);
     const Eigen::Vector2d origin_m = placed.T_map_lidar.translation().head<2>();
     const Eigen::Matrix<double, 2, 3> turn = placed.T_map_lidar.linear().topRows<2>();
     const auto passes_by = [&](double a_m, double b_m, int axis) {
@@ -296,29 +196,6 @@ class TileCarver {
     }
   }
 
-  // Counts the misses of scan k in a column.
-  void look_into(const Column& column, std::uint32_t k, const ScanRays& rays) {
-    constexpr std::size_t kAhead = 4;
-    rays.find_passable(places_.of(column), scans_[k].T_map_lidar.inverse(), touch_m(), passable_);
-    for (std::size_t i = 0; i < passable_.size(); ++i) {
-      if (i + kAhead < passable_.size()) {
-        __builtin_prefetch(&asked_[column.begin + passable_[i + kAhead]], 1);
-      }
-      AskedVoxel& voxel = asked_[column.begin + passable_[i]];
-      if (!looks_through(scans_[k].T_map_lidar, rays, voxel) || is_spared(voxel, k)) continue;
-      ++voxel.misses;
-      if (of_drives_) of_drives_->add_miss(voxel.number, scans_[k].part);
-    }
-  }
-
-  // A scan does not contradict what it hit, nor what is beside something standing that it hit.
-  [[nodiscard]] bool is_spared(const AskedVoxel& voxel, std::uint32_t k) const {
-    if (hit_by_[voxel.number] == k) return true;
-    const auto touching = std::span(touching_).subspan(voxel.touching_begin,
-                                                       voxel.touching_end - voxel.touching_begin);
-    return std::ranges::any_of(touching, [&](std::uint32_t v) { return hit_by_[v] == k; });
-  }
-
   // How many scans may look into a place, of each part of the drive.
   std::vector<std::size_t> scans_near(const Box2& box) const {
     std::vector<std::size_t> counts(last_part_ + 1, 0);
@@ -329,62 +206,10 @@ class TileCarver {
     return counts;
   }
 
-  // Whether no scan need be asked of a voxel.
-  bool stands_anyway_here(std::uint32_t v, const std::vector<std::size_t>& scan_counts) const {
-    if (of_drives_) return of_drives_->stands_anyway(v, scan_counts);
-    return stands_anyway(seen_.values()[v],
-                         std::accumulate(scan_counts.begin(), scan_counts.end(), std::size_t{0}));
-  }
-
-  // Fills asked_.
-  std::vector<Column> columns_to_ask_about() {
-    std::vector<std::pair<TileKey, std::uint32_t>> order;
-    for (std::uint32_t v = 0; v < seen_.size(); ++v) {
-      const Eigen::Vector2d at_m = centre_m(seen_.keys()[v], options_.voxel_m) / kColumn_m;
-      order.push_back({{floor_to_int(at_m.x()), floor_to_int(at_m.y())}, v});
-    }
-    std::ranges::sort(order);
-    std::vector<Column> columns;
-    std::vector<std::size_t> scan_counts;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      if (i == 0 || order[i].first != order[i - 1].first) {
-        const auto begin = static_cast<std::uint32_t>(asked_.size());
-        columns.push_back({box_of(order[i].first, kColumn_m), begin, begin,
-                           seen_.values()[order[i].second].mean_m()});
-        scan_counts = scans_near(columns.back().box);
-      }
-      const std::uint32_t v = order[i].second;
-      if (stands_anyway_here(v, scan_counts)) continue;
-      const SeenVoxel& voxel = seen_.values()[v];
-      places_.add(voxel.mean_m(), columns.back());
-      asked_.push_back({voxel.mean_m(), voxel.above_ground_m, voxel.is_ground, v});
-      ++columns.back().end;
-    }
-    return columns;
-  }
-
-  double touch_m() const { return kTouch_voxels * options_.voxel_m; }
-
-  bool looks_through(const Pose& T_map_lidar, const ScanRays& rays, const AskedVoxel& voxel) const {
-    const Eigen::Vector3d from_sensor_m = voxel.mean_m - T_map_lidar.translation();
-    if (from_sensor_m.squaredNorm() > options_.carve_range_m * options_.carve_range_m) return false;
-    RayQuery look;
-    look.at_m = T_map_lidar.linear().transpose() * from_sensor_m;
-    look.touch_m = touch_m();
-    look.up = T_map_lidar.linear().row(2);
-    if (voxel.is_ground) look.least_below_m = kBelowGround_m;
-    if (voxel.above_ground_m < kNearGround_m) {
-      look.lowest_end_m = from_sensor_m.z() - voxel.above_ground_m - kBeneath_m;
-    }
-    return rays.pass_through(look);
-  }
-
   bool is_inside(const Eigen::Vector2d& at_m) const {
     return (at_m.array() >= tile_.min().array()).all() &&
            (at_m.array() < tile_.max().array()).all();
   }
-
-  static constexpr std::uint32_t kNone = 0xffffffff;
 
   const CarveOptions& options_;
   const ScanStore& store_;
@@ -397,16 +222,11 @@ class TileCarver {
   ReturnCounts of_scans_;
   SeenVoxels seen_;
   std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
-  std::vector<AskedVoxel> asked_;
-  AskedPlaces places_;                   // of those asked
-  std::vector<std::uint32_t> touching_;  // see AskedVoxel
-  std::vector<std::uint32_t> hit_by_;    // of each voxel: the last scan that hit it, of those asked
   // Of one scan; kept for their memory.
   std::vector<Eigen::Vector3d> returns_m_;
   std::vector<CellKey> keys_;
   std::vector<CellRun> runs_;
   std::vector<std::uint32_t> numbers_;
-  std::vector<std::uint32_t> passable_;  // of a column
 };
 
 }  // namespace
