@@ -10,6 +10,7 @@
 #include "compiler/pipeline/process_cost.h"
 #include "compiler/pipeline/runner.h"
 #include "compiler/pipeline/schedule.h"
+#include "formats/base/evenly.h"
 #include "passes/rays/site_blocks.h"
 
 // What a pass takes for some places is a part for the whole map, one for each block of places, and
@@ -44,10 +45,7 @@ std::vector<SiteBlock> some_blocks(const Sites& sites) {
 Sites some_sites(const Sites& all, std::span<const SiteBlock> blocks, std::size_t most) {
   std::vector<std::size_t> chosen;
   for (const SiteBlock& block : blocks) {
-    const std::size_t count = std::min(most, block.sites.size());
-    for (std::size_t i = 0; i < count; ++i) {
-      chosen.push_back(block.sites[(2 * i + 1) * block.sites.size() / (2 * count)]);
-    }
+    for (const std::size_t i : evenly(block.sites.size(), most)) chosen.push_back(block.sites[i]);
   }
   std::ranges::sort(chosen);
   Sites some;

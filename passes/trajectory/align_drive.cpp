@@ -219,14 +219,12 @@ void warn_of_unmatched(const PassContext& ctx, const Drive& drive, const Followe
 
 void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
   if (scale == 1.0) return;
-  char text[320];
-  std::snprintf(
-      text, sizeof text,
-      "drive %s measures distances %.1f %% %s than the map has them: one sensor is wrong, "
-      "and the errors of this drive are not those of vehicles that measure as the map "
-      "does. Check the ranges of both",
-      drive.name.c_str(), 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter");
-  ctx.warn(text);
+  char percent[32];
+  std::snprintf(percent, sizeof percent, "%.1f %%", 100.0 * std::abs(scale - 1.0));
+  ctx.warn("drive " + drive.name + " measures distances " + percent +
+           (scale > 1.0 ? " longer" : " shorter") +
+           " than the map has them: one sensor is wrong, and the errors of this drive are not "
+           "those of vehicles that measure as the map does. Check the ranges of both");
 }
 
 void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const OwnPiece& piece) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <numbers>
 
+#include "formats/base/evenly.h"
 #include "formats/base/parallel.h"
 #include "formats/rotation.h"
 #include "passes/matching/matcher.h"
@@ -34,10 +35,9 @@ struct QueryScan {
 Result<std::vector<QueryScan>> make_queries(const Drive& drive, const OwnPiece& piece,
                                             const std::vector<Pose>& T_own_lidar) {
   std::vector<QueryScan> queries;
-  const std::size_t count = std::min(kQueries, piece.size());
-  for (std::size_t i = 0; i < count; ++i) {
+  for (const std::size_t i : evenly(piece.size(), kQueries)) {
     QueryScan query;
-    query.scan = piece.begin + (2 * i + 1) * piece.size() / (2 * count);
+    query.scan = piece.begin + i;
     query.T_own_lidar = T_own_lidar[query.scan];
     SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan, ThinnedFor::kMatch));
     query.points_m = scan.to_match_m;

@@ -1,11 +1,9 @@
 #include "passes/trajectory/scale_beside_map.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <optional>
-#include <utility>
 
-#include "formats/base/parallel.h"
+#include "formats/base/evenly.h"
 #include "passes/trajectory/graph/best_scale.h"
 #include "passes/trajectory/local_match.h"
 #include "passes/trajectory/place_drive.h"
@@ -20,11 +18,8 @@ std::vector<std::size_t> scans_to_ask(const std::vector<std::uint8_t>& is_matche
   for (std::size_t k = 0; k < is_matched.size(); ++k) {
     if (is_matched[k] != 0) matched.push_back(k);
   }
-  const std::size_t count = std::min(matched.size(), kScansAsked);
   std::vector<std::size_t> some;
-  for (std::size_t i = 0; i < count; ++i) {
-    some.push_back(matched[(2 * i + 1) * matched.size() / (2 * count)]);
-  }
+  for (const std::size_t i : evenly(matched.size(), kScansAsked)) some.push_back(matched[i]);
   return some;
 }
 
@@ -45,16 +40,11 @@ Result<double> scale_beside_map(const PassContext& ctx, const MatchGrid& grid, c
                                 const std::vector<Pose>& T_map_lidar,
                                 const std::vector<std::uint8_t>& is_matched) {
   const std::vector<std::size_t> scans = scans_to_ask(is_matched);
-  std::vector<Result<std::optional<double>>> told(scans.size(), std::optional<double>());
-  parallel_for(scans.size(), ctx.threads, [&](std::size_t i) {
-    told[i] = ratio_to_map(grid, drive, scans[i], T_map_lidar[scans[i]]);
-  });
-  std::vector<double> ratios;
-  for (const Result<std::optional<double>>& ratio : told) {
-    if (!ratio) return ratio.error();
-    if (*ratio) ratios.push_back(**ratio);
-  }
-  return ratio_told_by(std::move(ratios));
+  SIGHTLINE_ASSIGN(const std::vector<double> ratios,
+                   ratios_of_scans(ctx.threads, scans.size(), [&](std::size_t i) {
+                     return ratio_to_map(grid, drive, scans[i], T_map_lidar[scans[i]]);
+                   }));
+  return ratio_told_by(ratios);
 }
 
 }  // namespace sightline

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
 
 namespace sightline {
@@ -58,6 +59,19 @@ std::optional<double> best_scale(const std::vector<Eigen::Vector3d>& points_m,
   const double over_more = fit.at(best) - fit.at(best + 1);
   const double sum = over_less + over_more;
   return 1.0 + kScaleStep * (best + (sum > 0.0 ? 0.5 * (over_less - over_more) / sum : 0.0));
+}
+
+Result<std::vector<double>> ratios_of_scans(
+    int threads, std::size_t count,
+    const std::function<Result<std::optional<double>>(std::size_t)>& ratio_of) {
+  std::vector<Result<std::optional<double>>> told(count, std::optional<double>());
+  parallel_for(count, threads, [&](std::size_t i) { told[i] = ratio_of(i); });
+  std::vector<double> ratios;
+  for (const Result<std::optional<double>>& ratio : told) {
+    if (!ratio) return ratio.error();
+    if (*ratio) ratios.push_back(**ratio);
+  }
+  return ratios;
 }
 
 double ratio_told_by(std::vector<double> ratios) {

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <vector>
 
+#include "formats/base/result.h"
 #include "formats/geometry.h"
 
 // At which scale a scan fits best what others saw; so two drives are compared on how far away
@@ -25,9 +27,15 @@ using MatchAtScale = std::function<FitAtScale(const std::vector<Eigen::Vector3d>
 std::optional<double> best_scale(const std::vector<Eigen::Vector3d>& points_m,
                                  const MatchAtScale& match);
 
+// What each of so many scans says, in their order; those that say nothing are left out. Shared by
+// `threads`. Error: the first of ratio_of.
+Result<std::vector<double>> ratios_of_scans(
+    int threads, std::size_t count,
+    const std::function<Result<std::optional<double>>(std::size_t)>& ratio_of);
+
 // What the ratios of several scans say together: their median where it is over 0.3 % off 1, and
 // three quarters of three scans or more are off that way by half as much; else 1. Scans of recorded
-// streets and of generated towns that agree are off by 0.2 % at most, their medians by 0.1 %.
+// streets and of generated towns that agree are off by 0.3 % at most, their medians by 0.1 %.
 double ratio_told_by(std::vector<double> ratios);
 // Fewer ratios say nothing.
 inline constexpr std::size_t kLeastRatios = 3;

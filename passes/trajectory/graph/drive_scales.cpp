@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/base/parallel.h"
+#include "formats/base/evenly.h"
 #include "formats/grid/point_grid.h"
 #include "passes/trajectory/first_places.h"
 #include "passes/trajectory/graph/best_scale.h"
@@ -105,11 +105,8 @@ std::vector<MeetingsOfPair> pairs_that_meet(const Drive& drive, const Odometry& 
 }
 
 std::vector<Meeting> some_of(const std::vector<Meeting>& meetings) {
-  const std::size_t count = std::min(meetings.size(), kMostScans);
   std::vector<Meeting> some;
-  for (std::size_t i = 0; i < count; ++i) {
-    some.push_back(meetings[(2 * i + 1) * meetings.size() / (2 * count)]);
-  }
+  for (const std::size_t i : evenly(meetings.size(), kMostScans)) some.push_back(meetings[i]);
   return some;
 }
 
@@ -139,16 +136,11 @@ Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& c
   const std::vector<ScanRange> runs = ranges_of(odometry.piece);
   for (const MeetingsOfPair& pair : pairs_that_meet(drive, odometry, from)) {
     const std::vector<Meeting> meetings = some_of(pair.meetings);
-    std::vector<Result<std::optional<double>>> told(meetings.size(), std::optional<double>());
-    parallel_for(meetings.size(), ctx.threads, [&](std::size_t i) {
-      const ScanRange& earlier_run = runs[odometry.piece[meetings[i].earlier]];
-      told[i] = ratio_of(drive, odometry, earlier_run, meetings[i]);
-    });
-    std::vector<double> ratios;
-    for (const Result<std::optional<double>>& ratio : told) {
-      if (!ratio) return ratio.error();
-      if (*ratio) ratios.push_back(**ratio);
-    }
+    SIGHTLINE_ASSIGN(const std::vector<double> ratios,
+                     ratios_of_scans(ctx.threads, meetings.size(), [&](std::size_t i) {
+                       const ScanRange& earlier_run = runs[odometry.piece[meetings[i].earlier]];
+                       return ratio_of(drive, odometry, earlier_run, meetings[i]);
+                     }));
     const double ratio = ratio_told_by(ratios);
     if (ratio == 1.0) continue;
     found.push_back({pair.earlier, pair.later, ratio, static_cast<std::uint32_t>(ratios.size())});
