@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "formats/base/byte_sink.h"
 #include "formats/base/bytes.h"
+#include "formats/base/files/byte_sink.h"
 
 // Parts of an artifact that is handed over piece by piece (formats/artifact_in_pieces.h).
 

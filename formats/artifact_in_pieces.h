@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "formats/artifact.h"
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 
 // An artifact that memory should not hold whole has these in place of encode and decode:
 //

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/cli/help_text.h"
 #include "compiler/cli/parse_command_line.h"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "passes/pass/options.h"
 
 namespace sightline {

@@ -14,8 +14,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "compiler/cli/console.h"
-#include "formats/base/atomic_file.h"
+#include "compiler/cli/console/console.h"
+#include "formats/base/files/atomic_file.h"
 
 namespace sightline {
 namespace {

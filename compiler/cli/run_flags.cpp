@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
-#include "compiler/cli/progress_json.h"
+#include "compiler/cli/console/console.h"
+#include "compiler/cli/console/progress_json.h"
 #include "compiler/config/expected_cost.h"
 #include "passes/matching/kernel_score.h"
 

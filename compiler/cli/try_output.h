@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 
 namespace sightline {
 

@@ -2,7 +2,7 @@
 
 #include "built_with.h"
 #include "commit.h"
-#include "formats/annotation/error_model.h"
+#include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
 #include "passes/matching/kernel_score.h"
 

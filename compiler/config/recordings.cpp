@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "compiler/init/find_scans.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

@@ -12,9 +12,9 @@
 #include "passes/localize/track_drive.h"
 #include "passes/model/add_history.h"
 #include "passes/model/choose_ranges.h"
+#include "passes/model/forest/predict_error.h"
 #include "passes/model/history_of_map.h"
 #include "passes/model/judge/evaluate_ranges.h"
-#include "passes/model/predict_error.h"
 #include "passes/model/train_model.h"
 #include "passes/trajectory/undistort_scans.h"
 

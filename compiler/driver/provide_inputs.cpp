@@ -8,7 +8,7 @@
 
 #include "compiler/driver/plans.h"
 #include "compiler/store/cache.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/lanes/read_route.h"
 #include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/recording/open_recording.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/gate/finding.h"
+#include "compiler/gate/rules/finding.h"
 #include "compiler/gate/settings.h"
 #include "formats/map/compiled_map.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <sstream>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/scan_files.h"

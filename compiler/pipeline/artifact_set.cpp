@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 
 namespace sightline {
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <sstream>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 
 // All that knows yaml-cpp.
 

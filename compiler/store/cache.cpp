@@ -7,9 +7,9 @@
 #include <cstring>
 #include <set>
 
-#include "formats/base/atomic_file.h"
 #include "formats/base/bytes.h"
-#include "formats/base/temporary_name.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/base/files/temporary_name.h"
 
 namespace sightline {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compiler/store/sealed_object.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 
@@ -17,7 +17,8 @@ namespace sightline {
 // what its last key was made of, so that a rebuild can be explained. Files appear whole or not at
 // all, so a cache survives an interruption at any moment, and any number of processes may share
 // one: there are no locks, and nothing is deleted but what processes left that are gone
-// (formats/base/temporary_name.h). Each object says what it is, and is refused under another name.
+// (formats/base/files/temporary_name.h). Each object says what it is, and is refused under another
+// name.
 class ArtifactCache {
  public:
   // An empty directory name keeps nothing.

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "compiler/store/cache.h"
-#include "formats/base/atomic_file.h"
-#include "formats/base/temporary_name.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/base/files/temporary_name.h"
 
 namespace sightline {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
-#include "formats/base/stored_bytes.h"
 
 namespace sightline {
 

@@ -9,8 +9,8 @@
 #include <system_error>
 
 #include "examples/town/bag/write_bag.h"
-#include "examples/town/drive.h"
-#include "formats/base/atomic_file.h"
+#include "examples/town/drive/drive.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
 #include "formats/base/random.h"
 #include "formats/foreign/clouds/pcd_writer.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/town/town.h"
+#include "examples/town/world/town.h"
 #include "formats/base/result.h"
 
 namespace sightline::town {

@@ -9,7 +9,7 @@
 
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 
 namespace sightline {
 

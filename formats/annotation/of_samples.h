@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "formats/base/bytes.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/base/result.h"
-#include "formats/base/stored_bytes.h"
 #include "formats/drive/look.h"
 
 // Tables of a map come twice: for the looks that take every return, the paper's observation ranges,

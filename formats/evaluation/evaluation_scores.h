@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "formats/annotation/street_type.h"
+#include "formats/model/street_type.h"
 
 // The rows of an evaluation (formats/evaluation/evaluation.h).
 

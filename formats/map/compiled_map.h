@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
@@ -17,6 +16,7 @@
 #include "formats/base/hash.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
+#include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/sharpness.h"

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "formats/artifact.h"
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/drive/localizer_profile.h"
 
 namespace sightline {

@@ -5,11 +5,11 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/annotation/error_model_at_rest.h"
 #include "formats/artifact_in_pieces.h"
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/container/packed_block.h"
+#include "formats/model/error_model_at_rest.h"
 
 namespace sightline {
 

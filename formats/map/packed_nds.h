@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/artifact_in_pieces.h"
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/map/container/packed_block.h"
 #include "formats/surroundings/tiled_nds.h"
 

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 
 namespace sightline {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/artifact_in_pieces.h"
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/surroundings/surface.h"
 
 namespace sightline {

@@ -4,8 +4,8 @@
 #include <span>
 #include <utility>
 
+#include "formats/base/files/stored_bytes.h"
 #include "formats/base/hash.h"
-#include "formats/base/stored_bytes.h"
 #include "formats/base/version.h"
 #include "formats/map/map_writer.h"
 #include "passes/model/forest/measured_columns.h"

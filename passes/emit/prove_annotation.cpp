@@ -5,7 +5,7 @@
 
 #include "passes/model/choose_ranges.h"
 #include "passes/model/forest/measured_columns.h"
-#include "passes/model/predict_error.h"
+#include "passes/model/forest/predict_error.h"
 
 namespace sightline {
 namespace {

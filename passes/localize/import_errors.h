@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "formats/annotation/measured_error.h"
+#include "formats/annotation/outside_errors.h"
 #include "formats/annotation/sites.h"
 #include "formats/drive/drive.h"
-#include "formats/drive/outside_errors.h"
 #include "formats/drive/trajectory.h"
 #include "passes/pass/default_looks.h"
 #include "passes/pass/pass.h"

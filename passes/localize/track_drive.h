@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/annotation/drive_tracks.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "formats/drive/drive_tracks.h"
 #include "formats/drive/trajectory.h"
 #include "formats/surroundings/tiled_nds.h"
 #include "passes/localize/measure_error.h"

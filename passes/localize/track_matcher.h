@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <optional>
 
+#include "formats/annotation/drive_tracks.h"
 #include "formats/annotation/range_table.h"
 #include "formats/drive/drive.h"
-#include "formats/drive/drive_tracks.h"
 #include "formats/grid/point_grid.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_plan.h"

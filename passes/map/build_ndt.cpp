@@ -7,7 +7,7 @@
 
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
-#include "passes/map/build_ndt_cells.h"
+#include "passes/map/tiles/build_ndt_cells.h"
 #include "passes/map/tiles/cell_tiles.h"
 #include "passes/map/tiles/nds_by_tile.h"
 #include "passes/map/tiles/scan_extents.h"

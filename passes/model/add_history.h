@@ -1,10 +1,10 @@
 #pragma once
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/drive/recording_cards.h"
+#include "formats/model/error_model.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "passes/model/choice/choices.h"
-#include "passes/model/factors_of_kind.h"
+#include "passes/model/forest/factors_of_kind.h"
 
 namespace sightline {
 namespace {

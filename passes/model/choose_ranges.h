@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "formats/annotation/at_rest.h"
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
+#include "formats/model/error_model.h"
 #include "passes/model/choice/choice_options.h"
 #include "passes/pass/pass.h"
 

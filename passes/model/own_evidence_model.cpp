@@ -6,8 +6,8 @@
 
 #include "formats/base/parallel.h"
 #include "passes/model/choice/own_evidence.h"
-#include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/forest_prediction.h"
+#include "passes/model/forest/growing/feature_rows.h"
 
 namespace sightline {
 namespace {

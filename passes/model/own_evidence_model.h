@@ -2,11 +2,11 @@
 
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
+#include "formats/model/error_model.h"
 
 namespace sightline {
 

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "formats/annotation/at_rest.h"
-#include "formats/annotation/error_model.h"
+#include "formats/annotation/driven_places.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/base/result.h"
-#include "formats/drive/driven_places.h"
+#include "formats/model/error_model.h"
 #include "passes/model/forest/training_set.h"
 #include "passes/pass/pass.h"
 

@@ -6,7 +6,7 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/statistics.h"
-#include "passes/model/choice/selection.h"
+#include "passes/model/promise/selection.h"
 
 namespace sightline {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/predicted_error.h"
+#include "formats/model/error_model.h"
 #include "passes/model/forest/training_set.h"
 #include "passes/pass/pass_context.h"
 

@@ -11,7 +11,7 @@
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
 #include "passes/trajectory/graph/pose_graph.h"
-#include "passes/trajectory/local_match.h"
+#include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/pieces/own_pieces.h"
 #include "passes/trajectory/place_drive.h"
 #include "passes/trajectory/scale_beside_map.h"

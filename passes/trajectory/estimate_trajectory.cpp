@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "passes/trajectory/estimate_undistorted.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/following/overlaps.h"
 #include "passes/trajectory/given/given_trajectory.h"
 #include "passes/trajectory/graph/contradictions.h"
@@ -13,8 +14,7 @@
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/graph/scan_graph.h"
-#include "passes/trajectory/odometry.h"
-#include "passes/trajectory/parts_of_drive.h"
+#include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/pieces/tied_pieces.h"

@@ -8,7 +8,7 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass.h"
-#include "passes/trajectory/estimate_options.h"
+#include "passes/trajectory/local/estimate_options.h"
 
 namespace sightline {
 

@@ -8,7 +8,7 @@
 #include "formats/base/parallel.h"
 #include "formats/rotation.h"
 #include "passes/matching/matcher.h"
-#include "passes/trajectory/local_match.h"
+#include "passes/trajectory/local/local_match.h"
 
 namespace sightline {
 namespace {

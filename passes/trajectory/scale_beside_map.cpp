@@ -5,7 +5,7 @@
 
 #include "formats/base/evenly.h"
 #include "passes/trajectory/graph/best_scale.h"
-#include "passes/trajectory/local_match.h"
+#include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/place_drive.h"
 
 namespace sightline {

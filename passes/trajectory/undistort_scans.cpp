@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "formats/drive/trajectory_of_drive.h"
-#include "passes/trajectory/parts_of_drive.h"
+#include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/map/map_reader.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "formats/base/portable_math.h"
-#include "formats/grid/cell_moments.h"
+#include "formats/surroundings/cell_moments.h"
 
 namespace sightline {
 namespace {

@@ -17,7 +17,7 @@
 #include <map>
 #include <thread>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/container/block_codec.h"
 #include "formats/map/diff/map_side.h"
 #include "formats/reader/mapped_file.h"

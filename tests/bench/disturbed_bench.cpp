@@ -10,7 +10,7 @@
 #include <ctime>
 #include <numeric>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "formats/base/random.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/rotation.h"

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "compiler/pipeline/process_cost.h"
-#include "formats/base/atomic_file.h"
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/map/map_reader.h"
 #include "passes/emit/emit_map.h"
 

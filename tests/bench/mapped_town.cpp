@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "formats/base/parallel.h"
 #include "passes/map/build_ndt.h"
 

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <optional>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "tests/bench/pcl_ndt.h"
 #include "tests/bench/posed_set.h"
 

@@ -8,8 +8,8 @@
 #include <ctime>
 #include <unordered_map>
 
-#include "examples/town/drive.h"
-#include "examples/town/town.h"
+#include "examples/town/drive/drive.h"
+#include "examples/town/world/town.h"
 #include "formats/base/check.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/map/remove_moving.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "passes/model/promise/calibration.h"
 
 // What a model of many places promises of each of them, and what the place's drives observed. The

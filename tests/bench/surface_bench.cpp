@@ -15,8 +15,8 @@
 #include <numbers>
 #include <set>
 
-#include "examples/town/drive.h"
-#include "examples/town/town.h"
+#include "examples/town/drive/drive.h"
+#include "examples/town/world/town.h"
 #include "formats/base/check.h"
 #include "formats/surroundings/surface.h"
 #include "passes/map/build_ndt.h"

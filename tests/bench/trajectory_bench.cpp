@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <ctime>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "passes/trajectory/estimate_trajectory.h"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 
 namespace sightline::town {
 namespace {

@@ -1,10 +1,10 @@
-#include "examples/town/caster.h"
+#include "examples/town/drive/caster.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "examples/town/town.h"
+#include "examples/town/world/town.h"
 #include "formats/base/random.h"
 
 namespace sightline::town {

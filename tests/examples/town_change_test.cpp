@@ -1,10 +1,10 @@
-#include "examples/town/change.h"
+#include "examples/town/world/change.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 
 namespace sightline::town {
 namespace {

@@ -1,4 +1,4 @@
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <sstream>
 
-#include "examples/town/drive.h"
-#include "formats/base/atomic_file.h"
+#include "examples/town/drive/drive.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_recording.h"
 

@@ -1,5 +1,5 @@
-#include "examples/town/town.h"
-#include "examples/town/make_plan.h"
+#include "examples/town/world/town.h"
+#include "examples/town/world/make_plan.h"
 
 #include <gtest/gtest.h>
 

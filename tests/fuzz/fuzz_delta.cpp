@@ -9,8 +9,8 @@
 #include <fstream>
 #include <string>
 
-#include "formats/base/atomic_file.h"
 #include "formats/base/check.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/delta/apply_delta.h"
 #include "formats/map/delta/delta_format.h"
 #include "formats/map/delta/make_delta.h"

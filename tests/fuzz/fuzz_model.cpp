@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "formats/annotation/error_model.h"
 #include "formats/base/check.h"
+#include "formats/model/error_model.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/delta/make_delta.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"

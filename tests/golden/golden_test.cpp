@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "passes/matching/kernel_score.h"
 #include "passes/rays/surface_caster.h"
 #include "tests/golden/compare.h"

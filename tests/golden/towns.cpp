@@ -1,8 +1,8 @@
 #include "tests/golden/towns.h"
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "examples/town/write_town.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/pcd_writer.h"
 
 namespace sightline::golden {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/sites.h"
+#include "formats/model/error_model.h"
 
 // A model whose out-of-fold predictions and labels are written by hand, and the sites it belongs
 // to.

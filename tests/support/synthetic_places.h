@@ -3,8 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "formats/annotation/driven_places.h"
 #include "formats/base/random.h"
-#include "formats/drive/driven_places.h"
 #include "tests/support/synthetic_drive.h"
 
 namespace sightline {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "formats/drive/driven_places.h"
+#include "formats/annotation/driven_places.h"
 #include "passes/model/train_model.h"
 
 namespace sightline {

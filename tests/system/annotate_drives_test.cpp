@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/system/program.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/system/program.h"
 

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <string>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/system/program.h"
 
 // What users bring, as they bring it: each is refused with its code and file, and nothing is

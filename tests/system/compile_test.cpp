@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/system/evaluation_schema.h"
 #include "tests/system/program.h"
 

@@ -13,7 +13,7 @@
 #include <set>
 #include <sstream>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/reader/reader.h"
 #include "tests/system/exported_town.h"

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/system/program.h"
 
 // A whole map, compiled with each version of the matcher's inner loop and interrupted in the middle

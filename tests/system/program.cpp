@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 
 #include "tests/support/scratch_folder.h"
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/text/quoted_text.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/support/real_data.h"
 #include "tests/system/program.h"
 

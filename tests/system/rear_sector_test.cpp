@@ -6,7 +6,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/support/real_data.h"
 #include "tests/system/program.h"
 

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <string>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/map_layout.h"
 #include "tests/formats/map/random_map.h"

@@ -5,7 +5,7 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/fleet/signing_files.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 
 namespace sightline {
 namespace {

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <iostream>
 
-#include "compiler/cli/console.h"
-#include "formats/base/atomic_file.h"
+#include "compiler/cli/console/console.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/release/record_text.h"
 
 namespace sightline {

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/text/map_diff_json.h"

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
@@ -13,8 +13,8 @@
 #include "compiler/views/picture/charts/chart_svg.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
-#include "formats/base/atomic_file.h"
-#include "formats/drive/drive_tracks.h"
+#include "formats/annotation/drive_tracks.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/evaluation/evaluation.h"
 #include "formats/map/map_reader.h"
 

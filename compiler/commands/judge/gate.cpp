@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/gate/forms/gate_text.h"
 #include "compiler/gate/gate.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/map/map_reader.h"
 

@@ -3,14 +3,14 @@
 #include <utility>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_file.h"
 #include "formats/map/map_reader.h"
 #include "passes/emit/prove_annotation.h"

@@ -1,12 +1,12 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/exports/weakness_json.h"
 #include "compiler/views/text/weakness_text.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {

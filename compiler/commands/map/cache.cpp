@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/store/prune.h"
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/try_output.h"
 #include "compiler/config/expected_cost.h"
 #include "compiler/config/input_files.h"
@@ -13,7 +13,7 @@
 #include "compiler/driver/tried_places.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/evaluation/evaluation.h"
 #include "formats/map/map_file.h"
 #include "formats/surroundings/sharpness.h"

@@ -7,7 +7,7 @@
 #include "compiler/config/compile_config.h"
 #include "compiler/driver/plans.h"
 #include "compiler/pipeline/runner.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/result.h"
 
 // What verbs that make a map share: compile, annotate and link.

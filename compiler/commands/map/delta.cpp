@@ -3,7 +3,7 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/commands/commands.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/delta/make_delta.h"
 
 namespace sightline {

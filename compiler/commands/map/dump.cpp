@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
@@ -12,7 +12,7 @@
 #include "compiler/store/sealed_object.h"
 #include "compiler/views/picture/dump_picture.h"
 #include "compiler/views/text/table_rows.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {

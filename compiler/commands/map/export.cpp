@@ -22,7 +22,7 @@
 #include "compiler/views/exports/octomap.h"
 #include "compiler/views/exports/points.h"
 #include "compiler/views/text/table_rows.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "passes/map/remove_moving.h"
 

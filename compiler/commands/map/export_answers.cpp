@@ -5,7 +5,7 @@
 
 #include "compiler/views/exports/cells.h"
 #include "compiler/views/exports/lanelet2.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {

@@ -2,10 +2,10 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/init/draft_config.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 
 namespace sightline {
 namespace {

@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"

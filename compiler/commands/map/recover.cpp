@@ -2,9 +2,9 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/commands/commands.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/map/repair/recover.h"
 #include "formats/reader/mapped_file.h"

@@ -13,7 +13,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/report/report.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/diff/diff_maps.h"
 #include "formats/map/map_reader.h"
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
@@ -12,8 +12,8 @@
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
-#include "formats/base/atomic_file.h"
-#include "formats/drive/driven_places.h"
+#include "formats/annotation/driven_places.h"
+#include "formats/base/files/atomic_file.h"
 #include "passes/model/choose_ranges.h"
 
 namespace sightline {

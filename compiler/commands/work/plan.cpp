@@ -2,13 +2,13 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/config/expected_cost.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/work/engine_scripts.h"
 #include "compiler/work/shared_work.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/hash.h"
 
 namespace sightline {

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/console.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/work/shared_work.h"

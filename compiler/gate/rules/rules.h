@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/gate/finding.h"
-#include "compiler/gate/observation.h"
+#include "compiler/gate/rules/finding.h"
+#include "compiler/gate/rules/observation.h"
 #include "compiler/gate/rules/site_pairs.h"
 #include "formats/map/compiled_map.h"
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "compiler/gate/finding.h"
+#include "compiler/gate/rules/finding.h"
 #include "compiler/gate/rules/rules.h"
 
 // Stretches of route: where along it a number is bad.

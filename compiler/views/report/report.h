@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "compiler/views/report/report_sources.h"
+#include "compiler/views/report/page/report_sources.h"
 #include "formats/base/result.h"
 
 namespace sightline {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "formats/drive/turn_rate.h"
 
 namespace sightline::town {

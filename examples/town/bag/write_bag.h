@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <span>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "formats/base/result.h"
 
 namespace sightline::town {

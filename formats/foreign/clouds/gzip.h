@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 

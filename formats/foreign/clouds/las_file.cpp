@@ -1,9 +1,11 @@
 #include <array>
 #include <cstring>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/las_reference.h"
-#include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/text/file_bytes.h"
 
 // LAS 1.0 to 1.4 (ASPRS): a public header block, variable length records of which those of the
 // reference system matter, and point records of fixed length. All point formats begin with x, y, z

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 

@@ -4,7 +4,8 @@
 #include <limits>
 #include <map>
 
-#include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/text/field_names.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

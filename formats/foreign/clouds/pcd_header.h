@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <span>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/result.h"
 
 namespace sightline {

@@ -1,9 +1,12 @@
 #include <array>
 #include <vector>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/ply_header.h"
-#include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/text/field_names.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/text_lines.h"
 
 // PLY is read here and not by PCL: its PLY reader takes a damaged file for an empty one, and rounds

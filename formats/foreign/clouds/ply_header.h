@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/element_type.h"
+#include "formats/foreign/text/file_bytes.h"
 
 // What a PLY file says of its own numbers; not for other folders.
 

@@ -4,8 +4,9 @@
 #include <array>
 #include <string>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/floats/float_bin.h"
 #include "formats/foreign/clouds/gzip.h"
 #include "formats/foreign/clouds/npy_file.h"
 #include "formats/foreign/text/lower_extension.h"
@@ -97,13 +98,14 @@ struct CloudKind {
   std::string_view ending;
   std::array<std::string_view, 2> signatures;  // the file begins with one of them; empty: none
   bool is_known_by_ending;                     // where the file begins with no signature
+  // Null: floats, which are read by columns that are given or found.
   Result<PointCloudFile> (*parse)(const FileBytes& file);
 };
 
 constexpr CloudKind kKinds[] = {
     {".pcd", {"# .PCD"}, true, parse_pcd}, {".ply", {"ply\n", "ply\r\n"}, true, parse_ply},
     {".las", {"LASF"}, false, parse_las},  {".npy", {kNpySignature}, false, parse_npy},
-    {".bin", {}, true, parse_float_bin},
+    {".bin", {}, true, nullptr},
 };
 
 bool begins_as(const CloudKind& kind, std::string_view text) {
@@ -122,12 +124,14 @@ Result<void> refuse_unsupported_formats(const FileBytes& file) {
   return {};
 }
 
-Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& extension) {
+Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& extension,
+                                     const std::optional<FloatColumns>& columns) {
   for (const CloudKind& kind : kKinds) {
     if (begins_as(kind, file.text())) return kind.parse(file);
   }
   for (const CloudKind& kind : kKinds) {
-    if (kind.is_known_by_ending && extension == kind.ending) return kind.parse(file);
+    if (!kind.is_known_by_ending || extension != kind.ending) continue;
+    return kind.parse != nullptr ? kind.parse(file) : parse_float_bin(file, columns);
   }
   for (const StrangeName& strange : kStrangeNames) {
     if (extension != strange.extension) continue;
@@ -154,35 +158,36 @@ template <class T, class Body>
 Result<T> unpacked(const FileBytes& file, Body body) {
   if (!is_gzip(file.text())) return body(file);
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, unpack_gzip(file));
-  Result<T> made = body(FileBytes{bytes, without_gz(file.file).string(), file.columns});
+  Result<T> made = body(FileBytes{bytes, without_gz(file.file).string()});
   if (made) return made;
   Error error = made.error();
   error.file = file.file;
   return error;
 }
 
-FloatEvidence evidence_of(const FileBytes& file) {
+FloatEvidence evidence_of(const FileBytes& file, const std::optional<FloatColumns>& believed) {
   FloatEvidence evidence;
   const bool says_it_itself = std::ranges::any_of(
       kKinds, [&](const CloudKind& kind) { return begins_as(kind, file.text()); });
   if (says_it_itself) return evidence;
   evidence.dividing = dividing_counts(file.bytes.size());
-  if (file.columns) {
-    evidence.refutes = is_refuted(file.bytes, file.columns->count);
+  if (believed) {
+    evidence.refutes = is_refuted(file.bytes, believed->count);
   } else {
     evidence.fitting = fitting_counts(file);
   }
   return evidence;
 }
 
-Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
+Result<PointCloudFile> parse_unpacked(const FileBytes& file,
+                                      const std::optional<FloatColumns>& columns) {
   constexpr const char* kRemedy = "; take it out of the folder, and its row out of the poses";
   if (file.bytes.empty()) {
     return file.error(ErrorCode::kEmptyScan, std::string("the file is empty") + kRemedy,
                       at_byte(0));
   }
   SIGHTLINE_TRY(refuse_unsupported_formats(file));
-  Result<PointCloudFile> cloud = parse_by_kind(file, lower_extension(file.file));
+  Result<PointCloudFile> cloud = parse_by_kind(file, lower_extension(file.file), columns);
   if (cloud) return with_returns(*std::move(cloud), file.file, "");
   Error error = cloud.error();
   if (error.code == ErrorCode::kEmptyScan) error.message += kRemedy;
@@ -223,7 +228,8 @@ bool is_without_header(const std::filesystem::path& path) {
 Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
                                          const std::filesystem::path& path,
                                          const std::optional<FloatColumns>& columns) {
-  return unpacked<PointCloudFile>({bytes, path.string(), columns}, parse_unpacked);
+  return unpacked<PointCloudFile>(
+      {bytes, path.string()}, [&](const FileBytes& file) { return parse_unpacked(file, columns); });
 }
 
 Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path,
@@ -236,8 +242,8 @@ Result<FloatEvidence> float_evidence(std::span<const std::byte> bytes,
                                      const std::filesystem::path& path,
                                      const std::optional<FloatColumns>& believed) {
   return unpacked<FloatEvidence>(
-      {bytes, path.string(), believed},
-      [](const FileBytes& file) -> Result<FloatEvidence> { return evidence_of(file); });
+      {bytes, path.string()},
+      [&](const FileBytes& file) -> Result<FloatEvidence> { return evidence_of(file, believed); });
 }
 
 }  // namespace sightline

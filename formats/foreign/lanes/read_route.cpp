@@ -1,6 +1,6 @@
 #include "formats/foreign/lanes/read_route.h"
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/lanes/route_parsers.h"
 #include "formats/foreign/text/lower_extension.h"
 #include "formats/foreign/text/pose_file.h"

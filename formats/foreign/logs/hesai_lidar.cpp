@@ -7,9 +7,10 @@
 #include <numbers>
 #include <utility>
 
-#include "formats/base/atomic_file.h"
 #include "formats/base/bytes.h"
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/foreign/logs/hesai_model.h"
 #include "formats/foreign/text/beam_table.h"
 #include "formats/foreign/text/lower_extension.h"

@@ -9,7 +9,8 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/portable_math.h"
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/rotation.h"
 
 namespace sightline {

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "formats/base/atomic_file.h"
 #include "formats/base/check.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/logs/ouster_frames.h"
 #include "formats/foreign/logs/pcap_reader.h"
 

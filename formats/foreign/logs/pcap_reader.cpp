@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 
 // The classic capture file: 24 bytes of header, then records of 16 bytes and a frame each, in the
 // byte order of the machine that wrote them, which the magic number tells. A pcapng

@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/base/result.h"
 
 namespace sightline {

@@ -6,7 +6,8 @@
 #include <numbers>
 
 #include "formats/base/check.h"
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/rotation.h"
 
 namespace sightline {

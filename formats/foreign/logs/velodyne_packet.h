@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
 
 // Data packets of Velodyne's VLP-16 (also the Puck LITE) and HDL-32E, as their manuals describe
 // them: 12 blocks of an azimuth and 32 returns, a time, and two bytes that name mode and model.

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
 #include "formats/foreign/maps/apollo_config.h"
 #include "formats/foreign/maps/apollo_node.h"

@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/scan_files.h"

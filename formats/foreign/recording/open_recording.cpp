@@ -4,7 +4,7 @@
 #include <numbers>
 #include <span>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_scan_container.h"

@@ -5,7 +5,7 @@
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/foreign/recording/digest_memory.h"
 #include "formats/foreign/recording/recording.h"
 

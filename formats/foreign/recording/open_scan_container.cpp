@@ -1,6 +1,6 @@
 #include "formats/foreign/recording/open_scan_container.h"
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/logs/open_capture.h"
 #include "formats/foreign/logs/pcap_reader.h"
 #include "formats/foreign/ros/ros_bag.h"

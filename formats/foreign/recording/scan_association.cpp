@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/text/geodetic_track.h"

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <vector>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/element_type.h"
-#include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_times.h"
 #include "formats/foreign/ros/message_reader.h"
+#include "formats/foreign/text/field_names.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 namespace {

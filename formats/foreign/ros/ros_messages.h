@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/foreign/ros/message_reader.h"
 #include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/pose_file.h"

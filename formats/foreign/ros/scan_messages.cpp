@@ -2,11 +2,13 @@
 
 #include <vector>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
-#include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_times.h"
 #include "formats/foreign/logs/velodyne_packet.h"
 #include "formats/foreign/ros/message_reader.h"
 #include "formats/foreign/ros/ros_messages.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 namespace {

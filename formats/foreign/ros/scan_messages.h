@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "formats/base/result.h"
-#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/foreign/ros/files/message_log.h"
 
 namespace sightline {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

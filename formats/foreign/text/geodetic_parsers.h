@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/geodetic_fix.h"
 
 // The forms that read_geodetic_track() knows; not for other folders.

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/base/portable_math.h"
-#include "formats/base/regular_file.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"

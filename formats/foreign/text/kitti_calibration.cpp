@@ -3,8 +3,8 @@
 #include <cmath>
 #include <map>
 
-#include "formats/base/atomic_file.h"
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/rotation.h"
 

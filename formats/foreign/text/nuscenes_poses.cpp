@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/lower_extension.h"
 
 // The table of the whole data set holds millions of poses, so no tree of it is made.

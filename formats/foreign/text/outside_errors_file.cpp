@@ -7,7 +7,7 @@
 #include <string>
 #include <tuple>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/text/table.h"
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "formats/annotation/outside_errors.h"
 #include "formats/base/result.h"
-#include "formats/drive/outside_errors.h"
 
 namespace sightline {
 

@@ -2,7 +2,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"

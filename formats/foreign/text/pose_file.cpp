@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/rotation.h"

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/result.h"
 #include "formats/foreign/text/pose_row.h"
 

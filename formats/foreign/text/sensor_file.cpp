@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "formats/base/atomic_file.h"
-#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/beam_table.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/lower_extension.h"
 #include "formats/foreign/text/ouster_metadata.h"
 #include "formats/foreign/text/text_lines.h"

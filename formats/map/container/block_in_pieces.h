@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
-#include "formats/base/byte_sink.h"
+#include "formats/base/files/byte_sink.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/base/result.h"
-#include "formats/base/stored_bytes.h"
 #include "formats/map/container/block_codec.h"
 
 // Blocks that memory should not hold whole.

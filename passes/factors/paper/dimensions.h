@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "passes/factors/vicinity.h"
+#include "passes/factors/paper/vicinity.h"
 
 namespace sightline {
 

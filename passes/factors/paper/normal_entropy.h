@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "passes/factors/vicinity.h"
+#include "passes/factors/paper/vicinity.h"
 
 namespace sightline {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "passes/factors/vicinity.h"
+#include "passes/factors/paper/vicinity.h"
 
 namespace sightline {
 

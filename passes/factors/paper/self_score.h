@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "passes/factors/vicinity.h"
+#include "passes/factors/paper/vicinity.h"
 #include "passes/matching/grid/match_grid.h"
 
 // How well a part of the map matches the whole map when it is moved sideways (paper, Eq. 5; exact

@@ -9,7 +9,7 @@
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
 #include "formats/grid/cell_index.h"
-#include "formats/grid/cell_moments.h"
+#include "formats/surroundings/cell_moments.h"
 #include "passes/map/build_ndt.h"
 
 namespace sightline {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/surroundings/surface.h"
 
 namespace sightline {

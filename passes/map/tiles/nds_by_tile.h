@@ -5,7 +5,7 @@
 #include <mutex>
 #include <vector>
 
-#include "formats/base/stored_bytes.h"
+#include "formats/base/files/stored_bytes.h"
 #include "formats/surroundings/tiled_nds.h"
 
 namespace sightline {

@@ -4,7 +4,7 @@
 
 #include "formats/base/result.h"
 #include "formats/surroundings/surface_points.h"
-#include "passes/map/build_ndt_cells.h"
+#include "passes/map/tiles/build_ndt_cells.h"
 #include "passes/map/tiles/cell_tiles.h"
 
 namespace sightline {

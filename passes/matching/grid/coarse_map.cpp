@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "formats/base/check.h"
-#include "formats/grid/cell_moments.h"
+#include "formats/surroundings/cell_moments.h"
 
 namespace sightline {
 NdtMap coarse_map(const NdtMap& map, int factor) {

@@ -7,8 +7,8 @@
 #include "passes/model/choice/choice_options.h"
 #include "passes/model/choice/left_out.h"
 #include "passes/model/choice/own_evidence.h"
-#include "passes/model/choice/selection.h"
 #include "passes/model/promise/calibration.h"
+#include "passes/model/promise/selection.h"
 
 // The choices of choose-ranges, limit after limit, each with its promise.
 

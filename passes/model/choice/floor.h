@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
+#include "formats/model/error_model.h"
 #include "passes/model/choice/own_evidence.h"
-#include "passes/model/choice/selection.h"
+#include "passes/model/promise/selection.h"
 
 // A floor under every choice: no model may look farther than the street's own evidence asks for.
 

@@ -9,7 +9,7 @@
 
 #include "passes/model/choice/left_out.h"
 #include "passes/model/choice/own_evidence.h"
-#include "passes/model/choice/selection.h"
+#include "passes/model/promise/selection.h"
 
 // What the drives of a street, each left out in turn, say of a rule: evidence of the next drive,
 // where the map's own scans flatter.

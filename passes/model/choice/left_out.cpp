@@ -4,7 +4,7 @@
 
 #include "formats/annotation/measured_drives.h"
 #include "passes/model/forest/measured_columns.h"
-#include "passes/model/predict_error.h"
+#include "passes/model/forest/predict_error.h"
 
 namespace sightline {
 

@@ -2,12 +2,12 @@
 
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
+#include "formats/model/error_model.h"
 #include "passes/pass/pass_context.h"
 
 namespace sightline {

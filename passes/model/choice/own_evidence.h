@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
 #include "formats/grid/site_shape.h"
+#include "formats/model/error_model.h"
 
 // What was measured in a street itself says of it, without any model.
 

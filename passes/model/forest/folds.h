@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
+#include "formats/model/error_model.h"
 
 // Neighbouring sites see the same walls, so what judges a forest must lie elsewhere: the route is
 // cut into blocks, blocks (or whole places) are dealt to folds, and the trees that speak for a fold

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/regression_forest.h"
-#include "passes/model/forest/feature_rows.h"
+#include "formats/model/regression_forest.h"
+#include "passes/model/forest/growing/feature_rows.h"
 #include "passes/model/forest/growing/grow_trees.h"
 
 namespace sightline {

@@ -8,7 +8,7 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/sites.h"
 #include "formats/grid/point_grid.h"
-#include "passes/model/forest/feature_rows.h"
+#include "passes/model/forest/growing/feature_rows.h"
 
 // What earlier drives found at a place, told as features (schemas/definitions.md, "Measured
 // history"). Whoever learns from it must take the label from another drive.

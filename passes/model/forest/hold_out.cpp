@@ -5,8 +5,8 @@
 #include <optional>
 #include <set>
 
-#include "formats/annotation/error_model.h"
 #include "formats/base/check.h"
+#include "formats/model/error_model.h"
 
 namespace sightline {
 namespace {

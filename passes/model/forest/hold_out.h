@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/annotation/driven_places.h"
 #include "formats/base/result.h"
-#include "formats/drive/driven_places.h"
 #include "formats/drive/recording_cards.h"
 
 // What must be held out together, so that a threshold is set on drives that the trees did not learn

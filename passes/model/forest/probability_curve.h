@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
+#include "formats/model/error_model.h"
 #include "passes/model/forest/training_set.h"
 
 // What the trees' share of labels within a limit is worth as a probability. Averaging over trees

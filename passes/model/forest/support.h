@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
+#include "formats/model/error_model.h"
 
 namespace sightline {
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
+#include "formats/annotation/driven_places.h"
 #include "formats/base/result.h"
-#include "formats/drive/driven_places.h"
-#include "passes/model/forest/feature_rows.h"
+#include "formats/model/error_model.h"
 #include "passes/model/forest/folds.h"
+#include "passes/model/forest/growing/feature_rows.h"
 #include "passes/model/forest/growing/grow_trees.h"
 #include "passes/model/forest/history.h"
 #include "passes/model/forest/hold_out.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "passes/model/choice/selection.h"
 #include "passes/model/judge/evaluate_looks.h"
 #include "passes/model/judge/evaluate_ranges_scores.h"
+#include "passes/model/promise/selection.h"
 
 namespace sightline {
 namespace {

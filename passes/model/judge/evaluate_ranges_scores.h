@@ -7,9 +7,9 @@
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
-#include "formats/annotation/street_type.h"
 #include "formats/evaluation/evaluation.h"
-#include "passes/model/choice/selection.h"
+#include "formats/model/street_type.h"
+#include "passes/model/promise/selection.h"
 
 // Figures of evaluate-ranges, each worked out from what was measured.
 

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/range_table.h"
-#include "passes/model/choice/selection.h"
+#include "formats/model/error_model.h"
+#include "passes/model/promise/selection.h"
 
 namespace sightline {
 

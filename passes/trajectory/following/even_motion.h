@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/drive/drive.h"
-#include "passes/trajectory/local_match.h"
+#include "passes/trajectory/local/local_match.h"
 
 // Following a vehicle that moves about evenly; part of estimate-trajectory.
 

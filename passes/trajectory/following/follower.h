@@ -11,10 +11,10 @@
 #include "formats/geometry.h"
 #include "passes/trajectory/following/even_motion.h"
 #include "passes/trajectory/following/followed_scans.h"
-#include "passes/trajectory/local_map.h"
-#include "passes/trajectory/local_match.h"
-#include "passes/trajectory/pieces/place_widely.h"
-#include "passes/trajectory/pieces/scan_overlap.h"
+#include "passes/trajectory/local/local_map.h"
+#include "passes/trajectory/local/local_match.h"
+#include "passes/trajectory/local/place_widely.h"
+#include "passes/trajectory/local/scan_overlap.h"
 
 // Part of estimate-trajectory.
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "passes/trajectory/local_match.h"
+#include "passes/trajectory/local/local_match.h"
 
 namespace sightline {
 namespace {

@@ -1,7 +1,7 @@
 #include "passes/trajectory/given/beside_scans.h"
 
 #include "formats/rotation.h"
-#include "passes/trajectory/pieces/scan_overlap.h"
+#include "passes/trajectory/local/scan_overlap.h"
 
 namespace sightline {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
 
 // Given poses beside what the scans themselves show; part of estimate-trajectory. Poses here are
 // the sensor's: T_map_lidar.

@@ -8,8 +8,8 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass_context.h"
-#include "passes/trajectory/estimate_options.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/local/estimate_options.h"
 
 // What becomes of poses that came with a drive; part of estimate-trajectory.
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "formats/base/portable_math.h"
-#include "passes/trajectory/first_places.h"
+#include "passes/trajectory/local/first_places.h"
 
 namespace sightline {
 namespace {

@@ -7,10 +7,10 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/given/jumps.h"
 #include "passes/trajectory/given/sharpening.h"
-#include "passes/trajectory/odometry.h"
 
 // What the scans say of the poses that came with them; part of estimate-trajectory.
 

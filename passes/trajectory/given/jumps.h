@@ -7,7 +7,7 @@
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
 
 namespace sightline {
 

@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "formats/grid/point_grid.h"
-#include "passes/trajectory/local_match.h"
-#include "passes/trajectory/pieces/place_widely.h"
-#include "passes/trajectory/pieces/scan_overlap.h"
+#include "passes/trajectory/local/local_match.h"
+#include "passes/trajectory/local/place_widely.h"
+#include "passes/trajectory/local/scan_overlap.h"
 
 namespace sightline {
 namespace {

@@ -7,8 +7,8 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/given/disagreements.h"
-#include "passes/trajectory/odometry.h"
 
 // Whether refining given poses is worth it; part of estimate-trajectory. Poses are T_map_lidar.
 

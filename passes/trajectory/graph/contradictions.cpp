@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "passes/trajectory/first_places.h"
+#include "passes/trajectory/local/first_places.h"
 
 namespace sightline {
 namespace {

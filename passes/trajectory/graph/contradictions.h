@@ -6,8 +6,8 @@
 
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/graph/pose_graph.h"
-#include "passes/trajectory/odometry.h"
 
 // Whether a trajectory is what its loops say; part of estimate-trajectory.
 

@@ -10,10 +10,10 @@
 
 #include "formats/base/evenly.h"
 #include "formats/grid/point_grid.h"
-#include "passes/trajectory/first_places.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/graph/best_scale.h"
-#include "passes/trajectory/local_match.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/local/first_places.h"
+#include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
 namespace sightline {

@@ -5,8 +5,8 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/graph/pose_graph.h"
-#include "passes/trajectory/odometry.h"
 
 namespace sightline {
 

@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "passes/trajectory/estimate_options.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/graph/pose_graph.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/local/estimate_options.h"
 
 // What odometry and given poses say of a drive's scans, as a pose graph; part of
 // estimate-trajectory.

@@ -8,8 +8,8 @@
 
 #include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
-#include "passes/trajectory/local_match.h"
-#include "passes/trajectory/pieces/scan_overlap.h"
+#include "passes/trajectory/local/local_match.h"
+#include "passes/trajectory/local/scan_overlap.h"
 
 namespace sightline {
 namespace {

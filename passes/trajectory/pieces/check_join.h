@@ -5,7 +5,7 @@
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
 // Whether a piece lies right where a few of its scans say; part of estimate-trajectory.

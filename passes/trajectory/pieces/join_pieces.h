@@ -7,8 +7,8 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
-#include "passes/trajectory/graph/pose_graph.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/local/pose_graph_types.h"
 
 // What becomes of the pieces of an odometry; part of estimate-trajectory.
 

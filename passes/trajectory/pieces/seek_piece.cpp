@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
-#include "passes/trajectory/pieces/place_widely.h"
+#include "passes/trajectory/local/place_widely.h"
 
 namespace sightline {
 namespace {

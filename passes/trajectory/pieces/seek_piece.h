@@ -7,8 +7,8 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
-#include "passes/trajectory/odometry.h"
-#include "passes/trajectory/pieces/scan_overlap.h"
+#include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/local/scan_overlap.h"
 
 // Looking for scans of one piece in maps of another; part of estimate-trajectory.
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "passes/trajectory/graph/pose_graph.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/local/pose_graph_types.h"
 
 // Part of estimate-trajectory.
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "passes/map/sharpness/measure_sharpness.h"
-#include "passes/trajectory/stretch_of_drive.h"
+#include "passes/trajectory/local/stretch_of_drive.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/undistorted.h"
 

@@ -10,7 +10,7 @@
 
 #include "formats/text/table.h"
 #include "passes/map/sharpness/measure_sharpness.h"
-#include "passes/trajectory/stretch_of_drive.h"
+#include "passes/trajectory/local/stretch_of_drive.h"
 #include "passes/trajectory/sweep/turn_clock.h"
 #include "passes/trajectory/sweep/turn_curve.h"
 #include "passes/trajectory/sweep/undistorted.h"

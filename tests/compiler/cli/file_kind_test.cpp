@@ -8,7 +8,7 @@
 
 #include "compiler/cli/command_line.h"
 #include "compiler/commands/commands.h"
-#include "formats/annotation/error_model.h"
+#include "formats/model/error_model.h"
 #include "tests/support/scratch_folder.h"
 
 // Files given where another kind is wanted.

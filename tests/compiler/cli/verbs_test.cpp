@@ -11,7 +11,7 @@
 #include "compiler/cli/help_text.h"
 #include "compiler/cli/parse_command_line.h"
 #include "compiler/commands/commands.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 
 // What all verbs of the program have in common.
 

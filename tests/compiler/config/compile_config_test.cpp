@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/localize/measure_error.h"
 #include "passes/map/build_ndt.h"

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
 
 namespace sightline {

@@ -6,7 +6,7 @@
 
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
 
 namespace sightline {

@@ -5,7 +5,7 @@
 #include <regex>
 
 #include "compiler/gate/forms/gate_text.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/compiler/gate/gate_on_map.h"
 #include "tests/compiler/gate/route_map.h"
 #include "tests/support/json_schema.h"

@@ -5,8 +5,8 @@
 #include <chrono>
 
 #include "compiler/store/prune.h"
-#include "formats/base/atomic_file.h"
-#include "formats/base/temporary_name.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/base/files/temporary_name.h"
 #include "tests/support/scratch_folder.h"
 
 namespace sightline {

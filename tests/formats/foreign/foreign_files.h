@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 
 // What the tests of foreign formats share.

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/container/block_codec.h"
 #include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"

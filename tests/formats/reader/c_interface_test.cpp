@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/reader.h"
 #include "tests/formats/map/random_map.h"

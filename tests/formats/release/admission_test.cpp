@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/release/record_text.h"
 #include "tests/formats/map/random_map.h"

@@ -7,7 +7,7 @@
 #include "passes/model/add_history.h"
 #include "passes/model/choose_ranges.h"
 #include "passes/model/forest/measured_columns.h"
-#include "passes/model/predict_error.h"
+#include "passes/model/forest/predict_error.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 

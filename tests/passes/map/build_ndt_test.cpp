@@ -7,7 +7,7 @@
 #include <map>
 
 #include "formats/base/random.h"
-#include "formats/grid/cell_moments.h"
+#include "formats/surroundings/cell_moments.h"
 #include "tests/support/no_large_files.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_nds.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/grid/coarse_map.h"
 #include "passes/matching/scan_preparation.h"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "passes/model/choose_ranges.h"
-#include "passes/model/predict_error.h"
+#include "passes/model/forest/predict_error.h"
 #include "passes/model/train_model.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/synthetic_places.h"

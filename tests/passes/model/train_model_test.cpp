@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "passes/model/forest/feature_rows.h"
+#include "passes/model/forest/growing/feature_rows.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/train_on_place.h"
 

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
-#include "examples/town/drive.h"
-#include "examples/town/town.h"
+#include "examples/town/drive/drive.h"
+#include "examples/town/world/town.h"
 #include "passes/map/build_surface.h"
 #include "passes/rays/cast_rays.h"
 #include "tests/support/whole_surface.h"

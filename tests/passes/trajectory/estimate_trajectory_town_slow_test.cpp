@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/choose_sites.h"
 #include "passes/trajectory/align_drive.h"

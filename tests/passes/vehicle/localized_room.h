@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "passes/map/build_ndt.h"
 #include "passes/vehicle/sightline_localizer.h"

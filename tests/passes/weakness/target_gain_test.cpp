@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/grid/cell_moments.h"
+#include "formats/surroundings/cell_moments.h"
 #include "passes/factors/virtual/crlb.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/weakness/corridor.h"

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "compiler/views/report/report_sources.h"
+#include "compiler/views/report/page/report_sources.h"
 
 // The numbers of a page: one JSON object in <script type="application/json" id="data">. "<" is
 // written \u003c. Lengths are m and angles rad in the map frame unless a name says otherwise.

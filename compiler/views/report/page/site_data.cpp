@@ -3,7 +3,7 @@
 
 #include "compiler/views/report/page/json_numbers.h"
 #include "compiler/views/report/page/page_data.h"
-#include "compiler/views/report/route.h"
+#include "compiler/views/report/page/route.h"
 #include "compiler/views/text/describe_site.h"
 
 namespace sightline {

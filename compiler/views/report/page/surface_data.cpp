@@ -5,7 +5,7 @@
 #include "compiler/views/picture/relief.h"
 #include "compiler/views/report/page/json_numbers.h"
 #include "compiler/views/report/page/page_data.h"
-#include "compiler/views/report/pictures.h"
+#include "compiler/views/report/page/pictures.h"
 #include "formats/release/base64.h"
 
 namespace sightline {

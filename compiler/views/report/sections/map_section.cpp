@@ -2,7 +2,7 @@
 
 #include "compiler/views/picture/route_svg.h"
 #include "compiler/views/report/page/page_assets.h"
-#include "compiler/views/report/pictures.h"
+#include "compiler/views/report/page/pictures.h"
 #include "compiler/views/report/sections/sections.h"
 
 // The counterpart of the paper's Figure 11: the map from above, the route coloured by range.

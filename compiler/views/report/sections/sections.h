@@ -1,6 +1,6 @@
 #pragma once
 
-#include "compiler/views/report/report_sources.h"
+#include "compiler/views/report/page/report_sources.h"
 #include "compiler/views/report/sections/html.h"
 #include "compiler/views/text/factor_report.h"
 

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "compiler/views/report/route.h"
+#include "compiler/views/report/page/route.h"
 #include "compiler/views/report/sections/sections.h"
 #include "formats/text/quoted_text.h"
 

@@ -1,8 +1,10 @@
+#include "formats/foreign/clouds/floats/float_bin.h"
+
 #include <bit>
 #include <cstring>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
-#include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/points/point_times.h"
 
 // A .bin has no header: float32, little-endian, one point after the other. KITTI writes x y z
 // intensity, nuScenes a fifth float, others three, six or eight.
@@ -11,8 +13,8 @@ namespace sightline {
 namespace {
 
 // Those that the caller knows, or how many the floats themselves speak for.
-Result<FloatColumns> columns_of(const FileBytes& file) {
-  if (file.columns) return *file.columns;
+Result<FloatColumns> columns_of(const FileBytes& file, const std::optional<FloatColumns>& columns) {
+  if (columns) return *columns;
   const std::size_t size = file.bytes.size();
   const FloatCounts fitting = fitting_counts(file);
   const Result<std::size_t> count = the_one_count(fitting, dividing_counts(size));
@@ -63,8 +65,9 @@ FloatCounts fitting_counts(const FileBytes& file) {
   return is_nuscenes ? only(kNuscenes) : fitting;
 }
 
-Result<PointCloudFile> parse_float_bin(const FileBytes& file) {
-  SIGHTLINE_ASSIGN(const FloatColumns columns, columns_of(file));
+Result<PointCloudFile> parse_float_bin(const FileBytes& file,
+                                       const std::optional<FloatColumns>& given) {
+  SIGHTLINE_ASSIGN(const FloatColumns columns, columns_of(file, given));
   const std::size_t point_size = columns.count * sizeof(float);
   if (file.bytes.size() % point_size != 0) {
     return file.error(ErrorCode::kTruncatedScan,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/clouds/points/point_times.h"
 #include "formats/foreign/text/field_names.h"
 #include "formats/foreign/text/text_lines.h"
 

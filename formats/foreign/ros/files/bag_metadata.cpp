@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 
 // rosbag2 writes its metadata as YAML in blocks, one value a line. Two of them are needed here, so
 // lines are read and no YAML is parsed.

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/ros/files/sqlite_file.h"
 #include "formats/foreign/ros/files/type_names.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/ros/files/last_chunk.h"
 #include "formats/foreign/ros/files/mcap_index.h"
 #include "formats/foreign/ros/files/type_names.h"

@@ -3,7 +3,7 @@
 #include <tuple>
 #include <utility>
 
-#include "formats/base/regular_file.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/ros/files/bag_compression.h"
 #include "formats/foreign/ros/files/bag_file.h"
 #include "formats/foreign/ros/files/bag_metadata.h"

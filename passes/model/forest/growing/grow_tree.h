@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/regression_forest.h"
+#include "formats/model/regression_forest.h"
 #include "passes/model/forest/growing/ranked_columns.h"
 
 namespace sightline {

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/regression_forest.h"
 #include "formats/base/result.h"
-#include "passes/model/forest/feature_rows.h"
+#include "formats/model/regression_forest.h"
+#include "passes/model/forest/growing/feature_rows.h"
 #include "passes/model/forest/growing/grow_tree.h"
 #include "passes/model/forest/growing/labelled_rows.h"
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/annotation/regression_forest.h"
+#include "formats/model/regression_forest.h"
 #include "passes/model/forest/growing/labelled_rows.h"
 
 namespace sightline {

@@ -6,7 +6,7 @@
 
 #include "compiler/views/exports/nd_mesh.h"
 #include "compiler/views/exports/points.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/scratch_folder.h"
 

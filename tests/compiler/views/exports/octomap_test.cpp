@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/support/box_world.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/system/program.h"

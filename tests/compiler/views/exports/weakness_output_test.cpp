@@ -5,7 +5,7 @@
 
 #include "compiler/views/exports/weakness_json.h"
 #include "compiler/views/text/weakness_text.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/support/json_schema.h"
 
 namespace sightline {

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "tests/compiler/views/report/long_road.h"
 
 int main(int argc, char** argv) {

@@ -5,7 +5,7 @@
 
 #include "compiler/views/text/map_diff_json.h"
 #include "compiler/views/text/map_diff_text.h"
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/diff/diff_maps.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"

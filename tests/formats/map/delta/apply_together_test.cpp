@@ -15,7 +15,7 @@
 #include <string>
 #include <utility>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/delta/apply_delta.h"
 #include "formats/map/delta/make_delta.h"
 #include "formats/map/delta/part_file.h"

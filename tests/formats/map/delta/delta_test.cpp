@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <fstream>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/base/random.h"
 #include "formats/map/delta/apply_delta.h"
 #include "formats/map/delta/delta_codec.h"

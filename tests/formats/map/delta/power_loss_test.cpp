@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/delta/apply_delta.h"
 #include "formats/map/delta/make_delta.h"
 #include "formats/map/map_reader.h"

@@ -10,7 +10,7 @@
 #include <set>
 #include <tuple>
 
-#include "formats/base/atomic_file.h"
+#include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/annotation/error_model.h"
+#include "formats/model/error_model.h"
 #include "tests/support/synthetic_places.h"
 
 namespace sightline {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
 #include "tests/support/box_world.h"
 
 namespace sightline {

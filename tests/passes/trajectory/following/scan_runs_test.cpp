@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "formats/base/random.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/following/odometry.h"
 #include "tests/support/box_world.h"
 
 namespace sightline {

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "passes/ingest/join_drives.h"
-#include "passes/trajectory/parts_of_drive.h"
+#include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/undistorted.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/passes/trajectory/sweep/uneven_turns.h"

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "examples/town/bag/imu.h"
-#include "examples/town/drive.h"
+#include "examples/town/drive/drive.h"
 #include "formats/drive/trajectory.h"
 
 // A generated town driven by somebody who steers to and fro, given poses that are off and an

@@ -1,0 +1,207 @@
+#include "compiler/cli/console/console.h"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "compiler/cli/console/color.h"
+#include "compiler/cli/console/remaining_time.h"
+#include "formats/base/printable.h"
+
+namespace sightline {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// Columns of the terminal; a line that wraps could not be wiped.
+std::size_t terminal_width() {
+  winsize size{};
+  const bool is_known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return is_known ? size.ws_col : 80;
+}
+
+// The moving line. Redrawn at most ten times a second, wiped before anything else is printed.
+class ProgressLine {
+ public:
+  ProgressLine(bool is_shown, std::vector<double> expected_s)
+      : is_shown_(is_shown), remaining_(std::move(expected_s)) {}
+
+  void start(std::size_t step, std::size_t steps, const std::string& name) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    head_ = fmt::format("[{}/{}] {}", step + 1, steps, name);
+    remaining_.start(step);
+    begin_ = drawn_ = Clock::now();
+    draw(head_);
+  }
+
+  void update(std::size_t done, std::size_t total) {
+    if (!is_shown_ || total == 0) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (seconds_since(drawn_) < 0.1) return;
+    drawn_ = Clock::now();
+    std::string line = head_ + "  " + std::to_string(done) + "/" + std::to_string(total);
+    if (done > 0) {
+      const double left_s = seconds_left(seconds_since(begin_), done, total);
+      line += "  " + clock_text(left_s) + " left";
+      const std::optional<double> run_s = remaining_.of_run_s(left_s);
+      if (run_s && *run_s > left_s) line += ", " + clock_text(*run_s) + " of the whole run";
+    }
+    draw(line);
+  }
+
+  void finish(const StepReport& report) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    draw("");
+    remaining_.finish(report);
+  }
+
+  void wipe() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    draw("");
+  }
+
+ private:
+  void draw(const std::string& line) const {
+    if (!is_shown_) return;
+    std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminal_width() - 1).c_str());
+  }
+
+  const bool is_shown_;
+  std::mutex mutex_;
+  RemainingTime remaining_;
+  std::string head_;
+  Clock::time_point begin_;
+  Clock::time_point drawn_;
+};
+
+std::shared_ptr<spdlog::logger> logger() {
+  static const std::shared_ptr<spdlog::logger> kLogger = [] {
+    const spdlog::color_mode mode =
+        allows_color(STDERR_FILENO) ? spdlog::color_mode::automatic : spdlog::color_mode::never;
+    std::shared_ptr<spdlog::logger> made = spdlog::stderr_color_mt("sightline", mode);
+    made->set_pattern("%^%l%$ %v");
+    return made;
+  }();
+  return kLogger;
+}
+
+// What --verbose adds to the line of a finished step.
+std::string cost_text(const StepReport& report) {
+  return fmt::format(": {}; {:.1f} s of processor time, {:.0f} MiB at most", report.reason,
+                     report.cpu_s, report.peak_memory_mib);
+}
+
+// Where the output of a step comes from.
+std::string_view origin(const StepReport& report) {
+  if (!report.from_cache) return "done";
+  return report.reason == kNotNeeded ? kNotNeeded : "from the cache";
+}
+
+void end_interrupted(std::string_view text) {
+  (void)!::write(STDERR_FILENO, text.data(), text.size());
+  ::_exit(exit_status(ErrorCode::kInterrupted));
+}
+
+void on_interrupt(int /*signal*/) {
+  end_interrupted(
+      "\nSL7001 interrupted: finished passes are in the cache; the same command goes on from "
+      "there\n");
+}
+
+void on_interrupt_without_cache(int /*signal*/) {
+  end_interrupted(
+      "\nSL7001 interrupted: nothing is kept without a cache; leave out --no-cache to go on from "
+      "finished passes\n");
+}
+
+}  // namespace
+
+RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s) {
+  const bool is_quiet = verbosity == Verbosity::kQuiet;
+  const bool is_verbose = verbosity == Verbosity::kVerbose;
+  const auto line = std::make_shared<ProgressLine>(!is_quiet && ::isatty(STDERR_FILENO) == 1,
+                                                   std::move(expected_s));
+  RunObserver observer;
+  observer.started = [line, is_verbose](std::size_t step, std::size_t steps,
+                                        const std::string& name) {
+    if (is_verbose) logger()->info("{} starts, {} of {}", name, step + 1, steps);
+    line->start(step, steps, name);
+  };
+  observer.progress = [line](std::size_t done, std::size_t total) { line->update(done, total); };
+  observer.warning = [line](const std::string& pass, const std::string& message) {
+    line->wipe();
+    logger()->warn("{}: {}", pass, printable(message));
+  };
+  observer.finished = [line, is_quiet, is_verbose](const StepReport& report) {
+    line->finish(report);
+    if (is_quiet) return;
+    logger()->info("{:<28} {:>7.1f} s  {}{}", report.name, report.wall_s, origin(report),
+                   is_verbose ? cost_text(report) : "");
+  };
+  observer.printed = [line](const std::string& /*pass*/, const Table& table) {
+    line->wipe();
+    print_data(format_table(table, TableFormat::kCsv));
+  };
+  return observer;
+}
+
+void print_text(std::string_view text) {
+  const std::string shown = printable(text);
+  (void)std::fwrite(shown.data(), 1, shown.size(), stdout);
+}
+
+void print_data(std::string_view data) {
+  if (::isatty(STDOUT_FILENO) == 1) return print_text(data);
+  (void)std::fwrite(data.data(), 1, data.size(), stdout);
+}
+
+int report_error(const Error& error) {
+  logger()->error("{}", printable(to_string(error)));
+  return exit_status(error.code);
+}
+
+std::string time_table(const std::vector<StepReport>& reports) {
+  std::string text = "pass                            wall s    cpu s   peak MiB\n";
+  char line[128];
+  double wall_s = 0.0;
+  double cpu_s = 0.0;
+  for (const StepReport& report : reports) {
+    std::snprintf(line, sizeof line, "%-28s %9.2f %8.2f %10.0f", report.name.c_str(), report.wall_s,
+                  report.cpu_s, report.peak_memory_mib);
+    text += line;
+    text += report.from_cache ? "  (" + std::string(origin(report)) + ")\n" : "\n";
+    wall_s += report.wall_s;
+    cpu_s += report.cpu_s;
+  }
+  std::snprintf(line, sizeof line, "%-28s %9.2f %8.2f\n", "all", wall_s, cpu_s);
+  return text + line;
+}
+
+std::string explanation(const std::vector<StepReport>& reports) {
+  std::string text;
+  for (const StepReport& report : reports) {
+    text += (report.from_cache ? "kept  " : "ran   ") + report.name + ": " + report.reason + "\n";
+  }
+  return text;
+}
+
+void explain_interruption(bool has_cache) {
+  const auto handler = has_cache ? on_interrupt : on_interrupt_without_cache;
+  std::signal(SIGINT, handler);
+  std::signal(SIGTERM, handler);
+}
+
+}  // namespace sightline

@@ -1,0 +1,98 @@
+#include "formats/annotation/driven_places.h"
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+Error mismatched(const DrivenPlace& place, const std::string& message) {
+  return {ErrorCode::kMismatchedInputs, message, "", "place '" + place.name + "'"};
+}
+
+Result<void> validate_drive(const DrivenPlace& place, const MeasuredError& drive) {
+  if (drive.scan_of_site.size() != place.sites.sites.size()) {
+    return mismatched(place, "found errors of " + std::to_string(drive.scan_of_site.size()) +
+                                 " sites, expected " + std::to_string(place.sites.sites.size()));
+  }
+  if (drive.looks != place.factors.looks) {
+    return mismatched(place, "factors and errors are of different ranges");
+  }
+  return validate(drive);
+}
+
+Result<void> validate_place(const DrivenPlace& place) {
+  if (place.factors.site_count != place.sites.sites.size()) {
+    return mismatched(place, "found factors of " + std::to_string(place.factors.site_count) +
+                                 " sites, expected " + std::to_string(place.sites.sites.size()));
+  }
+  if (place.drives.empty()) return mismatched(place, "no drive was measured there");
+  Result<void> valid = validate(place.sites);
+  if (valid) valid = validate(place.factors);
+  if (valid) valid = validate(place.recordings);
+  for (const MeasuredError& drive : place.drives) {
+    if (valid) valid = validate_drive(place, drive);
+  }
+  return valid;
+}
+
+std::int64_t measured_count(const MeasuredError& drive) {
+  return std::ranges::count_if(drive.scan_of_site, [](std::int64_t scan) { return scan >= 0; });
+}
+
+}  // namespace
+
+Result<void> validate(const DrivenPlaces& places) {
+  if (places.places.empty()) {
+    return Error{ErrorCode::kNoTrainingRows, "no place to learn from", "", ""};
+  }
+  for (const DrivenPlace& place : places.places) {
+    SIGHTLINE_TRY(validate_place(place));
+    if (place.factors.looks != places.places.front().factors.looks ||
+        place.factors.factors != places.places.front().factors.factors) {
+      return mismatched(place, "its ranges or factors are not those of place '" +
+                                   places.places.front().name + "'");
+    }
+  }
+  return {};
+}
+
+Table dump(const DrivenPlaces& places) {
+  Table table{"driven-places", {"place", "drive", "sites", "measured_sites"}, {}, {}};
+  for (const DrivenPlace& place : places.places) {
+    for (const MeasuredError& drive : place.drives) {
+      table.rows.push_back({place.name, drive.drive,
+                            static_cast<std::int64_t>(place.sites.sites.size()),
+                            measured_count(drive)});
+    }
+  }
+  return table;
+}
+
+void encode(const DrivenPlaces& places, ByteWriter& writer) {
+  writer.put<std::uint64_t>(places.places.size());
+  for (const DrivenPlace& place : places.places) {
+    writer.put_string(place.name);
+    encode(place.sites, writer);
+    encode(place.factors, writer);
+    writer.put<std::uint64_t>(place.drives.size());
+    for (const MeasuredError& drive : place.drives) encode(drive, writer);
+    encode(place.recordings, writer);
+  }
+}
+
+void decode(ByteReader& reader, DrivenPlaces& places) {
+  // A place holds a name, sites, factors, drives and recordings, each with counts of eight bytes.
+  constexpr std::size_t kBytesPerPlace = 5 * sizeof(std::uint64_t);
+  constexpr std::size_t kBytesPerDrive = 4 * sizeof(std::uint64_t);
+  places.places.resize(reader.get_count(kBytesPerPlace));
+  for (DrivenPlace& place : places.places) {
+    reader.get_string(place.name);
+    decode(reader, place.sites);
+    decode(reader, place.factors);
+    place.drives.resize(reader.get_count(kBytesPerDrive));
+    for (MeasuredError& drive : place.drives) decode(reader, drive);
+    decode(reader, place.recordings);
+  }
+}
+
+}  // namespace sightline

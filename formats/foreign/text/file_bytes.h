@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "formats/base/result.h"
+
+// What the parsers of formats/foreign share; not for other folders.
+
+namespace sightline {
+
+// A file in memory, and its name for messages.
+struct FileBytes {
+  std::span<const std::byte> bytes;
+  std::string file;
+
+  [[nodiscard]] std::string_view text() const {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  }
+  [[nodiscard]] Error error(ErrorCode code, std::string message, std::string place) const {
+    return {code, std::move(message), file, std::move(place)};
+  }
+};
+
+inline std::string at_byte(std::size_t offset) { return "byte " + std::to_string(offset); }
+inline std::string at_line(std::size_t number) { return "line " + std::to_string(number); }
+
+// Some writers pad a file to whole pages with zeros, and editors add line ends. Anything else
+// behind the data means that the header and the data disagree.
+inline bool is_padding(std::string_view rest) {
+  return rest.find_first_not_of(std::string_view("\0\r\n", 3)) == std::string_view::npos;
+}
+
+}  // namespace sightline

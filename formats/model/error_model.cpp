@@ -1,0 +1,183 @@
+#include "formats/model/error_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/annotation/of_samples.h"
+
+namespace sightline {
+namespace {
+
+bool are_finite(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(),
+                     [](double value) { return std::isfinite(value); });
+}
+
+Result<void> validate_card(const ErrorModel& model) {
+  const TrainingCard& card = model.card;
+  const std::vector<double> numbers = {card.feature_share, card.block_m, card.buffer_m,
+                                       card.labelled_route_m};
+  if (!are_finite(numbers) || *std::min_element(numbers.begin(), numbers.end()) < 0.0) {
+    return invalid_artifact("found a number that is negative or not finite", "model card");
+  }
+  if (!std::isfinite(card.curve.offset) || !std::isfinite(card.curve.slope) ||
+      card.curve.slope <= 0.0) {
+    return invalid_artifact("the curve of its probabilities does not rise", "model card");
+  }
+  if (reference_name(card.reference).empty()) {
+    return invalid_artifact("found an unknown reference", "model card");
+  }
+  SIGHTLINE_TRY(validate(card.localizer));
+  if (card.places.empty() ||
+      (card.hold_out != "blocks" && card.hold_out != "drives" && card.hold_out != "places")) {
+    return invalid_artifact("it names no place, or holds out no blocks, drives or places",
+                            "model card");
+  }
+  for (const PlaceCard& place : card.places) {
+    if (!std::isfinite(place.labelled_route_m) || place.labelled_route_m < 0.0) {
+      return invalid_artifact("the route of place '" + place.name + "' makes no sense",
+                              "model card");
+    }
+    const Result<void> named = validate(place.recordings);
+    if (!named) {
+      return invalid_artifact(named.error().message,
+                              "model card, place '" + place.name + "', " + named.error().place);
+    }
+  }
+  if (card.tree_count != model.forest.trees.size()) {
+    return invalid_artifact("found " + std::to_string(model.forest.trees.size()) +
+                                " trees, expected " + std::to_string(card.tree_count),
+                            "model card");
+  }
+  return {};
+}
+
+Result<void> validate_features(const ErrorModel& model) {
+  if (model.features.size() != model.forest.feature_count ||
+      model.features.back().name != "range_m") {
+    return invalid_artifact("found " + std::to_string(model.features.size()) +
+                                " features, expected " +
+                                std::to_string(model.forest.feature_count) + " that end in range_m",
+                            "");
+  }
+  for (const FeatureCard& feature : model.features) {
+    const std::size_t count = model.ranges.size();
+    if (feature.support_min.size() != count || feature.support_max.size() != count ||
+        !are_finite(feature.support_min) || !are_finite(feature.support_max) ||
+        !std::isfinite(feature.importance_m)) {
+      return invalid_artifact("its support or importance makes no sense",
+                              "feature " + feature.name);
+    }
+    for (std::size_t range = 0; range < count; ++range) {
+      if (feature.support_min[range] > feature.support_max[range]) {
+        return invalid_artifact("its support ends before it begins", "feature " + feature.name);
+      }
+    }
+  }
+  return {};
+}
+
+Result<void> validate_ranges(const ErrorModel& model) {
+  if (model.ranges.size() != model.out_of_fold.looks.size()) {
+    return invalid_artifact("the model card and the predictions name other ranges", "");
+  }
+  for (std::size_t range = 0; range < model.ranges.size(); ++range) {
+    const RangeCard& card = model.ranges[range];
+    if (card.range_m != model.out_of_fold.looks[range].range_m ||
+        !are_finite({card.mean_error_m, card.r_squared, card.rmse_m, card.history_r_squared,
+                     card.history_rmse_m})) {
+      return invalid_artifact("its card makes no sense", "range " + std::to_string(range));
+    }
+  }
+  return {};
+}
+
+Result<void> validate_sites(const ErrorModel& model) {
+  const std::size_t count = model.sites.size();
+  if (model.out_of_fold.site_count != count ||
+      model.measured_mean_m.size() != model.shape().size(count) ||
+      !are_finite(model.measured_mean_m)) {
+    return invalid_artifact("predictions or labels do not fill " + std::to_string(count) + " sites",
+                            "");
+  }
+  std::size_t labelled_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const TrainedSite& site = model.sites[i];
+    const bool follows = i == 0 || model.sites[i - 1].run < site.run ||
+                         (model.sites[i - 1].run == site.run && model.sites[i - 1].s_m < site.s_m);
+    if (!site.p_world_m.allFinite() || !std::isfinite(site.s_m) || !follows || site.has_label > 1 ||
+        site.has_history > 1 || site.place >= model.card.places.size() ||
+        site.drive >= model.card.places[site.place].drives.size() ||
+        site.block >= model.card.block_count ||
+        static_cast<std::size_t>(site.street) >= kStreetTypeCount) {
+      return invalid_artifact("its place, order or block makes no sense",
+                              "site " + std::to_string(i));
+    }
+    labelled_count += site.has_label;
+  }
+  const std::size_t most_rows = model.shape().size(labelled_count);
+  if (model.forest.labels.size() > most_rows ||
+      model.forest.labels.size() % model.ranges.size() != 0) {
+    return invalid_artifact("found " + std::to_string(model.forest.labels.size()) +
+                                " training rows, expected " + std::to_string(model.ranges.size()) +
+                                " for each of at most " + std::to_string(labelled_count) + " sites",
+                            "");
+  }
+  return {};
+}
+
+Result<void> validate_streets(const ErrorModel& model) {
+  for (std::size_t i = 0; i < model.streets.size(); ++i) {
+    const StreetCard& card = model.streets[i];
+    const bool is_known = card.street != StreetType::kUnknown &&
+                          static_cast<std::size_t>(card.street) < kStreetTypeCount;
+    const bool is_share = card.coverage >= 0.0 && card.coverage <= 1.0;
+    if (!is_known || !is_share || card.case_count == 0 ||
+        !are_finite({card.limit_m, card.mean_range_m, card.mean_error_m})) {
+      return invalid_artifact("its card makes no sense", "street type " + std::to_string(i));
+    }
+  }
+  return {};
+}
+
+bool is_of_map(const RecordingCard& card) { return card.role.starts_with("map"); }
+
+Result<void> validate_own(const ErrorModel& model) {
+  Result<void> valid = validate(model.forest);
+  if (valid) valid = validate(model.out_of_fold);
+  if (valid) valid = validate_card(model);
+  if (valid) valid = validate_ranges(model);
+  if (valid) valid = validate_features(model);
+  if (valid) valid = validate_sites(model);
+  if (valid) valid = validate_streets(model);
+  return valid;
+}
+
+const std::vector<Look>& looks_of(const ErrorModel& model) { return model.out_of_fold.looks; }
+
+}  // namespace
+
+std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
+                                                std::size_t drive_count) {
+  std::vector<RecordingCard> localized;
+  for (const RecordingCard& card : recordings.cards) {
+    if (!is_of_map(card)) localized.push_back(card);
+  }
+  const auto mapping = std::ranges::find_if(recordings.cards, is_of_map);
+  if (localized.size() + 1 == drive_count && mapping != recordings.cards.end()) {
+    localized.insert(localized.begin(), *mapping);
+  }
+  return localized.size() == drive_count ? localized : std::vector<RecordingCard>();
+}
+
+bool made_the_map(const RecordingCards& recordings, const RecordingCard& card) {
+  return std::ranges::any_of(recordings.cards, [&](const RecordingCard& other) {
+    return is_of_map(other) && other.digest == card.digest;
+  });
+}
+
+Result<void> validate(const ErrorModel& model) {
+  return validate_both(model, validate_own, looks_of);
+}
+
+}  // namespace sightline

@@ -1,0 +1,165 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/predicted_error.h"
+#include "formats/artifact_in_pieces.h"
+#include "formats/drive/recording_cards.h"
+#include "formats/model/regression_forest.h"
+#include "formats/model/street_type.h"
+
+namespace sightline {
+
+// A place that the model learnt from.
+struct PlaceCard {
+  std::string name;
+  std::vector<std::string> drives;  // whose errors were learnt there
+  double labelled_route_m = 0.0;    // of the place, however many drives measured it
+  std::uint32_t block_count = 0;
+  RecordingCards recordings;  // that its map and its errors were made from
+};
+
+// The recordings that the drives of a place are, in the order of the drives; none where the cards
+// do not tell. A drive without a card of its own is the first of those that made the map.
+std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
+                                                std::size_t drive_count);
+
+// Whether a recording is one of those that the map was made from.
+bool made_the_map(const RecordingCards& recordings, const RecordingCard& card);
+
+// What a share of labels within a limit is worth as a probability, in log odds: offset + slope
+// times those of the share (schemas/definitions.md, "Error model and choice of range").
+struct ProbabilityCurve {
+  double offset = 0.0;
+  double slope = 1.0;  // above 0
+};
+
+// How the model was trained, and on how much.
+struct TrainingCard {
+  std::vector<PlaceCard> places;
+  ErrorReference reference = ErrorReference::kKnownPose;
+  LocalizerProfile localizer;  // whose errors it learnt, and foretells
+  std::string feature_set;     // "paper", "all"
+  std::string hold_out;        // what a fold is made of: "blocks" of route, blocks of one of the
+                               // "drives", or whole "places"
+  std::uint64_t seed = 0;
+  std::uint32_t tree_count = 0;
+  std::uint32_t least_leaf_rows = 0;
+  double feature_share = 0.0;  // of the features, tried at each split
+  double block_m = 0.0;        // least route of a block
+  double buffer_m = 0.0;       // nothing nearer than this to a held-out block trains its trees
+  double labelled_route_m = 0.0;
+  std::uint32_t block_count = 0;
+  std::uint32_t fold_count = 0;
+  bool knows_history = false;  // some place was driven twice: one drive told, the other judged
+  ProbabilityCurve curve;      // of the probabilities, out of fold and of the forest
+};
+
+// One input of the forest.
+struct FeatureCard {
+  std::string name;  // a factor, or "range_m", which is the last
+  // By how much the out-of-fold RMSE rises when held-out rows swap their values of it, m.
+  double importance_m = 0.0;
+  // [range]: least and greatest value that training saw.
+  std::vector<double> support_min;
+  std::vector<double> support_max;
+};
+
+// How well held-out places are predicted at one range.
+struct RangeCard {
+  double range_m = 0.0;
+  double mean_error_m = 0.0;  // of the labels
+  double r_squared =
+      0.0;  // 1 - residual / total sum of squares, out of fold; 0 where all labels are one
+  double rmse_m = 0.0;
+  // The same over the cases whose place had been driven before; 0 where there are none.
+  double history_r_squared = 0.0;
+  double history_rmse_m = 0.0;
+};
+
+// What the paper's rule reached on held-out places in one type of street: the shortest range whose
+// predicted mean error is within the limit, over the labelled cases without history.
+struct StreetCard {
+  double limit_m = 0.0;
+  StreetType street = StreetType::kUnknown;
+  std::uint32_t case_count = 0;  // of a site and a drive
+  double coverage = 0.0;         // share with a measured error within the limit there
+  double mean_range_m = 0.0;
+  double mean_error_m = 0.0;
+};
+
+// A site of a map that the model was trained on, as one drive found it. Its forest knows the place,
+// so what the model says here must come from trees that do not. A site comes once for each drive
+// that measured it, and once more where it was told what other drives measured.
+struct TrainedSite {
+  Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
+  std::uint32_t place = 0;                              // index into the card's places
+  std::uint32_t drive = 0;  // that measured it, index into the place's drives
+  std::uint32_t run = 0;    // a stretch of route of one place, one drive and one history
+  double s_m = 0.0;
+  std::uint32_t block = 0;          // the same for every case of a stretch of route
+  std::uint8_t has_label = 0;       // 1 where a scan was matched
+  std::uint8_t has_history = 0;     // 1 where an earlier drive's errors are among its features
+  std::uint64_t factor_digest = 0;  // XXH3 of the features of this site
+  StreetType street = StreetType::kUnknown;
+};
+
+// What is known about the error before a vehicle drives: a forest over map factors and range, and
+// all that choosing ranges with a promise needs: out-of-fold predictions beside the errors
+// measured.
+struct ErrorModel {
+  TrainingCard card;
+  std::vector<FeatureCard> features;    // in the order of the forest's feature indices
+  std::vector<RangeCard> ranges;        // ascending range_m
+  std::vector<StreetCard> streets;      // by limit, then type; types without a case are left out
+  RegressionForest forest;              // labels: mean error, m
+  std::vector<TrainedSite> sites;       // ascending (run, s_m); with a label or without
+  PredictedError out_of_fold;           // of these sites, by trees that never saw the place
+  std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
+  // The same of the looks that take a sample, the same sites and drive: none or one, without its
+  // own.
+  std::vector<ErrorModel> of_samples;
+
+  [[nodiscard]] SiteShape shape() const { return {ranges.size()}; }
+
+  [[nodiscard]] double measured(std::size_t site, std::size_t range) const {
+    return measured_mean_m[shape().index(site, range)];
+  }
+};
+
+template <>
+struct ArtifactTraits<ErrorModel> {
+  static constexpr std::string_view kName = "error-model";
+  static constexpr std::uint32_t kVersion = 6;
+};
+
+Result<void> validate(const ErrorModel& model);
+// Facts: the model card. Rows: out-of-fold prediction beside the label, per site and range.
+Table dump(const ErrorModel& model);
+// Those facts alone: the rows of a model of a long street are many. `head` needs no more than what
+// encode_head writes.
+std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& head,
+                                                     std::size_t training_row_count);
+// The card's tables (ranges; features with support; recordings) and every node of every tree.
+std::vector<Table> tables(const ErrorModel& model);
+// Role, name and digest of every recording that the model was trained on, by place.
+Table recordings_table(const ErrorModel& model);
+// For people: places, recordings, quality of prediction per range, importances.
+std::string to_text(const ErrorModel& model);
+void encode(const ErrorModel& model, ByteWriter& writer);
+void decode(ByteReader& reader, ErrorModel& model);
+// The same bytes piece by piece: of a long street they are not in memory twice.
+std::uint64_t payload_size(const ErrorModel& model);
+Result<void> visit_payload(const ErrorModel& model, const ByteSink& sink);
+Result<void> open_payload(const StoredBytes& payload, ErrorModel& model);
+// What stands first, of no length that a street has: the card, features, ranges, streets and the
+// forest's feature_count. The number of training rows comes next, as 64 bits.
+void encode_head(const ErrorModel& model, ByteWriter& writer);
+void decode_head(ByteReader& reader, ErrorModel& model);
+
+}  // namespace sightline

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+
+#include "formats/base/files/stored_bytes.h"
+#include "formats/model/error_model.h"
+
+namespace sightline {
+
+// An error model of which no more than its card is read: the training rows, trees and sites stay
+// encoded, in a file where they came from one. The same bytes as ErrorModel's.
+struct ErrorModelAtRest {
+  ErrorModel head;  // what decode_head reads
+  std::uint64_t training_row_count = 0;
+  StoredBytes payload;  // all of it, as encode() writes it
+};
+
+// A form of ErrorModel.
+template <>
+struct ArtifactTraits<ErrorModelAtRest> {
+  using Artifact = ErrorModel;
+  static constexpr std::string_view kName = ArtifactTraits<ErrorModel>::kName;
+  static constexpr std::uint32_t kVersion = ArtifactTraits<ErrorModel>::kVersion;
+};
+
+// Of the head alone.
+Result<void> validate(const ErrorModelAtRest& model);
+Table dump(const ErrorModelAtRest& model);  // facts: the model card
+std::uint64_t payload_size(const ErrorModelAtRest& model);
+Result<void> visit_payload(const ErrorModelAtRest& model, const ByteSink& sink);
+// Errors: cannot-read; bad-layer where the head cannot be decoded.
+Result<void> open_payload(const StoredBytes& payload, ErrorModelAtRest& model);
+
+}  // namespace sightline

@@ -1,0 +1,267 @@
+#include <algorithm>
+#include <functional>
+
+#include "formats/model/error_model.h"
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+void append_card(const ErrorModel& model, std::size_t training_row_count, Table& table) {
+  const TrainingCard& card = model.card;
+  std::string places;
+  std::string drives;
+  for (const PlaceCard& place : card.places) {
+    places += (places.empty() ? "" : ", ") + place.name;
+    for (const std::string& drive : place.drives) drives += (drives.empty() ? "" : ", ") + drive;
+  }
+  table.facts = {{"places", places},
+                 {"drives", drives},
+                 {"reference", std::string(reference_name(card.reference))},
+                 {"localizer", to_text(card.localizer)},
+                 {"feature_set", card.feature_set},
+                 {"hold_out", card.hold_out},
+                 {"knows_history", std::int64_t{card.knows_history ? 1 : 0}},
+                 {"seed", std::to_string(card.seed)},
+                 {"tree_count", std::int64_t{card.tree_count}},
+                 {"least_leaf_rows", std::int64_t{card.least_leaf_rows}},
+                 {"feature_share", card.feature_share},
+                 {"training_rows", static_cast<std::int64_t>(training_row_count)},
+                 {"block_m", card.block_m},
+                 {"buffer_m", card.buffer_m},
+                 {"labelled_route_m", card.labelled_route_m},
+                 {"block_count", std::int64_t{card.block_count}},
+                 {"fold_count", std::int64_t{card.fold_count}},
+                 {"probability_offset", card.curve.offset},
+                 {"probability_slope", card.curve.slope}};
+  for (const RangeCard& range : model.ranges) {
+    const std::string name = "range_" + format_double(range.range_m) + "_m_";
+    table.facts.emplace_back(name + "r_squared", range.r_squared);
+    table.facts.emplace_back(name + "rmse_m", range.rmse_m);
+    if (!card.knows_history) continue;
+    table.facts.emplace_back(name + "history_r_squared", range.history_r_squared);
+    table.facts.emplace_back(name + "history_rmse_m", range.history_rmse_m);
+  }
+  for (const StreetCard& type : model.streets) {
+    table.facts.emplace_back("coverage_of_" + format_double(type.limit_m) + "_m_in_" +
+                                 std::string(street_type_name(type.street)),
+                             type.coverage);
+  }
+  for (const FeatureCard& feature : model.features) {
+    table.facts.emplace_back("importance_" + feature.name + "_m", feature.importance_m);
+  }
+  for (const PlaceCard& place : card.places) {
+    for (const RecordingCard& recording : place.recordings.cards) {
+      table.facts.emplace_back("sha256_of_" + recording.role + "_of_" + place.name,
+                               to_hex(recording.digest));
+    }
+  }
+}
+
+Table ranges_table(const ErrorModel& model) {
+  Table table{
+      "error-model-ranges",
+      {"range_m", "mean_error_m", "r_squared", "rmse_m", "history_r_squared", "history_rmse_m"},
+      {},
+      {}};
+  for (const RangeCard& range : model.ranges) {
+    table.rows.push_back({range.range_m, range.mean_error_m, range.r_squared, range.rmse_m,
+                          range.history_r_squared, range.history_rmse_m});
+  }
+  return table;
+}
+
+Table streets_table(const ErrorModel& model) {
+  Table table{"error-model-street-types",
+              {"limit_m", "street", "case_count", "coverage", "mean_range_m", "mean_error_m"},
+              {},
+              {}};
+  for (const StreetCard& card : model.streets) {
+    table.rows.push_back({card.limit_m, std::string(street_type_name(card.street)),
+                          std::int64_t{card.case_count}, card.coverage, card.mean_range_m,
+                          card.mean_error_m});
+  }
+  return table;
+}
+
+Table features_table(const ErrorModel& model) {
+  Table table{"error-model-features",
+              {"feature", "importance_m", "range_m", "support_min", "support_max"},
+              {},
+              {}};
+  for (const FeatureCard& feature : model.features) {
+    for (std::size_t range = 0; range < model.ranges.size(); ++range) {
+      table.rows.push_back({feature.name, feature.importance_m, model.ranges[range].range_m,
+                            feature.support_min[range], feature.support_max[range]});
+    }
+  }
+  return table;
+}
+
+Table nodes_table(const ErrorModel& model) {
+  Table table{
+      "error-model-nodes", {"tree", "node", "feature", "threshold", "left", "right"}, {}, {}};
+  for (std::size_t t = 0; t < model.forest.trees.size(); ++t) {
+    const std::vector<TreeNode>& nodes = model.forest.trees[t].nodes;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      table.rows.push_back({static_cast<std::int64_t>(t), static_cast<std::int64_t>(i),
+                            model.features[nodes[i].feature].name, double{nodes[i].threshold},
+                            std::int64_t{nodes[i].left}, std::int64_t{nodes[i].right}});
+    }
+  }
+  return table;
+}
+
+Table leaves_table(const ErrorModel& model) {
+  Table table{"error-model-leaves", {"tree", "leaf", "label_m"}, {}, {}};
+  const std::vector<const float*> rows = training_rows(model.forest);
+  for (std::size_t t = 0; t < model.forest.trees.size(); ++t) {
+    std::vector<std::uint32_t> leaves(rows.size());
+    find_leaves(model.forest.trees[t].nodes, rows, leaves);
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+      table.rows.push_back(
+          {static_cast<std::int64_t>(t), std::int64_t{leaves[i]}, model.forest.labels[i]});
+    }
+  }
+  return table;
+}
+
+std::string folds_text(const TrainingCard& card) {
+  const std::string text = std::to_string(card.fold_count) + " folds of ";
+  if (card.hold_out == "places") return text + "whole places";
+  return text + "blocks of " + fixed(card.block_m, 0) + " m" +
+         (card.hold_out == "drives" ? ", each drive judged by trees of the others" : "");
+}
+
+std::string card_text(const ErrorModel& model) {
+  const TrainingCard& card = model.card;
+  std::string text = "Model card\n";
+  TextGrid grid = {{"place", "drives", "route (m)", "blocks"}};
+  for (const PlaceCard& place : card.places) {
+    grid.push_back({place.name, std::to_string(place.drives.size()),
+                    fixed(place.labelled_route_m, 0), std::to_string(place.block_count)});
+  }
+  text += aligned(grid) + "\n";
+  text += std::to_string(model.forest.trees.size()) + " trees, " +
+          std::to_string(model.forest.labels.size()) +
+          " training rows, features: " + card.feature_set + "; " + folds_text(card) +
+          (card.knows_history ? "; told of earlier drives\n" : "; map only\n");
+  return text;
+}
+
+std::string recordings_text(const ErrorModel& model) {
+  const Table table = recordings_table(model);
+  TextGrid grid = {table.columns};
+  for (const std::vector<Cell>& row : table.rows) {
+    std::vector<std::string> line;
+    for (const Cell& cell : row) line.push_back(std::get<std::string>(cell));
+    grid.push_back(std::move(line));
+  }
+  return "Recordings that it was trained on\n" + aligned(grid);
+}
+
+// "50 m"; looks that take a sample by their number, since their texts are long.
+std::string told_name(std::size_t number, const ErrorModel& model) {
+  const Look& look = model.out_of_fold.looks[number];
+  return takes_every_return(look) ? to_text(look) : "look " + std::to_string(number + 1);
+}
+
+std::string fit_text(const ErrorModel& model) {
+  TextGrid grid = {{"look"}, {"measured error (cm)"}, {"R^2"}, {"RMSE (cm)"}};
+  if (model.card.knows_history) {
+    grid.push_back({"R^2, with history"});
+    grid.push_back({"RMSE, with history (cm)"});
+  }
+  for (std::size_t number = 0; number < model.ranges.size(); ++number) {
+    const RangeCard& range = model.ranges[number];
+    const std::string column[] = {
+        told_name(number, model),          fixed(100.0 * range.mean_error_m, 1),
+        fixed(range.r_squared, 2),         fixed(100.0 * range.rmse_m, 1),
+        fixed(range.history_r_squared, 2), fixed(100.0 * range.history_rmse_m, 1)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  }
+  return "Prediction of the mean error, where the trees never were\n" + aligned(grid);
+}
+
+// Of the model within, where there is one.
+std::string looks_text(const ErrorModel& model) {
+  std::string text = "\nLooks that take a sample\n";
+  for (std::size_t i = 0; i < model.out_of_fold.looks.size(); ++i) {
+    text += "look " + std::to_string(i + 1) + ": " + to_text(model.out_of_fold.looks[i]) + "\n";
+  }
+  return text + fit_text(model);
+}
+
+std::string street_text(const ErrorModel& model) {
+  TextGrid grid = {{"limit (cm)"}, {"street"},         {"cases"},
+                   {"coverage %"}, {"mean range (m)"}, {"mean error (cm)"}};
+  for (const StreetCard& card : model.streets) {
+    const std::string column[] = {
+        fixed(100.0 * card.limit_m, 0),  std::string(street_type_name(card.street)),
+        std::to_string(card.case_count), fixed(100.0 * card.coverage, 1),
+        fixed(card.mean_range_m, 1),     fixed(100.0 * card.mean_error_m, 1)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  }
+  return "The mean rule by type of street, where the trees never were\n" + aligned(grid);
+}
+
+std::string importance_text(const ErrorModel& model) {
+  std::vector<const FeatureCard*> order;
+  for (const FeatureCard& feature : model.features) order.push_back(&feature);
+  std::ranges::stable_sort(order, std::greater(), &FeatureCard::importance_m);
+  TextGrid grid;
+  for (const FeatureCard* feature : order) {
+    grid.push_back({feature->name, fixed(100.0 * feature->importance_m, 2)});
+  }
+  return "Importance: by how much the RMSE rises when a feature is shuffled (cm)\n" + aligned(grid);
+}
+
+}  // namespace
+
+Table recordings_table(const ErrorModel& model) {
+  Table table{"error-model-recordings", {"place", "role", "name", "sha256"}, {}, {}};
+  for (const PlaceCard& place : model.card.places) {
+    for (const RecordingCard& card : place.recordings.cards) {
+      table.rows.push_back({place.name, card.role, card.name, to_hex(card.digest)});
+    }
+  }
+  return table;
+}
+
+Table dump(const ErrorModel& model) {
+  Table table = dump(model.out_of_fold);
+  table.name = "error-model";
+  append_card(model, model.forest.labels.size(), table);
+  table.columns.insert(table.columns.begin() + 1, {"place", "drive", "run", "s_m", "block",
+                                                   "has_history", "measured_mean_error_m"});
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const TrainedSite& site = model.sites[model.shape().site_of(i)];
+    const Cell measured =
+        site.has_label == 1 ? Cell(model.measured_mean_m[i]) : Cell(std::string());
+    const PlaceCard& place = model.card.places[site.place];
+    table.rows[i].insert(table.rows[i].begin() + 1,
+                         {place.name, place.drives[site.drive], std::int64_t{site.run}, site.s_m,
+                          std::int64_t{site.block}, std::int64_t{site.has_history}, measured});
+  }
+  return table;
+}
+
+std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& head,
+                                                     std::size_t training_row_count) {
+  Table card;
+  append_card(head, training_row_count, card);
+  return card.facts;
+}
+
+std::vector<Table> tables(const ErrorModel& model) {
+  return {ranges_table(model), features_table(model), nodes_table(model),
+          leaves_table(model), streets_table(model),  recordings_table(model)};
+}
+
+std::string to_text(const ErrorModel& model) {
+  return card_text(model) + "\n" + recordings_text(model) + "\n" + fit_text(model) + "\n" +
+         (model.streets.empty() ? "" : street_text(model) + "\n") + importance_text(model) +
+         (model.of_samples.empty() ? "" : looks_text(model.of_samples.front()));
+}
+
+}  // namespace sightline

@@ -1,0 +1,388 @@
+#include "passes/model/forest/predict_error.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "formats/grid/point_grid.h"
+#include "passes/model/forest/factors_of_kind.h"
+#include "passes/model/forest/forest_prediction.h"
+#include "passes/model/forest/growing/feature_rows.h"
+#include "passes/model/forest/history.h"
+#include "passes/model/forest/probability_curve.h"
+#include "passes/model/forest/support.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kSamePlace_m = 1e-3;
+
+// `factors` may be without values.
+Result<void> check_inputs(const ErrorModel& model, const Sites& sites, const FactorTable& factors) {
+  if (factors.site_count != sites.sites.size()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "found factors of " + std::to_string(factors.site_count) + " sites, expected " +
+                     std::to_string(sites.sites.size()),
+                 "", ""};
+  }
+  if (factors.looks != model.out_of_fold.looks) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "factors and model are of different ranges; the model needs " +
+                     std::to_string(model.ranges.size()) + " of " +
+                     format_double(model.ranges.front().range_m) + " to " +
+                     format_double(model.ranges.back().range_m) + " m",
+                 "", ""};
+  }
+  return {};
+}
+
+std::vector<std::string> factors_of(const ErrorModel& model) {
+  std::vector<std::string> names;
+  for (const FeatureCard& feature : model.features) names.push_back(feature.name);
+  names.pop_back();  // range_m is added to every row anyway
+  std::erase_if(names, is_history_feature);
+  return names;
+}
+
+PointGrid grid_of(const std::vector<TrainedSite>& sites) {
+  std::vector<Eigen::Vector3d> places_m;
+  for (const TrainedSite& site : sites) places_m.push_back(site.p_world_m);
+  return PointGrid(places_m);
+}
+
+// The case of this place with these features (the lowest index), if there is one.
+std::optional<std::size_t> own_case(const ErrorModel& model, const PointGrid& places,
+                                    const Eigen::Vector3d& p_world_m, std::uint64_t digest) {
+  std::optional<std::size_t> found;
+  places.visit_within(p_world_m, kSamePlace_m, [&](const NearPoint& point) {
+    if (model.sites[point.index].factor_digest != digest) return;
+    found = std::min(found.value_or(point.index), point.index);
+  });
+  return found;
+}
+
+// [place of the model]: whether one of these recordings is behind it.
+std::vector<bool> places_of(const ErrorModel& model, const RecordingCards& recordings) {
+  std::vector<bool> is_of;
+  for (const PlaceCard& place : model.card.places) {
+    is_of.push_back(std::ranges::any_of(place.recordings.cards, [&](const RecordingCard& card) {
+      return std::ranges::find(recordings.cards, card.digest, &RecordingCard::digest) !=
+             recordings.cards.end();
+    }));
+  }
+  return is_of;
+}
+
+// Recordings without coordinates of their own all begin at 0, and lie near each other for nothing.
+bool is_of_the_world(const Eigen::Vector3d& p_world_m) {
+  constexpr double kFarthestOwn_m = 1e5;
+  return p_world_m.head<2>().cwiseAbs().maxCoeff() > kFarthestOwn_m;
+}
+
+// What the model was told of earlier drives.
+HistoryKind kind_for(const ErrorModel& model) {
+  std::vector<std::string> names;
+  for (const FeatureCard& feature : model.features) names.push_back(feature.name);
+  return history_kind_of(names);
+}
+
+// The rows that the model's forest expects. `told`: null where no earlier drive is known.
+Result<FeatureRows> features_for(const ErrorModel& model, const FactorTable& factors,
+                                 const History* told) {
+  Result<FeatureRows> rows = gather_features(factors, factors_of(model));
+  if (!rows || !model.card.knows_history) return rows;
+  return with_history(*rows, kind_for(model), told);
+}
+
+// What a model says, stretch by stretch.
+class Forest {
+ public:
+  Forest(const ErrorModel& model, double support_margin, int threads)
+      : model_(model),
+        forest_(model.forest, model.out_of_fold.limits_m, threads),
+        support_(model, support_margin) {}
+
+  // Of no site yet.
+  [[nodiscard]] PredictedError nothing(double support_margin) const {
+    PredictedError predicted;
+    predicted.looks = model_.out_of_fold.looks;
+    predicted.limits_m = model_.out_of_fold.limits_m;
+    predicted.support_margin = support_margin;
+    return predicted;
+  }
+
+  // Of the next sites, by the whole forest.
+  void append(const PassContext& ctx, const FeatureRows& features,
+              PredictedError& predicted) const {
+    std::vector<std::uint32_t> rows(features.row_count);
+    std::iota(rows.begin(), rows.end(), 0U);
+    const ForestPrediction found = forest_.predict(features, rows, ctx.threads);
+    predicted.mean_m.insert(predicted.mean_m.end(), found.mean.begin(), found.mean.end());
+    predicted.within_probability.insert(predicted.within_probability.end(), found.within.begin(),
+                                        found.within.end());
+    const std::size_t site_count = model_.shape().site_of(features.row_count);
+    predicted.site_count += static_cast<std::uint32_t>(site_count);
+    predicted.out_of_fold.resize(predicted.site_count, 0);
+    predicted.has_history.resize(predicted.site_count, 0);
+    for (std::size_t row = 0; row < features.row_count; ++row) {
+      const bool is_outside = support_.is_outside(features.row(row), model_.shape().row_of(row));
+      predicted.extrapolated.push_back(is_outside ? 1 : 0);
+    }
+  }
+
+ private:
+  const ErrorModel& model_;
+  PreparedForest forest_;
+  Support support_;
+};
+
+void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t site,
+                      PredictedError& predicted) {
+  const auto copy = [&](const auto& from, auto& to, const SiteShape& shape) {
+    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(shape.size(trained)), shape.size(1),
+                to.begin() + static_cast<std::ptrdiff_t>(shape.size(site)));
+  };
+  copy(model.out_of_fold.mean_m, predicted.mean_m, predicted.mean_shape());
+  copy(model.out_of_fold.within_probability, predicted.within_probability,
+       predicted.probability_shape());
+  copy(model.out_of_fold.extrapolated, predicted.extrapolated, predicted.mean_shape());
+  predicted.out_of_fold[site] = 1;
+}
+
+// The map whose sites are asked about, by looks of which kind.
+struct Asked {
+  const Sites& sites;
+  FactorsOfKind factors;
+  const RecordingCards& recordings;
+
+  [[nodiscard]] Eigen::Vector3d place_of(std::size_t site) const {
+    return sites.frame.origin_world_m + sites.sites[site].p_map_m;
+  }
+};
+
+// Of some sites in a row.
+History some_of(const History& told, std::size_t first, std::size_t count) {
+  const std::size_t per_site =
+      told.is_known.empty() ? 0 : told.values.size() / told.is_known.size();
+  const auto known = told.is_known.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto values = told.values.begin() + static_cast<std::ptrdiff_t>(first * per_site);
+  return {told.kind,
+          {known, known + static_cast<std::ptrdiff_t>(count)},
+          {values, values + static_cast<std::ptrdiff_t>(count * per_site)}};
+}
+
+Error from_site(Error error, std::size_t first) {
+  if (first > 0) error.place = "from site " + std::to_string(first) + " on, " + error.place;
+  return error;
+}
+
+struct ByForest {
+  PredictedError predicted;            // of every site by the whole forest
+  std::vector<std::uint64_t> digests;  // [site]: of its features
+};
+
+// `told` is null, or of these sites.
+Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOptions& options,
+                                   const ErrorModel& model, const Asked& asked,
+                                   const History* told) {
+  const std::size_t site_count = asked.sites.sites.size();
+  const Forest forest(model, options.support_margin, ctx.threads);
+  ByForest all{forest.nothing(options.support_margin), {}};
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
+    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+    SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors.of_sites(first, count));
+    const History told_here = told == nullptr ? History() : some_of(*told, first, count);
+    const Result<FeatureRows> features =
+        features_for(model, factors, told == nullptr ? nullptr : &told_here);
+    if (!features) return from_site(features.error(), first);
+    forest.append(ctx, *features, all.predicted);
+    for (std::size_t i = 0; i < count; ++i) {
+      all.digests.push_back(features_digest(*features, i, model.ranges.size()));
+    }
+  }
+  put_on_curve(model.card.curve, all.predicted);
+  if (told != nullptr) all.predicted.has_history = told->is_known;
+  return all;
+}
+
+// [site]: the case of the model that it is, if it is one.
+using OwnCases = std::vector<std::optional<std::size_t>>;
+
+OwnCases own_cases(const ErrorModel& model, const Asked& asked,
+                   const std::vector<std::uint64_t>& digests) {
+  const PointGrid places = grid_of(model.sites);
+  OwnCases own;
+  for (std::size_t site = 0; site < digests.size(); ++site) {
+    own.push_back(own_case(model, places, asked.place_of(site), digests[site]));
+  }
+  return own;
+}
+
+// Where both know the site as their own. What is seen at 100 m may have changed where nothing has
+// within the ranges: such a site is another one to both.
+void keep_common(OwnCases& ranges, OwnCases& looks) {
+  for (std::size_t site = 0; site < ranges.size(); ++site) {
+    if (!ranges[site]) looks[site].reset();
+    if (!looks[site]) ranges[site].reset();
+  }
+}
+
+// What trees said of the model's own sites that never saw their place.
+void take_own_cases(const ErrorModel& model, const OwnCases& own, PredictedError& predicted) {
+  for (std::size_t site = 0; site < own.size(); ++site) {
+    if (own[site]) take_out_of_fold(model, *own[site], site, predicted);
+  }
+}
+
+// Of sites near those that the model was trained on, which are none of them.
+void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const Asked& asked,
+                       const OwnCases& own) {
+  const PointGrid places = grid_of(model.sites);
+  const std::vector<bool> is_of_place = places_of(model, asked.recordings);
+  std::size_t flattered_count = 0;
+  for (std::size_t site = 0; site < own.size(); ++site) {
+    if (own[site]) continue;
+    const Eigen::Vector3d p_world_m = asked.place_of(site);
+    const auto is_known = [&](const NearPoint& point) {
+      return is_of_place[model.sites[point.index].place] || is_of_the_world(p_world_m);
+    };
+    if (places.nearest(p_world_m, model.card.buffer_m, is_known)) ++flattered_count;
+  }
+  if (flattered_count == 0) return;
+  ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(own.size()) +
+           " sites lie within " + format_double(model.card.buffer_m) +
+           " m of where the model was trained, but are not its own sites: if this is the same "
+           "place, the forest knows it, and predictions there may flatter");
+}
+
+// `history`: none, or measured at these sites and looks.
+Result<ByForest> predict_told_or_not(const PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Asked& asked,
+                                     const EarlierDrives& history) {
+  SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors.head()));
+  if (history.empty()) return predict_by_forest(ctx, options, model, asked, nullptr);
+  const History told = history_of(asked.sites, history, kind_for(model));
+  return predict_by_forest(ctx, options, model, asked, &told);
+}
+
+// The same drives by the looks that take a sample; none unless all know them.
+EarlierDrives samples_of(const EarlierDrives& history) {
+  EarlierDrives samples;
+  for (const MeasuredError* drive : history) {
+    if (drive->of_samples.empty()) return {};
+    samples.push_back(&drive->of_samples.front());
+  }
+  return samples;
+}
+
+// Of the ranges, and of the looks that take a sample where model and map know them.
+Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOptions& options,
+                                    const ErrorModel& model, const Asked& asked,
+                                    const EarlierDrives& history) {
+  SIGHTLINE_ASSIGN(ByForest ranges, predict_told_or_not(ctx, options, model, asked, history));
+  OwnCases own = own_cases(model, asked, ranges.digests);
+  if (!model.of_samples.empty() && !asked.factors.head().of_samples.empty()) {
+    const ErrorModel& of_samples = model.of_samples.front();
+    const Asked asked_of_samples{asked.sites, {asked.factors.factors, true}, asked.recordings};
+    SIGHTLINE_ASSIGN(ByForest looks, predict_told_or_not(ctx, options, of_samples, asked_of_samples,
+                                                         samples_of(history)));
+    OwnCases own_of_samples = own_cases(of_samples, asked_of_samples, looks.digests);
+    keep_common(own, own_of_samples);
+    take_own_cases(of_samples, own_of_samples, looks.predicted);
+    ranges.predicted.of_samples.push_back(std::move(looks.predicted));
+  }
+  take_own_cases(model, own, ranges.predicted);
+  warn_of_flattered(ctx, model, asked, own);
+  return std::move(ranges.predicted);
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(PredictErrorOptions& options) {
+  return {number("support_margin", options.support_margin,
+                 "how far beyond the training's extremes a factor is still known, as a share of "
+                 "their spread",
+                 0.0, 10.0),
+          choice("history", options.history,
+                 "whether a model made elsewhere (--model) is told what the localization drive "
+                 "measured here",
+                 {"auto", "never"})};
+}
+
+Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Sites& sites,
+                                     const AtRest<FactorTable>& factors,
+                                     const RecordingCards& recordings) {
+  return predict_both(ctx, options, model, {sites, {factors}, recordings}, {});
+}
+
+namespace {
+
+// Where the model knows history, and these drives are of its localizer. `drives` is not empty.
+Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOptions& options,
+                                    const ErrorModel& model, const Asked& asked,
+                                    const EarlierDrives& drives) {
+  std::string names;
+  for (const MeasuredError* drive : drives) {
+    names += (names.empty() ? "'" : ", '") + drive->drive + "'";
+  }
+  const bool are_several = drives.size() > 1;
+  const std::string who = (are_several ? "drives " : "drive ") + names;
+  const LocalizerProfile& localizer = drives.front()->matching.localizer;
+  if (!(localizer == model.card.localizer)) {
+    ctx.warn(who + (are_several ? " were" : " was") + " localized by " + to_text(localizer) +
+             ", the model foretells the errors of " + to_text(model.card.localizer) +
+             ": what was measured here is not told to it");
+    return predict_both(ctx, options, model, asked, {});
+  }
+  if (!model.card.knows_history) {
+    ctx.warn("the model was trained on places that were driven once: it cannot tell what " + who +
+             " measured here " + (are_several ? "are" : "is") + " worth, and does not use it");
+    return predict_both(ctx, options, model, asked, {});
+  }
+  ctx.warn("the errors of " + who + " are told to the model: figures judged on " +
+           (are_several ? "those drives" : "that drive") + " flatter");
+  return predict_both(ctx, options, model, asked, drives);
+}
+
+Result<void> check_history(const Asked& asked, const MeasuredError& history) {
+  if (history.scan_of_site.size() == asked.sites.sites.size() &&
+      history.looks == asked.factors.head().looks) {
+    return {};
+  }
+  return Error{ErrorCode::kMismatchedInputs,
+               "the earlier drive was measured at other sites or ranges", "", ""};
+}
+
+}  // namespace
+
+Result<PredictedError> predict_error_with_history(PassContext& ctx,
+                                                  const PredictErrorOptions& options,
+                                                  const ErrorModel& model, const Sites& sites,
+                                                  const AtRest<FactorTable>& factors,
+                                                  const MeasuredError& history,
+                                                  const RecordingCards& recordings) {
+  const Asked asked{sites, {factors}, recordings};
+  SIGHTLINE_TRY(check_history(asked, history));
+  return predict_told(ctx, options, model, asked, {&history});
+}
+
+Result<PredictedError> predict_error_with_drives(PassContext& ctx,
+                                                 const PredictErrorOptions& options,
+                                                 const ErrorModel& model, const Sites& sites,
+                                                 const AtRest<FactorTable>& factors,
+                                                 const MeasuredDrives& history,
+                                                 const RecordingCards& recordings) {
+  const Asked asked{sites, {factors}, recordings};
+  EarlierDrives drives;
+  for (const MeasuredError& drive : history.drives) {
+    SIGHTLINE_TRY(check_history(asked, drive));
+    drives.push_back(&drive);
+  }
+  if (drives.empty()) return predict_both(ctx, options, model, asked, {});
+  return predict_told(ctx, options, model, asked, drives);
+}
+
+}  // namespace sightline

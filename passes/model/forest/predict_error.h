@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/at_rest.h"
+#include "formats/annotation/measured_drives.h"
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/predicted_error.h"
+#include "formats/annotation/sites.h"
+#include "formats/base/result.h"
+#include "formats/drive/recording_cards.h"
+#include "formats/model/error_model.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+enum class HistoryUse { kAuto, kNever };
+
+struct PredictErrorOptions {
+  // A feature counts as known up to this share of the training's spread outside its extremes.
+  double support_margin = 0.25;
+  // auto: what a localization drive measured here is history to a model made elsewhere.
+  HistoryUse history = HistoryUse::kAuto;
+};
+std::vector<OptionField> option_fields(PredictErrorOptions& options);
+
+// What the model says of every site at every range: mean error, and P(error <= limit) for the
+// model's limits. A site that the model was trained on (same place to a millimetre, same factors of
+// ranges and of looks that take a sample) gets its out-of-fold prediction, since the whole forest
+// remembers its error; all others the whole forest. A site is extrapolated at a range where more
+// than half of what the forest decides by lies outside the support (passes/model/forest/support.h).
+// `recordings` made this map. Sites that are not the model's own but lie within its buffer of them,
+// in a place that the model knows from one of these recordings or in coordinates of the world (more
+// than 100 km from where recordings without any begin), are counted in a warning: their prediction
+// may flatter.
+// Errors: mismatched-inputs where sites, factors and model differ in count, ranges or factors;
+// invalid-artifact for a factor that is not finite.
+Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Sites& sites,
+                                     const AtRest<FactorTable>& factors,
+                                     const RecordingCards& recordings);
+inline constexpr Pass kPredictError{"predict-error", 5, "predicted",
+                                    "What the model says of each site", &predict_error};
+
+// The same where an earlier drive was measured on this map: what it found within 6 m of a site is
+// among the site's features (schemas/definitions.md, "Measured history"). A model that was never
+// told of history ignores it, and so does one of another localizer; a warning says so.
+Result<PredictedError> predict_error_with_history(PassContext& ctx,
+                                                  const PredictErrorOptions& options,
+                                                  const ErrorModel& model, const Sites& sites,
+                                                  const AtRest<FactorTable>& factors,
+                                                  const MeasuredError& history,
+                                                  const RecordingCards& recordings);
+inline constexpr Pass kPredictErrorWithHistory =
+    variant_of(kPredictError, &predict_error_with_history);
+
+// The same of several earlier drives; none is the same as no history.
+Result<PredictedError> predict_error_with_drives(PassContext& ctx,
+                                                 const PredictErrorOptions& options,
+                                                 const ErrorModel& model, const Sites& sites,
+                                                 const AtRest<FactorTable>& factors,
+                                                 const MeasuredDrives& history,
+                                                 const RecordingCards& recordings);
+inline constexpr Pass kPredictErrorWithDrives =
+    variant_of(kPredictError, &predict_error_with_drives);
+
+}  // namespace sightline

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/predicted_error.h"
+#include "formats/annotation/range_table.h"
+#include "formats/annotation/sites.h"
+#include "formats/model/error_model.h"
+
+// The rules by which a range is chosen (schemas/definitions.md, "Error model and choice of range"),
+// each a pure function, so that choosing, calibrating and judging apply one and the same rule.
+
+namespace sightline {
+
+// Where a site lies along its route.
+struct RoutePoint {
+  std::uint32_t run = 0;
+  double s_m = 0.0;
+};
+std::vector<RoutePoint> route_of(const Sites& sites);
+std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites);
+
+// The choice for one limit.
+struct Choice {
+  std::vector<std::uint8_t> range_index;  // [site]
+  std::vector<std::uint8_t> flags;        // [site]: kUnmet, kExtrapolated, kStatic
+};
+
+// Each site by a rule of formats/annotation/range_rule.h. Where it finds no range: kUnmet, and the
+// longest by mean, the most probable one (the shortest of these) by probability.
+Choice choose_by_mean(const PredictedError& predicted, double limit_m);
+
+// p*: sites with measured history are judged by a threshold of their own, since the model knows
+// them better.
+struct Thresholds {
+  double map_only = 0.0;
+  double history = 0.0;
+};
+
+Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
+                             const Thresholds& thresholds);
+
+// Flags the sites whose own answer is extrapolated.
+void mark_extrapolated(const PredictedError& predicted, Choice& choice);
+
+// A site takes the longest range among itself and the sites of its run within dilation_m.
+void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& choice);
+
+// What meets a tighter limit meets a looser one: a site that looks no further for the tighter limit
+// need not for the looser. A range that is taken over brings its kStatic with it.
+void cap_by_tighter(const Choice& tighter, Choice& choice);
+
+}  // namespace sightline

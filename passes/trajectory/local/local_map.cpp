@@ -1,0 +1,213 @@
+#include "passes/trajectory/local/local_map.h"
+
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "formats/rotation.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kCoarseCell_m = 2.0;
+constexpr double kFineCell_m = 1.0;
+// Fewer than a map needs, because a local one begins with a single scan.
+constexpr double kLeastPoints = 6.0;
+// lambda_1 of a valid ND ("NDT map" in schemas/definitions.md, v1).
+constexpr double kLeastExtent_m2 = 1e-6;
+// Standard deviations across and along the surface of a cell. The thinner a wall is taken to be,
+// the tighter it binds a scan, and the nearer a scan must be to be drawn by it.
+constexpr double kThinnest_m = 0.05;
+constexpr double kSharplyThinnest_m = 0.01;
+constexpr double kAlong_m = 2.0;
+// A scan joins the local map when the vehicle has come this far since the last one that did.
+constexpr double kKeyframeStep_m = 1.0;
+constexpr double kKeyframeTurn_rad = 0.1;
+
+// A wall holds a point in its normal; along the wall the points of a cell end where the field of
+// view did, not where the wall does. Taken for shape, that end would tilt each scan a little,
+// always the same way.
+Eigen::Matrix3d information_per_m2(const Nd& nd, double thinnest_m) {
+  Eigen::Vector3d variance_m2 = nd.eigenvalues_m2.cwiseMax(thinnest_m * thinnest_m);
+  const double along_m2 = kAlong_m * kAlong_m;
+  const int dimensions = dimension_class(nd);
+  if (dimensions == 2) {
+    variance_m2[0] = variance_m2[1] = along_m2;
+  } else if (dimensions == 1) {
+    const bool is_upright = std::abs(nd.eigenvectors(2, 0)) > 0.7;
+    variance_m2[0] = along_m2;
+    // A ring of the sensor is a line as well, but no edge.
+    if (!is_upright) variance_m2[1] = variance_m2[2] = along_m2;
+  }
+  return nd.eigenvectors * variance_m2.cwiseInverse().asDiagonal() * nd.eigenvectors.transpose();
+}
+
+Eigen::Matrix3d sharp_information_per_m2(const Nd& nd) {
+  return information_per_m2(nd, kSharplyThinnest_m);
+}
+
+std::vector<CellPart> parts_of(const CellTable<CellMoments>& cells) {
+  std::vector<CellPart> parts;
+  parts.reserve(cells.keys().size());
+  for (std::size_t i = 0; i < cells.keys().size(); ++i) {
+    parts.push_back({cells.keys()[i], cells.sums()[i]});
+  }
+  return parts;
+}
+
+std::vector<CellPart> fine_parts(const std::vector<Eigen::Vector3d>& points_m) {
+  std::vector<CellKey> keys(points_m.size());
+  cell_keys(points_m, kFineCell_m, keys);
+  std::vector<CellRun> runs(keys.size());
+  runs.resize(find_runs(keys, runs));
+  CellTable<CellMoments> cells;
+  cells.add(runs, [&](CellMoments& moments, const CellRun& run) {
+    const Eigen::Vector3d centre_m = cell_centre_m(run.key, kFineCell_m);
+    for (const Eigen::Vector3d& point_m : std::span(points_m).subspan(run.begin, run.count)) {
+      moments.add(point_m - centre_m);
+    }
+  });
+  return parts_of(cells);
+}
+
+// Eight fine cells are a coarse one.
+std::vector<CellPart> coarse_parts(const std::vector<CellPart>& fine) {
+  static_assert(kCoarseCell_m == 2.0 * kFineCell_m);
+  std::vector<CellRun> runs;
+  runs.reserve(fine.size());
+  for (std::uint32_t i = 0; i < fine.size(); ++i) {
+    const CellKey& key = fine[i].key;
+    runs.push_back({{key.x >> 1, key.y >> 1, key.z >> 1}, i, 1});
+  }
+  CellTable<CellMoments> cells;
+  cells.add(runs, [&](CellMoments& moments, const CellRun& run) {
+    const CellPart& part = fine[run.begin];
+    moments.add(part.moments.seen_from(cell_centre_m(part.key, kFineCell_m) -
+                                       cell_centre_m(run.key, kCoarseCell_m)));
+  });
+  return parts_of(cells);
+}
+
+// As many points as were added were taken away again.
+bool is_empty(const CellMoments& moments) { return !(moments.count > 0.5); }
+
+}  // namespace
+
+Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
+  return information_per_m2(nd, kThinnest_m);
+}
+
+void RollingCells::add(const std::vector<CellPart>& parts, double sign) {
+  for (const CellPart& part : parts) {
+    const std::uint32_t number = index_.add(part.key);
+    if (number == cells_.size()) cells_.emplace_back().key = part.key;
+    cells_[number].moments.add(part.moments, sign);
+    cells_[number].is_changed = true;
+  }
+}
+
+void RollingCells::forget_empty_cells() {
+  std::erase_if(cells_, [](const Cell& cell) { return is_empty(cell.moments); });
+  index_ = CellIndex();
+  for (const Cell& cell : cells_) index_.add(cell.key);
+}
+
+void RollingCells::finish() {
+  std::vector<std::size_t> full;  // of the cells that changed
+  std::vector<Nd> nds;
+  std::size_t empty_count = 0;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    Cell& cell = cells_[i];
+    if (is_empty(cell.moments)) {
+      cell.moments = {};  // of what was added and taken away again, rounding would be left
+      ++empty_count;
+    }
+    if (!std::exchange(cell.is_changed, false)) continue;
+    cell.is_valid = false;
+    if (cell.moments.count < kLeastPoints) {
+      grid_.take_away(cell.key);
+      continue;
+    }
+    full.push_back(i);
+    nds.push_back(undecomposed_nd(cell.key, cell.moments, cell_m_));
+  }
+  decompose(nds);
+  for (std::size_t i = 0; i < full.size(); ++i) {
+    Cell& cell = cells_[full[i]];
+    cell.nd = nds[i];
+    cell.is_valid = cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2;
+    if (!cell.is_valid) grid_.take_away(cell.key);
+  }
+  std::erase_if(nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  grid_.put(nds, surface_information_per_m2);
+  grid_.finish();
+  // To number all others anew takes longer than to pass by a few.
+  if (4 * empty_count > cells_.size()) forget_empty_cells();
+}
+
+NdtMap RollingCells::nds() const {
+  NdtMap map;
+  map.cell_m = cell_m_;
+  for (const Cell& cell : cells_) {
+    if (cell.is_valid) map.nds.push_back(cell.nd);
+  }
+  return map;
+}
+
+LocalGrids::LocalGrids() : coarse_(kCoarseCell_m), fine_(kFineCell_m) { finish(); }
+
+GriddedPoints gridded(const std::vector<Eigen::Vector3d>& points_m) {
+  GriddedPoints points;
+  points.fine = fine_parts(points_m);
+  points.coarse = coarse_parts(points.fine);
+  return points;
+}
+
+void LocalGrids::add(const GriddedPoints& points, double sign) {
+  coarse_.add(points.coarse, sign);
+  fine_.add(points.fine, sign);
+}
+
+void LocalGrids::finish() {
+  coarse_.finish();
+  fine_.finish();
+  sharp_ = std::make_shared<Sharp>();
+}
+
+const MatchGrid& LocalGrids::sharp() const {
+  std::call_once(sharp_->once,
+                 [this] { sharp_->grid = make_match_grid(fine_.nds(), sharp_information_per_m2); });
+  return sharp_->grid;
+}
+
+LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m) {
+  LocalGrids grids;
+  grids.add(gridded(points_m), 1.0);
+  grids.finish();
+  return grids;
+}
+
+bool is_key_step(const Pose& T_map_last, const Pose& T_map_lidar) {
+  const Pose step = T_map_last.inverse() * T_map_lidar;
+  return step.translation().norm() >= kKeyframeStep_m ||
+         rotation_angle_rad(step.linear()) >= kKeyframeTurn_rad;
+}
+
+LocalMap::LocalMap(double reach_m) : reach_m_(reach_m) {}
+
+void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar,
+                   double driven_m) {
+  std::vector<Eigen::Vector3d> points_map_m;
+  points_map_m.reserve(points_m.size());
+  for (const Eigen::Vector3d& point_m : points_m) points_map_m.push_back(T_map_lidar * point_m);
+  scans_.push_back({driven_m, gridded(points_map_m)});
+  grids_.add(scans_.back().points, 1.0);
+  while (scans_.front().driven_m < driven_m - reach_m_) {
+    grids_.add(scans_.front().points, -1.0);
+    scans_.pop_front();
+  }
+  grids_.finish();
+  T_map_last_ = T_map_lidar;
+}
+
+}  // namespace sightline

@@ -1,0 +1,133 @@
+#include "formats/base/files/atomic_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "tests/support/scratch_folder.h"
+
+namespace sightline {
+namespace {
+
+class AtomicFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = scratch_folder();
+    std::filesystem::remove_all(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::size_t file_count() const {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      count += entry.is_regular_file() ? 1 : 0;
+    }
+    return count;
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(AtomicFile, AppearsWholeAndLeavesNothingBeside) {
+  const std::filesystem::path path = folder_ / "deep" / "map.bin";
+  ASSERT_TRUE(write_file_atomically(path, std::string_view("content"), IfExists::kRefuse));
+  const Result<std::string> text = read_text_file(path);
+  ASSERT_TRUE(text);
+  EXPECT_EQ(*text, "content");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "deep"), {}), 1);
+}
+
+TEST_F(AtomicFile, IsNotReplacedUnlessAsked) {
+  const std::filesystem::path path = folder_ / "map.bin";
+  ASSERT_TRUE(write_file_atomically(path, std::string_view("old"), IfExists::kRefuse));
+  const Result<void> refused =
+      write_file_atomically(path, std::string_view("new"), IfExists::kRefuse);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kOutputExists);
+  EXPECT_EQ(*read_text_file(path), "old");
+  ASSERT_TRUE(write_file_atomically(path, std::string_view("new"), IfExists::kReplace));
+  EXPECT_EQ(*read_text_file(path), "new");
+}
+
+// A limit on the size of files stands for a full disk: write() fails half-way in both.
+TEST_F(AtomicFile, LeavesTheOldFileWhenWritingFailsHalfWay) {
+  const std::filesystem::path path = folder_ / "map.bin";
+  ASSERT_TRUE(write_file_atomically(path, std::string_view("old"), IfExists::kRefuse));
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  const Result<void> result =
+      write_file_atomically(path, std::string(100'000, 'x'), IfExists::kReplace);
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, ignored);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kDiskFull);
+  EXPECT_EQ(*read_text_file(path), "old");
+  EXPECT_EQ(file_count(), 1U);
+}
+
+TEST_F(AtomicFile, OnlyARegularFileIsReplaced) {
+  std::filesystem::create_directories(folder_);
+  const std::filesystem::path victim = folder_ / "victim";
+  ASSERT_TRUE(write_file_atomically(victim, std::string_view("precious"), IfExists::kRefuse));
+  std::filesystem::create_symlink(victim, folder_ / "link");
+  std::filesystem::create_symlink(folder_ / "nowhere", folder_ / "dangling");
+  std::filesystem::create_directories(folder_ / "folder");
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  for (const IfExists if_exists : {IfExists::kRefuse, IfExists::kReplace}) {
+    for (const char* name : {"link", "dangling", "folder", "pipe", "/dev/null"}) {
+      const Result<void> refused =
+          write_file_atomically(folder_ / name, std::string_view("new"), if_exists);
+      ASSERT_FALSE(refused) << name;
+      EXPECT_EQ(refused.error().code, ErrorCode::kCannotWrite) << name;
+    }
+  }
+  EXPECT_EQ(*read_text_file(victim), "precious");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "link"));
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  EXPECT_EQ(file_count(), 2U) << "the victim, by its name and by the link";
+}
+
+TEST_F(AtomicFile, OfASecretIsReadableByItsOwnerAlone) {
+  const std::filesystem::path path = folder_ / "secret";
+  ASSERT_TRUE(
+      write_file_atomically(path, std::string_view("x"), IfExists::kRefuse, FileAccess::kOwner));
+  EXPECT_EQ(std::filesystem::status(path).permissions(), std::filesystem::perms(0600));
+}
+
+// The file says 100 GB and holds nothing.
+TEST_F(AtomicFile, ThatMemoryCannotHoldIsRefusedByName) {
+  std::filesystem::create_directories(folder_);
+  const std::filesystem::path path = folder_ / "hole";
+  ASSERT_TRUE(write_file_atomically(path, std::string_view(""), IfExists::kRefuse));
+  std::filesystem::resize_file(path, 100'000'000'000);
+  rlimit before{};
+  ::getrlimit(RLIMIT_AS, &before);
+  const rlimit small{rlim_t{8} << 30, before.rlim_max};
+  ::setrlimit(RLIMIT_AS, &small);
+  const Result<std::string> text = read_text_file(path);
+  ::setrlimit(RLIMIT_AS, &before);
+  ASSERT_FALSE(text);
+  EXPECT_EQ(text.error().code, ErrorCode::kOutOfMemory);
+  EXPECT_EQ(text.error().file, path.string());
+}
+
+TEST_F(AtomicFile, ShortTextsAreReadNoFurtherThanTheirLimit) {
+  const std::filesystem::path path = folder_ / "text";
+  ASSERT_TRUE(write_file_atomically(path, std::string_view("12345"), IfExists::kRefuse));
+  EXPECT_EQ(*read_short_text(path, 5), "12345");
+  EXPECT_EQ(read_short_text(path, 4).error().code, ErrorCode::kTooLarge);
+}
+
+TEST_F(AtomicFile, SaysWhichFileIsNotThere) {
+  const Result<std::vector<std::byte>> missing = read_file(folder_ / "nothing");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(missing.error().file, (folder_ / "nothing").string());
+}
+
+}  // namespace
+}  // namespace sightline

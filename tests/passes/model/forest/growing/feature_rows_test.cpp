@@ -1,0 +1,64 @@
+#include "passes/model/forest/growing/feature_rows.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/synthetic_drive.h"
+
+namespace sightline {
+namespace {
+
+FactorTable small_table() {
+  FactorTable table;
+  table.looks = every_return_at({10.0, 15.0});
+  table.factors = {"a", "b"};
+  table.site_count = 2;
+  table.values = {1, 2, 3, 4, 5, 6, 7, 8};
+  return table;
+}
+
+TEST(FeatureRows, HoldTheNamedFactorsAndTheRange) {
+  const Result<FeatureRows> rows = gather_features(small_table(), {"b"});
+  ASSERT_TRUE(rows.has_value());
+  EXPECT_EQ(rows->names, (std::vector<std::string>{"b", "range_m"}));
+  EXPECT_EQ(rows->row_count, 4u);
+  EXPECT_EQ(rows->values, (std::vector<float>{2, 10, 4, 15, 6, 10, 8, 15}));
+}
+
+TEST(FeatureRows, KnowTheElevenFactorsOfThePaper) {
+  EXPECT_EQ(paper_factors().size(), 11u);
+  const SyntheticDrive drive = synthetic_drive(1, {.site_count = 3});
+  EXPECT_TRUE(gather_features(drive.factors, paper_factors()).has_value());
+}
+
+TEST(FeatureRows, GiveASiteItsOwnDigest) {
+  FactorTable table = small_table();
+  const std::uint64_t before = features_digest(*gather_features(table, {"a", "b"}), 1, 2);
+  table.values[0] = 100.0;  // site 0
+  EXPECT_EQ(features_digest(*gather_features(table, {"a", "b"}), 1, 2), before);
+  table.values[7] = 100.0;  // site 1
+  EXPECT_NE(features_digest(*gather_features(table, {"a", "b"}), 1, 2), before);
+}
+
+TEST(FeatureRows, RefuseAMissingFactorByName) {
+  const Result<FeatureRows> rows = gather_features(small_table(), {"a", "crlb_max"});
+  ASSERT_FALSE(rows.has_value());
+  EXPECT_EQ(rows.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_NE(rows.error().message.find("crlb_max"), std::string::npos);
+}
+
+TEST(FeatureRows, RefuseWhatIsNotAFiniteFloatAndSayWhere) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
+    FactorTable table = small_table();
+    table.values[7] = bad;
+    const Result<FeatureRows> rows = gather_features(table, {"b"});
+    ASSERT_FALSE(rows.has_value());
+    EXPECT_EQ(rows.error().code, ErrorCode::kInvalidArtifact);
+    EXPECT_EQ(rows.error().place, "site 1, range 15 m");
+  }
+}
+
+}  // namespace
+}  // namespace sightline
