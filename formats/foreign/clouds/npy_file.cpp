@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/foreign/clouds/element_type.h"
+#include "formats/foreign/clouds/points/add_point.h"
 #include "formats/foreign/text/text_lines.h"
 
 // numpy.lib.format: six bytes of signature, two of version, the length of a head, the head as a
