@@ -40,21 +40,20 @@ Result<std::size_t> check_head(std::span<const std::byte> bytes, std::uint64_t b
   }
   if (found_name != name) {
     return Error{ErrorCode::kBadLayer,
-                 "found a " + found_name + ", expected a " + std::string(name), "", ""};
+                 "found a " + found_name + ", expected a " + std::string(name)};
   }
   if (found_version != version) {
     const bool newer = found_version > version;
     return Error{newer ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
                  "a " + found_name + " of version " + std::to_string(found_version) +
-                     ", this program reads version " + std::to_string(version),
-                 "", ""};
+                     ", this program reads version " + std::to_string(version)};
   }
   return head_size;
 }
 
 Error too_short_to_be_sealed(std::uint64_t size) {
   return {ErrorCode::kTruncatedFile,
-          "an artifact of " + std::to_string(size) + " bytes is too short", "", ""};
+          "an artifact of " + std::to_string(size) + " bytes is too short"};
 }
 
 Error not_sealed() { return {ErrorCode::kBadMagic, "not a sightline artifact", "", "byte 0"}; }

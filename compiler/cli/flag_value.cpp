@@ -30,8 +30,7 @@ bool is_within_limits(const Flag& flag, double number) {
 }
 
 Error bad_value(const Flag& flag, const std::string& called, const std::string& word) {
-  return {ErrorCode::kBadValue, called + ": found '" + word + "', expected " + expected_text(flag),
-          "", ""};
+  return {ErrorCode::kBadValue, called + ": found '" + word + "', expected " + expected_text(flag)};
 }
 
 template <class Number>
@@ -56,7 +55,7 @@ Result<void> check_choice(const Flag& flag, const std::string& called, const std
   const std::string near = nearest_name(word, flag.choices);
   const std::string hint =
       near.empty() ? "it is one of " + joined(flag.choices) : "did you mean '" + near + "'?";
-  return Error{ErrorCode::kUnknownName, called + ": '" + word + "' is not known; " + hint, "", ""};
+  return Error{ErrorCode::kUnknownName, called + ": '" + word + "' is not known; " + hint};
 }
 
 // Overloads for each kind of target.
@@ -110,13 +109,12 @@ Result<void> set_flag(const Flag& flag, const std::string& called,
                       const std::vector<std::string>& words) {
   if (words.empty()) {
     if (!flag.is_required) return {};
-    return Error{ErrorCode::kBadArgument, called + " is required: " + flag.help, "", ""};
+    return Error{ErrorCode::kBadArgument, called + " is required: " + flag.help};
   }
   if (takes_value(flag) && !is_list(flag.target) && words.size() > 1) {
-    return Error{ErrorCode::kBadArgument,
-                 called + " was given " + std::to_string(words.size()) + " times, with '" +
-                     words[0] + "' and '" + words[1] + "'; it takes one value",
-                 "", ""};
+    return Error{ErrorCode::kBadArgument, called + " was given " + std::to_string(words.size()) +
+                                              " times, with '" + words[0] + "' and '" + words[1] +
+                                              "'; it takes one value"};
   }
   if (is_list(flag.target)) std::get<std::vector<std::string>*>(flag.target)->clear();
   for (const std::string& word : words) {

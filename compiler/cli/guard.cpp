@@ -83,7 +83,7 @@ int report_exception() {
   try {
     std::rethrow_exception(exception);
   } catch (const std::filesystem::filesystem_error& error) {
-    return report_error({*code, error.code().message(), error.path1().string(), ""});
+    return report_error({*code, error.code().message(), error.path1().string()});
   }
 }
 
@@ -93,9 +93,9 @@ int finish_output(int status) {
   const bool is_flushed = std::fflush(stdout) == 0;
   if (is_flushed && std::ferror(stdout) == 0) return status;
   // Nothing may be left of the reason where an earlier write was the one that failed.
-  const Error error =
-      errno != 0 ? write_failure("stdout", "cannot write", errno)
-                 : Error{ErrorCode::kCannotWrite, "not all could be written", "stdout", ""};
+  const Error error = errno != 0
+                          ? write_failure("stdout", "cannot write", errno)
+                          : Error{ErrorCode::kCannotWrite, "not all could be written", "stdout"};
   const int failed = report_error(error);
   return status == 0 ? failed : status;
 }

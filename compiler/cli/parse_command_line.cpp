@@ -12,9 +12,7 @@
 namespace sightline {
 namespace {
 
-Error bad_argument(const std::string& message) {
-  return {ErrorCode::kBadArgument, message, "", ""};
-}
+Error bad_argument(const std::string& message) { return {ErrorCode::kBadArgument, message}; }
 
 const Flag* find_flag(const Verb& verb, const std::string& name) {
   const auto flag = std::ranges::find_if(verb.flags, [&](const Flag& candidate) {

@@ -25,7 +25,7 @@ Result<void> try_output(const std::filesystem::path& path, IfExists if_exists) {
     return Error{ErrorCode::kCannotWrite,
                  "a configuration or a recording stands there, which no output replaces, --force "
                  "or not; name another file",
-                 path.string(), ""};
+                 path.string()};
   }
   std::error_code failure;
   std::filesystem::path folder = std::filesystem::absolute(path, failure).parent_path();

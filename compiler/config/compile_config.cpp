@@ -22,7 +22,7 @@ namespace {
 // Before hours of work.
 Result<void> check_map(const CompileConfig& config, const std::filesystem::path& file) {
   const auto bad = [&](ErrorCode code, const std::string& message) {
-    return Error{code, message, file.string(), ""};
+    return Error{code, message, file.string()};
   };
   if (!config.mapping.scans.empty()) {
     return bad(ErrorCode::kBadValue,
@@ -109,20 +109,20 @@ Result<void> check_localization(const CompileConfig& config, const std::filesyst
     const std::string role = localization_role(i);
     if (drive.scans.empty()) {
       return Error{ErrorCode::kMissingKey, role + ".scans: no folder of scans is named",
-                   file.string(), ""};
+                   file.string()};
     }
     const auto [other, is_new] = role_of_scans.try_emplace(drive.scans, role);
     if (is_new) continue;
     return Error{ErrorCode::kBadValue,
                  role + ".scans: found the recording of " + other->second +
                      ", expected another drive: one drive told twice is no second witness",
-                 file.string(), ""};
+                 file.string()};
   }
   if (!config.imports_errors()) return {};
   return Error{ErrorCode::kBadValue,
                "import-errors.file is of one localization drive, and " +
                    std::to_string(1 + config.later_localization.size()) + " are named",
-               file.string(), ""};
+               file.string()};
 }
 
 Result<void> check(const CompileConfig& config, const std::filesystem::path& file) {
@@ -133,23 +133,23 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
         ErrorCode::kMissingKey,
         "mapping.scans: no folder of scans is named (map.points takes a finished map); `sightline "
         "init FOLDER -o drive.yaml` writes a configuration",
-        file.string(), ""};
+        file.string()};
   }
   for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
     if (!config.later_mapping[i].scans.empty()) continue;
     return Error{ErrorCode::kMissingKey,
-                 later_mapping_role(i) + ".scans: no folder of scans is named", file.string(), ""};
+                 later_mapping_role(i) + ".scans: no folder of scans is named", file.string()};
   }
   SIGHTLINE_TRY(check_localization(config, file));
   const Result<World> world = parse_world(config.annotation.world);
   if (!world) {
-    return Error{ErrorCode::kBadValue, "annotation." + world.error().message, file.string(), ""};
+    return Error{ErrorCode::kBadValue, "annotation." + world.error().message, file.string()};
   }
   const bool has_drive = !config.localization.scans.empty();
   if (config.annotation.split == Split::kEvenOdd && has_drive) {
     return Error{ErrorCode::kBadValue,
                  "annotation.split is even-odd and a localization drive is named: choose one",
-                 file.string(), ""};
+                 file.string()};
   }
   if (config.imports_errors() || config.imports_evaluation()) {
     const Result<LocalizerProfile> localizer = outside_localizer(config.outside);
@@ -159,7 +159,7 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
   if (wants_pcl && !has_pcl_ndt()) {
     return Error{ErrorCode::kBadValue,
                  "measure-error.localizer is pcl-ndt, and this program was built without PCL",
-                 file.string(), ""};
+                 file.string()};
   }
   return {};
 }
@@ -183,26 +183,22 @@ std::optional<std::vector<std::pair<std::string, std::string>>> pairs_of(const s
 Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options) {
   const auto parameters = pairs_of(options.parameters);
   if (!parameters) {
-    return Error{ErrorCode::kBadValue,
-                 "import-errors.parameters: found '" + options.parameters +
-                     "', expected \"name=value, ...\", each name once",
-                 "", ""};
+    return Error{ErrorCode::kBadValue, "import-errors.parameters: found '" + options.parameters +
+                                           "', expected \"name=value, ...\", each name once"};
   }
   for (const std::string& own : localizer_names()) {
     if (options.localizer != own) continue;
     return Error{ErrorCode::kBadValue,
                  "import-errors.localizer: " + own +
                      " is one of this program's own, which measures "
-                     "its errors itself (measure-error.localizer); name yours otherwise",
-                 "", ""};
+                     "its errors itself (measure-error.localizer); name yours otherwise"};
   }
   LocalizerProfile profile{options.localizer, static_cast<std::uint32_t>(options.version),
                            *parameters};
   if (validate(profile)) return profile;
   return Error{ErrorCode::kBadValue,
                "import-errors.localizer: expected the name by which the vehicle's program will "
-               "know it, 1 to 64 printable characters without a blank or '/'",
-               "", ""};
+               "know it, 1 to 64 printable characters without a blank or '/'"};
 }
 
 Result<void> read_compile_config(const std::filesystem::path& file,

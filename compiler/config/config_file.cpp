@@ -58,9 +58,8 @@ Result<void> read_section(const YamlNode& node, ConfigSection& section) {
     return set_fields(node, where, section.fields);
   }
   if (node.values.empty()) {
-    return placed(
-        {ErrorCode::kBadValue, where + ": the list is empty, expected a drive or more", "", ""},
-        node);
+    return placed({ErrorCode::kBadValue, where + ": the list is empty, expected a drive or more"},
+                  node);
   }
   for (std::size_t i = 0; i < node.values.size(); ++i) {
     std::vector<OptionField> fields = i == 0 ? section.fields : section.one_more();
@@ -121,8 +120,7 @@ Result<void> set_override(std::string_view assignment, std::vector<ConfigSection
   const std::size_t dot = assignment.substr(0, equals).find('.');
   if (equals == std::string_view::npos || dot == std::string_view::npos) {
     return Error{ErrorCode::kBadArgument,
-                 "found '" + std::string(assignment) + "', expected section.key=value", "--set",
-                 ""};
+                 "found '" + std::string(assignment) + "', expected section.key=value", "--set"};
   }
   SIGHTLINE_ASSIGN(ConfigSection* const section, find_section(assignment.substr(0, dot), sections));
   SIGHTLINE_ASSIGN(OptionField* const field,

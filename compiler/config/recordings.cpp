@@ -35,7 +35,7 @@ Result<std::vector<NamedRecording>> in_folder(const fs::path& folder) {
   for (const PassedOver& passed : search.passed_over) {
     message += "; " + passed.path.string() + ": " + passed.reason;
   }
-  return Error{ErrorCode::kEmptyDirectory, message, folder.string(), ""};
+  return Error{ErrorCode::kEmptyDirectory, message, folder.string()};
 }
 
 Result<std::vector<NamedRecording>> in_list(const fs::path& file) {
@@ -60,7 +60,7 @@ Result<std::vector<NamedRecording>> in_list(const fs::path& file) {
   }
   if (!named.empty()) return named;
   return Error{ErrorCode::kMalformedText, "the list names no recording, expected a path a line",
-               file.string(), ""};
+               file.string()};
 }
 
 // A file that lies with the scans, or beside their folder.
@@ -71,7 +71,7 @@ Result<std::string> companion_of(const fs::path& scans, const std::string& file)
     if (fs::exists(candidate, ignored)) return candidate.string();
   }
   return Error{ErrorCode::kFileNotFound,
-               "found no file '" + file + "' with these scans or beside them", scans.string(), ""};
+               "found no file '" + file + "' with these scans or beside them", scans.string()};
 }
 
 Result<RecordingOptions> drive_of(const RecordingOptions& shared, const NamedRecording& named) {
@@ -112,8 +112,7 @@ Result<void> expand_recordings(const std::string& section, const std::string& re
   if (!first.scans.empty() || !first.name.empty() || !more.empty()) {
     return Error{ErrorCode::kBadValue,
                  key + "found " + (more.empty() ? "scans or a name" : "a list of drives") +
-                     " beside it, which are of one drive: it stands in their place",
-                 "", ""};
+                     " beside it, which are of one drive: it stands in their place"};
   }
   Result<std::vector<RecordingOptions>> drives = drives_of(recordings, first);
   if (!drives) {

@@ -73,7 +73,7 @@ Result<void> check_localization_drives(const CompilePlan& compile, const Artifac
     return Error{ErrorCode::kBadValue,
                  input.role + ": found the recording of " + other->second +
                      ", expected another drive: one drive told twice is no second witness",
-                 input.options.scans, ""};
+                 input.options.scans};
   }
   return {};
 }
@@ -115,8 +115,7 @@ Result<SensorProfile> localizing_sensor(const MapOptions& options, const Compile
       ErrorCode::kBadValue,
       "map.sensor: found its height, beams or mounting without its name; name it, or leave "
       "all to the earlier map (" +
-          earlier->sensor.name + ")",
-      "", ""};
+          earlier->sensor.name + ")"};
 }
 
 // A map keeps its world: what else is named has to be the same.
@@ -126,7 +125,7 @@ Result<void> check_world(const std::string& key, const std::string& named, const
   return Error{ErrorCode::kBadValue,
                key + ": found " + named + ", and the map that is annotated lies in " + world +
                    ", which stays",
-               file, ""};
+               file};
 }
 
 // A map that was compiled before. Errors: those of read_map; bad-value.
@@ -254,7 +253,7 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
 }
 
 Result<ErrorModel> read_model(const std::filesystem::path& file) {
-  Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string(), ""};
+  Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string()};
   if (file.extension() == ".slmap") {
     SIGHTLINE_ASSIGN(const CompiledMap map, read_map(file));
     model = model_of(map.model);

@@ -16,7 +16,7 @@ GateMapCard card_of(const GateMap& map) {
 Result<void> check_subject(const GateSubject& subject, const std::string& today) {
   if (!is_date(today)) {
     return Error{ErrorCode::kBadArgument,
-                 "today: found '" + today + "', expected a day as YYYY-MM-DD", "", ""};
+                 "today: found '" + today + "', expected a day as YYYY-MM-DD"};
   }
   if (subject.observation == nullptr) return {};
   const CompiledMap& map = subject.map.map;
@@ -34,8 +34,7 @@ Result<void> check_subject(const GateSubject& subject, const std::string& today)
                    std::to_string(subject.observation->limits.size()) + " limits, this one has " +
                    std::to_string(map.ranges.site_count) + " and " +
                    std::to_string(map.ranges.promises.size()) +
-                   ", or its limits are others: evaluate this map",
-               "", ""};
+                   ", or its limits are others: evaluate this map"};
 }
 
 GateInput input_of(const GateSubject& subject, const GateSettings& settings) {

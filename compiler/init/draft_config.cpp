@@ -128,7 +128,7 @@ Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passe
   if (passed_over.size() > kMost) {
     message += "; and " + std::to_string(passed_over.size() - kMost) + " more";
   }
-  return {ErrorCode::kEmptyDirectory, message, folder.string(), ""};
+  return {ErrorCode::kEmptyDirectory, message, folder.string()};
 }
 
 bool is_path(const GuessedKey& guess) {

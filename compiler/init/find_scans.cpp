@@ -43,7 +43,7 @@ Result<Listing> list_folder(const fs::path& folder) {
   }
   if (failure) {
     return Error{ErrorCode::kCannotOpen, "cannot list the folder: " + failure.message(),
-                 folder.string(), ""};
+                 folder.string()};
   }
   std::ranges::sort(listing.files, path_less);
   std::ranges::sort(listing.folders, path_less);
@@ -170,7 +170,7 @@ Result<void> refuse_other_file(const fs::path& file) {
   return Error{ErrorCode::kCannotOpen,
                "no folder, and no bag of ROS (.bag, .db3, .mcap) or capture (.pcap, .pcapng) by "
                "what it begins with; expected one of these, of poses the folder with their scans",
-               file.string(), ""};
+               file.string()};
 }
 
 }  // namespace
@@ -178,7 +178,7 @@ Result<void> refuse_other_file(const fs::path& file) {
 Result<ScanSearch> find_scans(const fs::path& folder) {
   std::error_code failure;
   if (!fs::exists(folder, failure)) {
-    return Error{ErrorCode::kFileNotFound, "there is no such folder", folder.string(), ""};
+    return Error{ErrorCode::kFileNotFound, "there is no such folder", folder.string()};
   }
   const fs::path absolute = (fs::current_path() / folder).lexically_normal();
   const fs::path start = absolute.has_filename() ? absolute : absolute.parent_path();

@@ -30,7 +30,7 @@ std::string rounded(double value, double step) {
 
 Error no_lidar(const fs::path& file, const std::string& what) {
   return {ErrorCode::kUnsupportedFormat, what + ": no scans of a LiDAR in its own frame",
-          file.string(), ""};
+          file.string()};
 }
 
 Result<std::vector<PointCloudFile>> read_samples(const Recording& recording) {

@@ -9,12 +9,12 @@ namespace {
 Result<std::string> text_of(const YamlNode& node) {
   if (node.kind != YamlNode::Kind::kList && node.kind != YamlNode::Kind::kMap) return node.scalar;
   if (node.kind == YamlNode::Kind::kMap) {
-    return Error{ErrorCode::kBadValue, "found a map, expected a value or a list of values", "", ""};
+    return Error{ErrorCode::kBadValue, "found a map, expected a value or a list of values"};
   }
   std::string text;
   for (const YamlNode& item : node.values) {
     if (item.kind != YamlNode::Kind::kScalar) {
-      return Error{ErrorCode::kBadValue, "found a nested list, expected a list of values", "", ""};
+      return Error{ErrorCode::kBadValue, "found a nested list, expected a list of values"};
     }
     text += (text.empty() ? "" : ", ") + item.scalar;
   }
@@ -33,7 +33,7 @@ Error unknown_key(std::string_view key, std::string_view where,
     message += "; known are:";
     for (const std::string& name : known) message += " " + name;
   }
-  return {ErrorCode::kUnknownKey, message, "", ""};
+  return {ErrorCode::kUnknownKey, message};
 }
 
 Error placed(Error error, const YamlNode& node) {
@@ -55,7 +55,7 @@ Result<void> set_fields(const YamlNode& node, const std::string& where,
   if (node.kind != YamlNode::Kind::kMap) {
     const auto scans = std::ranges::find(fields, "scans", &OptionField::name);
     const std::string example = scans == fields.end() ? "" : ", such as {scans: FOLDER}";
-    return placed({ErrorCode::kBadValue, where + " must be a map of keys" + example, "", ""}, node);
+    return placed({ErrorCode::kBadValue, where + " must be a map of keys" + example}, node);
   }
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const YamlNode& key = node.keys[i];

@@ -105,7 +105,7 @@ class Runner {
   }
 
   static Error work_missing(const std::string& names) {
-    return {ErrorCode::kWorkMissing, "not finished yet: " + names, "", ""};
+    return {ErrorCode::kWorkMissing, "not finished yet: " + names};
   }
 
   // Loads the output of a step, in this form, or makes it. What the step had to say when it was
@@ -296,11 +296,9 @@ Result<void> check_names(const Plan& plan, const RunOptions& options) {
   for (const std::string& name : asked) {
     if (std::ranges::find(known, name) != known.end()) continue;
     const std::string near = nearest_name(name, known);
-    return Error{
-        ErrorCode::kUnknownPass,
-        "no pass is called '" + name + "'" +
-            (near.empty() ? "; 'sightline passes' lists them" : "; did you mean " + near + "?"),
-        "", ""};
+    return Error{ErrorCode::kUnknownPass, "no pass is called '" + name + "'" +
+                                              (near.empty() ? "; 'sightline passes' lists them"
+                                                            : "; did you mean " + near + "?")};
   }
   return {};
 }
@@ -344,7 +342,7 @@ Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
     const Scheduled& scheduled = runner.list()[i];
     const PassStep& step = runner.step_of(scheduled);
     if (observer.started) observer.started(i, runner.list().size(), step.name);
-    Result<StepReport> report = Error{ErrorCode::kOutOfMemory, "not enough memory", "", ""};
+    Result<StepReport> report = Error{ErrorCode::kOutOfMemory, "not enough memory"};
     try {
       report = runner.run(scheduled);
     } catch (const std::bad_alloc&) {

@@ -117,8 +117,7 @@ std::string hint(const YAML::Exception& exception, const std::string& text) {
 
 Error too_large() {
   return {ErrorCode::kMalformedText,
-          "more than " + std::to_string(kLargestYaml) + " bytes, which no configuration has", "",
-          ""};
+          "more than " + std::to_string(kLargestYaml) + " bytes, which no configuration has"};
 }
 
 }  // namespace

@@ -64,8 +64,7 @@ Result<std::optional<StoredBytes>> open_object_at(const std::filesystem::path& f
   if (!object) return in_file(object.error(), file.string());
   if (object->name != name) {
     return Error{ErrorCode::kBadLayer,
-                 "found " + text_of(object->name) + ", expected " + text_of(name), file.string(),
-                 ""};
+                 "found " + text_of(object->name) + ", expected " + text_of(name), file.string()};
   }
   return std::optional(object->content);
 }

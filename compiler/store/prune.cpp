@@ -29,7 +29,7 @@ Result<Entries> entries_of(const fs::path& folder) {
   if (!failure) return entries;
   const bool is_missing = failure == std::errc::no_such_file_or_directory;
   return Error{is_missing ? ErrorCode::kFileNotFound : ErrorCode::kCannotRead, failure.message(),
-               folder.string(), ""};
+               folder.string()};
 }
 
 bool is_hexadecimal(std::string_view text) {

@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kMagic("SLO\x1a", 4);
 constexpr std::size_t kTailSize = 32 + 8 + 4 + 32 + 4;  // behind the kind
 
-Error fault(ErrorCode code, const std::string& message) { return {code, message, "", ""}; }
+Error fault(ErrorCode code, const std::string& message) { return {code, message}; }
 
 bool is_magic(std::span<const std::byte> bytes) {
   return std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;

@@ -63,15 +63,14 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLongest));
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object() || !json.contains("sightline_plan")) {
-    return Error{ErrorCode::kMalformedText, "this is no plan of `sightline plan`", file.string(),
-                 ""};
+    return Error{ErrorCode::kMalformedText, "this is no plan of `sightline plan`", file.string()};
   }
   const Json& version = json["sightline_plan"];
   if (!version.is_number_integer() || version.get<std::int64_t>() != kVersion) {
     return Error{ErrorCode::kFutureVersion,
                  "found a plan of version " + version.dump() + ", this program reads version " +
                      std::to_string(kVersion),
-                 file.string(), ""};
+                 file.string()};
   }
   Fields fields(json);
   PlanFile read;
@@ -93,7 +92,7 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   }
   if (fields.missing().empty()) return read;
   return Error{ErrorCode::kMissingKey, "'" + fields.missing() + "' is missing or is no such value",
-               file.string(), ""};
+               file.string()};
 }
 
 }  // namespace sightline

@@ -23,7 +23,7 @@ Error changed(const std::string& what, const std::filesystem::path& plan) {
           what +
               " changed since the plan was made; make it anew (what is finished and still right "
               "is found again)",
-          plan_file_in(plan).string(), ""};
+          plan_file_in(plan).string()};
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ Result<SharedWork> open_work(const std::filesystem::path& plan) {
   if (failure) {
     return Error{ErrorCode::kFileNotFound,
                  "the folder in which the plan was made is not there: " + failure.message(),
-                 file.folder.string(), ""};
+                 file.folder.string()};
   }
   SIGHTLINE_ASSIGN(NewPlan now, new_plan(here, file.configuration, file.overrides, file.model));
   if (now.file.values != file.values) return changed("the configuration", here);

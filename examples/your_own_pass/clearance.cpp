@@ -57,7 +57,7 @@ std::vector<OptionField> option_fields(MeasureClearanceOptions& options) {
 Result<SiteColumn> measure_clearance(PassContext& ctx, const MeasureClearanceOptions& options,
                                      const NdtMap& map, const Sites& sites) {
   if (!(map.frame == sites.frame)) {
-    return Error{ErrorCode::kMismatchedInputs, "sites and NDT map are in different frames", "", ""};
+    return Error{ErrorCode::kMismatchedInputs, "sites and NDT map are in different frames"};
   }
   const Walls walls = walls_of(map);
   SiteColumn column{"clearance_m", {}};

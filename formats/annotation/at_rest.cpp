@@ -86,8 +86,7 @@ std::vector<const X*> tables_of(const X& table) {
 template <class X>
 Error undecodable() {
   return {ErrorCode::kBadLayer,
-          "the payload of a " + std::string(ArtifactTraits<X>::kName) + " cannot be decoded", "",
-          ""};
+          "the payload of a " + std::string(ArtifactTraits<X>::kName) + " cannot be decoded"};
 }
 
 }  // namespace

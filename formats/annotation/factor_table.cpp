@@ -82,7 +82,7 @@ Result<void> visit_own(const FactorTable& table, const ByteSink& sink) {
 }
 
 Error undecodable() {
-  return {ErrorCode::kBadLayer, "the payload of a factor-table cannot be decoded", "", ""};
+  return {ErrorCode::kBadLayer, "the payload of a factor-table cannot be decoded"};
 }
 
 // From `offset` on, which moves behind it.

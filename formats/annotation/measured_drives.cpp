@@ -43,7 +43,7 @@ RecordingCards without_left_out(const RecordingCards& recordings, const Measured
 
 Result<void> validate(const MeasuredDrives& measured) {
   if (measured.numbers.size() != measured.drives.size()) {
-    return Error{ErrorCode::kInvalidArtifact, "drives and their numbers differ in count", "", ""};
+    return Error{ErrorCode::kInvalidArtifact, "drives and their numbers differ in count"};
   }
   std::uint32_t least = 0;
   for (std::size_t i = 0; i < measured.drives.size(); ++i) {

@@ -182,7 +182,7 @@ Result<void> visit_own(const MeasuredError& measured, const ByteSink& sink) {
 }
 
 Error undecodable() {
-  return {ErrorCode::kBadLayer, "the payload of a measured-error cannot be decoded", "", ""};
+  return {ErrorCode::kBadLayer, "the payload of a measured-error cannot be decoded"};
 }
 
 // From `offset` on, which moves behind it.

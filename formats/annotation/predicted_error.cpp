@@ -22,7 +22,7 @@ bool is_ascending_and_positive(const std::vector<double>& values) {
 Result<void> validate_shape(const PredictedError& predicted) {
   SIGHTLINE_TRY(validate(predicted.looks));
   if (!is_ascending_and_positive(predicted.limits_m)) {
-    return Error{ErrorCode::kInvalidArtifact, "limits are not positive and ascending", "", ""};
+    return Error{ErrorCode::kInvalidArtifact, "limits are not positive and ascending"};
   }
   if (predicted.mean_m.size() != predicted.mean_shape().size(predicted.site_count) ||
       predicted.within_probability.size() !=
@@ -32,8 +32,7 @@ Result<void> validate_shape(const PredictedError& predicted) {
       predicted.has_history.size() != predicted.site_count) {
     return Error{ErrorCode::kInvalidArtifact,
                  "predictions do not fill " + std::to_string(predicted.site_count) + " sites x " +
-                     std::to_string(predicted.looks.size()) + " looks",
-                 "", ""};
+                     std::to_string(predicted.looks.size()) + " looks"};
   }
   return {};
 }

@@ -6,7 +6,7 @@ namespace sightline {
 
 Result<void> validate(const SiteColumn& column) {
   if (column.name.empty()) {
-    return Error{ErrorCode::kInvalidArtifact, "found a column without a name", "", ""};
+    return Error{ErrorCode::kInvalidArtifact, "found a column without a name"};
   }
   for (std::size_t site = 0; site < column.values.size(); ++site) {
     if (!std::isnan(column.values[site])) continue;

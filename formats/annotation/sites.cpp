@@ -56,8 +56,7 @@ std::string_view name_of_way(double off_road_deg) {
 Result<void> validate(const Sites& sites) {
   if (!sites.frame.origin_world_m.allFinite() || !std::isfinite(sites.spacing_m) ||
       sites.spacing_m <= 0.0) {
-    return Error{ErrorCode::kInvalidArtifact, "the sites' origin or spacing makes no sense", "",
-                 ""};
+    return Error{ErrorCode::kInvalidArtifact, "the sites' origin or spacing makes no sense"};
   }
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
     SIGHTLINE_TRY(validate_order(sites, i));

@@ -122,8 +122,8 @@ int exit_status(ErrorCode code);
 struct Error {
   ErrorCode code{};
   std::string message;  // what was found and what was expected, one sentence without a full stop
-  std::string file;
-  std::string place;
+  std::string file = {};
+  std::string place = {};
 };
 
 // "SL2006 truncated-scan: drive/0001.pcd (byte 4096): message"

@@ -241,8 +241,7 @@ Result<SensorProfile> sensor_profile(std::string_view name) {
   }
   return Error{ErrorCode::kUnknownName,
                "unknown sensor profile '" + std::string(name) + "', expected one of" + known +
-                   ", or a file (.yaml, .csv, .json) with its beams" + meant,
-               "", ""};
+                   ", or a file (.yaml, .csv, .json) with its beams" + meant};
 }
 
 }  // namespace sightline

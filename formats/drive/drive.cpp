@@ -167,7 +167,7 @@ Result<void> validate(const Drive& drive) {
     SIGHTLINE_TRY(validate(other));
   }
   if (!drive.frame.origin_world_m.allFinite()) {
-    return Error{ErrorCode::kInvalidArtifact, "the map frame's origin is not finite", "", ""};
+    return Error{ErrorCode::kInvalidArtifact, "the map frame's origin is not finite"};
   }
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     const ScanInfo& scan = drive.scans[i];

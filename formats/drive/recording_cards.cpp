@@ -13,7 +13,7 @@ Error invalid_card(const RecordingCard& card, const std::string& message) {
 
 Result<void> validate(const RecordingCards& recordings) {
   if (recordings.cards.empty()) {
-    return Error{ErrorCode::kInvalidArtifact, "found no recording, expected at least one", "", ""};
+    return Error{ErrorCode::kInvalidArtifact, "found no recording, expected at least one"};
   }
   std::set<std::string> roles;
   for (const RecordingCard& card : recordings.cards) {

@@ -38,8 +38,7 @@ Result<void> validate(const ReleasedPoses& released) {
   if (released.scans.size() != released.trajectory.poses.size()) {
     return Error{ErrorCode::kInvalidArtifact,
                  "found " + std::to_string(released.scans.size()) + " scans and " +
-                     std::to_string(released.trajectory.poses.size()) + " poses",
-                 "", ""};
+                     std::to_string(released.trajectory.poses.size()) + " poses"};
   }
   return validate(released.trajectory);
 }

@@ -79,7 +79,7 @@ Result<void> validate(const Trajectory& trajectory) {
       !is_residual(trajectory.rms_translation_residual_m) ||
       !is_residual(trajectory.rms_rotation_residual_rad)) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "a trajectory's origin, source or residuals make no sense", "", ""};
+                 "a trajectory's origin, source or residuals make no sense"};
   }
   std::uint32_t pieces = 0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {

@@ -97,7 +97,7 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "ranges") return dump(map.ranges);
   if (name == "factors") {
     if (map.factors.factors.empty()) {
-      return Error{ErrorCode::kBadLayer, "the map holds no factors", "", ""};
+      return Error{ErrorCode::kBadLayer, "the map holds no factors"};
     }
     return dump(map.factors);
   }
@@ -108,8 +108,7 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "tile-drives") return dump(map.tile_drives.value_or(TileDrives{}));
   return Error{ErrorCode::kUnknownName,
                "a map has no \"" + std::string(name) +
-                   "\", only nds, sites, predicted, ranges, factors, model and tile-drives",
-               "", ""};
+                   "\", only nds, sites, predicted, ranges, factors, model and tile-drives"};
 }
 
 ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_count) {

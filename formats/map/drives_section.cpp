@@ -16,10 +16,9 @@ Result<TileDrives> decode_drives(std::span<const std::byte> raw, std::uint32_t v
   ByteReader reader(raw);
   decode(reader, tiles, version);
   if (!reader.at_end() || tiles.rows.size() != row_count) {
-    return Error{ErrorCode::kBadLayer,
-                 "found " + std::to_string(raw.size()) + " bytes of the drives of tiles, in " +
-                     std::to_string(row_count) + " rows",
-                 "", ""};
+    return Error{ErrorCode::kBadLayer, "found " + std::to_string(raw.size()) +
+                                           " bytes of the drives of tiles, in " +
+                                           std::to_string(row_count) + " rows"};
   }
   SIGHTLINE_TRY(validate(tiles));
   return tiles;

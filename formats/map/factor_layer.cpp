@@ -20,7 +20,7 @@ struct FactorLayout {
         size(aligned(values + rows * row_size)) {}
 };
 
-Error bad(ErrorCode code, std::string message) { return {code, std::move(message), "", ""}; }
+Error bad(ErrorCode code, std::string message) { return {code, std::move(message)}; }
 
 // Of one site, [look][factor].
 void put_values(const FactorTable& factors, std::size_t site, std::byte* into) {

@@ -32,7 +32,7 @@ Error wrong_digest(const std::string& what, const std::string& place) {
 }
 
 Error not_derived(const char* what) {
-  return {ErrorCode::kBadLayer, std::string("it does not say what ") + what + " says", "", ""};
+  return {ErrorCode::kBadLayer, std::string("it does not say what ") + what + " says"};
 }
 
 std::uint64_t offset_of(const MapContainer& container, const PackedBlock& block) {

@@ -107,7 +107,7 @@ Result<PackedBlock> read_section(const PackedModel& model, std::vector<std::byte
 Result<void> validate(const PackedModel& model) {
   SIGHTLINE_TRY(validate(model.record.localizer));
   const auto wrong = [](ErrorCode code, const char* what) {
-    return Error{code, "a packed model does not match its " + std::string(what), "", ""};
+    return Error{code, "a packed model does not match its " + std::string(what)};
   };
   Xxh3Stream checksum;
   SIGHTLINE_TRY(model.block.visit(feeding(checksum)));
@@ -120,7 +120,7 @@ Result<void> validate(const PackedModel& model) {
   } else if (model.codec == BlockCodec::kNone && model.raw_size == model.block.size()) {
     SIGHTLINE_TRY(model.block.visit(feeding(digest)));
   } else {
-    return Error{ErrorCode::kBadLayer, "the codec is unknown or the sizes differ", "", ""};
+    return Error{ErrorCode::kBadLayer, "the codec is unknown or the sizes differ"};
   }
   if (digest.finish() != model.record.digest) return wrong(ErrorCode::kDigestMismatch, "digest");
   return {};
@@ -146,8 +146,7 @@ Result<void> visit_payload(const PackedModel& model, const ByteSink& sink) {
 }
 
 Result<void> open_payload(const StoredBytes& payload, PackedModel& model) {
-  const Error malformed{ErrorCode::kBadLayer, "the payload of a packed model cannot be decoded", "",
-                        ""};
+  const Error malformed{ErrorCode::kBadLayer, "the payload of a packed model cannot be decoded"};
   constexpr std::uint64_t kSize = sizeof(std::uint64_t);
   if (payload.size() < kSize) return malformed;
   SIGHTLINE_ASSIGN(const std::vector<std::byte> size, payload.read(0, kSize));

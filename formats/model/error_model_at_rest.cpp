@@ -28,7 +28,7 @@ Result<void> open_payload(const StoredBytes& payload, ErrorModelAtRest& model) {
   SIGHTLINE_ASSIGN(const std::optional<std::uint64_t> rows,
                    read_head(payload, offset, opened.head, sizeof(double)));
   if (!rows) {
-    return Error{ErrorCode::kBadLayer, "the payload of an error-model cannot be decoded", "", ""};
+    return Error{ErrorCode::kBadLayer, "the payload of an error-model cannot be decoded"};
   }
   opened.training_row_count = *rows;
   opened.payload = payload;

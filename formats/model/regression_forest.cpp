@@ -164,20 +164,18 @@ Result<void> validate(const RegressionForest& forest) {
                                      [](double label) { return std::isfinite(label); });
   if (forest.labels.empty() || forest.trees.empty() || !is_sorted || !is_finite) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "found a forest without trees, or labels that are not finite and ascending", "",
-                 ""};
+                 "found a forest without trees, or labels that are not finite and ascending"};
   }
   if (forest.feature_count == 0 || forest.feature_count > kFeatureLimit) {
-    return Error{ErrorCode::kInvalidArtifact,
-                 "found " + std::to_string(forest.feature_count) + " features, expected 1 to " +
-                     std::to_string(kFeatureLimit),
-                 "", ""};
+    return Error{ErrorCode::kInvalidArtifact, "found " + std::to_string(forest.feature_count) +
+                                                  " features, expected 1 to " +
+                                                  std::to_string(kFeatureLimit)};
   }
   const bool are_rows_finite =
       std::ranges::all_of(forest.rows, [](float value) { return std::isfinite(value); });
   if (!are_rows_finite || forest.rows.size() != forest.labels.size() * forest.feature_count) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "found training rows that are not finite, or not one for each label", "", ""};
+                 "found training rows that are not finite, or not one for each label"};
   }
   const std::vector<const float*> rows = training_rows(forest);
   std::vector<Result<void>> valid(forest.trees.size());

@@ -16,7 +16,7 @@ Result<std::span<const std::byte>> map_file(const RegularFile& file, const std::
   if (data != MAP_FAILED) return std::span(static_cast<const std::byte*>(data), file.size);
   const int number = errno;
   return Error{number == ENOMEM ? ErrorCode::kOutOfMemory : ErrorCode::kCannotRead,
-               std::generic_category().message(number), path, ""};
+               std::generic_category().message(number), path};
 }
 
 }  // namespace

@@ -201,7 +201,7 @@ Result<MapReader::Found> MapReader::find(const std::array<double, 3>& position_w
                                          double limit_m) const {
   if (!is_finite(position_world_m) || !std::isfinite(limit_m) || limit_m <= 0.0) {
     return Error{ErrorCode::kBadArgument,
-                 "a position must be finite, and a limit finite and above 0", "", ""};
+                 "a position must be finite, and a limit finite and above 0"};
   }
   std::array<double, 3> p_m{};
   for (std::size_t i = 0; i < 3; ++i) p_m[i] = position_world_m[i] - info_.origin_world_m[i];
@@ -219,7 +219,7 @@ Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& po
 Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
   if (limit >= limits_m_.size()) {
     return Error{ErrorCode::kBadArgument,
-                 "the map has " + std::to_string(limits_m_.size()) + " limits", "", ""};
+                 "the map has " + std::to_string(limits_m_.size()) + " limits"};
   }
   std::vector<MapSite> sites(info_.site_count);
   for (std::uint64_t number = 0; number < look_up_.row_count(); ++number) {
@@ -242,7 +242,7 @@ Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
 Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m, double limit_m,
                                    double visible_m) const {
   if (!(visible_m > 0.0)) {
-    return Error{ErrorCode::kBadArgument, "what can be seen must be above 0 m", "", ""};
+    return Error{ErrorCode::kBadArgument, "what can be seen must be above 0 m"};
   }
   SIGHTLINE_ASSIGN(const Found found, find(position_world_m, limit_m));
   SIGHTLINE_ASSIGN(RangeAnswer range, range_of(found));

@@ -22,8 +22,7 @@ Result<std::vector<bool>> signers_of(std::string_view message, std::string_view 
       if (root.keys[k].id != signature.key_id) continue;
       if (!is_valid(signature, message, root.keys[k])) {
         return Error{ErrorCode::kBadSignature,
-                     "the signature by key " + to_hex(signature.key_id) + " is of something else",
-                     "", ""};
+                     "the signature by key " + to_hex(signature.key_id) + " is of something else"};
       }
       has_signed[k] = true;
     }
@@ -33,23 +32,22 @@ Result<std::vector<bool>> signers_of(std::string_view message, std::string_view 
 
 Error expired(const std::string& what, std::int64_t expires_s, std::int64_t now_s) {
   return {ErrorCode::kExpired,
-          what + " expired at " + utc_text(expires_s) + ", it is " + utc_text(now_s), "", ""};
+          what + " expired at " + utc_text(expires_s) + ", it is " + utc_text(now_s)};
 }
 
 Result<void> check_counter(std::string_view text, const ReleaseRecord& record,
                            const ReleaseRecord& seen, std::string_view seen_text) {
   if (record.counter > seen.counter || text == seen_text) return {};
-  return Error{ErrorCode::kReplayedRelease,
-               "found counter " + std::to_string(record.counter) + ", this vehicle has seen " +
-                   std::to_string(seen.counter),
-               "", ""};
+  return Error{ErrorCode::kReplayedRelease, "found counter " + std::to_string(record.counter) +
+                                                ", this vehicle has seen " +
+                                                std::to_string(seen.counter)};
 }
 
 Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
                             const RootRecord& root, const VehicleFacts& vehicle) {
   if (record.fleet != root.fleet) {
     return Error{ErrorCode::kWrongFleet,
-                 "found a release of fleet " + record.fleet + ", expected " + root.fleet, "", ""};
+                 "found a release of fleet " + record.fleet + ", expected " + root.fleet};
   }
   std::optional<std::string> map_id = vehicle.map_id;
   if (!vehicle.seen.release.empty() && !begins_anew(root, vehicle.seen)) {
@@ -59,7 +57,7 @@ Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
   }
   if (map_id && record.map_id != *map_id) {
     return Error{ErrorCode::kWrongFleet,
-                 "found a release of map " + record.map_id + ", expected " + *map_id, "", ""};
+                 "found a release of map " + record.map_id + ", expected " + *map_id};
   }
   return {};
 }
@@ -68,23 +66,20 @@ Result<void> check_fit(const ReleaseRecord& record, const VehicleFacts& vehicle)
   const auto needed = std::pair(record.minimum_major, record.minimum_minor);
   if (needed >
       std::pair(std::uint32_t{kFormatVersion.major}, std::uint32_t{kFormatVersion.minor})) {
-    return Error{ErrorCode::kFutureVersion,
-                 "the release needs a reader of format " + std::to_string(needed.first) + "." +
-                     std::to_string(needed.second),
-                 "", ""};
+    return Error{ErrorCode::kFutureVersion, "the release needs a reader of format " +
+                                                std::to_string(needed.first) + "." +
+                                                std::to_string(needed.second)};
   }
   if (vehicle.sensor && record.sensor != *vehicle.sensor) {
-    return Error{ErrorCode::kWrongSensor,
-                 "the release is for sensor " + to_hex(record.sensor) + ", this vehicle has " +
-                     to_hex(*vehicle.sensor),
-                 "", ""};
+    return Error{ErrorCode::kWrongSensor, "the release is for sensor " + to_hex(record.sensor) +
+                                              ", this vehicle has " + to_hex(*vehicle.sensor)};
   }
   return {};
 }
 
 Error not_as_released(const std::string& what, const std::string& found,
                       const std::string& expected) {
-  return {ErrorCode::kNotAsReleased, what + " is " + found + ", released was " + expected, "", ""};
+  return {ErrorCode::kNotAsReleased, what + " is " + found + ", released was " + expected};
 }
 
 // The manifest that a map carries against the record that names the map.
@@ -145,8 +140,7 @@ Result<void> check_signatures(std::string_view message, std::string_view signatu
   const bool is_foreign = count == 0;
   return Error{is_foreign ? ErrorCode::kWrongKey : ErrorCode::kTooFewSignatures,
                "found signatures by " + std::to_string(count) + " keys of root " +
-                   std::to_string(root.version) + ", expected " + std::to_string(root.threshold),
-               "", ""};
+                   std::to_string(root.version) + ", expected " + std::to_string(root.threshold)};
 }
 
 Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
@@ -156,13 +150,12 @@ Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
   SIGHTLINE_TRY(check_signatures(text, signatures, next));
   if (next.fleet != trusted.fleet) {
     return Error{ErrorCode::kWrongFleet,
-                 "found a root of fleet " + next.fleet + ", expected " + trusted.fleet, "", ""};
+                 "found a root of fleet " + next.fleet + ", expected " + trusted.fleet};
   }
   if (next.version != trusted.version + 1) {
-    return Error{ErrorCode::kRootOutOfOrder,
-                 "found root " + std::to_string(next.version) + ", expected " +
-                     std::to_string(trusted.version + 1),
-                 "", ""};
+    return Error{ErrorCode::kRootOutOfOrder, "found root " + std::to_string(next.version) +
+                                                 ", expected " +
+                                                 std::to_string(trusted.version + 1)};
   }
   return next;
 }

@@ -8,9 +8,7 @@
 namespace sightline {
 namespace {
 
-Error malformed(const std::string& message) {
-  return {ErrorCode::kMalformedRecord, message, "", ""};
-}
+Error malformed(const std::string& message) { return {ErrorCode::kMalformedRecord, message}; }
 
 std::string text_of(const ReleasedFile& file) {
   return file.name + " " + std::to_string(file.size) + " " + to_hex(file.sha256);
@@ -38,15 +36,13 @@ void take_reader(RecordReader& reader, ReleaseRecord& record) {
 
 Result<void> check_files(const ReleaseRecord& record) {
   if (!is_safe_file_name(record.map.name)) {
-    return Error{ErrorCode::kUnsafeName, "\"" + record.map.name + "\" is no plain file name", "",
-                 ""};
+    return Error{ErrorCode::kUnsafeName, "\"" + record.map.name + "\" is no plain file name"};
   }
   if (record.deltas.size() > kMostDeltas) return malformed("more than 64 deltas");
   for (std::size_t i = 0; i < record.deltas.size(); ++i) {
     const ReleasedDelta& delta = record.deltas[i];
     if (!is_safe_file_name(delta.file.name)) {
-      return Error{ErrorCode::kUnsafeName, "\"" + delta.file.name + "\" is no plain file name", "",
-                   ""};
+      return Error{ErrorCode::kUnsafeName, "\"" + delta.file.name + "\" is no plain file name"};
     }
     if (i > 0 && record.deltas[i - 1].base_sha256 >= delta.base_sha256) {
       return malformed("deltas must ascend by the digest of their base");

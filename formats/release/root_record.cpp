@@ -5,9 +5,7 @@
 namespace sightline {
 namespace {
 
-Error malformed(const std::string& message) {
-  return {ErrorCode::kMalformedRecord, message, "", ""};
-}
+Error malformed(const std::string& message) { return {ErrorCode::kMalformedRecord, message}; }
 
 // One signer under two names would count twice.
 Result<void> check_keys(const std::vector<PublicKey>& keys) {

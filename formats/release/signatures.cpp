@@ -106,7 +106,7 @@ std::string sign(std::string_view message, const SecretKey& key, std::string_vie
 Result<std::vector<Signature>> parse_signatures(std::string_view text) {
   if (text.size() > kLargestSignatureFile) {
     return Error{ErrorCode::kMalformedSignature,
-                 std::to_string(text.size()) + " bytes are too many for signatures", "", ""};
+                 std::to_string(text.size()) + " bytes are too many for signatures"};
   }
   Lines lines(text);
   std::vector<Signature> signatures;

@@ -32,9 +32,7 @@ constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 30;
 // Using libsodium before this would draw from an unseeded generator.
 void start_sodium() { SIGHTLINE_CHECK(sodium_init() >= 0); }
 
-Error malformed(const std::string& message) {
-  return {ErrorCode::kMalformedSignature, message, "", ""};
-}
+Error malformed(const std::string& message) { return {ErrorCode::kMalformedSignature, message}; }
 
 // The second of two lines; the first is a comment that nothing vouches for.
 Result<std::string_view> second_line(std::string_view text) {
@@ -88,7 +86,7 @@ Result<void> show(std::span<std::uint8_t> file, const std::optional<std::string>
     return malformed("the secret key is of a kind that is not known here");
   }
   if (!passphrase) {
-    return Error{ErrorCode::kWrongKey, "the secret key needs its passphrase", "", ""};
+    return Error{ErrorCode::kWrongKey, "the secret key needs its passphrase"};
   }
   ByteReader cost(std::as_bytes(file.subspan(6 + kSaltSize)));
   const auto operations = cost.get<std::uint64_t>();
@@ -98,7 +96,7 @@ Result<void> show(std::span<std::uint8_t> file, const std::optional<std::string>
   }
   if (!mask(file.subspan(kHiddenBegin), *passphrase, file.subspan(6, kSaltSize), operations,
             memory)) {
-    return Error{ErrorCode::kOutOfMemory, "the passphrase cannot be hashed", "", ""};
+    return Error{ErrorCode::kOutOfMemory, "the passphrase cannot be hashed"};
   }
   return {};
 }
@@ -210,8 +208,7 @@ Result<SecretKey> decode_secret_key_file(std::string_view text,
       (!has_checksum || std::equal(checksum.begin(), checksum.end(), hidden + 8 + 64));
   sodium_memzero(file->data(), file->size());
   if (!is_right) {
-    return Error{ErrorCode::kWrongKey, "the passphrase is wrong, or the secret key damaged", "",
-                 ""};
+    return Error{ErrorCode::kWrongKey, "the passphrase is wrong, or the secret key damaged"};
   }
   return key;
 }

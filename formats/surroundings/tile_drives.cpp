@@ -33,7 +33,7 @@ std::string day_of(std::int64_t stamp_ns) {
 
 Result<void> validate(const TileDrives& tiles) {
   if (!std::isfinite(tiles.tile_m) || tiles.tile_m <= 0.0) {
-    return Error{ErrorCode::kInvalidArtifact, "the edge of its tiles makes no sense", "", ""};
+    return Error{ErrorCode::kInvalidArtifact, "the edge of its tiles makes no sense"};
   }
   for (const MappedDrive& drive : tiles.drives) {
     if (!drive.name.empty() && drive.begin_ns <= drive.end_ns) continue;

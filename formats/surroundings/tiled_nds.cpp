@@ -153,14 +153,14 @@ Result<void> validate(const TiledNds& nds) {
   for (std::size_t i = 0; i < nds.tiles().size(); ++i) {
     const NdTile& tile = nds.tiles()[i];
     if (i > 0 && !(nds.tiles()[i - 1].key < tile.key)) {
-      return in_tile({ErrorCode::kInvalidArtifact, "tiles must ascend", "", ""}, tile.key);
+      return in_tile({ErrorCode::kInvalidArtifact, "tiles must ascend"}, tile.key);
     }
     SIGHTLINE_ASSIGN(const NdtMap of_tile, nds.tile(tile));
     const Result<void> checked = validate(of_tile);
     if (!checked) return in_tile(checked.error(), tile.key);
     for (const Nd& nd : of_tile.nds) {
       if (tile_of(nd.key, nds.cell_m(), nds.tile_m()) == tile.key) continue;
-      return in_tile({ErrorCode::kInvalidArtifact, "an ND lies in another tile", "", ""}, tile.key);
+      return in_tile({ErrorCode::kInvalidArtifact, "an ND lies in another tile"}, tile.key);
     }
   }
   return {};

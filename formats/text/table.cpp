@@ -99,7 +99,7 @@ Result<TableFormat> parse_table_format(std::string_view name) {
   if (name == "json") return TableFormat::kJson;
   if (name == "text") return TableFormat::kText;
   return Error{ErrorCode::kUnknownName,
-               "unknown format '" + std::string(name) + "', expected csv, json or text", "", ""};
+               "unknown format '" + std::string(name) + "', expected csv, json or text"};
 }
 
 }  // namespace sightline

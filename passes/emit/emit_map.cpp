@@ -68,8 +68,7 @@ bool is_printable(const std::string& text) {
 Result<void> check_options(const EmitMapOptions& options) {
   if (!is_printable(options.version) ||
       (!options.map_id.empty() && !is_printable(options.map_id))) {
-    return Error{ErrorCode::kBadValue, "version and map_id must be printable ASCII without spaces",
-                 "", ""};
+    return Error{ErrorCode::kBadValue, "version and map_id must be printable ASCII without spaces"};
   }
   return {};
 }
@@ -82,8 +81,7 @@ Result<void> check_measured(const EmitMapInputs& inputs) {
   return Error{ErrorCode::kMismatchedInputs,
                "errors were measured at " + std::to_string(inputs.measured.site_count()) +
                    " sites, expected the map's " + std::to_string(inputs.sites.sites.size()) +
-                   " and the ranges that are chosen from",
-               "", ""};
+                   " and the ranges that are chosen from"};
 }
 
 bool is_of_models_localizer(const EmitMapInputs& inputs) {

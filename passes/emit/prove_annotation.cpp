@@ -175,8 +175,7 @@ std::uint32_t count_of(const std::vector<std::uint8_t>& flags) {
 Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& map) {
   if (map.factors.factors.empty()) {
     return Error{ErrorCode::kBadLayer,
-                 "the map was stripped of its factors: its annotation cannot be made again", "",
-                 ""};
+                 "the map was stripped of its factors: its annotation cannot be made again"};
   }
   SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
   SIGHTLINE_ASSIGN(const PredictedError predicted, predicted_again(ctx, map, model));

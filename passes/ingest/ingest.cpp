@@ -250,7 +250,7 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
 
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording) {
   if (recording.scans.empty()) {
-    return Error{ErrorCode::kDriveTooShort, "drive " + recording.name + " has no scans", "", ""};
+    return Error{ErrorCode::kDriveTooShort, "drive " + recording.name + " has no scans"};
   }
   SIGHTLINE_TRY(check_times(recording));
   SIGHTLINE_ASSIGN(const std::vector<ScanCounts> counts, count_all(ctx, recording));

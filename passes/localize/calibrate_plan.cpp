@@ -189,10 +189,10 @@ Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, cons
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   if (!(nds.frame() == sites.frame) || ranges.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "the map, its sites and its ranges do not belong together", "", ""};
+                 "the map, its sites and its ranges do not belong together"};
   }
   if (nds.nd_count() > 0) return {};
-  return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", ""};
+  return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with"};
 }
 
 }  // namespace

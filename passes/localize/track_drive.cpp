@@ -183,10 +183,10 @@ Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, cons
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   if (!(nds.frame() == sites.frame) || ranges.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "the map, its sites and its ranges do not belong together", "", ""};
+                 "the map, its sites and its ranges do not belong together"};
   }
   if (nds.nd_count() == 0) {
-    return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", ""};
+    return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with"};
   }
   return {};
 }
@@ -233,10 +233,9 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wante
   const PointGrid places(positions_m(sites));
   const std::vector<std::size_t> scans = scans_on_map(options, drive, in_map, places);
   if (scans.empty()) {
-    return Error{ErrorCode::kNoOverlap,
-                 "drive '" + drive.name + "' has no scan within " + format_double(options.reach_m) +
-                     " m of any of " + std::to_string(sites.sites.size()) + " sites",
-                 "", ""};
+    return Error{ErrorCode::kNoOverlap, "drive '" + drive.name + "' has no scan within " +
+                                            format_double(options.reach_m) + " m of any of " +
+                                            std::to_string(sites.sites.size()) + " sites"};
   }
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =

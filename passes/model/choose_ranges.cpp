@@ -21,28 +21,26 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
   if (predicted.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found predictions of " + std::to_string(predicted.site_count) +
-                     " sites, expected " + std::to_string(sites.sites.size()),
-                 "", ""};
+                     " sites, expected " + std::to_string(sites.sites.size())};
   }
   if (predicted.looks != model.out_of_fold.looks ||
       predicted.limits_m != model.out_of_fold.limits_m) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "predictions and model are of different ranges or limits", "", ""};
+                 "predictions and model are of different ranges or limits"};
   }
   if (factors.site_count != predicted.site_count || factors.looks != predicted.looks) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "factors and predictions are of different sites or ranges", "", ""};
+                 "factors and predictions are of different sites or ranges"};
   }
   const bool has_history = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
   if (has_history && !model.card.knows_history) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "predictions use measured history, of which the model knows nothing", "", ""};
+                 "predictions use measured history, of which the model knows nothing"};
   }
   if (predicted.looks.size() > kMostRanges) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "found " + std::to_string(predicted.looks.size()) + " ranges, expected at most " +
-                     std::to_string(kMostRanges),
-                 "", ""};
+    return Error{ErrorCode::kMismatchedInputs, "found " + std::to_string(predicted.looks.size()) +
+                                                   " ranges, expected at most " +
+                                                   std::to_string(kMostRanges)};
   }
   return {};
 }
@@ -230,7 +228,7 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
   if (predicted.of_samples.empty()) return table;
   if (model.of_samples.empty() || factors.head().of_samples.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "predictions tell of looks that take a sample, model or factors do not", "", ""};
+                 "predictions tell of looks that take a sample, model or factors do not"};
   }
   SIGHTLINE_ASSIGN(RangeTable of_samples,
                    choose_own(ctx, options, sites, predicted.of_samples.front(),

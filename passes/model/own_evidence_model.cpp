@@ -135,7 +135,7 @@ Result<ErrorModel> model_of_own_evidence(const Sites& sites, const FactorTable& 
                                          const MeasuredError& measured,
                                          const RecordingCards& recordings,
                                          const std::vector<double>& limits_m) {
-  if (sites.sites.empty()) return Error{ErrorCode::kNoTrainingRows, "there are no sites", "", ""};
+  if (sites.sites.empty()) return Error{ErrorCode::kNoTrainingRows, "there are no sites"};
   SIGHTLINE_ASSIGN(const OwnEvidence evidence, own_evidence_of(factors));
   SIGHTLINE_ASSIGN(const FeatureRows features, features_of_looks(factors));
   ErrorModel model;

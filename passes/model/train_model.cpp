@@ -274,7 +274,7 @@ Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptio
                                          const MeasuredDrives& measured,
                                          const RecordingCards& recordings) {
   if (measured.drives.empty()) {
-    return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site", "", ""};
+    return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site"};
   }
   return learn_here(ctx, wanted,
                     {measured.drives.front().drive,

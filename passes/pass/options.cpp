@@ -19,7 +19,7 @@ std::string_view trimmed(std::string_view text) {
 
 Error bad_value(const OptionField& field, std::string_view found, const std::string& expected) {
   return {ErrorCode::kBadValue,
-          field.name + ": found '" + std::string(found) + "', expected " + expected, "", ""};
+          field.name + ": found '" + std::string(found) + "', expected " + expected};
 }
 
 // " (metres)": of numbers, by the end of their name.

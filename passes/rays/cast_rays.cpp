@@ -59,15 +59,13 @@ Error at_pass(Error error) {
 
 Result<void> check_options(const CastRaysOptions& options) {
   if (options.longest_range_m <= options.near_m) {
-    return at_pass({ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "", ""});
+    return at_pass({ErrorCode::kBadValue, "longest_range_m must be beyond near_m"});
   }
   const double last_deg =
       options.first_elevation_deg + (options.elevation_count - 1) * options.elevation_step_deg;
   if (last_deg > 90.0) {
-    return at_pass(
-        {ErrorCode::kBadValue,
-         "the last elevation is " + std::to_string(last_deg) + " degrees, beyond the pole", "",
-         ""});
+    return at_pass({ErrorCode::kBadValue, "the last elevation is " + std::to_string(last_deg) +
+                                              " degrees, beyond the pole"});
   }
   return {};
 }

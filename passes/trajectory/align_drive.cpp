@@ -251,7 +251,7 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
     return own;
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
   if (nds.nd_count() == 0) {
-    return Error{ErrorCode::kEmptyMap, "the map has no ND to match", "", ""};
+    return Error{ErrorCode::kEmptyMap, "the map has no ND to match"};
   }
   // A drive may be anywhere on the map.
   SIGHTLINE_ASSIGN(const NdtMap map, nds.whole());

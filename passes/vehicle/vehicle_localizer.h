@@ -71,7 +71,7 @@ class VehicleLocalizer {
     const int code =
         sightline_localizer_open(path.c_str(), &options, &opened, message.data(), message.size());
     if (code == 0) return VehicleLocalizer(opened);
-    return Error{static_cast<ErrorCode>(code), message.data(), "", ""};
+    return Error{static_cast<ErrorCode>(code), message.data()};
   }
 
   // Of what a match answers `stop` says whether anything could be matched. Error: bad-argument,
@@ -131,8 +131,7 @@ class VehicleLocalizer {
     if (code == 0) return answer;
     return Error{static_cast<ErrorCode>(code),
                  "a start that is no rigid motion or far from the map, a look that is none, or too "
-                 "many points",
-                 "", ""};
+                 "many points"};
   }
 
   struct Close {

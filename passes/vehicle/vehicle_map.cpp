@@ -67,7 +67,7 @@ Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMa
   if (!fits) {
     return Error{ErrorCode::kUnsupportedFormat,
                  "a point lies farther from the origin than 2^29 cells: are these metres?",
-                 path.string(), ""};
+                 path.string()};
   }
   const MapFrame frame = frame_near(low_m, tile_m);
   for (Eigen::Vector3d& point_m : points_m) point_m -= frame.origin_world_m;
@@ -81,7 +81,7 @@ Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMa
                "none of " + std::to_string(map.ndt.sparse_cell_count) + " cells of " +
                    std::to_string(options.cell_m) + " m has " + std::to_string(options.min_points) +
                    " points: was the cloud thinned?",
-               path.string(), ""};
+               path.string()};
 }
 
 Result<VehicleMap> read_either(const std::filesystem::path& path,

@@ -144,14 +144,13 @@ void sum_up(const CompiledMap& map, const std::vector<BestLook>& best,
 Result<Weakness> find_weakness(PassContext& ctx, const WeaknessOptions& options,
                                const CompiledMap& map) {
   if (map.sites.sites.empty()) {
-    return Error{ErrorCode::kBadArgument, "the map has no sites", "", ""};
+    return Error{ErrorCode::kBadArgument, "the map has no sites"};
   }
   if (options.advice.farthest_m < options.advice.nearest_m) {
     return Error{ErrorCode::kBadArgument,
                  "found places up to " + format_double(options.advice.farthest_m) +
                      " m from the driven line, expected at least the nearest, " +
-                     format_double(options.advice.nearest_m) + " m",
-                 "", ""};
+                     format_double(options.advice.nearest_m) + " m"};
   }
   SIGHTLINE_ASSIGN(const std::size_t limit, limit_of(map, options.stretches.limit_m));
   const std::vector<BestLook> best = best_looks(map, limit);

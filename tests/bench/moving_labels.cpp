@@ -60,13 +60,13 @@ LabelMotion motion_of(std::span<const Eigen::Vector3d> places_m) {
 
 Result<std::vector<LabelBox>> read_label_boxes(const std::filesystem::path& file) {
   std::ifstream in(file);
-  if (!in) return Error{ErrorCode::kCannotOpen, "cannot be opened", file.string(), ""};
+  if (!in) return Error{ErrorCode::kCannotOpen, "cannot be opened", file.string()};
   try {
     std::vector<LabelBox> boxes;
     for (const nlohmann::json& json : nlohmann::json::parse(in)) boxes.push_back(box_of(json));
     return boxes;
   } catch (const nlohmann::json::exception& problem) {
-    return Error{ErrorCode::kBadValue, problem.what(), file.string(), ""};
+    return Error{ErrorCode::kBadValue, problem.what(), file.string()};
   }
 }
 

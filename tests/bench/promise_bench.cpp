@@ -118,14 +118,14 @@ Result<ErrorModel> read_held_out(const std::string& file) {
     return Error{ErrorCode::kBadArgument,
                  "expected a model that held out every place: train-model.hold_out=places and as "
                  "many train-model.folds as places",
-                 file, ""};
+                 file};
   }
   return model;
 }
 
 Result<ErrorModel> of_samples(const ErrorModel& model) {
   if (!model.of_samples.empty()) return model.of_samples.front();
-  return Error{ErrorCode::kBadArgument, "the model knows no looks that take a sample", "", ""};
+  return Error{ErrorCode::kBadArgument, "the model knows no looks that take a sample"};
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ Opened open_hesai(const std::string& path, const std::string& beside) {
   PcapPacket packet;
   while (true) {
     SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
-    if (!more) return Error{ErrorCode::kDriveTooShort, "no packet", path, ""};
+    if (!more) return Error{ErrorCode::kDriveTooShort, "no packet", path};
     if (is_hesai_packet(packet.datagram)) break;
   }
   SIGHTLINE_ASSIGN(std::unique_ptr<const RotatingLidar> lidar,

@@ -57,7 +57,7 @@ Result<VehicleFacts> facts_of(const AdmitFlags& flags) {
   if (flags.sensor.empty()) return facts;
   facts.sensor = digest_of_hex(flags.sensor);
   if (facts.sensor) return facts;
-  return Error{ErrorCode::kBadArgument, "--sensor takes 64 hexadecimal digits", "", ""};
+  return Error{ErrorCode::kBadArgument, "--sensor takes 64 hexadecimal digits"};
 }
 
 Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
@@ -90,7 +90,7 @@ Result<void> admit(const AdmitFlags& flags) {
 
 Result<void> run_admit(const AdmitFlags& flags) {
   if (flags.next_root.empty() == flags.release.empty()) {
-    return Error{ErrorCode::kBadArgument, "either a RELEASE or --next-root is needed", "", ""};
+    return Error{ErrorCode::kBadArgument, "either a RELEASE or --next-root is needed"};
   }
   return admit(flags);
 }

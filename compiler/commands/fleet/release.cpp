@@ -68,8 +68,7 @@ Result<void> check_counter(const ReleaseFlags& flags) {
   return Error{ErrorCode::kBadValue,
                "--counter: found " + std::to_string(flags.counter) + " after " +
                    std::to_string(before) + ", expected a step of 1 to " +
-                   std::to_string(kLargestStep) + "; --any-step allows others",
-               "", ""};
+                   std::to_string(kLargestStep) + "; --any-step allows others"};
 }
 
 Result<void> make_release(const ReleaseFlags& flags) {

@@ -42,7 +42,7 @@ Result<std::string> earlier_signatures(const std::string& file, const std::strin
     return Error{
         is_same ? ErrorCode::kOutputExists : ErrorCode::kBadSignature,
         is_same ? "this key has signed already" : "signatures of another record; remove them first",
-        file, ""};
+        file};
   }
   return earlier;
 }

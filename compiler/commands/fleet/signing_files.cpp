@@ -35,7 +35,7 @@ Result<std::optional<std::string>> first_line_of_stdin() {
       return Error{
           ErrorCode::kTooLarge,
           "more than " + std::to_string(kLargestRecord) + " bytes, which no passphrase has",
-          "stdin", ""};
+          "stdin"};
     }
     line += c;
   }
@@ -55,7 +55,7 @@ Result<void> write_secret_file(const std::string& path, const std::string& text)
   const Result<void> written =
       write_file_atomically(path, text, IfExists::kRefuse, FileAccess::kOwner);
   if (written || written.error().code != ErrorCode::kOutputExists) return written;
-  return Error{ErrorCode::kOutputExists, "a secret key is never replaced", path, ""};
+  return Error{ErrorCode::kOutputExists, "a secret key is never replaced", path};
 }
 
 Result<SecretKey> read_secret_key(const std::string& file, const std::string& passphrase_file) {
@@ -81,7 +81,7 @@ Result<std::int64_t> read_time(const std::string& text) {
   const std::optional<std::int64_t> seconds = utc_seconds(text);
   if (seconds) return *seconds;
   return Error{ErrorCode::kBadArgument,
-               "found \"" + text + "\", expected a time as 2026-12-01T00:00:00Z or +30d", "", ""};
+               "found \"" + text + "\", expected a time as 2026-12-01T00:00:00Z or +30d"};
 }
 
 }  // namespace sightline

@@ -38,7 +38,7 @@ Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
                  "evaluation.scans: no drive to judge the map by is named. Name another one there; "
                  "or, where there is one drive, that one again (evaluation.scans, poses and sensor "
                  "as under mapping): the scans that the map did not use then judge it",
-                 flags.run.config_file, ""};
+                 flags.run.config_file};
   }
   return config;
 }

@@ -121,7 +121,7 @@ Result<void> gate(const GateFlags& flags) {
                    std::to_string(report.violations(Severity::kWarning)) +
                    " warnings; the gate fails at any " +
                    std::string(severity_name(settings.fails_at)),
-               flags.map, ""};
+               flags.map};
 }
 
 std::vector<std::string> form_names() {

@@ -60,7 +60,7 @@ Result<void> check_against_drives(const VerifyFlags& flags) {
                    to_hex(sha256(expected)) +
                    ": other drives, options or program, or a cache that "
                    "somebody else wrote to",
-               flags.map, ""};
+               flags.map};
 }
 
 Result<void> verify(const VerifyFlags& flags) {

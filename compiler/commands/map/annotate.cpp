@@ -21,8 +21,7 @@ Result<void> check(const AnnotateFlags& flags) {
   if (!flags.sensor.empty() || flags.map.ends_with(".slmap")) return {};
   return Error{
       ErrorCode::kBadArgument,
-      "--sensor is required: which LiDAR will localize (an earlier map, .slmap, says itself)", "",
-      ""};
+      "--sensor is required: which LiDAR will localize (an earlier map, .slmap, says itself)"};
 }
 
 // The configuration that the flags stand for.

@@ -18,14 +18,14 @@ struct ApplyFlags {
 Result<void> apply(const ApplyFlags& flags) {
   if (flags.rolls_back) {
     if (!flags.delta.empty() || !flags.out.empty()) {
-      return Error{ErrorCode::kBadArgument, "--rollback takes no delta and no --output", "", ""};
+      return Error{ErrorCode::kBadArgument, "--rollback takes no delta and no --output"};
     }
     SIGHTLINE_ASSIGN(const Digest root, roll_back(flags.map));
     std::printf("%s is map %s again\n", flags.map.c_str(), to_hex(root).c_str());
     return {};
   }
   if (flags.delta.empty()) {
-    return Error{ErrorCode::kBadArgument, "a delta is needed, or --rollback", "", ""};
+    return Error{ErrorCode::kBadArgument, "a delta is needed, or --rollback"};
   }
   SIGHTLINE_ASSIGN(const ApplyReport report,
                    flags.out.empty() ? apply_delta(flags.delta, flags.map)

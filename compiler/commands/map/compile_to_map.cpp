@@ -24,7 +24,7 @@ namespace {
 // Before hours of work rather than after them.
 Result<void> check_outputs(const CompileFlags& flags) {
   if (flags.output.empty() && flags.run.stop_after.empty() && !flags.is_dry) {
-    return Error{ErrorCode::kBadArgument, "-o is required: which map file to write", "", ""};
+    return Error{ErrorCode::kBadArgument, "-o is required: which map file to write"};
   }
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   SIGHTLINE_TRY(try_output(flags.depfile, IfExists::kReplace));
@@ -83,8 +83,7 @@ Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config)
 Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& config) {
   if (flags.depfile.empty()) return {};
   if (flags.output.empty()) {
-    return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of", "",
-                 ""};
+    return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of"};
   }
   SIGHTLINE_ASSIGN(const InputFiles inputs,
                    input_files(config, flags.run.config_file, flags.model));

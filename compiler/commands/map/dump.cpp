@@ -88,7 +88,7 @@ Result<Table> table_of_model(const DumpFlags& flags) {
   if (flags.what == "model") return dump(model);
   if (flags.what == "recordings") return recordings_table(model);
   return Error{ErrorCode::kBadArgument, "--what: a model holds the tables model and recordings",
-               flags.run.config_file, ""};
+               flags.run.config_file};
 }
 
 // The plan of a compile, and the wanted artifacts of it.
@@ -108,7 +108,7 @@ Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names)
     wanted.push_back(made.compile.plan.find(name));
     if (wanted.back() != AnyWire{}) continue;
     return Error{ErrorCode::kUnknownName, "--what: this configuration makes no " + name,
-                 flags.run.config_file, ""};
+                 flags.run.config_file};
   }
   SIGHTLINE_TRY(provide_drives(made.compile, cache_directory(flags.run), made.artifacts));
   SIGHTLINE_TRY(run_steps(made.compile.plan, wanted, flags.run, config, made.artifacts));
@@ -182,7 +182,7 @@ Result<Table> table_of_artifact(const DumpFlags& flags) {
     return error;
   }
   return Error{ErrorCode::kUnsupportedFormat, "no pass of this program makes such an artifact",
-               flags.run.config_file, ""};
+               flags.run.config_file};
 }
 
 enum class Target { kConfig, kMap, kModel, kArtifact };
@@ -208,8 +208,7 @@ Result<void> dump_picture(const DumpFlags& flags) {
   if (!is_drawable || std::ranges::find(drawable, request.what) == drawable.end()) {
     return Error{ErrorCode::kBadArgument,
                  "--format: only depth, nds, points and ranges of a configuration or a map can be "
-                 "drawn",
-                 "", ""};
+                 "drawn"};
   }
   SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap
                                                      ? sources_of_map(flags)
@@ -246,7 +245,7 @@ Result<Table> wanted_table(DumpFlags flags) {
 Result<void> run_dump(const DumpFlags& flags) {
   if (target_of(flags) != Target::kArtifact && flags.what.empty()) {
     return Error{ErrorCode::kBadArgument,
-                 "--what is required for a map, a model or a configuration", "", ""};
+                 "--what is required for a map, a model or a configuration"};
   }
   if (flags.format == "png" || flags.format == "svg") return dump_picture(flags);
   SIGHTLINE_ASSIGN(const TableFormat format, parse_table_format(flags.format));

@@ -47,12 +47,12 @@ struct ExportFlags {
 Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& config) {
   if (config.has_map() && config.map.is_compiled()) {
     return Error{ErrorCode::kBadArgument,
-                 "a compiled map holds NDs and no points; export the map itself", config.map.points,
-                 ""};
+                 "a compiled map holds NDs and no points; export the map itself",
+                 config.map.points};
   }
   const CompilePlan compile = compile_plan(config);
   if (!compile.points.is_connected()) {
-    return Error{ErrorCode::kBadArgument, "the map holds NDs and no points", config.map.points, ""};
+    return Error{ErrorCode::kBadArgument, "the map holds NDs and no points", config.map.points};
   }
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
@@ -146,7 +146,7 @@ Result<void> export_map(const ExportFlags& flags) {
                "--format " + flags.format +
                    " needs the drive's scans, which no map carries: export the configuration that "
                    "compiled it",
-               flags.run.config_file, ""};
+               flags.run.config_file};
 }
 
 Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
@@ -185,7 +185,7 @@ Result<void> check_folder(const ExportFlags& flags) {
   if (!is_used) return {};
   return Error{ErrorCode::kOutputExists,
                "the folder is not empty; a map directory is written whole: name another",
-               flags.answers.output, ""};
+               flags.answers.output};
 }
 
 Result<void> export_points(const ExportFlags& flags) {
@@ -193,7 +193,7 @@ Result<void> export_points(const ExportFlags& flags) {
                          flags.format == "gpkg" || asks_the_reader(flags.format);
   if (needs_map) {
     return Error{ErrorCode::kBadArgument, "--format " + flags.format + " needs a map (.slmap)",
-                 flags.run.config_file, ""};
+                 flags.run.config_file};
   }
   if (flags.format == "autoware") {
     SIGHTLINE_TRY(check_folder(flags));
@@ -204,7 +204,7 @@ Result<void> export_points(const ExportFlags& flags) {
     return Error{ErrorCode::kBadArgument,
                  "--format octomap needs a drive: nobody knows from where the points of a finished "
                  "map were seen",
-                 flags.run.config_file, ""};
+                 flags.run.config_file};
   }
   SIGHTLINE_ASSIGN(const World world, named_world(flags.answers.world, config.annotation.world));
   SIGHTLINE_ASSIGN(const SurfacePoints surface, surface_of(flags, config));

@@ -38,7 +38,7 @@ Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFla
   if (flags.lanes.empty()) {
     return Error{ErrorCode::kBadArgument,
                  "--format lanelet2 needs the lanes that it annotates: --lanes lanelet2_map.osm",
-                 map_file, ""};
+                 map_file};
   }
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(map_file));
   SIGHTLINE_ASSIGN(const World world, named_world(flags.world, map.world));

@@ -20,7 +20,7 @@ struct InspectFlags {
 Result<void> inspect_model(const InspectFlags& flags) {
   if (flags.site >= 0) {
     return Error{ErrorCode::kBadArgument, "--site: a model annotates no sites, a map does",
-                 flags.file, ""};
+                 flags.file};
   }
   SIGHTLINE_ASSIGN(const ErrorModel model, read_model(flags.file));
   print_text(describe(model));

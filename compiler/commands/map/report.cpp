@@ -77,7 +77,7 @@ Result<void> check_same_map(const ReportFlags& flags, const CompiledMap& map,
       ErrorCode::kMismatchedInputs,
       "the configuration makes other NDs or sites than this map holds; compile it again, or "
       "give the configuration and --set with which it was compiled",
-      flags.map_file(), ""};
+      flags.map_file()};
 }
 
 // Judged by the evaluation drive where the configuration names one, else by the localization drive.
@@ -187,18 +187,18 @@ Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& load
 // Flags that only a run of passes heeds.
 Result<void> check_flags(const ReportFlags& flags) {
   if (!flags.run.stop_after.empty()) {
-    return Error{ErrorCode::kBadArgument, "--stop-after: a report needs every pass", "", ""};
+    return Error{ErrorCode::kBadArgument, "--stop-after: a report needs every pass"};
   }
   if (!flags.is_of_map_alone()) return {};
   if (kind_of_file(flags.run.config_file) == FileKind::kConfiguration) {
     return Error{ErrorCode::kBadArgument,
                  "a configuration says nothing about which map to show; add --map FILE, or give "
                  "the map alone",
-                 flags.run.config_file, ""};
+                 flags.run.config_file};
   }
   if (flags.run.overrides.empty()) return {};
   return Error{ErrorCode::kBadArgument,
-               "--set: a map alone has no configuration; give that and --map FILE", "", ""};
+               "--set: a map alone has no configuration; give that and --map FILE"};
 }
 
 Result<void> write_report(const ReportFlags& flags) {

@@ -38,20 +38,20 @@ Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& fi
   if (config && flags.with_evaluation && config->evaluation.scans.empty()) {
     return Error{ErrorCode::kMissingKey,
                  "evaluation.scans: --with-evaluation asks for a second drive and none is named",
-                 file, ""};
+                 file};
   }
   if (config && config->has_map() && config->localization.scans.empty()) {
     return Error{ErrorCode::kMissingKey,
                  "localization.scans: a model learns from what a drive measured, and in this "
                  "finished map none is named",
-                 file, ""};
+                 file};
   }
   if (config && flags.with_evaluation && config->imports_errors() != config->imports_evaluation()) {
     return Error{
         ErrorCode::kMissingKey,
         "import-errors: with --with-evaluation both drives of a place are localized by the "
         "same localizer; name both files, or none",
-        file, ""};
+        file};
   }
   return config;
 }

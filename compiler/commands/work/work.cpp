@@ -21,7 +21,7 @@ struct WorkFlags {
 // "7/64": the seventh of 64.
 Result<WorkShare> parse_share(const std::string& text) {
   const Error wrong{ErrorCode::kBadArgument,
-                    "found '" + text + "', expected K/N with 1 <= K <= N, such as 7/64", "", ""};
+                    "found '" + text + "', expected K/N with 1 <= K <= N, such as 7/64"};
   const std::size_t slash = text.find('/');
   if (slash == std::string::npos) return wrong;
   const auto number_in = [](std::string_view digits) -> std::size_t {

@@ -53,7 +53,7 @@ Result<Observation> parse_observation(std::string_view json) {
     return observation;
   } catch (const std::exception& exception) {
     return Error{ErrorCode::kMalformedText,
-                 std::string("expected what evaluate --json writes: ") + exception.what(), "", ""};
+                 std::string("expected what evaluate --json writes: ") + exception.what()};
   }
 }
 

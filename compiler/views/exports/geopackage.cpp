@@ -67,7 +67,7 @@ class Database {
     unsigned char* content =
         status_ == SQLITE_OK ? sqlite3_serialize(database_.get(), "main", &size, 0) : nullptr;
     if (content == nullptr) {
-      return Error{ErrorCode::kOutOfMemory, "no memory for the GeoPackage", "", ""};
+      return Error{ErrorCode::kOutOfMemory, "no memory for the GeoPackage"};
     }
     const auto* begin = reinterpret_cast<const std::byte*>(content);
     std::vector<std::byte> all(begin, begin + size);

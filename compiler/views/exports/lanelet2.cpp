@@ -149,8 +149,7 @@ Result<std::size_t> limit_of(const MapInfo& info, double limit_m) {
   std::string known;
   for (const double said_m : info.limits_m) known += " " + format_double(said_m);
   return Error{ErrorCode::kBadArgument,
-               "--area-limit " + format_double(limit_m) + ": the map has the limits" + known, "",
-               ""};
+               "--area-limit " + format_double(limit_m) + ": the map has the limits" + known};
 }
 
 }  // namespace
@@ -169,10 +168,10 @@ Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& read
   SIGHTLINE_ASSIGN(const std::size_t area_limit, limit_of(info, options.area_limit_m));
   SIGHTLINE_ASSIGN(const std::string clean, without_additions(text, kOurKeys));
   SIGHTLINE_ASSIGN(const LaneletMap lanes, lanes_of(map, world, clean));
-  if (lanes.lanelets.empty()) return Error{ErrorCode::kMissingField, "found no lanelet", "", ""};
+  if (lanes.lanelets.empty()) return Error{ErrorCode::kMissingField, "found no lanelet"};
   constexpr std::int64_t kLargestId = std::numeric_limits<std::int64_t>::max() / 2;
   if (lanes.largest_id > kLargestId) {
-    return Error{ErrorCode::kMalformedText, "its ids leave no room for others", "", ""};
+    return Error{ErrorCode::kMalformedText, "its ids leave no room for others"};
   }
   WeakStretchOptions weakness;
   weakness.limit_m = info.limits_m[area_limit];
@@ -204,8 +203,7 @@ Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& read
                  "no lanelet lies on the map's route: in the plane the nearest is " +
                      rounded(distance_m(lanes, asker)) +
                      " m away; look whether both lie in the world " + std::string(info.world) +
-                     " and have heights above the same datum",
-                 "", ""};
+                     " and have heights above the same datum"};
   }
   SIGHTLINE_ASSIGN(made.text, with_additions(clean, additions));
   return made;

@@ -17,7 +17,7 @@ struct Voxel {
 
 Result<std::vector<Eigen::Vector3d>> thinned_points(const SurfacePoints& surface, double leaf_m) {
   if (leaf_m < 0.0) {
-    return Error{ErrorCode::kBadValue, "a leaf must be 0 m or more", "", ""};
+    return Error{ErrorCode::kBadValue, "a leaf must be 0 m or more"};
   }
   std::vector<Eigen::Vector3d> points_m;
   std::map<CellKey, Voxel> voxels;

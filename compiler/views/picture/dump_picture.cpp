@@ -10,7 +10,7 @@
 namespace sightline {
 namespace {
 
-Error bad(std::string message) { return {ErrorCode::kBadArgument, std::move(message), "", ""}; }
+Error bad(std::string message) { return {ErrorCode::kBadArgument, std::move(message)}; }
 
 Result<std::string> png_text(const Raster& raster) {
   SIGHTLINE_ASSIGN(const std::vector<std::byte> file, encode_png(raster));

@@ -38,7 +38,7 @@ Result<Box> box_of(const SurfacePointReader& reader) {
     for (const Eigen::Vector3d& point_m : points_m) box.extend(point_m.head<2>());
   }
   if (!box.isEmpty()) return box;
-  return Error{ErrorCode::kBadArgument, "there are no points to draw", "", ""};
+  return Error{ErrorCode::kBadArgument, "there are no points to draw"};
 }
 
 Canvas canvas_for(const Box& box) {

@@ -27,7 +27,7 @@ Result<void> check_sources(const ReportSources& sources) {
   return Error{ErrorCode::kMismatchedInputs,
                "what was measured, judged, cast or gated is not of this map's " +
                    std::to_string(sites) + " sites, its ranges and its limits",
-               sources.map_file, ""};
+               sources.map_file};
 }
 
 // A map may be stripped of its factors, or older than virtual scans.

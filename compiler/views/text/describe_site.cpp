@@ -245,10 +245,9 @@ Result<std::string> describe_site(const CompiledMap& map, std::size_t site) {
 Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& route,
                                   std::size_t site) {
   if (site >= map.sites.sites.size()) {
-    return Error{ErrorCode::kBadArgument,
-                 "found site " + std::to_string(site) + ", expected 0 to " +
-                     std::to_string(map.sites.sites.size() - 1),
-                 "", ""};
+    return Error{ErrorCode::kBadArgument, "found site " + std::to_string(site) +
+                                              ", expected 0 to " +
+                                              std::to_string(map.sites.sites.size() - 1)};
   }
   std::string text = describe_place(map, site) + describe_prediction(map, site);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {

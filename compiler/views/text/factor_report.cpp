@@ -96,14 +96,14 @@ Result<std::vector<std::size_t>> sites_in_both(const FactorTable& factors,
                                                const MeasuredError& measured) {
   if (factors.site_count != measured.scan_of_site.size() || factors.looks != measured.looks) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "factors and measured errors are of different sites or ranges", "", ""};
+                 "factors and measured errors are of different sites or ranges"};
   }
   std::vector<std::size_t> sites;
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
     if (measured.scan_of_site[site] >= 0) sites.push_back(site);
   }
   if (sites.empty()) {
-    return Error{ErrorCode::kNoOverlap, "no site was measured", "", ""};
+    return Error{ErrorCode::kNoOverlap, "no site was measured"};
   }
   return sites;
 }
@@ -126,7 +126,7 @@ Result<FactorReport> factor_report(const FactorTable& factors, const MeasuredErr
   SIGHTLINE_ASSIGN(const std::vector<std::size_t> sites, sites_in_both(factors, measured));
   const auto points = std::find(factors.factors.begin(), factors.factors.end(), "virtual_points");
   if (points == factors.factors.end()) {
-    return Error{ErrorCode::kMismatchedInputs, "the factors have no virtual_points", "", ""};
+    return Error{ErrorCode::kMismatchedInputs, "the factors have no virtual_points"};
   }
   const auto points_column = static_cast<std::size_t>(points - factors.factors.begin());
   FactorReport report;

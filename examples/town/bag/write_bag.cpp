@@ -223,7 +223,7 @@ Result<void> write_bag(const std::filesystem::path& path, const DriveSimulator& 
   }
   add_rates_before(rates.back().stamp_ns + 1);
   if (file.close()) return {};
-  return Error{ErrorCode::kCannotWrite, "the bag could not be written whole", path.string(), ""};
+  return Error{ErrorCode::kCannotWrite, "the bag could not be written whole", path.string()};
 }
 
 }  // namespace sightline::town

@@ -23,13 +23,13 @@ namespace fs = std::filesystem;
 constexpr int kMostTries = 16;
 
 Error output_exists(const fs::path& path) {
-  return {ErrorCode::kOutputExists, "the output exists already; --force replaces it", path.string(),
-          ""};
+  return {ErrorCode::kOutputExists, "the output exists already; --force replaces it",
+          path.string()};
 }
 
 Error out_of_memory(const fs::path& path, std::uint64_t size) {
   return {ErrorCode::kOutOfMemory, "not enough memory for its " + std::to_string(size) + " bytes",
-          path.string(), ""};
+          path.string()};
 }
 
 // An unfinished file beside the target. Gone with its owner unless it was kept.
@@ -119,7 +119,7 @@ Error write_failure(const fs::path& path, const std::string& what, int number) {
   // A limit on the size of files (ulimit -f) is met as a full disk is.
   const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
   return {is_full ? ErrorCode::kDiskFull : ErrorCode::kCannotWrite,
-          what + ": " + std::strerror(number), path.string(), ""};
+          what + ": " + std::strerror(number), path.string()};
 }
 
 Result<void> check_output(const fs::path& path, IfExists if_exists) {
@@ -128,7 +128,7 @@ Result<void> check_output(const fs::path& path, IfExists if_exists) {
   if (!S_ISREG(status.st_mode)) {
     return Error{ErrorCode::kCannotWrite,
                  "a link, folder, pipe or device is never replaced, only a regular file",
-                 path.string(), ""};
+                 path.string()};
   }
   if (if_exists == IfExists::kRefuse) return output_exists(path);
   return {};
@@ -208,7 +208,7 @@ Result<std::string> read_short_text(const fs::path& path, std::size_t most_bytes
   if (text.size() <= most_bytes) return text;
   return Error{ErrorCode::kTooLarge,
                "more than " + std::to_string(most_bytes) + " bytes, which no such file has",
-               path.string(), ""};
+               path.string()};
 }
 
 }  // namespace sightline

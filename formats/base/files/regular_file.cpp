@@ -22,14 +22,14 @@ Result<RegularFile> open_regular_file(const std::string& path) {
   if (file.descriptor.number() < 0) {
     const int number = errno;
     const ErrorCode code = number == ENOENT ? ErrorCode::kFileNotFound : ErrorCode::kCannotOpen;
-    return Error{code, std::string("cannot open: ") + std::strerror(number), path, ""};
+    return Error{code, std::string("cannot open: ") + std::strerror(number), path};
   }
   struct stat status {};
   if (::fstat(file.descriptor.number(), &status) != 0) {
-    return Error{ErrorCode::kCannotRead, std::strerror(errno), path, ""};
+    return Error{ErrorCode::kCannotRead, std::strerror(errno), path};
   }
   if (!S_ISREG(status.st_mode)) {
-    return Error{ErrorCode::kCannotRead, "not a regular file", path, ""};
+    return Error{ErrorCode::kCannotRead, "not a regular file", path};
   }
   file.size = static_cast<std::uint64_t>(status.st_size);
   return file;
@@ -42,7 +42,7 @@ Result<std::string> read_beginning(const std::string& path, std::size_t most_byt
   while (done < text.size()) {
     const ssize_t count = ::read(file.descriptor.number(), text.data() + done, text.size() - done);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return Error{ErrorCode::kCannotRead, std::strerror(errno), path, ""};
+    if (count < 0) return Error{ErrorCode::kCannotRead, std::strerror(errno), path};
     if (count == 0) break;
     done += static_cast<std::size_t>(count);
   }

@@ -30,7 +30,7 @@ struct Child {
   std::vector<TagPlace> tags;
 };
 
-Error malformed(const std::string& what) { return {ErrorCode::kMalformedText, what, "", ""}; }
+Error malformed(const std::string& what) { return {ErrorCode::kMalformedText, what}; }
 
 // Finds the children of the first <osm> of a document.
 class ChildFinder {

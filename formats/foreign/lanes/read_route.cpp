@@ -63,10 +63,10 @@ Result<Route> read_route(const std::filesystem::path& path, const World& world) 
   SIGHTLINE_TRY(read_lines(path, world, route));
   if (!(length_m(route) <= kLongestRoute_m)) {
     return Error{ErrorCode::kMalformedText,
-                 "its lines are longer than 10000 km: are they in metres?", path.string(), ""};
+                 "its lines are longer than 10000 km: are they in metres?", path.string()};
   }
   if (!route.lines.empty()) return route;
-  return Error{ErrorCode::kMissingField, "found no line of two points or more", path.string(), ""};
+  return Error{ErrorCode::kMissingField, "found no line of two points or more", path.string()};
 }
 
 }  // namespace sightline

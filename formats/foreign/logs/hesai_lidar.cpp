@@ -115,16 +115,13 @@ Result<void> HesaiLidar::check(std::span<const std::byte> bytes) const {
     is_right = is_right && azimuth_cdeg(bytes, block) < kTurn_cdeg;
   }
   if (!is_right) {
-    return Error{ErrorCode::kMalformedHeader,
-                 "found a packet of a " + std::string(model_.name) +
-                     " whose azimuths, unit or time are none",
-                 "", ""};
+    return Error{ErrorCode::kMalformedHeader, "found a packet of a " + std::string(model_.name) +
+                                                  " whose azimuths, unit or time are none"};
   }
   if (returns(bytes) > 0) return {};
   return Error{ErrorCode::kUnsupportedFormat,
                "found a return mode that is not read, expected one or two returns; export the "
-               "scans as PCD with PandarView",
-               "", ""};
+               "scans as PCD with PandarView"};
 }
 
 std::int64_t HesaiLidar::time_ns(std::span<const std::byte> bytes) const {
@@ -204,7 +201,7 @@ Result<std::vector<HesaiAngles>> angles_of(const HesaiModel& model, std::string_
                                            const std::string& file) {
   SIGHTLINE_ASSIGN(const std::vector<BeamRow> rows, parse_beam_table(text, file));
   const auto error = [&](const std::string& message) {
-    return Error{ErrorCode::kBadValue, message, file, ""};
+    return Error{ErrorCode::kBadValue, message, file};
   };
   if (rows.size() != model.channels) {
     return error("found " + std::to_string(rows.size()) + " channels, expected the " +
@@ -236,8 +233,7 @@ Error another_model(std::span<const std::byte> packet) {
               " bytes), expected Pandar64, Pandar128 (1.4), PandarXT-32 or PandarXT-16; replay the "
               "capture to "
               "Hesai's ROS driver "
-              "and record its points in a bag, or export the scans as PCD with PandarView",
-          "", ""};
+              "and record its points in a bag, or export the scans as PCD with PandarView"};
 }
 
 }  // namespace
@@ -257,8 +253,7 @@ Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::by
                  "packets of a " + std::string(model->name) +
                      " need the unit's angle correction file, which the sensor's web page saves: "
                      "put it beside the capture with its name and the ending .csv, or name it as "
-                     "`sensor`",
-                 "", ""};
+                     "`sensor`"};
   }
   std::vector<HesaiAngles> angles = hesai_nominal_angles(*model);
   std::vector<std::string> warnings;

@@ -82,7 +82,7 @@ Result<std::shared_ptr<const ScanContainer>> open_ouster(const std::filesystem::
                "packets of an Ouster sensor need its metadata, which `ouster-cli` and the sensor's "
                "web page save: put it beside the capture as " +
                    path.stem().string() + ".json, or name it as `sensor`",
-               path.string(), ""};
+               path.string()};
 }
 
 Result<std::shared_ptr<const ScanContainer>> open_hesai(const std::filesystem::path& path,
@@ -111,7 +111,7 @@ Result<std::shared_ptr<const ScanContainer>> open_capture(const std::filesystem:
           " datagrams, expected Velodyne (VLP-16, HDL-32E), Hesai (Pandar64, Pandar128, "
           "PandarXT-32, PandarXT-16) or Ouster; replay the capture to the sensor's ROS driver and "
           "record its points in a bag, or export the scans as PCD with its own tools",
-      path.string(), ""};
+      path.string()};
 }
 
 }  // namespace sightline

@@ -65,8 +65,7 @@ Result<OusterLayout> layout_of(const std::string& profile) {
   }
   return Error{ErrorCode::kUnsupportedFormat,
                "found the profile " + profile + ", expected one of " + ouster_profile_names() +
-                   "; convert it with `ouster-cli source CAPTURE save scans.bag`",
-               "", ""};
+                   "; convert it with `ouster-cli source CAPTURE save scans.bag`"};
 }
 
 }  // namespace
@@ -100,7 +99,7 @@ OusterPackets::OusterPackets(OusterMetadata metadata, OusterLayout layout)
 
 Result<OusterPackets> OusterPackets::of(const OusterMetadata& metadata) {
   const auto lacks = [](const std::string& what) {
-    return Error{ErrorCode::kMissingField, "the metadata lacks " + what, "", ""};
+    return Error{ErrorCode::kMissingField, "the metadata lacks " + what};
   };
   if (metadata.azimuths_deg.empty()) return lacks("beam_azimuth_angles");
   if (metadata.columns_per_frame == 0) return lacks("columns_per_frame");
@@ -109,15 +108,13 @@ Result<OusterPackets> OusterPackets::of(const OusterMetadata& metadata) {
   Pose to_sensor = Pose::Identity();
   to_sensor.linear() = metadata.lidar_to_sensor->topLeftCorner<3, 3>();
   if (!is_rigid(to_sensor)) {
-    return Error{ErrorCode::kBadValue, "lidar_to_sensor_transform is no rotation and translation",
-                 "", ""};
+    return Error{ErrorCode::kBadValue, "lidar_to_sensor_transform is no rotation and translation"};
   }
   SIGHTLINE_ASSIGN(OusterLayout layout, layout_of(metadata.profile));
   OusterPackets packets(metadata, std::move(layout));
   if (packets.size_ <= kLargestDatagram) return packets;
   return Error{ErrorCode::kBadValue,
-               "packets of " + std::to_string(packets.size_) + " bytes are longer than UDP allows",
-               "", ""};
+               "packets of " + std::to_string(packets.size_) + " bytes are longer than UDP allows"};
 }
 
 bool OusterPackets::is_data(std::span<const std::byte> datagram) const {

@@ -14,14 +14,13 @@ Result<void> VelodyneLidar::check(std::span<const std::byte> bytes) const {
   const VelodynePacket packet(bytes);
   if (!packet.is_valid()) {
     return Error{ErrorCode::kMalformedHeader,
-                 "found 1206 bytes of UDP that are no Velodyne data packet", "", ""};
+                 "found 1206 bytes of UDP that are no Velodyne data packet"};
   }
   if (packet.model()) return {};
   return Error{ErrorCode::kUnsupportedFormat,
                "found product id " + std::to_string(packet.product_id()) +
                    ", expected packets of one HDL-32E (33) or VLP-16 (34); export the scans as "
-                   "PCD with the sensor's own tools",
-               "", ""};
+                   "PCD with the sensor's own tools"};
 }
 
 int VelodyneLidar::model(std::span<const std::byte> bytes) const {

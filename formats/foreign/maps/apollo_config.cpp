@@ -113,7 +113,7 @@ Result<ApolloConfig> parse_apollo_config(std::string_view text, const std::strin
   const XMLElement* config = root == nullptr ? nullptr : root->FirstChildElement("map_config");
   if (config == nullptr) {
     return Error{ErrorCode::kMissingField, "found no map.map_config, expected Apollo's config.xml",
-                 file, ""};
+                 file};
   }
   return ConfigReader(*config, file).read();
 }

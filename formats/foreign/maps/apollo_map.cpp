@@ -56,7 +56,7 @@ Result<std::vector<std::pair<std::uint32_t, fs::path>>> numbered(const fs::path&
   }
   if (failure) {
     return Error{ErrorCode::kCannotRead, "found a folder that cannot be read: " + failure.message(),
-                 folder.string(), ""};
+                 folder.string()};
   }
   std::ranges::sort(found);
   return found;
@@ -91,7 +91,7 @@ Result<std::vector<NodeFile>> nodes_of(const fs::path& folder, std::uint32_t res
       if (zone < 1 || zone > kMostZone) {
         return Error{ErrorCode::kUnsupportedFormat,
                      "found zone " + std::to_string(zone) + ", expected one of UTM, 1 to 60",
-                     of_zone.string(), ""};
+                     of_zone.string()};
       }
       const auto number = static_cast<std::int32_t>(zone);
       SIGHTLINE_TRY(add_nodes(
@@ -103,7 +103,7 @@ Result<std::vector<NodeFile>> nodes_of(const fs::path& folder, std::uint32_t res
   return Error{ErrorCode::kEmptyDirectory,
                "found no node, expected files like " + std::string(kNodes) + "/" + name +
                    "/north/10/00032353/00004596",
-               folder.string(), ""};
+               folder.string()};
 }
 
 // The largest cells of at most kWanted_m; where there are none the finest.
@@ -130,13 +130,13 @@ Result<void> check_grid(const ApolloFiles& files) {
                  "found cells of " + format_double(cell_m) + " m, " + format_double(height_m) +
                      " m high, expected cubes; write the map with a resolution_z like its "
                      "resolution",
-                 files.config_file.string(), ""};
+                 files.config_file.string()};
   }
   if (is_whole(files.config.min_x_m / cell_m) && is_whole(files.config.min_y_m / cell_m)) return {};
   return Error{
       ErrorCode::kUnsupportedFormat,
       "found a range that begins at no multiple of a cell of " + format_double(cell_m) + " m",
-      files.config_file.string(), ""};
+      files.config_file.string()};
 }
 
 Result<ApolloFiles> find_files(const fs::path& path) {
@@ -156,7 +156,7 @@ Result<ApolloFiles> find_files(const fs::path& path) {
   return Error{ErrorCode::kUnsupportedFormat,
                "found nodes of two zones of UTM, " + std::to_string(zone) + " and " +
                    std::to_string(other->index.zone) + ", expected one plane",
-               folder.string(), ""};
+               folder.string()};
 }
 
 struct OpenedNode {

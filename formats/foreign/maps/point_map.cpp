@@ -44,7 +44,7 @@ Result<std::vector<fs::path>> listed_squares(const fs::path& metadata) {
   const std::vector<std::string> names = squares_of(text);
   if (names.empty()) {
     return Error{ErrorCode::kMalformedText,
-                 "found no square, expected lines like \"0_0.pcd: [0, 0]\"", metadata.string(), ""};
+                 "found no square, expected lines like \"0_0.pcd: [0, 0]\"", metadata.string()};
   }
   std::error_code failure;
   const fs::path beside = metadata.parent_path();
@@ -57,7 +57,7 @@ Result<std::vector<fs::path>> listed_squares(const fs::path& metadata) {
                  std::string(kMetadata) +
                      " names this square, and it is not there: the map would "
                      "have a hole",
-                 within.string(), ""};
+                 within.string()};
   }
   return files;
 }
@@ -120,7 +120,7 @@ Result<void> check_extent(const PointMap& map, const fs::path& path) {
                "the points span " + format_double(extent_m.x()) + " by " +
                    format_double(extent_m.y()) + ", expected a map in metres" +
                    (may_be_degrees ? "; these look like degrees, project them (UTM) first" : ""),
-               path.string(), ""};
+               path.string()};
 }
 
 Digest digest_of(const PointMap& map) {
@@ -141,7 +141,7 @@ class PointMapStore : public ScanStore {
     SIGHTLINE_ASSIGN(const FileContent content, read_file_content(file.file));
     if (xxh3(content.bytes()) != file.content_xxh3) {
       return Error{ErrorCode::kMismatchedInputs, "the file is not the one that was opened",
-                   file.file.string(), ""};
+                   file.file.string()};
     }
     SIGHTLINE_ASSIGN(PointCloudFile cloud, parse_point_cloud(content.bytes(), file.file));
     Scan scan;
@@ -186,7 +186,7 @@ Result<std::vector<fs::path>> list_point_map(const fs::path& path) {
     if (!is_without_header(file)) continue;
     return Error{ErrorCode::kUnsupportedFormat,
                  "a .bin is a scan; a map is .pcd, .ply or .las, or a folder of them",
-                 file.string(), ""};
+                 file.string()};
   }
   return files;
 }

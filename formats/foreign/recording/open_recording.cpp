@@ -103,8 +103,7 @@ Digest digest_of(const Recording& recording) {
 
 Error changed(const std::filesystem::path& path) {
   return {ErrorCode::kMismatchedInputs,
-          "the file is not the one that was there when the recording was opened", path.string(),
-          ""};
+          "the file is not the one that was there when the recording was opened", path.string()};
 }
 
 Result<PointCloudFile> read_contained(const Recording& recording, const ScanInFile& scan,
@@ -189,7 +188,7 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
                                                       Recording& recording) {
   if (!is_scan_container(options.scans)) {
     if (options.topic.empty()) return list_scan_files(options.scans);
-    return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans, "", ""};
+    return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans};
   }
   SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container,
                    open_scan_container(options.scans, options.topic,
@@ -204,8 +203,7 @@ Result<void> take_columns(const RecordingOptions& options, Recording& recording)
   if (!has_no_headers(recording)) {
     return Error{ErrorCode::kBadValue,
                  "columns is for .bin scans, which do not say it themselves; found " +
-                     recording.scans.front().name,
-                 "", ""};
+                     recording.scans.front().name};
   }
   SIGHTLINE_ASSIGN(recording.columns, parse_float_columns(options.columns));
   return {};
@@ -220,8 +218,7 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   if (options.rings == 1 || options.rings < 0 ||
       options.lowest_beam_deg >= options.highest_beam_deg) {
     return Error{ErrorCode::kBadValue,
-                 "rings must be 0 or at least 2, and lowest_beam_deg below highest_beam_deg", "",
-                 ""};
+                 "rings must be 0 or at least 2, and lowest_beam_deg below highest_beam_deg"};
   }
   if (options.rings > 0) {
     profile.name.append("-").append(std::to_string(options.rings)).append("-rings");
@@ -239,8 +236,7 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   if (are_of_sensor && !profile.T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
     return Error{ErrorCode::kBadValue,
                  "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
-                 "no meaning",
-                 "", ""};
+                 "no meaning"};
   }
   SIGHTLINE_TRY(validate(profile));
   return profile;

@@ -28,7 +28,7 @@ Result<std::shared_ptr<const ScanContainer>> open_scan_container(
   if (is_ros_bag(path)) return open_bag(path, topic);
   if (topic.empty()) return open_capture(path, sensor);
   return Error{ErrorCode::kBadValue, "a pcap has no topics, found topic '" + topic + "'",
-               path.string(), ""};
+               path.string()};
 }
 
 }  // namespace sightline

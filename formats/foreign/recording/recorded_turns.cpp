@@ -13,8 +13,7 @@ Result<void> take_turn_rates(const RecordingOptions& options, Recording& recordi
   if (options.imu_topic == kNoImu) return {};
   if (!is_ros_bag(options.scans)) {
     if (options.imu_topic.empty()) return {};
-    return Error{ErrorCode::kBadValue, "imu_topic is for scans in bags, found " + options.scans, "",
-                 ""};
+    return Error{ErrorCode::kBadValue, "imu_topic is for scans in bags, found " + options.scans};
   }
   SIGHTLINE_ASSIGN(const BagTurns turns,
                    read_bag_turns(options.scans, options.imu_topic, recording.container->frame()));

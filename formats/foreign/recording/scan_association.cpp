@@ -65,7 +65,7 @@ Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Rec
     return Error{ErrorCode::kMismatchedInputs,
                  "found " + std::to_string(rows.size()) + " times for " +
                      std::to_string(files.size()) + " scans",
-                 path, ""};
+                 path};
   }
   warn_of_unit(path, take_finer_unit(rows), recording);
   const RowChoice choice = choose_rows(files, rows.size(), path);
@@ -92,7 +92,7 @@ Stamps stamps_of_themselves(const Recording& recording, const Files& files) {
 }
 
 Error fewer_poses(const std::string& path, const std::string& what) {
-  return {ErrorCode::kFewerPosesThanScans, what, path, ""};
+  return {ErrorCode::kFewerPosesThanScans, what, path};
 }
 
 Result<std::vector<PoseRow>> poses_by_row(const std::string& path, const Files& files,
@@ -199,7 +199,7 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
     return Error{ErrorCode::kMismatchedInputs,
                  "a bag's poses are found by time, and the scans have no times of their own; name "
                  "a file of stamps",
-                 options.poses, ""};
+                 options.poses};
   }
   Poses poses;
   std::size_t missing = 0;
@@ -260,7 +260,7 @@ Result<Poses> poses_from_table(const RecordingOptions& options, const Files& fil
     return Error{ErrorCode::kMismatchedInputs,
                  "these poses are found by time, and the scans' names have none; name a file of "
                  "stamps",
-                 options.poses, ""};
+                 options.poses};
   }
   SIGHTLINE_ASSIGN(const std::vector<PoseRow> timed,
                    poses_by_time(options.poses, files, rows, stamps_ns));
@@ -273,7 +273,7 @@ Result<void> take_calibration(const RecordingOptions& options, Poses& poses) {
   if (options.poses_of != PosesOf::kSensor) {
     return Error{ErrorCode::kBadValue,
                  "calibration takes the poses to the sensor: write poses_of: sensor",
-                 options.calibration, ""};
+                 options.calibration};
   }
   SIGHTLINE_ASSIGN(const KittiCalibration calibration, read_kitti_calibration(options.calibration));
   for (std::optional<PoseRow>& pose : poses) {
@@ -331,7 +331,7 @@ Result<void> describe_scans(const RecordingOptions& options,
   SIGHTLINE_ASSIGN(Poses poses, poses_of_scans(options, files, stamps_ns, recording));
   SIGHTLINE_TRY(take_calibration(options, poses));
   if (!(options.rate_hz > 0.0)) {
-    return Error{ErrorCode::kBadValue, "rate_hz must be above 0", "", ""};
+    return Error{ErrorCode::kBadValue, "rate_hz must be above 0"};
   }
   recording.scans.resize(files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {

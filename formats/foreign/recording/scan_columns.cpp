@@ -16,8 +16,7 @@ Result<void> check_given(const std::vector<FloatEvidence>& evidence, const Recor
     return of_scan(
         {ErrorCode::kUnsupportedFormat,
          "its floats are not " + std::to_string(recording.columns->count) + " a point (" +
-             to_text(*recording.columns) + "); take `columns` away to see what fits",
-         "", ""},
+             to_text(*recording.columns) + "); take `columns` away to see what fits"},
         recording, i);
   }
   return {};
@@ -30,7 +29,7 @@ Error mixed(const std::vector<FloatEvidence>& evidence, const Recording& recordi
           "scans of different numbers of floats a point: " + counts_text(before) + " fit up to " +
               recording.scans[index - 1].name + ", " + counts_text(evidence[index].fitting) +
               " fit " + recording.scans[index].name,
-          recording.file_of(recording.scans[index]).parent_path().string(), ""};
+          recording.file_of(recording.scans[index]).parent_path().string()};
 }
 
 Result<FloatCounts> common_counts(const std::vector<FloatEvidence>& evidence,

@@ -49,21 +49,20 @@ Result<void> check_is_file(const std::filesystem::path& path) {
     return Error{ErrorCode::kFileNotFound,
                  "a link to " + std::filesystem::read_symlink(path, ignored).string() +
                      ", which is not there; take the link away or bring the scan back",
-                 path.string(), ""};
+                 path.string()};
   }
   return Error{ErrorCode::kCannotRead,
                failure ? "cannot look at it: " + failure.message() : "no regular file",
-               path.string(), ""};
+               path.string()};
 }
 
 Result<Candidates> list_candidates(const std::filesystem::path& folder) {
   std::error_code failure;
   if (!std::filesystem::exists(folder, failure)) {
-    return Error{ErrorCode::kFileNotFound, "there is no such folder", folder.string(), ""};
+    return Error{ErrorCode::kFileNotFound, "there is no such folder", folder.string()};
   }
   if (std::filesystem::is_other(folder, failure)) {
-    return Error{ErrorCode::kCannotRead, "neither a folder nor a regular file", folder.string(),
-                 ""};
+    return Error{ErrorCode::kCannotRead, "neither a folder nor a regular file", folder.string()};
   }
   std::filesystem::directory_iterator entry(folder, failure);
   Candidates candidates;
@@ -82,7 +81,7 @@ Result<Candidates> list_candidates(const std::filesystem::path& folder) {
   }
   if (failure) {
     return Error{ErrorCode::kCannotOpen, "cannot list the folder: " + failure.message(),
-                 folder.string(), ""};
+                 folder.string()};
   }
   std::ranges::sort(candidates.files, [](const auto& a, const auto& b) {
     return natural_less(a.filename().string(), b.filename().string());
@@ -139,7 +138,7 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
     return Error{ErrorCode::kEmptyDirectory,
                  "the folder holds no scans (" + scan_endings_text() + ")" +
                      hint_of_folders(candidates.folders),
-                 folder.string(), ""};
+                 folder.string()};
   }
   for (const std::filesystem::path& file : files) SIGHTLINE_TRY(check_is_file(file));
   const std::string extension = lower_extension(files.front());
@@ -151,7 +150,7 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
       return Error{ErrorCode::kMixedFormats,
                    "scans of several formats, such as " + files.front().filename().string() +
                        " and " + file.filename().string() + "; expected one",
-                   folder.string(), ""};
+                   folder.string()};
     }
   }
   if (!is_scan_ending(extension)) {

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Error error_of(const fs::path& path, ErrorCode code, std::string message) {
-  return {code, std::move(message), path.string(), ""};
+  return {code, std::move(message), path.string()};
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ std::optional<Pose> TransformTree::pose_at(const Edge& edge, std::int64_t stamp_
 
 Error TransformTree::error(ErrorCode code, const std::string& message,
                            const std::string& file) const {
-  return {code, message + "; frames with a parent:" + frames(), file, ""};
+  return {code, message + "; frames with a parent:" + frames(), file};
 }
 
 // From the frame upwards.

@@ -56,7 +56,7 @@ Result<void> add_directions(const std::vector<GeodeticFix>& fixes, const std::st
       return Error{ErrorCode::kMalformedPose,
                    "no heading is told, and the vehicle moves less than a metre: add a column "
                    "heading or yaw",
-                   path, ""};
+                   path};
     }
     last_rad = yaws_rad[i];
     rows[i].T_world_vehicle.linear() =
@@ -132,7 +132,7 @@ Result<GeodeticTrack> read_geodetic_track(const std::filesystem::path& path) {
 Result<TrackInWorld> in_world(const GeodeticTrack& track, const std::string& world,
                               const std::string& path) {
   if (track.fixes.empty()) {
-    return Error{ErrorCode::kMalformedPose, "found no pose", path, ""};
+    return Error{ErrorCode::kMalformedPose, "found no pose", path};
   }
   TrackInWorld found;
   found.warnings = track.warnings;

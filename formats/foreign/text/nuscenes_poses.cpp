@@ -26,7 +26,7 @@ class PoseTable : public nlohmann::json_sax<nlohmann::json> {
       return Error{ErrorCode::kMalformedText,
                    "expected a list of poses with timestamp, rotation and translation, as "
                    "nuScenes' ego_pose.json",
-                   file_, ""};
+                   file_};
     }
     std::ranges::stable_sort(rows_, {}, [](const PoseRow& row) { return *row.stamp_ns; });
     const auto is_same_time = [](const PoseRow& a, const PoseRow& b) {

@@ -51,13 +51,13 @@ Result<std::vector<std::filesystem::path>> list_files(const std::filesystem::pat
   }
   if (failure) {
     return Error{ErrorCode::kCannotOpen, "cannot list the folder: " + failure.message(),
-                 folder.string(), ""};
+                 folder.string()};
   }
   std::ranges::sort(files);
   if (!files.empty()) return files;
   return Error{ErrorCode::kMalformedPose,
                "a folder of poses is KITTI's oxts (data/*.txt and timestamps.txt); found no .txt",
-               folder.string(), ""};
+               folder.string()};
 }
 
 }  // namespace

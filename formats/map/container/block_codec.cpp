@@ -28,20 +28,18 @@ bool is_worth_packing(std::uint64_t raw_size, std::uint64_t packed_size) {
   return packed_size <= raw_size - raw_size / 16 && raw_size / kMostExpansion <= packed_size;
 }
 
-Error unreadable_block() { return {ErrorCode::kBadLayer, "zstd cannot read it", "", ""}; }
+Error unreadable_block() { return {ErrorCode::kBadLayer, "zstd cannot read it"}; }
 
 Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
                                std::uint64_t raw_size) {
   if (raw_size > kLargestBlock || raw_size / kMostExpansion > stored_size) {
     return Error{
         ErrorCode::kTooLarge,
-        std::to_string(stored_size) + " packed bytes are said to hold " + std::to_string(raw_size),
-        "", ""};
+        std::to_string(stored_size) + " packed bytes are said to hold " + std::to_string(raw_size)};
   }
   if (ZSTD_getFrameContentSize(beginning.data(), beginning.size()) != raw_size) {
     return Error{ErrorCode::kBadLayer,
-                 "the compressed frame does not hold " + std::to_string(raw_size) + " bytes", "",
-                 ""};
+                 "the compressed frame does not hold " + std::to_string(raw_size) + " bytes"};
   }
   return {};
 }

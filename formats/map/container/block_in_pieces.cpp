@@ -22,7 +22,7 @@ struct UnpackerDeleter {
   void operator()(ZSTD_DStream* unpacker) const { ZSTD_freeDStream(unpacker); }
 };
 
-Error out_of_memory() { return {ErrorCode::kOutOfMemory, "not enough memory to pack", "", ""}; }
+Error out_of_memory() { return {ErrorCode::kOutOfMemory, "not enough memory to pack"}; }
 
 // What is so long is a model, whose trees repeat what lies far behind: a window of 8 MiB packs it
 // 3 % smaller at a level that takes a seventh of the time and half the memory of kPackLevel.

@@ -8,7 +8,7 @@ namespace sightline {
 namespace {
 
 Error wrong(ErrorCode code, const PackedBlock& block, const char* what) {
-  return {code, "block " + block.name + " does not match its " + what, "", ""};
+  return {code, "block " + block.name + " does not match its " + what};
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ Result<RawBytes> checked_bytes(const PackedBlock& block) {
     SIGHTLINE_ASSIGN(std::vector<std::byte> unpacked, unpack_zstd(block.stored, block.raw_size));
     raw = RawBytes(std::move(unpacked));
   } else if (block.codec != BlockCodec::kNone || block.raw_size != block.stored.size()) {
-    return Error{ErrorCode::kBadLayer, "the codec is unknown or the sizes differ", "", ""};
+    return Error{ErrorCode::kBadLayer, "the codec is unknown or the sizes differ"};
   }
   if (sha256(raw.bytes()) != block.raw_digest) {
     return wrong(ErrorCode::kDigestMismatch, block, "digest");

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Error failure(ErrorCode code, const fs::path& path, const char* what, int number) {
-  return {code, std::string(what) + ": " + std::strerror(number), path.string(), ""};
+  return {code, std::string(what) + ": " + std::strerror(number), path.string()};
 }
 
 Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
@@ -38,7 +38,7 @@ Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
                    ? "the delta is for the same map with other optional parts, or packed otherwise"
                    : "found the map " + to_hex(found->root_digest) + ", the delta is for " +
                          to_hex(expected.root_digest),
-               map.string(), ""};
+               map.string()};
 }
 
 Result<bool> is_result(const OpenedDelta& delta, const fs::path& map) {
@@ -67,7 +67,7 @@ Result<void> check_room(const OpenedDelta& delta, const fs::path& part) {
                    " bytes, there is "
                    "room for " +
                    std::to_string(have),
-               part.string(), ""};
+               part.string()};
 }
 
 // Makes all of the result in the part, checks it, and leaves it there on the disk.
@@ -109,7 +109,7 @@ Result<void> refuse_link(const fs::path& map) {
   }
   if (S_ISREG(status.st_mode)) return {};
   return Error{ErrorCode::kCannotOpen, "not a regular file; name the map itself, not a link",
-               map.string(), ""};
+               map.string()};
 }
 
 Result<void> rename_file(const fs::path& from, const fs::path& to) {
@@ -181,7 +181,7 @@ Result<ApplyReport> apply_delta_to(const fs::path& delta_path, const fs::path& m
   SIGHTLINE_ASSIGN(const OpenedDelta delta, open_delta(delta_path));
   std::error_code ignored;
   if (fs::exists(fs::symlink_status(out, ignored))) {
-    return Error{ErrorCode::kOutputExists, "the output exists already", out.string(), ""};
+    return Error{ErrorCode::kOutputExists, "the output exists already", out.string()};
   }
   SIGHTLINE_TRY(check_base(delta, map));
   SIGHTLINE_ASSIGN(PartFile part, PartFile::open(part_path(out)));

@@ -49,8 +49,7 @@ std::vector<std::byte> pack_delta(std::span<const std::byte> raw,
 Result<std::vector<std::byte>> unpack_delta(std::span<const std::byte> packed,
                                             std::span<const std::byte> prefix, std::uint64_t size) {
   if (content_size(packed) != size) {
-    return Error{ErrorCode::kBadDelta, "a frame does not hold " + std::to_string(size) + " bytes",
-                 "", ""};
+    return Error{ErrorCode::kBadDelta, "a frame does not hold " + std::to_string(size) + " bytes"};
   }
   const std::unique_ptr<ZSTD_DCtx, FreeDecompressor> context(ZSTD_createDCtx());
   SIGHTLINE_CHECK(context != nullptr);
@@ -61,7 +60,7 @@ Result<std::vector<std::byte>> unpack_delta(std::span<const std::byte> packed,
   const std::size_t made =
       ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
   if (!is_good(made) || made != size) {
-    return Error{ErrorCode::kBadDelta, "zstd cannot read a frame", "", ""};
+    return Error{ErrorCode::kBadDelta, "zstd cannot read a frame"};
   }
   return raw;
 }

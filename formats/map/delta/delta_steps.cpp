@@ -15,13 +15,13 @@ Result<std::vector<std::byte>> repacked(const DeltaStep& step, std::uint32_t lev
   const std::uint64_t prefix_size = content_size(base);
   const std::uint64_t raw_size = content_size(payload);
   if (prefix_size > kLargestRepack || raw_size > kLargestRepack) {
-    return Error{ErrorCode::kBadDelta, "a layer is too large to be packed anew", "", ""};
+    return Error{ErrorCode::kBadDelta, "a layer is too large to be packed anew"};
   }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> prefix, unpack_delta(base, {}, prefix_size));
   SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, unpack_delta(payload, prefix, raw_size));
   std::vector<std::byte> bytes = pack_anew(raw, level);
   if (bytes.size() > step.size) {
-    return Error{ErrorCode::kBadDelta, "a layer packed anew is larger than it should be", "", ""};
+    return Error{ErrorCode::kBadDelta, "a layer packed anew is larger than it should be"};
   }
   bytes.resize(step.size);
   return bytes;
@@ -34,7 +34,7 @@ Result<std::vector<std::byte>> bytes_of(const OpenedDelta& delta, const PieceRea
   SIGHTLINE_ASSIGN(std::vector<std::byte> payload,
                    delta.file.read(payload_offset, step.packed_size));
   if (xxh3(payload) != step.packed_checksum) {
-    return Error{ErrorCode::kChecksumMismatch, "a payload does not match its checksum", "", ""};
+    return Error{ErrorCode::kChecksumMismatch, "a payload does not match its checksum"};
   }
   if (step.kind == DeltaStepKind::kPlain) return payload;
   if (step.kind == DeltaStepKind::kRepack) {

@@ -178,10 +178,9 @@ void DeltaMaker::add(const Part& part, const std::optional<Part>& old) {
 Result<std::vector<std::byte>> finished(const DeltaMaker& maker, const MapContainer& base,
                                         const MapContainer& result) {
   if (maker.steps.size() > kMostSteps || result.file.size() > kLargestResult) {
-    return Error{ErrorCode::kTooLarge,
-                 "a delta of " + std::to_string(maker.steps.size()) + " steps for " +
-                     std::to_string(result.file.size()) + " bytes; send the whole map",
-                 "", ""};
+    return Error{ErrorCode::kTooLarge, "a delta of " + std::to_string(maker.steps.size()) +
+                                           " steps for " + std::to_string(result.file.size()) +
+                                           " bytes; send the whole map"};
   }
   SIGHTLINE_ASSIGN(const MapIdentity base_identity, identity_of(base.file));
   DeltaHeader header;

@@ -16,7 +16,7 @@ namespace {
 Error failure(ErrorCode code, const std::filesystem::path& path, const char* what, int number) {
   const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
   return {is_full ? ErrorCode::kDiskFull : code, std::string(what) + ": " + std::strerror(number),
-          path.string(), ""};
+          path.string()};
 }
 
 // Before the lock was had, the process that held it may have renamed the file to the map itself.
@@ -54,14 +54,14 @@ Result<PartFile> PartFile::open(const std::filesystem::path& path) {
   PartFile file(path, descriptor);
   struct stat status {};
   if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink != 1) {
-    return Error{ErrorCode::kCannotOpen, "not a regular file of one name", path.string(), ""};
+    return Error{ErrorCode::kCannotOpen, "not a regular file of one name", path.string()};
   }
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     return failure(ErrorCode::kCannotOpen, path, "another process is at work on it", errno);
   }
   if (!is_still_called(path, status)) {
     return Error{ErrorCode::kCannotOpen, "another process has just finished it; try again",
-                 path.string(), ""};
+                 path.string()};
   }
   file.is_locked_ = true;
   return file;

@@ -10,7 +10,7 @@ namespace sightline {
 namespace {
 
 Error failure(ErrorCode code, const std::filesystem::path& path, const char* what, int number) {
-  return {code, std::string(what) + ": " + std::strerror(number), path.string(), ""};
+  return {code, std::string(what) + ": " + std::strerror(number), path.string()};
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ Result<void> MapSide::add_virtual_points(std::uint32_t tile,
   const std::uint64_t values = aligned(4 * rows.size());
   if (block->row_count() != rows.size() ||
       raw.size() != aligned(values + 8 * shape.size(rows.size()))) {
-    return Error{ErrorCode::kBadLayer, "the layer has not the size that its sites need", "", ""};
+    return Error{ErrorCode::kBadLayer, "the layer has not the size that its sites need"};
   }
   for (std::uint64_t row = 0; row < rows.size(); ++row) {
     const auto points_at = [&](std::uint64_t range) {

@@ -77,13 +77,12 @@ Result<void> check_rows(const PackedBlock& layer, const schema::Manifest& manife
   const bool is_range = layer.name == kRangeLayer && layer.version == kRangeLayerVersion &&
                         layer.codec == BlockCodec::kNone;
   if ((!is_ndt && !is_range) || layer.row_count == 0 || layer.row_count > kMostRows) {
-    return Error{ErrorCode::kBadLayer, "layer " + layer.name + " is of an unknown kind", "", ""};
+    return Error{ErrorCode::kBadLayer, "layer " + layer.name + " is of an unknown kind"};
   }
   const std::uint64_t expected = is_ndt ? NdtLayout(layer.row_count).size
                                         : RangeLayout(layer.row_count, answer_shape(manifest)).size;
   if (layer.raw_size == expected) return {};
-  return Error{ErrorCode::kBadLayer, "layer " + layer.name + " has another size than its rows", "",
-               ""};
+  return Error{ErrorCode::kBadLayer, "layer " + layer.name + " has another size than its rows"};
 }
 
 // Every required layer is what the tile's digest names.
@@ -96,7 +95,7 @@ Result<void> check_tile(const FoundTile& tile, const schema::Manifest& manifest)
     required.push_back({layer.name, layer.version, layer.row_count, layer.raw_digest});
   }
   if (tile_digest(tile.key, required) == tile.digest) return {};
-  return Error{ErrorCode::kDigestMismatch, "the tile does not match its digest", "", ""};
+  return Error{ErrorCode::kDigestMismatch, "the tile does not match its digest"};
 }
 
 // The ids of the sites that are left, ascending: a site's new id is its place among them.
@@ -193,7 +192,7 @@ Result<FactorTable> decode_factors(const MapContainer& container,
                                       is_filled));
   }
   if (std::ranges::find(is_filled, false) != is_filled.end()) {
-    return Error{ErrorCode::kBadLayer, "some sites have none", "", ""};
+    return Error{ErrorCode::kBadLayer, "some sites have none"};
   }
   return factors;
 }
@@ -220,7 +219,7 @@ Result<void> decode_model(const MapContainer& container, CompiledMap& map) {
   if (entry == nullptr) return {};
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
   if (sha256(raw.bytes()) != map.model.digest) {
-    return Error{ErrorCode::kDigestMismatch, "it is not the one that the manifest names", "", ""};
+    return Error{ErrorCode::kDigestMismatch, "it is not the one that the manifest names"};
   }
   map.model.bytes.assign(raw.bytes().begin(), raw.bytes().end());
   return {};
@@ -290,7 +289,7 @@ Result<Recovered> recover_map(std::span<const std::byte> file) {
   });
   const SiteIds ids = sites_of(tiles);
   if (ids.empty()) {
-    return Error{ErrorCode::kTruncatedFile, "no site is left in what can still be read", "", ""};
+    return Error{ErrorCode::kTruncatedFile, "no site is left in what can still be read"};
   }
   SIGHTLINE_TRY(decode_tiles(tiles, ids, recovered.map));
   decode_for_engineers(container, tiles, ids, recovered);

@@ -74,8 +74,7 @@ Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
   if (!column) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the factors have neither own_error nor mapping_error nor virtual_error: nothing "
-                 "is known of how well the map's own scans localize",
-                 "", ""};
+                 "is known of how well the map's own scans localize"};
   }
   return OwnEvidence{factors.looks, factors.site_count, values_of(factors, *column),
                      cost_of(factors), is_simulated(factors)};

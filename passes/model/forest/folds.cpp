@@ -16,8 +16,7 @@ Error too_short(double labelled_route_m, double block_m) {
               " m of route with measured errors, expected at least " +
               format_double(2.0 * block_m) + " m: two blocks of " + format_double(block_m) +
               " m, so that each can be predicted by trees that never saw it; a longer drive, or a "
-              "model trained elsewhere (compile --model), helps",
-          "", ""};
+              "model trained elsewhere (compile --model), helps"};
 }
 
 std::uint32_t group_of(const Folds& folds, std::uint32_t place) {
@@ -44,10 +43,10 @@ Result<RouteBlocks> cut_route(const Sites& sites, const std::vector<std::uint8_t
   const auto labelled_count =
       static_cast<std::size_t>(std::count(has_label.begin(), has_label.end(), std::uint8_t{1}));
   if (labelled_count == 0) {
-    return Error{ErrorCode::kNoTrainingRows,
-                 "none of " + std::to_string(has_label.size()) +
-                     " sites has a measured error: no scan of the localization drive lies near one",
-                 "", ""};
+    return Error{
+        ErrorCode::kNoTrainingRows,
+        "none of " + std::to_string(has_label.size()) +
+            " sites has a measured error: no scan of the localization drive lies near one"};
   }
   RouteBlocks blocks;
   blocks.labelled_route_m = static_cast<double>(labelled_count) * sites.spacing_m;

@@ -73,8 +73,7 @@ Result<HoldOut> choose_hold_out(HoldOut wanted, const std::vector<std::uint32_t>
   if (wanted == HoldOut::kDrives && drives.count < 2) {
     return Error{ErrorCode::kNoTrainingRows,
                  "one drive alone was measured, and it is to be held out: expected two or more, or "
-                 "train-model.hold_out=blocks",
-                 "", ""};
+                 "train-model.hold_out=blocks"};
   }
   if (wanted != HoldOut::kAuto) return wanted;
   if (*std::ranges::max_element(group_of_place) > 0) return HoldOut::kPlaces;

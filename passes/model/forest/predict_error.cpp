@@ -24,16 +24,14 @@ Result<void> check_inputs(const ErrorModel& model, const Sites& sites, const Fac
   if (factors.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found factors of " + std::to_string(factors.site_count) + " sites, expected " +
-                     std::to_string(sites.sites.size()),
-                 "", ""};
+                     std::to_string(sites.sites.size())};
   }
   if (factors.looks != model.out_of_fold.looks) {
     return Error{ErrorCode::kMismatchedInputs,
                  "factors and model are of different ranges; the model needs " +
                      std::to_string(model.ranges.size()) + " of " +
                      format_double(model.ranges.front().range_m) + " to " +
-                     format_double(model.ranges.back().range_m) + " m",
-                 "", ""};
+                     format_double(model.ranges.back().range_m) + " m"};
   }
   return {};
 }
@@ -353,7 +351,7 @@ Result<void> check_history(const Asked& asked, const MeasuredError& history) {
     return {};
   }
   return Error{ErrorCode::kMismatchedInputs,
-               "the earlier drive was measured at other sites or ranges", "", ""};
+               "the earlier drive was measured at other sites or ranges"};
 }
 
 }  // namespace

@@ -123,7 +123,7 @@ Result<LookEvaluation> evaluate_looks(const RangeTable& ranges, const MeasuredEr
   const std::vector<Look>& looks = judge.samples.looks;
   if (looks.size() < choice.looks.size() ||
       !std::equal(choice.looks.begin(), choice.looks.end(), looks.begin())) {
-    return Error{ErrorCode::kMismatchedInputs, "the drive was measured at other looks", "", ""};
+    return Error{ErrorCode::kMismatchedInputs, "the drive was measured at other looks"};
   }
   for (std::size_t site = 0; site < judged.scan_of_site.size(); ++site) {
     if (judged.scan_of_site[site] >= 0) judge.sites.push_back(site);

@@ -18,8 +18,7 @@ Result<void> check_inputs(const EvaluationInputs& inputs) {
                  "found predictions of " + std::to_string(inputs.predicted.site_count) +
                      ", ranges of " + std::to_string(inputs.ranges.site_count) + " and errors of " +
                      std::to_string(inputs.judged.scan_of_site.size()) + " sites, expected " +
-                     std::to_string(site_count),
-                 "", ""};
+                     std::to_string(site_count)};
   }
   bool have_same_limits = inputs.ranges.promises.size() == inputs.predicted.limits_m.size();
   for (std::size_t i = 0; have_same_limits && i < inputs.ranges.promises.size(); ++i) {
@@ -28,13 +27,12 @@ Result<void> check_inputs(const EvaluationInputs& inputs) {
   if (!have_same_limits || inputs.predicted.looks != inputs.ranges.looks ||
       inputs.judged.looks != inputs.ranges.looks) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "predictions, ranges and errors are of different ranges or limits", "", ""};
+                 "predictions, ranges and errors are of different ranges or limits"};
   }
   if (inputs.judged_sites.empty()) {
-    return Error{ErrorCode::kNoOverlap,
-                 "drive '" + inputs.judged.drive + "' has no scan near any of " +
-                     std::to_string(site_count) + " sites",
-                 "", ""};
+    return Error{ErrorCode::kNoOverlap, "drive '" + inputs.judged.drive +
+                                            "' has no scan near any of " +
+                                            std::to_string(site_count) + " sites"};
   }
   return {};
 }
@@ -158,8 +156,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
   if (factors.site_count() != 0 && factors.site_count() != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found factors of " + std::to_string(factors.site_count()) + " sites, expected " +
-                     std::to_string(sites.sites.size()),
-                 "", ""};
+                     std::to_string(sites.sites.size())};
   }
   SIGHTLINE_ASSIGN(std::vector<StreetType> streets, all_street_types(factors));
   EvaluationInputs inputs{options.stretch_m,  sites, predicted, ranges, judged,

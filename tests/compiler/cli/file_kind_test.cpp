@@ -113,7 +113,7 @@ TEST_F(FileKinds, WhatIsOfTheWantedKindKeepsItsOwnMessage) {
   EXPECT_THAT(complaint({"inspect", map()}, 67), Not(HasSubstr("this is a compiled map")));
   EXPECT_THAT(complaint({"compile", write("bad.yaml", "mapping: [\n")}, 65),
               AllOf(HasSubstr("SL2020"), Not(HasSubstr("this is"))));
-  const Error other{ErrorCode::kCannotRead, "input/output error", map(), ""};
+  const Error other{ErrorCode::kCannotRead, "input/output error", map()};
   EXPECT_EQ(explain_wrong_file(other).message, other.message);
 }
 

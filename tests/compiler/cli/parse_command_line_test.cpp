@@ -50,7 +50,7 @@ Verb paint_verb(PaintFlags& flags) {
       {.names = "--set",
        .value = "TEXT",
        .target = Setter([&flags](const std::string& text) -> Result<void> {
-         if (text == "bad") return Error{ErrorCode::kBadValue, "found 'bad'", "", ""};
+         if (text == "bad") return Error{ErrorCode::kBadValue, "found 'bad'"};
          flags.set_text = flags.color + text;
          return {};
        })}};

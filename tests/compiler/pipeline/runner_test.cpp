@@ -22,7 +22,7 @@ struct ArtifactTraits<Number> {
 };
 Result<void> validate(const Number& number) {
   if (number.value < 1000) return {};
-  return Error{ErrorCode::kInvalidArtifact, "a number must stay below 1000", "", ""};
+  return Error{ErrorCode::kInvalidArtifact, "a number must stay below 1000"};
 }
 Table dump(const Number& number) { return {"number", {"value"}, {{number.value}}, {}}; }
 void encode(const Number& number, ByteWriter& writer) { writer.put(number.value); }
@@ -57,7 +57,7 @@ int g_calls = 0;  // how often a pass really ran
 Result<Number> scale(PassContext& ctx, const ScaleOptions& options, const Number& a) {
   ++g_calls;
   ctx.warn("scaled once");
-  if (options.factor == 0) return Error{ErrorCode::kNoOverlap, "nothing left", "", ""};
+  if (options.factor == 0) return Error{ErrorCode::kNoOverlap, "nothing left"};
   return Number{a.value * options.factor};
 }
 

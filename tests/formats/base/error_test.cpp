@@ -46,12 +46,12 @@ TEST(Error, SaysCodeFilePlaceAndReason) {
             "SL2006 truncated-scan: a.pcd (byte 128): found 10 bytes, expected 16");
   EXPECT_EQ(to_string(Error{ErrorCode::kNoPoses, "none", "", "pass ingest"}),
             "SL2015 no-poses: (pass ingest): none");
-  EXPECT_EQ(to_string(Error{ErrorCode::kNoPoses, "none", "", ""}), "SL2015 no-poses: none");
+  EXPECT_EQ(to_string(Error{ErrorCode::kNoPoses, "none"}), "SL2015 no-poses: none");
 }
 
 TEST(ResultDeathTest, StopsWhoeverLooksAtTheWrongOne) {
   const Result<int> good = 3;
-  const Result<int> bad = Error{ErrorCode::kNoPoses, "none", "", ""};
+  const Result<int> bad = Error{ErrorCode::kNoPoses, "none"};
   EXPECT_EQ(good.value(), 3);
   EXPECT_EQ(bad.error().code, ErrorCode::kNoPoses);
   EXPECT_DEATH((void)good.error(), "internal error");

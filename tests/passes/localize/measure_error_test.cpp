@@ -301,7 +301,7 @@ class LimitedStore : public ScanStore {
   LimitedStore(std::shared_ptr<const ScanStore> store, int limit)
       : store_(std::move(store)), left_(limit) {}
   Result<Scan> read(std::size_t index) const override {
-    if (left_-- <= 0) return Error{ErrorCode::kTruncatedScan, "interrupted", "", ""};
+    if (left_-- <= 0) return Error{ErrorCode::kTruncatedScan, "interrupted"};
     return store_->read(index);
   }
   [[nodiscard]] int left() const { return left_; }
@@ -556,7 +556,7 @@ TEST(MeasureError, RefusesSitesInAnotherFrameThanTheMap) {
 class UnreadableStore : public ScanStore {
  public:
   Result<Scan> read(std::size_t) const override {
-    return Error{ErrorCode::kTruncatedScan, "cut short", "0001.pcd", ""};
+    return Error{ErrorCode::kTruncatedScan, "cut short", "0001.pcd"};
   }
 };
 

@@ -43,7 +43,7 @@ class Squares {
       made_.push_back(part);
       threads_of_[part] = may_use;
       if (static_cast<int>(part) >= broken && broken >= 0) {
-        return Error{ErrorCode::kNoOverlap, "part " + std::to_string(part), "", ""};
+        return Error{ErrorCode::kNoOverlap, "part " + std::to_string(part)};
       }
       ByteWriter writer;
       writer.put<std::uint64_t>(part * part);

@@ -44,7 +44,7 @@ Result<GateResult> read_gate_result(const std::filesystem::path& file) {
   } catch (const std::exception& exception) {
     return Error{ErrorCode::kMalformedText,
                  std::string("expected what gate --json writes: ") + exception.what(),
-                 file.string(), ""};
+                 file.string()};
   }
 }
 

@@ -15,7 +15,7 @@ Result<Json> provenance_of(const ReportSources& sources) {
   Json json = Json::parse(sources.provenance, nullptr, false);
   if (json.is_object()) return json;
   return Error{ErrorCode::kMalformedText, "the provenance beside the map is not a JSON object",
-               sources.map_file + ".provenance.json", ""};
+               sources.map_file + ".provenance.json"};
 }
 
 std::string text_of(const Json& value) {

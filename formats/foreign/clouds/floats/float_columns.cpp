@@ -17,8 +17,7 @@ Error bad_columns(const std::string& what) {
   return {ErrorCode::kBadValue,
           "columns: " + what +
               ", expected how many floats a point has (3 to 64) or their names with x, y and z "
-              "among them, such as x y z intensity ring",
-          "", ""};
+              "among them, such as x y z intensity ring"};
 }
 
 Result<FloatColumns> named_columns(const std::vector<std::string_view>& names) {

@@ -74,8 +74,7 @@ Result<std::size_t> the_one_count(FloatCounts fitting, FloatCounts dividing) {
   if (fitting == 0) {
     return Error{ErrorCode::kUnsupportedFormat,
                  "found no points of 3 to 10 float32 each that begin with x y z; name the columns "
-                 "with `columns`, or convert the scans to binary PCD",
-                 "", ""};
+                 "with `columns`, or convert the scans to binary PCD"};
   }
   const FloatCounts both = fitting & dividing;
   if (std::has_single_bit(both)) return static_cast<std::size_t>(std::countr_zero(both));
@@ -83,12 +82,10 @@ Result<std::size_t> the_one_count(FloatCounts fitting, FloatCounts dividing) {
     return Error{ErrorCode::kUnsupportedFormat,
                  counts_text(both) +
                      " floats a point fit, and nothing tells which; say how many there are with "
-                     "`columns`, such as columns: 4",
-                 "", ""};
+                     "`columns`, such as columns: 4"};
   }
   return Error{ErrorCode::kTruncatedScan,
-               "found no whole number of points; " + counts_text(fitting) + " float32 a point fit",
-               "", ""};
+               "found no whole number of points; " + counts_text(fitting) + " float32 a point fit"};
 }
 
 }  // namespace sightline

@@ -55,7 +55,7 @@ Result<void> check_compression(const BagMetadata& metadata, const fs::path& file
   return Error{ErrorCode::kUnsupportedFormat,
                "found compression " + metadata.compression_format +
                    ", expected zstd; `ros2 bag convert` writes the recording without",
-               file.string(), ""};
+               file.string()};
 }
 
 // Recorders up to Foxy wrote paths from the folder above.
@@ -73,12 +73,12 @@ Result<fs::path> find_file(const fs::path& folder, const std::string& name) {
     return Error{ErrorCode::kUnsupportedFormat,
                  "the file is packed as a whole; unpack it with `zstd -d " +
                      candidate.filename().string() + " -o " + plain.filename().string() + "`",
-                 candidate.string(), ""};
+                 candidate.string()};
   }
   return Error{
       ErrorCode::kFileNotFound,
       "the recording's " + std::string(kBagMetadata) + " names this file, and it is not there",
-      file.string(), ""};
+      file.string()};
 }
 
 }  // namespace
@@ -98,7 +98,7 @@ Result<std::vector<fs::path>> files_of_rosbag2(const fs::path& folder) {
   SIGHTLINE_ASSIGN(const std::string text, read_beginning(file.string(), kMostBytes));
   const BagMetadata metadata = parse(text);
   if (metadata.files.empty()) {
-    return Error{ErrorCode::kMalformedHeader, "found no relative_file_paths", file.string(), ""};
+    return Error{ErrorCode::kMalformedHeader, "found no relative_file_paths", file.string()};
   }
   SIGHTLINE_TRY(check_compression(metadata, file));
   std::vector<fs::path> files;

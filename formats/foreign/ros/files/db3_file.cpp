@@ -37,7 +37,7 @@ Result<void> Db3File::add_topics() {
     return Error{
         ErrorCode::kUnsupportedFormat,
         std::string("a database without a table '") + table + "', expected a recording of ros2 bag",
-        database_.path().string(), ""};
+        database_.path().string()};
   }
   return database_.for_each_row(
       "SELECT id, name, type, serialization_format FROM topics",

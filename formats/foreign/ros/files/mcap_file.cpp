@@ -134,7 +134,7 @@ Result<void> McapFile::name_channels() {
       return Error{ErrorCode::kMalformedHeader,
                    "found topic " + channel.topic + " of schema " +
                        std::to_string(channel.schema_id) + ", which is not in the file",
-                   file_.path().string(), ""};
+                   file_.path().string()};
     }
     const std::string type = schema == index_.schemas.end() ? "" : schema->second.name;
     channels_[id] = {channel.topic, ros1_type_name(type), encoding_named(channel.encoding), 0};

@@ -75,7 +75,7 @@ Result<Bytes> unpack(std::span<const std::byte> packed, const fs::path& path) {
   std::optional<Bytes> unpacked = unpack_zstd_frame(packed);
   if (unpacked) return *std::move(unpacked);
   return Error{ErrorCode::kMalformedHeader, "found a packed message that does not unpack",
-               path.string(), ""};
+               path.string()};
 }
 
 Result<void> Rosbag2::for_each_message(const std::set<std::uint32_t>& channels,

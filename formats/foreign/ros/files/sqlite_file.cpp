@@ -56,7 +56,7 @@ Result<void> check_was_closed(const std::filesystem::path& path) {
                  "the recording was not closed, a part of it lies in " +
                      beside.filename().string() + "; `sqlite3 " + path.filename().string() +
                      " 'PRAGMA journal_mode=DELETE'` brings both together",
-                 path.string(), ""};
+                 path.string()};
   }
   return {};
 }
@@ -91,13 +91,13 @@ SqliteFile& SqliteFile::operator=(SqliteFile&& other) noexcept = default;
 SqliteFile::~SqliteFile() = default;
 
 Error SqliteFile::damaged(std::string message) const {
-  return {ErrorCode::kMalformedHeader, std::move(message), path_.string(), ""};
+  return {ErrorCode::kMalformedHeader, std::move(message), path_.string()};
 }
 
 Error SqliteFile::error_of(int status) const {
   const std::string why = sqlite3_errmsg(database_.get());
   if ((status & 0xff) == SQLITE_IOERR) {
-    return {ErrorCode::kCannotRead, "cannot read the database: " + why, path_.string(), ""};
+    return {ErrorCode::kCannotRead, "cannot read the database: " + why, path_.string()};
   }
   return damaged("the database cannot be read: " + why);
 }

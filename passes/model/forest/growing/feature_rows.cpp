@@ -15,8 +15,7 @@ Result<std::vector<std::size_t>> columns_of(const FactorTable& table,
     const auto found = std::find(table.factors.begin(), table.factors.end(), factor);
     if (found == table.factors.end()) {
       return Error{ErrorCode::kMismatchedInputs,
-                   "the factor table has no factor '" + factor + "', which the model needs", "",
-                   ""};
+                   "the factor table has no factor '" + factor + "', which the model needs"};
     }
     columns.push_back(static_cast<std::size_t>(found - table.factors.begin()));
   }

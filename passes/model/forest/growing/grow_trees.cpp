@@ -56,7 +56,7 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
         });
   } catch (const std::exception& failure) {
     return Error{ErrorCode::kOutOfMemory,
-                 std::string("the forest could not be grown: ") + failure.what(), "", ""};
+                 std::string("the forest could not be grown: ") + failure.what()};
   }
 }
 
@@ -67,8 +67,7 @@ Result<LabelledTrees> grow_labelled_trees(const FeatureRows& features, const Lab
     return Error{ErrorCode::kOutOfMemory,
                  std::to_string(options.tree_count) + " trees over " +
                      std::to_string(training.rows.size()) +
-                     " rows are more than a model can hold; fewer of either",
-                 "", ""};
+                     " rows are more than a model can hold; fewer of either"};
   }
   SIGHTLINE_ASSIGN(const std::vector<GrownTree> grown,
                    grow_trees(features, training, options, seed, threads));

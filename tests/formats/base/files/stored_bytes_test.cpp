@@ -60,7 +60,7 @@ TEST(StoredBytes, StopAtTheFirstFailureOfTheSink) {
   int calls = 0;
   const Result<void> visited = stored.visit([&](std::span<const std::byte>) -> Result<void> {
     ++calls;
-    return Error{ErrorCode::kDiskFull, "", "", ""};
+    return Error{ErrorCode::kDiskFull, ""};
   });
   EXPECT_EQ(visited.error().code, ErrorCode::kDiskFull);
   EXPECT_EQ(calls, 1);

@@ -32,7 +32,7 @@ class CountingStore : public ScanStore {
     return scan;
   }
   Result<Scan> read(std::size_t index) const override {
-    if (++reads == fails_at) return Error{ErrorCode::kCannotRead, "the disk is gone", "", ""};
+    if (++reads == fails_at) return Error{ErrorCode::kCannotRead, "the disk is gone"};
     return scan(index);
   }
 

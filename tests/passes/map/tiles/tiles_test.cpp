@@ -307,9 +307,7 @@ TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
 
 TEST(MeasureExtents, SaysWhatReadingAScanSays) {
   struct Unreadable : ScanStore {
-    Result<Scan> read(std::size_t) const override {
-      return Error{ErrorCode::kCannotRead, "gone", "", ""};
-    }
+    Result<Scan> read(std::size_t) const override { return Error{ErrorCode::kCannotRead, "gone"}; }
   };
   SurfacePoints points = street();
   points.store = std::make_shared<Unreadable>();

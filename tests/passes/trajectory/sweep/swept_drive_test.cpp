@@ -163,7 +163,7 @@ TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereAnotherFailsOrNothingTellsTi
   PassContext ctx;
   const TestDrive test = street(PointOrder::kTime);
   const EstimatePoses fails = [](PassContext&, const Drive&) -> Result<Trajectory> {
-    return Error{ErrorCode::kTrajectoryLost, "", "", ""};
+    return Error{ErrorCode::kTrajectoryLost, ""};
   };
   const Result<Trajectory> kept = estimate_undistorted(ctx, test.drive, test.truth, fails);
   ASSERT_TRUE(kept.has_value());
