@@ -6,7 +6,6 @@ set(rows
   "bzip2|bzip2-1.0.6|@"
   "Ceres|BSD-3-Clause|@"
   "CLI11|BSD-3-Clause|CLI11"
-  "dlib|BSL-1.0|dlib-1"
   "Eigen|MPL-2.0|eigen3"
   "Embree|Apache-2.0|@"
   "FLANN|BSD-2-Clause|flann"

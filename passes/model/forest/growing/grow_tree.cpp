@@ -1,15 +1,13 @@
 #include "passes/model/forest/growing/grow_tree.h"
 
-#include <dlib/rand.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <span>
-#include <string>
 #include <utility>
 
 #include "passes/model/forest/growing/best_split.h"
+#include "passes/model/forest/growing/tree_random.h"
 #include "passes/model/forest/growing/tree_rows.h"
 
 // dlib sorts the samples of a node by each feature that it tries. Here samples are put in order
@@ -47,7 +45,7 @@ class TreeGrower {
   const TreeSamples& samples_;
   std::size_t least_leaf_rows_;
   std::size_t features_per_node_;
-  dlib::rand random_;
+  TreeRandom random_;
   TreeRows rows_;
   std::vector<std::uint32_t> shuffled_;  // features
   std::vector<std::uint32_t>
@@ -71,15 +69,14 @@ TreeGrower::TreeGrower(const TreeSamples& samples, const RankedColumns& ranks,
                                   static_cast<std::size_t>(std::max(
                                       1.0, std::round(static_cast<double>(samples.feature_count) *
                                                       options.feature_share))))),
-      random_(std::to_string(seed) + "/0"),
+      random_(seed),
       rows_(ranks, samples.labels, draw_bootstrap()),
       shuffled_(samples.feature_count) {}
 
 std::vector<std::uint32_t> TreeGrower::draw_bootstrap() {
   std::vector<std::uint32_t> draws(samples_.labels.size());
   for (std::uint32_t& sample : draws) {
-    sample = static_cast<std::uint32_t>(
-        random_.get_integer(static_cast<long long>(samples_.labels.size())));
+    sample = static_cast<std::uint32_t>(random_.in_range(0, samples_.labels.size()));
   }
   return draws;
 }
@@ -88,9 +85,7 @@ std::vector<std::uint32_t> TreeGrower::draw_bootstrap() {
 void TreeGrower::draw_features() {
   std::iota(shuffled_.begin(), shuffled_.end(), 0U);
   for (std::size_t i = 0; i < features_per_node_; ++i) {
-    const auto other = random_.get_integer_in_range(static_cast<long long>(i),
-                                                    static_cast<long long>(shuffled_.size()));
-    std::swap(shuffled_[i], shuffled_[static_cast<std::size_t>(other)]);
+    std::swap(shuffled_[i], shuffled_[random_.in_range(i, shuffled_.size())]);
   }
 }
 
