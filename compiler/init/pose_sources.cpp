@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "formats/base/units.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/ros_messages.h"
 
@@ -15,7 +15,6 @@ namespace fs = std::filesystem;
 
 // T_vehicle_lidar as the configuration writes it.
 void set_mounting(const Pose& T_vehicle_lidar, RecordingOptions& options) {
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
   const auto to_micro = [](double value) { return std::round(1e6 * value) / 1e6; };
   const Eigen::Matrix3d R = T_vehicle_lidar.linear();
   options.lidar_x_m = to_micro(T_vehicle_lidar.translation().x());

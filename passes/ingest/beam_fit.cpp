@@ -4,15 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "formats/base/portable_math.h"
+#include "formats/base/units.h"
 
 namespace sightline {
 namespace {
 
 constexpr double kNearest_m = 3.0;
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kStray = 0.002;
 
 double quantile(const std::vector<double>& sorted, double share) {

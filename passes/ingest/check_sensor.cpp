@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/base/portable_math.h"
+#include "formats/base/units.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/text/table.h"
 #include "passes/ingest/beam_fit.h"
@@ -29,7 +30,6 @@ constexpr double kMargin_deg = 1.0;
 constexpr double kOutside = 0.02;
 constexpr double kMostlyOutside = 0.5;
 constexpr double kIdle_deg = 5.0;  // so far beams go on beyond the returns
-constexpr double kDegPerRad = 57.29577951308232;
 // Half the speed of rotation makes twice as many, second returns some more.
 constexpr double kMostReturnsPerRay = 2.5;
 constexpr double kBeyondRange = 0.05;

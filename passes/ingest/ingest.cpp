@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "formats/base/parallel.h"
+#include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"
@@ -60,7 +61,6 @@ Result<void> check_times(const Recording& recording) {
 
 // A pause in the recording: a step far longer than the usual one and than a scan.
 void warn_of_gaps(const PassContext& ctx, const Recording& recording) {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
   std::vector<std::int64_t> steps_ns;
   for (std::size_t i = 1; i < recording.scans.size(); ++i) {
     steps_ns.push_back(recording.scans[i].stamp_ns - recording.scans[i - 1].stamp_ns);

@@ -8,6 +8,7 @@
 
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
+#include "formats/base/units.h"
 #include "formats/rotation.h"
 #include "passes/localize/area_localizers.h"
 #include "passes/localize/measure_site.h"
@@ -23,7 +24,6 @@
 namespace sightline {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr std::uint64_t kReliefSeed = 0x72656c696566ULL;
 constexpr std::uint64_t kScanSeed = 0x7363616eULL;
 

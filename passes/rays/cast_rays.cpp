@@ -4,12 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/base/units.h"
 #include "formats/rotation.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 DepthImages empty_images(const CastRaysOptions& options, std::size_t site_count) {
   DepthImages images;

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "formats/base/units.h"
 #include "formats/rotation.h"
 #include "passes/matching/scan_preparation.h"
 
 namespace sightline {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // Of neighbouring rays at the longest range: two or three meet a voxel there, and more nearer by.
 constexpr double kMostApart_leaves = 0.4;
 

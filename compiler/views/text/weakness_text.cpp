@@ -3,14 +3,12 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
-#include <numbers>
 
 #include "formats/base/portable_math.h"
+#include "formats/base/units.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 template <class... T>
 std::string formatted(const char* format, T... values) {

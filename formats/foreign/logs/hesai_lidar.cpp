@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <utility>
 
 #include "formats/base/bytes.h"
 #include "formats/base/files/atomic_file.h"
+#include "formats/base/units.h"
 #include "formats/foreign/clouds/points/add_point.h"
 #include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/foreign/logs/hesai_model.h"
@@ -161,7 +161,6 @@ double HesaiLidar::turn_deg_per_us(std::span<const std::byte> bytes, std::size_t
 
 void HesaiLidar::append_block(std::span<const std::byte> bytes, std::size_t block,
                               std::int64_t base_ns, PointCloudFile& cloud) const {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   const double tick_m = 0.001 * byte_at(bytes, model_.unit_at);
   const double start_us = block_us(bytes, block);
   const double turn = turn_deg_per_us(bytes, block);

@@ -9,6 +9,7 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/portable_math.h"
+#include "formats/base/units.h"
 #include "formats/foreign/clouds/points/add_point.h"
 #include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/rotation.h"
@@ -153,7 +154,6 @@ std::int64_t OusterPackets::time_ns(std::span<const std::byte> packet, std::size
 // the range counts from the axis along the way of the light.
 void OusterPackets::append_column(std::span<const std::byte> packet, std::size_t column,
                                   std::int32_t time_offset_ns, PointCloudFile& cloud) const {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   constexpr double kMillimetre_m = 0.001;
   const double turn = static_cast<double>(measurement_id(packet, column)) /
                       static_cast<double>(metadata_.columns_per_frame);

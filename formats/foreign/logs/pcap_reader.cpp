@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "formats/base/files/regular_file.h"
+#include "formats/base/units.h"
 
 // The classic capture file: 24 bytes of header, then records of 16 bytes and a frame each, in the
 // byte order of the machine that wrote them, which the magic number tells. A pcapng
@@ -233,7 +234,6 @@ Result<bool> PcapReader::next_of_section(PcapPacket& packet) {
   const std::uint64_t seconds = ticks / interface.ticks_per_s;
   constexpr std::uint64_t kMost_s = 4'000'000'000;  // as a classic pcap can tell
   if (seconds > kMost_s) return error(ErrorCode::kMalformedHeader, "a packet after the year 2096");
-  constexpr std::uint64_t kSecond_ns = 1'000'000'000;
   packet.time_ns = static_cast<std::int64_t>(
       seconds * kSecond_ns + ticks % interface.ticks_per_s * (kSecond_ns / interface.ticks_per_s));
   const std::span<const std::byte> frame =
@@ -264,7 +264,6 @@ Result<bool> PcapReader::next_classic(PcapPacket& packet) {
   if (file_.gcount() != static_cast<std::streamsize>(size)) {
     return error(ErrorCode::kTruncatedScan, "the file ends within a packet");
   }
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
   packet.offset = offset_;
   packet.time_ns = number(header.data()) * kSecond_ns + number(header.data() + 4) * tick_ns_;
   take_frame(frame, link_type_, packet);

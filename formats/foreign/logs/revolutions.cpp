@@ -2,12 +2,12 @@
 
 #include <utility>
 
+#include "formats/base/units.h"
 #include "formats/foreign/logs/pcap_reader.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kHour_ns = 3600 * kSecond_ns;
 // Packets follow each other after 0.5 to 1.4 ms. Where more is missing than this, a part of the
 // revolution is.

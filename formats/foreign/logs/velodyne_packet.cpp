@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 
 #include "formats/base/check.h"
+#include "formats/base/units.h"
 #include "formats/foreign/clouds/points/add_point.h"
 #include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/rotation.h"
@@ -64,7 +64,6 @@ std::int64_t whole_ns(double us) { return std::llround(1e3 * us); }
 // Where a return is: the manuals' formula with x forward (their y) and y left (their -x).
 Eigen::Vector3d position_m(VelodyneModel model, std::size_t laser, double azimuth_deg,
                            double distance_m) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   const bool is_vlp16 = model == VelodyneModel::kVlp16;
   const double elevation_rad =
       kRadPerDeg * (is_vlp16 ? kVlp16Elevations_deg[laser] : hdl32e_elevation_deg(laser));

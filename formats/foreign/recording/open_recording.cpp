@@ -1,11 +1,11 @@
 #include "formats/foreign/recording/open_recording.h"
 
 #include <algorithm>
-#include <numbers>
 #include <span>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
+#include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/recorded_turns.h"
@@ -20,7 +20,6 @@ namespace sightline {
 namespace {
 
 Pose mounting(const RecordingOptions& options) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   Pose T_vehicle_lidar = Pose::Identity();
   T_vehicle_lidar.translate(
       Eigen::Vector3d(options.lidar_x_m, options.lidar_y_m, options.lidar_z_m));

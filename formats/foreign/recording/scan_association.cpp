@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "formats/base/files/regular_file.h"
+#include "formats/base/units.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/text/geodetic_track.h"
@@ -144,7 +145,6 @@ std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t st
 
 // Where the poses lie in time, and how clocks of two kinds come to be that far apart.
 std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
   constexpr std::int64_t kHour_s = 3600;
   constexpr std::int64_t kLeastOff_s = 600;
   const std::int64_t first_ns = *rows.front().stamp_ns;

@@ -1,5 +1,7 @@
 #include "formats/foreign/ros/message_reader.h"
 
+#include "formats/base/units.h"
+
 namespace sightline {
 
 MessageReader::MessageReader(std::span<const std::byte> message, MessageEncoding encoding)
@@ -47,7 +49,6 @@ std::string MessageReader::text() {
 }
 
 std::int64_t MessageReader::time_ns() {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
   const std::int64_t seconds =
       is_cdr_ ? std::int64_t{get<std::int32_t>()} : std::int64_t{get<std::uint32_t>()};
   return seconds * kSecond_ns + std::int64_t{get<std::uint32_t>()};

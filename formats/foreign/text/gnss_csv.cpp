@@ -3,14 +3,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/base/units.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 enum class Field { kTime, kLatitude, kLongitude, kHeight, kRoll, kPitch, kYaw, kHeading, kOther };
 

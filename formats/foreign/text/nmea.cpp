@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/base/units.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/text_lines.h"
 
@@ -10,8 +11,6 @@
 namespace sightline {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kDay_ns = 86'400 * kSecond_ns;
 
 using Cells = std::vector<std::string_view>;

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "formats/base/units.h"
 #include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/text_lines.h"
@@ -232,14 +233,13 @@ Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path)
 
 Result<void> write_tum(const std::filesystem::path& path, std::span<const PoseRow> rows,
                        IfExists if_exists) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
   std::string text = "# t_s x_m y_m z_m qx qy qz qw\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Eigen::Vector3d position_m = rows[i].T_world_vehicle.translation();
     Eigen::Quaterniond rotation(rows[i].T_world_vehicle.linear());
     // q and -q are one rotation: one of them is written.
     if (rotation.w() < 0.0) rotation.coeffs() = -rotation.coeffs();
-    text += format_stamp(rows[i].stamp_ns.value_or(static_cast<std::int64_t>(i) * kSecond));
+    text += format_stamp(rows[i].stamp_ns.value_or(static_cast<std::int64_t>(i) * kSecond_ns));
     for (const double number : {position_m.x(), position_m.y(), position_m.z(), rotation.x(),
                                 rotation.y(), rotation.z(), rotation.w()}) {
       text += ' ';

@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 
+#include "formats/base/units.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
 
@@ -87,11 +88,10 @@ std::optional<std::int64_t> parse_stamp_ns(std::string_view word) {
 }
 
 std::string format_stamp(std::int64_t stamp_ns) {
-  constexpr std::uint64_t kSecond = 1'000'000'000;
   const std::uint64_t size = stamp_ns < 0 ? 0 - static_cast<std::uint64_t>(stamp_ns)
                                           : static_cast<std::uint64_t>(stamp_ns);
-  const std::string decimals = std::to_string(size % kSecond);
-  std::string text = std::to_string(size / kSecond);
+  const std::string decimals = std::to_string(size % kSecond_ns);
+  std::string text = std::to_string(size / kSecond_ns);
   text.append(1, '.').append(9 - decimals.size(), '0').append(decimals);
   if (stamp_ns < 0) text.insert(text.begin(), '-');
   return text;

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 
+#include "formats/base/units.h"
+
 namespace sightline {
 
 std::string take_finer_unit(std::vector<std::int64_t>& stamps_ns) {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
   constexpr std::int64_t kLongestStep_ns = 20 * kSecond_ns;
   static constexpr std::array kUnits = {"milliseconds", "microseconds", "nanoseconds"};
   const bool are_whole = std::ranges::all_of(

@@ -1,5 +1,7 @@
 #include "formats/foreign/ros/files/bag_record.h"
 
+#include "formats/base/units.h"
+
 namespace sightline {
 namespace {
 
@@ -36,7 +38,6 @@ std::optional<std::string> BagFields::text(std::string_view name) const {
 }
 
 std::optional<std::int64_t> BagFields::time_ns() const {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
   const auto time = number<std::uint64_t>("time");
   if (!time) return std::nullopt;
   const auto seconds = static_cast<std::int64_t>(*time & 0xffff'ffffU);
