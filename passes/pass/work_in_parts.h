@@ -38,7 +38,9 @@ struct PartedWork {
 // so that the result does not depend on who made them. Those of ctx.share come first, then the
 // others from the one before it backwards: processes of different shares meet, and one alone does
 // all. They begin in that order, or stretch by stretch (PartOrder); `at_once` of them (0: as many
-// as ctx.threads, which they share). Of several failures the one of the lowest part is returned.
+// as ctx.threads, which they share). After a failure those that have begun are finished and saved,
+// and no further one begins. Side by side, the failure of the part that begins first is returned,
+// which does not depend on the number of threads; else the one of the lowest part that failed.
 Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once = 0);
 
 }  // namespace sightline

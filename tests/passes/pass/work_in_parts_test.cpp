@@ -38,6 +38,7 @@ class Squares {
     ctx_.share = share;
     PartedWork work;
     work.count = squares_.size();
+    work.order = order_;
     work.make = [&](std::size_t part, int may_use) -> Result<std::vector<std::byte>> {
       const std::lock_guard<std::mutex> lock(mutex_);
       made_.push_back(part);
@@ -64,6 +65,7 @@ class Squares {
   [[nodiscard]] std::size_t told() const { return told_; }
   std::map<std::size_t, std::vector<std::byte>>& store() { return store_; }
   void have_threads(int threads) { ctx_.threads = threads; }
+  void stand_apart() { order_ = PartOrder::kApart; }
   // That each part was allowed.
   [[nodiscard]] const std::map<std::size_t, int>& threads_of() const { return threads_of_; }
 
@@ -75,6 +77,7 @@ class Squares {
   std::vector<std::size_t> made_;
   std::map<std::size_t, int> threads_of_;
   std::size_t told_ = 0;
+  PartOrder order_ = PartOrder::kSideBySide;
 };
 
 TEST(WorkInParts, MakesEveryPartOnce) {
@@ -131,13 +134,42 @@ TEST(WorkInParts, MakesADamagedPartAnew) {
   squares.expect_squares();
 }
 
-TEST(WorkInParts, ReturnsTheFailureOfTheLowestPartAndKeepsTheRest) {
+// Whatever the threads do: each has at most one part in its hands when the first fails.
+TEST(WorkInParts, StopsAfterTheFirstFailureAndKeepsWhatIsBeforeIt) {
+  for (const int threads : {1, 4}) {
+    Squares squares(200);
+    const Result<void> failed = squares.run({}, threads, 11);
+    ASSERT_FALSE(failed);
+    EXPECT_EQ(failed.error().message, "part 11");
+    EXPECT_EQ(squares.store().size(), 11U);
+    EXPECT_LE(squares.made().size(), 11U + static_cast<std::size_t>(threads));
+  }
+}
+
+TEST(WorkInParts, OfItsOwnShareFailsBeforeItTakesAnother) {
   for (const int threads : {1, 4}) {
     Squares squares(20);
     const Result<void> failed = squares.run({2, 3}, threads, 11);
     ASSERT_FALSE(failed);
-    EXPECT_EQ(failed.error().message, "part 11");
-    EXPECT_EQ(squares.store().size(), 11U);
+    EXPECT_EQ(failed.error().message, "part 13") << "its share begins there";
+    EXPECT_TRUE(squares.store().empty());
+    Squares backwards(20);
+    const Result<void> later = backwards.run({0, 3}, threads, 11);
+    ASSERT_FALSE(later);
+    EXPECT_EQ(later.error().message, "part 19") << "of the others it comes first";
+    EXPECT_EQ(backwards.store().size(), 6U);
+  }
+}
+
+TEST(WorkInParts, ThatStandApartStopAfterAFailureToo) {
+  for (const int threads : {1, 4}) {
+    Squares squares(200);
+    squares.stand_apart();
+    const Result<void> failed = squares.run({}, threads, 0);
+    ASSERT_FALSE(failed);
+    EXPECT_TRUE(squares.store().empty());
+    EXPECT_LE(squares.made().size(), static_cast<std::size_t>(threads));
+    EXPECT_TRUE(threads > 1 || failed.error().message == "part 0") << failed.error().message;
   }
 }
 
