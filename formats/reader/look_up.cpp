@@ -213,6 +213,8 @@ LookUp::LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offs
       reach_m_(front.manifest->reach_m()),
       cell_m_(info.cell_m),
       slot_count_(info.slot_count),
+      // Each cell has a row of its own, so one slot more is the cell that is sought or empty.
+      most_slots_(std::min(info.slot_count, info.row_count + 1)),
       first_row_page_(slot_page_count(info)),
       row_count_(info.row_count),
       row_layout_(info.limit_count, info.look_count),
@@ -249,7 +251,9 @@ Result<LookUp> LookUp::open(const MapFront& front) {
 
 Error LookUp::damage(const Nearest& nearest) const {
   if (nearest.bad_page == kNone) {
-    return bad_section(ErrorCode::kBadLayer, "a cell names rows that are not there", offset_);
+    return bad_section(ErrorCode::kBadLayer,
+                       "a cell names rows that are not there, or more cells are there than rows",
+                       offset_);
   }
   return bad_section(ErrorCode::kChecksumMismatch, "a page does not match its checksum",
                      offset_ + nearest.bad_page * kPageSize);
@@ -286,13 +290,14 @@ void LookUp::prefetch_cell(std::int32_t x, std::int32_t y) const {
 // An empty slot where there is no such cell.
 LookUpSlot LookUp::find_cell(std::int32_t x, std::int32_t y, Nearest& nearest) const {
   std::uint64_t place = first_slot(x, y, slot_count_);
-  for (std::uint64_t tried = 0; tried < slot_count_; ++tried) {
+  for (std::uint64_t tried = 0; tried < most_slots_; ++tried) {
     const std::byte* slots = page(place / kSlotsPerPage, nearest);
     if (slots == nullptr) return {};
     const auto slot = load<LookUpSlot>(slots + place % kSlotsPerPage * sizeof(LookUpSlot));
     if (slot.row_count == 0 || (slot.x == x && slot.y == y)) return slot;
     if (++place == slot_count_) place = 0;
   }
+  nearest.is_damaged = true;
   return {};
 }
 

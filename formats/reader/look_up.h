@@ -127,6 +127,7 @@ class LookUp {
   double reach_m_ = 0.0;
   double cell_m_ = 0.0;
   std::uint64_t slot_count_ = 0;
+  std::uint64_t most_slots_ = 0;  // that a search visits
   std::uint64_t first_row_page_ = 0;
   std::uint64_t row_count_ = 0;
   LookUpRowLayout row_layout_;

@@ -16,6 +16,7 @@
 #include "formats/map/container/container_writer.h"
 #include "formats/map/manifest.h"
 #include "formats/map/map_writer.h"
+#include "formats/reader/look_up.h"
 #include "formats/reader/map_checks.h"
 #include "map_generated.h"
 #include "tests/formats/map/random_map.h"
@@ -415,6 +416,42 @@ TEST(MapReader, ChecksAPageOnlyWhenItIsUsed) {
     EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
     EXPECT_EQ(answer.error().place.rfind("section look-up, byte ", 0), 0u) << answer.error().place;
   }
+}
+
+// Every slot names a cell far away, as only the owner of the map can make them, and the last page
+// of slots is left unsealed. A search that begins in the first page ends before: there are more
+// slots than cells can be.
+TEST(MapReader, VisitsNoMoreSlotsThanThereAreRows) {
+  constexpr std::size_t kSites = 400;
+  constexpr std::uint64_t kSlots = 2 * kSites;
+  CompiledMap map = random_map({.seed = 4, .site_count = kSites, .nd_count = 0, .run_count = 1});
+  std::optional<std::size_t> sought;
+  for (std::size_t i = 0; i < kSites; ++i) {
+    map.sites.sites[i].p_map_m = {20.0 * static_cast<double>(i), 8.0, 0.0};
+    const auto cell = static_cast<std::int32_t>(20 * i / 16);
+    if (first_slot(cell, 0, kSlots) < kSlotsPerPage) sought = i;
+  }
+  ASSERT_TRUE(sought);
+  std::vector<std::byte> file = encode_map(map);
+  const FileHeader header = *decode_header(file);
+  const std::uint64_t rows = LookUpRowLayout(2, 2).rows_per_page;
+  const std::uint64_t row_pages = (kSites + rows - 1) / rows;
+  const std::span<std::byte> slots = std::span(file).subspan(
+      header.directory_offset - (1 + row_pages + 4) * kPageSize, 4 * kPageSize);
+  for (std::uint64_t i = 0; i < kSlots; ++i) {
+    const LookUpSlot other{1 << 20, static_cast<std::int32_t>(i), 0, 1};
+    std::memcpy(&slots[i / kSlotsPerPage * kPageSize + i % kSlotsPerPage * sizeof other], &other,
+                sizeof other);
+  }
+  for (std::uint64_t page = 0; page < 3; ++page) {
+    seal_page(slots.subspan(page * kPageSize, kPageSize), page, page_seed(header));
+  }
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  const Result<RangeAnswer> answer =
+      reader->observation_range(world(map, map.sites.sites[*sought].p_map_m), 0.1);
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, ErrorCode::kBadLayer) << to_string(answer.error());
 }
 
 TEST(MapReader, RefusesAPageOfAnotherVersionOfTheMap) {
