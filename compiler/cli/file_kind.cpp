@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/base/files/regular_file.h"
+#include "formats/reader/map_beginning.h"
 #include "passes/pass/options.h"
 
 namespace sightline {
@@ -14,9 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What stands first in files of ours: schemas/map_format.md, delta_format.md and
-// formats/artifact.h.
-constexpr std::string_view kMapBegins("\x89SLM\r\n\x1a\n", 8);
+// The first bytes of deltas (schemas/delta_format.md) and of artifacts (formats/artifact.h).
 constexpr std::string_view kDeltaBegins("\x89SLD\r\n\x1a\n", 8);
 constexpr std::string_view kArtifactBegins("SLA\x1a", 4);
 constexpr std::string_view kModelName = "error-model";
@@ -132,7 +131,7 @@ std::optional<FileKind> kind_of_file(const fs::path& path) {
   if (fs::is_directory(path, failure)) return FileKind::kFolder;
   if (!fs::is_regular_file(path, failure)) return std::nullopt;
   const std::string bytes = first_bytes(path);
-  if (bytes.starts_with(kMapBegins)) return FileKind::kMap;
+  if (bytes.starts_with(kMapBeginning)) return FileKind::kMap;
   if (bytes.starts_with(kDeltaBegins)) return FileKind::kDelta;
   if (bytes.starts_with(kArtifactBegins)) {
     if (bytes.find(kModelName) != std::string::npos) return FileKind::kModel;

@@ -7,10 +7,12 @@
 #include "compiler/config/recordings.h"
 #include "compiler/gate/settings.h"
 #include "formats/annotation/measured_drives.h"
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/geodesy.h"
+#include "formats/reader/map_beginning.h"
 #include "formats/text/table.h"
 #include "passes/ingest/ingest.h"
 #include "passes/localize/measure_error.h"
@@ -201,6 +203,11 @@ Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options) 
                "know it, 1 to 64 printable characters without a blank or '/'"};
 }
 
+bool is_compiled_map(const std::filesystem::path& path) {
+  const Result<std::string> beginning = read_beginning(path.string(), kMapBeginning.size());
+  return beginning && *beginning == kMapBeginning;
+}
+
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config) {
@@ -220,6 +227,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   for (RecordingOptions& later : config.later_mapping) later.world = config.annotation.world;
   for (RecordingOptions& later : config.later_localization) later.world = config.annotation.world;
   config.map.is_apollo = config.has_map() && is_apollo_map(config.map.points);
+  config.map.is_compiled = config.has_map() && is_compiled_map(config.map.points);
   config.passes = settings_of(sections);
   config.passes.shared = shared_values(config.annotation);
   SIGHTLINE_TRY(check(config, file));

@@ -45,17 +45,18 @@ std::vector<OptionField> option_fields(OutsideErrorsOptions& options);
 
 // A finished map in place of a mapping drive.
 struct MapOptions {
-  // Points: file, folder, or Autoware's map folder. Or NDs: Apollo's NDT map, or a compiled map
-  // (.slmap), to be annotated anew. Empty: a drive makes the map.
+  // Points: file, folder, or Autoware's map folder. Or NDs: Apollo's NDT map, or a compiled map, to
+  // be annotated anew. Empty: a drive makes the map.
   std::string points;
-  bool is_apollo = false;  // as its files say; found when the configuration is read
-  std::string name;        // empty: the last part of `points`
+  // By the contents of its files; found when the configuration is read.
+  bool is_apollo = false;
+  bool is_compiled = false;
+  std::string name;  // empty: the last part of `points`
   // Of it the sensor alone, where no localization drive has one; no name: that of the compiled map,
   // else the usual one.
   RecordingOptions localizing;
 
   MapOptions() { localizing.sensor.clear(); }
-  [[nodiscard]] bool is_compiled() const { return points.ends_with(".slmap"); }
 };
 
 // Where that map is annotated.
@@ -115,6 +116,9 @@ Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options);
 
 // "localization[2]" of the first of later_localization, and so on.
 std::string later_localization_role(std::size_t index);
+
+// Whether there is a compiled map, by its first bytes.
+bool is_compiled_map(const std::filesystem::path& path);
 
 // Reads the file (empty: there is none) into `config` and `sections`, which are all that it may
 // name (the drives' sections point into `config`, those of passes hold their options), then the

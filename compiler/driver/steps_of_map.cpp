@@ -49,7 +49,7 @@ Wire<FactorTable> add_factors(Wire<SensorProfile> localizing_sensor, CompilePlan
 void add_surroundings(CompilePlan& compile) {
   Plan& plan = compile.plan;
   FinishedMapInput& finished = compile.finished;
-  if (finished.options.is_compiled()) {
+  if (finished.options.is_compiled) {
     finished.compiled = plan.input<CompiledMap>("map/compiled-map");
     compile.ndt = plan.run(kIngestCompiledMap, finished.compiled);
     compile.surface = plan.run(kBuildNdSurface, compile.ndt);

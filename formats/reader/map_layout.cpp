@@ -6,19 +6,17 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "formats/base/bytes.h"
+#include "formats/reader/map_beginning.h"
 
 namespace sightline {
 namespace {
 
-using Magic = std::array<std::uint8_t, 8>;
+constexpr std::string_view kEndMagic("\n\x1a\n\rMLS\x89", 8);  // the beginning in reverse
 
-// A high bit, CR LF and a DOS end of file: a transfer as text changes one of them.
-constexpr Magic kMagic = {0x89, 'S', 'L', 'M', '\r', '\n', 0x1A, '\n'};
-constexpr Magic kEndMagic = {'\n', 0x1A, '\n', '\r', 'M', 'L', 'S', 0x89};
-
-bool starts_with(std::span<const std::byte> bytes, const Magic& magic) {
+bool starts_with(std::span<const std::byte> bytes, std::string_view magic) {
   const std::size_t size = std::min(bytes.size(), magic.size());
   return std::memcmp(bytes.data(), magic.data(), size) == 0;
 }
@@ -30,7 +28,7 @@ Error truncated(std::size_t found, const std::string& expected) {
 }
 
 Result<void> check_start(std::span<const std::byte> file) {
-  if (!file.empty() && !starts_with(file, kMagic)) {
+  if (!file.empty() && !starts_with(file, kMapBeginning)) {
     return Error{ErrorCode::kBadMagic,
                  "this is no compiled map, or one damaged by a transfer as text", "", "byte 0"};
   }
@@ -72,7 +70,7 @@ std::string to_string(FormatVersion version) {
 }
 
 FileHeader header_fields(std::span<const std::byte> file) {
-  ByteReader reader(file.subspan(kMagic.size(), kHeaderSize - kMagic.size()));
+  ByteReader reader(file.subspan(kMapBeginning.size(), kHeaderSize - kMapBeginning.size()));
   FileHeader header;
   reader.get(header.version.major);
   reader.get(header.version.minor);
@@ -96,7 +94,7 @@ std::uint64_t block_checksum(std::span<const std::byte> bytes) {
 
 std::array<std::byte, kHeaderSize> encode_header(const FileHeader& header) {
   ByteWriter writer;
-  writer.append(kMagic.data(), kMagic.size());
+  writer.append(kMapBeginning.data(), kMapBeginning.size());
   writer.put(header.version.major);
   writer.put(header.version.minor);
   writer.put<std::uint32_t>(kHeaderSize);

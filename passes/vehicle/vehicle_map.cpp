@@ -8,13 +8,13 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/map/map_reader.h"
+#include "formats/reader/map_beginning.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::string_view kBeginningOfMap = "\x89SLM";
 constexpr double kCellsOfTile = 32.0;
 constexpr double kMostCells = 0x1.0p29;
 
@@ -89,8 +89,8 @@ Result<VehicleMap> read_either(const std::filesystem::path& path,
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return read_cloud(path, options);
   SIGHTLINE_ASSIGN(const std::string beginning,
-                   read_beginning(path.string(), kBeginningOfMap.size()));
-  const bool is_map = path.extension() == ".slmap" || beginning == kBeginningOfMap;
+                   read_beginning(path.string(), kMapBeginning.size()));
+  const bool is_map = path.extension() == ".slmap" || beginning == kMapBeginning;
   return is_map ? read_compiled(path) : read_cloud(path, options);
 }
 

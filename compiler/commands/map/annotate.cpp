@@ -18,10 +18,11 @@ struct AnnotateFlags {
 };
 
 Result<void> check(const AnnotateFlags& flags) {
-  if (!flags.sensor.empty() || flags.map.ends_with(".slmap")) return {};
-  return Error{
-      ErrorCode::kBadArgument,
-      "--sensor is required: which LiDAR will localize (an earlier map, .slmap, says itself)"};
+  std::error_code ignored;
+  const bool is_missing = !std::filesystem::exists(flags.map, ignored);
+  if (!flags.sensor.empty() || is_missing || is_compiled_map(flags.map)) return {};
+  return Error{ErrorCode::kBadArgument,
+               "--sensor is required: which LiDAR will localize (a compiled map names its own)"};
 }
 
 // The configuration that the flags stand for.

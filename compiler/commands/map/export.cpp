@@ -45,7 +45,7 @@ struct ExportFlags {
 
 // What made the map, from the configuration that did: no map carries it.
 Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& config) {
-  if (config.has_map() && config.map.is_compiled()) {
+  if (config.map.is_compiled) {
     return Error{ErrorCode::kBadArgument,
                  "a compiled map holds NDs and no points; export the map itself",
                  config.map.points};

@@ -200,11 +200,31 @@ TEST(CompileConfig, RefusesAListOfLocalizationDrivesThatCannotBe) {
       ErrorCode::kBadValue, "import-errors.file is of one localization drive, and 2 are named");
 }
 
+// A compiled map, as far as its first bytes show.
+void write_map(const std::string& name) {
+  const std::string_view beginning("\x89SLM\r\n\x1a\n and more", 17);
+  ASSERT_TRUE(write_file_atomically(scratch_folder() / "compile_config_test" / name, beginning,
+                                    IfExists::kReplace));
+}
+
+TEST(CompileConfig, KnowsACompiledMapByItsContent) {
+  write_map("renamed.map");
+  const Result<CompileConfig> renamed = load("map: renamed.map\nroute: everywhere\n");
+  ASSERT_TRUE(renamed.has_value()) << to_string(renamed.error());
+  EXPECT_TRUE(renamed->map.is_compiled);
+  ASSERT_TRUE(write_file_atomically(scratch_folder() / "compile_config_test" / "cloud.slmap",
+                                    std::string_view("# .PCD v0.7"), IfExists::kReplace));
+  const Result<CompileConfig> cloud = load("map: cloud.slmap\nroute: everywhere\n");
+  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+  EXPECT_FALSE(cloud->map.is_compiled);
+}
+
 TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
+  write_map("city.slmap");
   const Result<CompileConfig> config = load("map: city.slmap\nroute: everywhere\n");
   ASSERT_TRUE(config.has_value()) << to_string(config.error());
   EXPECT_TRUE(config->map.points.ends_with("compile_config_test/city.slmap"));
-  EXPECT_TRUE(config->map.is_compiled());
+  EXPECT_TRUE(config->map.is_compiled);
   EXPECT_EQ(config->route.file, "everywhere");
   const CompilePlan compile = compile_plan(*config);
   std::vector<std::string> passes;

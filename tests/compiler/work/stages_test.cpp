@@ -30,6 +30,7 @@ std::vector<CompileConfig> all_kinds() {
   finished_and_driven.localization.scans = "drive";
   CompileConfig field = finished;
   field.map.points = "map.slmap";
+  field.map.is_compiled = true;
   field.route.file = "everywhere";
   CompileConfig extended = two;
   extended.later_mapping.resize(1);
