@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <utility>
@@ -106,6 +107,27 @@ RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
   options.stop_after = flags.stop_after;
   options.cache_directory = cache_directory(flags);
   return options;
+}
+
+Result<void> check_stop(const RunFlags& flags, const Plan& plan,
+                        const std::vector<AnyWire>& wanted) {
+  const std::vector<PassStep>& steps = plan.steps();
+  const auto last = std::ranges::find(steps, flags.stop_after, &PassStep::name);
+  if (last == steps.end()) return {};
+  for (auto later = last + 1; later != steps.end(); ++later) {
+    const AnyWire output{later->output};
+    if (std::ranges::find(wanted, output) == wanted.end()) continue;
+    return Error{ErrorCode::kBadArgument,
+                 "--stop-after " + flags.stop_after + ": '" + plan.artifact(output).name +
+                     "' is made later, by " + later->name,
+                 "", ""};
+  }
+  return {};
+}
+
+void say_stopped(const RunFlags& flags, const std::string& consequence) {
+  if (flags.is_quiet || flags.json_progress == STDERR_FILENO) return;
+  std::fputs(("stopped after " + flags.stop_after + ": " + consequence + "\n").c_str(), stderr);
 }
 
 Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,

@@ -35,6 +35,13 @@ void add_flags_of_every_run(Verb& verb, RunFlags& flags);
 std::filesystem::path cache_directory(const RunFlags& flags);
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config);
 
+// Error: bad-argument where --stop-after would end the run before all that is wanted is made.
+Result<void> check_stop(const RunFlags& flags, const Plan& plan,
+                        const std::vector<AnyWire>& wanted);
+// That --stop-after ended the run, and what was therefore not done ("no map is written"), on
+// stderr.
+void say_stopped(const RunFlags& flags, const std::string& consequence);
+
 // Runs the steps that make what is wanted (nothing: all) with progress on stderr, then prints
 // --explain and --time-passes there.
 Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <tuple>
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/real_data.h"
@@ -99,6 +100,35 @@ TEST(Everyday, IsSilentOnAFileThatIsNoTerminal) {
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_THAT(run.err, Not(HasSubstr("\r"))) << "the moving line belongs on a terminal";
   EXPECT_THAT(run.err, Not(HasSubstr("\033[K")));
+}
+
+// What a verb cannot make any more it says, or it refuses the flag before anything is opened.
+TEST(Everyday, StopAfterEndsEveryVerbThatRunsPasses) {
+  const fs::path folder = fresh_folder();
+  const std::string cache = " --cache " + (folder / "cache").string();
+  const std::string stop = small_config() + cache + " --stop-after ingest";
+  for (const auto& [verb, output, consequence] :
+       {std::tuple{"compile ", "town.slmap", "no map is written"},
+        std::tuple{"train ", "town.slmodel", "no model is written"}}) {
+    const fs::path file = folder / output;
+    const ProgramResult run = run_sightline(verb + stop + " -o " + file.string());
+    EXPECT_EQ(run.status, 0) << verb << run.err;
+    EXPECT_THAT(run.err, HasSubstr(std::string("stopped after ingest: ") + consequence)) << verb;
+    EXPECT_EQ(run.out, "") << verb;
+    EXPECT_FALSE(fs::exists(file)) << verb;
+  }
+  for (const auto& [arguments, artifact] :
+       {std::pair{"dump --what ranges ", "'ranges' is made later, by choose-ranges"},
+        std::pair{"dump --what ranges --format svg ", "is made later"},
+        std::pair{"export --format ply -o points.ply ", "'points' is made later, by remove"}}) {
+    const ProgramResult run = run_sightline(arguments + stop);
+    EXPECT_EQ(run.status, 64) << arguments << run.err;
+    EXPECT_THAT(run.err, HasSubstr(std::string("--stop-after ingest: "))) << arguments;
+    EXPECT_THAT(run.err, HasSubstr(artifact)) << arguments;
+  }
+  const ProgramResult in_time = run_sightline("dump --what drive " + stop);
+  EXPECT_EQ(in_time.status, 0) << in_time.err;
+  EXPECT_THAT(in_time.out, HasSubstr("scan"));
 }
 
 TEST(Everyday, CompilesFromTheListedInputsAlone) {

@@ -106,7 +106,10 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   if (plan.tracks.is_connected()) wanted.push_back(plan.tracks);
   SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, artifacts));
   const AnyWire last = plan.tracks.is_connected() ? plan.tracks.any() : plan.evaluation.any();
-  if (!artifacts.has(last)) return {};  // --stop-after
+  if (!artifacts.has(last)) {
+    say_stopped(flags.run, "the map is not judged");
+    return {};
+  }
   SIGHTLINE_ASSIGN(const std::vector<Table> all, report(map, plan, artifacts));
   return write_files(flags, artifacts.get(plan.evaluation), all);
 }

@@ -139,7 +139,10 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   if (!flags.poses.empty()) wanted.push_back(compile.released);
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
                    run_steps(compile.plan, wanted, flags.run, config, artifacts));
-  if (!artifacts.has(compile.map)) return {};  // --stop-after
+  if (flags.output.empty() || !artifacts.has(compile.map)) {
+    say_stopped(flags.run, "no map is written");
+    return {};
+  }
   if (!flags.poses.empty()) {
     SIGHTLINE_TRY(write_poses(flags.poses, if_exists, compile, artifacts));
   }

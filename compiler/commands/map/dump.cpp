@@ -97,8 +97,8 @@ struct Made {
   ArtifactSet artifacts;
 };
 
-// Runs what the artifacts of these names need, from the cache where it can. Error: unknown-name
-// where the configuration makes none of that name.
+// Runs what the artifacts of these names need, from the cache where it can. Errors: unknown-name
+// where the configuration makes none of that name; those of check_stop.
 Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names) {
   SIGHTLINE_ASSIGN(const CompileConfig config,
                    load_compile_config(flags.run.config_file, flags.run.overrides));
@@ -110,6 +110,7 @@ Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names)
     return Error{ErrorCode::kUnknownName, "--what: this configuration makes no " + name,
                  flags.run.config_file};
   }
+  SIGHTLINE_TRY(check_stop(flags.run, made.compile.plan, wanted));
   SIGHTLINE_TRY(provide_drives(made.compile, cache_directory(flags.run), made.artifacts));
   SIGHTLINE_TRY(run_steps(made.compile.plan, wanted, flags.run, config, made.artifacts));
   return made;

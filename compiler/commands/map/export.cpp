@@ -54,6 +54,7 @@ Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& 
   if (!compile.points.is_connected()) {
     return Error{ErrorCode::kBadArgument, "the map holds NDs and no points", config.map.points};
   }
+  SIGHTLINE_TRY(check_stop(flags.run, compile.plan, {compile.points}));
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
   SIGHTLINE_TRY(run_steps(compile.plan, {compile.points}, flags.run, config, artifacts));

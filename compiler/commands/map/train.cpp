@@ -15,6 +15,7 @@
 #include "formats/annotation/driven_places.h"
 #include "formats/base/files/atomic_file.h"
 #include "passes/model/choose_ranges.h"
+#include "passes/model/train_model.h"
 
 namespace sightline {
 namespace {
@@ -32,6 +33,11 @@ struct MeasuredPlace {
   DrivenPlace place;
   Digest key{};
 };
+
+// Whether --stop-after names a pass of the places: then no model is trained.
+bool stops_early(const TrainFlags& flags) {
+  return !flags.run.stop_after.empty() && flags.run.stop_after != kTrainModel.name;
+}
 
 Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& file) {
   Result<CompileConfig> config = load_compile_config(file, flags.run.overrides);
@@ -70,6 +76,7 @@ Result<OpenPlace> open_place(const TrainFlags& flags, const std::string& file) {
   SIGHTLINE_ASSIGN(place.config, load_config(flags, file));
   place.run = flags.run;
   place.run.config_file = file;
+  if (!stops_early(flags)) place.run.stop_after.clear();  // the places' plans train models too
   place.compile = compile_plan(place.config);
   if (!place.compile.measured_drives.is_connected()) {
     place.drives.push_back(place.compile.measured);
@@ -81,21 +88,32 @@ Result<OpenPlace> open_place(const TrainFlags& flags, const std::string& file) {
   return place;
 }
 
-Result<MeasuredPlace> measure_place(OpenPlace place) {
+std::vector<AnyWire> wanted_of(const OpenPlace& place) {
   const CompilePlan& compile = place.compile;
-  ArtifactSet& artifacts = place.artifacts;
-  const bool are_several = compile.measured_drives.is_connected();
   std::vector<AnyWire> wanted = {compile.sites, compile.factors};
-  if (are_several) wanted.emplace_back(compile.measured_drives);
+  if (compile.measured_drives.is_connected()) wanted.emplace_back(compile.measured_drives);
   wanted.insert(wanted.end(), place.drives.begin(), place.drives.end());
-  SIGHTLINE_TRY(run_steps(compile.plan, wanted, place.run, place.config, artifacts));
+  return wanted;
+}
+
+Result<void> run_place(const TrainFlags& flags, OpenPlace& place) {
+  if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", place.run.config_file.c_str());
+  SIGHTLINE_TRY(
+      run_steps(place.compile.plan, wanted_of(place), place.run, place.config, place.artifacts));
+  return {};
+}
+
+Result<MeasuredPlace> measure_place(const TrainFlags& flags, OpenPlace place) {
+  SIGHTLINE_TRY(run_place(flags, place));
+  const CompilePlan& compile = place.compile;
+  const ArtifactSet& artifacts = place.artifacts;
   MeasuredPlace measured;
   measured.place = {"",
                     artifacts.get(compile.sites),
                     artifacts.get(compile.factors),
                     {},
                     recording_cards(compile, artifacts)};
-  if (are_several) {
+  if (compile.measured_drives.is_connected()) {
     const MeasuredDrives& several = artifacts.get(compile.measured_drives);
     measured.place.drives = several.drives;
     measured.place.recordings = without_left_out(measured.place.recordings, several);
@@ -105,7 +123,7 @@ Result<MeasuredPlace> measure_place(OpenPlace place) {
   }
   DigestBuilder key;
   key.add(sha256(to_bytes(measured.place.recordings)));
-  for (const AnyWire wire : wanted) key.add(artifacts.entry(wire).key);
+  for (const AnyWire wire : wanted_of(place)) key.add(artifacts.entry(wire).key);
   measured.key = key.finish();
   return measured;
 }
@@ -119,19 +137,22 @@ struct TrainingPlaces {
 };
 
 // Every configuration and recording is opened before the first is measured, which takes minutes.
-Result<TrainingPlaces> measure_places(const TrainFlags& flags) {
+Result<std::vector<OpenPlace>> open_places(const TrainFlags& flags) {
   std::vector<OpenPlace> open;
   for (const std::string& file : flags.configs) {
     SIGHTLINE_ASSIGN(OpenPlace place, open_place(flags, file));
     open.push_back(std::move(place));
   }
+  return open;
+}
+
+Result<TrainingPlaces> measure_places(const TrainFlags& flags, std::vector<OpenPlace> open) {
   TrainingPlaces training;
   training.first_config = open.front().config;
   DigestBuilder key;
   const std::vector<std::string> names = place_names(flags.configs);
   for (std::size_t i = 0; i < open.size(); ++i) {
-    if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", flags.configs[i].c_str());
-    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(std::move(open[i])));
+    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(flags, std::move(open[i])));
     measured.place.name = names[i];
     key.add(measured.place.name);
     key.add(measured.key);
@@ -141,9 +162,21 @@ Result<TrainingPlaces> measure_places(const TrainFlags& flags) {
   return training;
 }
 
+// Each place up to the pass that --stop-after names.
+Result<void> run_places(const TrainFlags& flags, std::vector<OpenPlace> open) {
+  for (OpenPlace& opened : open) {
+    OpenPlace place = std::move(opened);
+    SIGHTLINE_TRY(run_place(flags, place));
+  }
+  say_stopped(flags.run, "no model is written");
+  return {};
+}
+
 Result<void> train(const TrainFlags& flags) {
   SIGHTLINE_TRY(try_output(flags.output, flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
-  SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags));
+  SIGHTLINE_ASSIGN(std::vector<OpenPlace> open, open_places(flags));
+  if (stops_early(flags)) return run_places(flags, std::move(open));
+  SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags, std::move(open)));
   const CompileConfig& config = training.first_config;
   const TrainPlan plan = train_plan(config);
   ArtifactSet artifacts;
