@@ -5,7 +5,6 @@
 #include "passes/localize/import_errors.h"
 #include "passes/localize/join_errors.h"
 #include "passes/localize/site_localizer.h"
-#include "passes/trajectory/align_later_drive.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "passes/trajectory/undistort_scans.h"
 
@@ -46,7 +45,7 @@ Wire<MeasuredError> add_errors(const CompileConfig& config, std::string_view lab
 }
 
 LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> ndt,
-                         Wire<Sites> sites, decltype(kAlignDrive) aligning) {
+                         Wire<Sites> sites, bool may_be_elsewhere) {
   const std::string& role = input.role;
   // What a second drive knows of itself, however the first one's poses came about.
   EstimateTrajectoryOptions own_poses = plan.options(kEstimateTrajectory);
@@ -59,8 +58,10 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   localized.undistorted =
       plan.run_as(role, kUndistortScans, plan.options(kUndistortScans), localized.drive, own);
   // From here on the drive is expressed in the frame of the map.
-  localized.trajectory = plan.run_as(role, aligning, plan.options(kAlignDrive),
-                                     localized.undistorted, own, ndt, sites);
+  AlignDriveOptions aligning = plan.options(kAlignDrive);
+  aligning.may_be_elsewhere = may_be_elsewhere;
+  localized.trajectory =
+      plan.run_as(role, kAlignDrive, aligning, localized.undistorted, own, ndt, sites);
   return localized;
 }
 
@@ -68,14 +69,15 @@ void add_localization_errors(const CompileConfig& config, const LocalizedDrive& 
                              const OnMap& on, CompilePlan& compile) {
   Plan& plan = on.plan;
   compile.measured = add_errors(config, "", first, on, compile.outside);
+  MeasureErrorOptions measuring = on.measuring;
+  measuring.may_be_elsewhere = true;
   for (std::size_t i = 0; i < config.later_localization.size(); ++i) {
     const std::string role = later_localization_role(i);
     compile.recordings.push_back(add_recording(plan, role, config.later_localization[i]));
     const LocalizedDrive later =
-        add_drive(plan, compile.recordings.back(), on.ndt, on.sites, kAlignLaterDrive);
-    const Wire<MeasuredError> errors =
-        plan.run_as(role, kMeasureLaterDrive, on.measuring, later.undistorted, later.trajectory,
-                    on.ndt, on.sites);
+        add_drive(plan, compile.recordings.back(), on.ndt, on.sites, /*may_be_elsewhere=*/true);
+    const Wire<MeasuredError> errors = plan.run_as(
+        role, kMeasureError, measuring, later.undistorted, later.trajectory, on.ndt, on.sites);
     Wire<MeasuredDrives>& joined = compile.measured_drives;
     joined =
         i == 0

@@ -39,10 +39,10 @@ Wire<MeasuredError> add_errors(const CompileConfig& config, std::string_view lab
                                const LocalizedDrive& drive, const OnMap& on,
                                std::vector<OutsideInput>& outside);
 
-// The steps of a drive that is localized in a map. `aligning`: kAlignDrive, or that of a drive that
-// may be elsewhere.
+// The steps of a drive that is localized in a map. One that may be elsewhere is kept where it is
+// not found there.
 LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> ndt,
-                         Wire<Sites> sites, decltype(kAlignDrive) aligning = kAlignDrive);
+                         Wire<Sites> sites, bool may_be_elsewhere = false);
 
 // The errors of the localization drive; where there are several, those of each by itself, joined.
 // From here on `measured` speaks for all of them.

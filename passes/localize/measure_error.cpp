@@ -168,20 +168,16 @@ std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions&
   return scans;
 }
 
-// Whether a drive has to come near the sites.
-enum class Presence { kRequired, kOptional };
-
-// Where each site has its scan. Error: no-overlap, where the drive has to be there.
+// Where each site has its scan. Error: no-overlap, unless the drive may be elsewhere.
 Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
                                                                const MeasureErrorOptions& options,
                                                                const SiteMeasuring& measuring,
-                                                               const Sites& sites,
-                                                               Presence presence) {
+                                                               const Sites& sites) {
   const std::vector<std::optional<std::size_t>> scans = nearest_scans(options, measuring, sites);
   const auto without =
       static_cast<std::size_t>(std::count(scans.begin(), scans.end(), std::nullopt));
   const std::string radius = format_double(options.site_radius_m);
-  if (without == scans.size() && presence == Presence::kRequired) {
+  if (without == scans.size() && !options.may_be_elsewhere) {
     return Error{ErrorCode::kNoOverlap,
                  "none of " + std::to_string(scans.size()) + " sites has a scan of drive '" +
                      measuring.drive.name + "' within " + radius + " m",
@@ -242,19 +238,10 @@ ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory
   return is_known ? options.reference : ErrorReference::kFullRangeMatch;
 }
 
-namespace {
-
-// A drive, and the map in which it is localized.
-struct DriveInMap {
-  const Drive& drive;
-  const Trajectory& trajectory;
-  const TiledNds& nds;
-  const Sites& sites;
-};
-
-Result<AtRest<MeasuredError>> measure(PassContext& ctx, const MeasureErrorOptions& wanted,
-                                      const DriveInMap& in, Presence presence) {
-  const auto& [localization_drive, trajectory, nds, sites] = in;
+Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureErrorOptions& wanted,
+                                            const Drive& localization_drive,
+                                            const Trajectory& trajectory, const TiledNds& nds,
+                                            const Sites& sites) {
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, nds, sites));
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
@@ -275,29 +262,13 @@ Result<AtRest<MeasuredError>> measure(PassContext& ctx, const MeasureErrorOption
                                 samples,
                                 ctx.seed};
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
-                   scans_of_sites(ctx, options, measuring, sites, presence));
+                   scans_of_sites(ctx, options, measuring, sites));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   const MeasuredError empty = empty_result(measuring, matching_card(options, nds.cell_m()), scans);
   Localizing localizing(options, localization_drive.sensor, nds,
                         {options.localizer, options.coarse_cells,
                          reach_of_localizer_m(options.localizer, measuring), ctx.threads});
   return measure_sites(ctx, measuring, localizing, scans, empty);
-}
-
-}  // namespace
-
-Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
-                                            const Drive& localization_drive,
-                                            const Trajectory& trajectory, const TiledNds& nds,
-                                            const Sites& sites) {
-  return measure(ctx, options, {localization_drive, trajectory, nds, sites}, Presence::kRequired);
-}
-
-Result<AtRest<MeasuredError>> measure_later_drive(PassContext& ctx,
-                                                  const MeasureErrorOptions& options,
-                                                  const Drive& drive, const Trajectory& trajectory,
-                                                  const TiledNds& nds, const Sites& sites) {
-  return measure(ctx, options, {drive, trajectory, nds, sites}, Presence::kOptional);
 }
 
 }  // namespace sightline

@@ -31,6 +31,7 @@ struct MeasureErrorOptions {
   ErrorReference reference = ErrorReference::kFullRangeMatch;
   LocalizerKind localizer = LocalizerKind::kSearching;  // "Localizers" in schemas/definitions.md
   int coarse_cells = 1;
+  bool may_be_elsewhere = false;  // one of several drives: it need not come near any site
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 // Of a pass that matches scans as measure-error does: `own` and, shared, those of its matching,
@@ -56,21 +57,13 @@ MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m);
 // world. Sites without a scan near are counted in a warning and keep rows of zeros; another warning
 // tells where no known poses are there to measure against. pcl-ndt needs has_pcl_ndt(). Errors:
 // mismatched-inputs (trajectory and drive, or map and sites, do not belong together), empty-map,
-// no-overlap (no site has a scan near), what reading a scan returns, and disk-full or cannot-write
-// (a temporary file).
+// no-overlap (no site has a scan near, unless the drive may be elsewhere), what reading a scan
+// returns, and disk-full or cannot-write (a temporary file).
 Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                             const Drive& localization_drive,
                                             const Trajectory& trajectory, const TiledNds& nds,
                                             const Sites& sites);
 inline constexpr Pass kMeasureError{"measure-error", 13, "measured",
                                     "Localization error of a drive", &measure_error};
-
-// The same of one of several drives: one that comes near no site keeps rows of zeros everywhere,
-// with the same warning, in place of no-overlap.
-Result<AtRest<MeasuredError>> measure_later_drive(PassContext& ctx,
-                                                  const MeasureErrorOptions& options,
-                                                  const Drive& drive, const Trajectory& trajectory,
-                                                  const TiledNds& nds, const Sites& sites);
-inline constexpr Pass kMeasureLaterDrive = variant_of(kMeasureError, &measure_later_drive);
 
 }  // namespace sightline

@@ -45,7 +45,9 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
              "Autoware's numbers",
              localizer_names()),
       integer("coarse_cells", options.coarse_cells,
-              "matches first on cells so many times as long as the map's; 1 does not", 1, 16)};
+              "matches first on cells so many times as long as the map's; 1 does not", 1, 16),
+      shared(flag("may_be_elsewhere", options.may_be_elsewhere,
+                  "the drive need not come near any site"))};
 }
 
 std::vector<OptionField> with_matching(std::vector<OptionField> own,

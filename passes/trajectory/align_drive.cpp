@@ -233,19 +233,10 @@ void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const OwnPiece
            ", a piece of its own, are found nowhere in the map and left out");
 }
 
-}  // namespace
-
-std::vector<OptionField> option_fields(AlignDriveOptions& options) {
-  return {choice("mode", options.mode,
-                 "auto: poses that were not given are matched against the map; align: all are",
-                 {"auto", "given", "align"}),
-          number("candidate_step_m", options.candidate_step_m,
-                 "places of the route from which a drive is looked for, m", 0.5, 50.0)};
-}
-
-Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
-                               const Drive& drive, const Trajectory& own, const TiledNds& nds,
-                               const Sites& sites) {
+// Error: no-overlap where no piece is placed.
+Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& options,
+                                const Drive& drive, const Trajectory& own, const TiledNds& nds,
+                                const Sites& sites) {
   const bool is_given = own.source == PoseSource::kGiven;
   if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given))
     return own;
@@ -276,6 +267,42 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
   const PoseGraph graph = graph_of(followed, pieces, T_own_lidar);
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, followed.T_map_lidar));
   return trajectory_of(drive, map, graph, solution);
+}
+
+// The whole drive, away from all sites. Vehicle for LiDAR: where it is placed does not matter.
+Trajectory placed_aside(const Trajectory& own, const MapFrame& frame, const Sites& sites) {
+  Trajectory aside = rebase(own, frame);
+  std::vector<Pose> T_own_vehicle;
+  for (const TrajectoryPose& pose : aside.poses) T_own_vehicle.push_back(pose.T_map_vehicle);
+  std::vector<Pose> T_map_vehicle(T_own_vehicle.size(), Pose::Identity());
+  lay_aside(T_own_vehicle, {0, T_own_vehicle.size()}, sites, T_map_vehicle);
+  for (std::size_t k = 0; k < aside.poses.size(); ++k) {
+    aside.poses[k].T_map_vehicle = T_map_vehicle[k];
+  }
+  return aside;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(AlignDriveOptions& options) {
+  return {choice("mode", options.mode,
+                 "auto: poses that were not given are matched against the map; align: all are",
+                 {"auto", "given", "align"}),
+          number("candidate_step_m", options.candidate_step_m,
+                 "places of the route from which a drive is looked for, m", 0.5, 50.0),
+          shared(flag("may_be_elsewhere", options.may_be_elsewhere,
+                      "the drive need not be in the map"))};
+}
+
+Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
+                               const Drive& drive, const Trajectory& own, const TiledNds& nds,
+                               const Sites& sites) {
+  Result<Trajectory> aligned = align_pieces(ctx, options, drive, own, nds, sites);
+  const bool is_elsewhere = !aligned && aligned.error().code == ErrorCode::kNoOverlap;
+  if (!is_elsewhere || !options.may_be_elsewhere || own.poses.empty()) return aligned;
+  ctx.warn("drive '" + drive.name + "' is found nowhere in the map (" + aligned.error().message +
+           ") and laid aside");
+  return placed_aside(own, nds.frame(), sites);
 }
 
 }  // namespace sightline

@@ -19,6 +19,7 @@ struct AlignDriveOptions {
   // given: nothing is aligned. align: everything is.
   AlignMode mode = AlignMode::kAuto;
   double candidate_step_m = 2.0;  // places of the route from which scans are looked for
+  bool may_be_elsewhere = false;  // one of several drives: it need not be in the map
 };
 std::vector<OptionField> option_fields(AlignDriveOptions& options);
 
@@ -31,7 +32,8 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 // `own` is placed by itself; one that is found nowhere is laid aside, 2 km from every site, with a
 // warning. Another one tells of a drive that measures larger or smaller than the map
 // (scale_beside_map). Errors: mismatched-inputs (`own` is not of the drive), empty-map, no-overlap
-// (no placement of any piece is confirmed), trajectory-lost (no solution), and what reading a scan
+// (no placement of any piece is confirmed; a drive that may be elsewhere is then placed as a whole
+// 2 km from every site, with a warning), trajectory-lost (no solution), and what reading a scan
 // says.
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const TiledNds& nds,

@@ -520,9 +520,11 @@ void expect_refused(const World& world, ErrorCode code) {
 TEST(MeasureError, OfALaterDriveThatIsNowhereNearIsEmpty) {
   World world = make_world();
   for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().x() += 500.0;
+  MeasureErrorOptions options = two_ranges();
+  options.may_be_elsewhere = true;
   PassContext ctx;
-  const Result<MeasuredError> measured = whole_rows(measure_later_drive(
-      ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites));
+  const Result<MeasuredError> measured = whole_rows(
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
   ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
   ASSERT_TRUE(validate(*measured).has_value());
   EXPECT_EQ(measured->scan_of_site,

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "passes/map/build_ndt.h"
-#include "passes/trajectory/align_later_drive.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
 
@@ -163,8 +162,10 @@ TEST(AlignDrive, LaysALaterDriveAsideThatMatchesNowhere) {
   PassContext ctx;
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  AlignDriveOptions options;
+  options.may_be_elsewhere = true;
   const Result<Trajectory> aside =
-      align_later_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites);
+      align_drive(ctx, options, drive.drive, own_trajectory(drive), place.map, place.sites);
   ASSERT_TRUE(aside.has_value()) << to_string(aside.error());
   ASSERT_TRUE(validate(*aside).has_value());
   ASSERT_EQ(aside->poses.size(), drive.drive.scans.size());
