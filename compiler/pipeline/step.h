@@ -110,6 +110,11 @@ struct PassStep {
       reattach;
 };
 
+// The name of its pass: that of the step without a label.
+inline std::string_view pass_of(const PassStep& step) {
+  return std::string_view(step.name).substr(0, step.name.find(':'));
+}
+
 namespace pipeline_detail {
 
 template <class Options>

@@ -17,6 +17,34 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+// On one line, and different for different texts.
+std::string on_one_line(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    if (c == '\\') {
+      line += "\\\\";
+    } else if (c == '\n') {
+      line += "\\n";
+    } else {
+      line += c;
+    }
+  }
+  return line;
+}
+
+// Of how the step works and what its inputs hold. Their names are left out: equal contents give an
+// equal output, whichever recording of a configuration they come from.
+Digest digest_of(const Plan& plan, const PassStep& step, const Digest& way,
+                 const std::function<Digest(std::size_t artifact)>& key_of_input) {
+  DigestBuilder builder;
+  builder.add(way);
+  for (const std::size_t input : step.inputs) {
+    builder.add(plan.artifact({input}).type->name);
+    builder.add(key_of_input(input));
+  }
+  return builder.finish();
+}
+
 }  // namespace
 
 StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
@@ -28,20 +56,17 @@ StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
                 std::to_string(output.version) + "\n";
   key.record += "seed = " + std::to_string(seed) + "\n";
   for (const auto& [name, value] : step.options) {
-    key.record += "option " + name + " = " + value + "\n";
+    key.record += "option " + name + " = " + on_one_line(value) + "\n";
   }
   DigestBuilder way;
-  way.add(std::string_view(step.name).substr(0, step.name.find(':')));
+  way.add(pass_of(step));
   way.add(std::string_view(key.record));
   key.way = way.finish();
   for (const std::size_t input : step.inputs) {
     key.record +=
         "input " + plan.artifact({input}).name + " = " + to_hex(key_of_input(input)) + "\n";
   }
-  DigestBuilder builder;
-  builder.add(std::string_view(step.name));
-  builder.add(std::string_view(key.record));
-  key.key = builder.finish();
+  key.key = digest_of(plan, step, key.way, key_of_input);
   return key;
 }
 

@@ -10,10 +10,12 @@
 
 namespace sightline {
 
-// What decides a step's output, and the name that it gives it.
+// What decides a step's output, and the name that it gives it. The label of a step, "mapping[2]" of
+// "ingest:mapping[2]", decides nothing: a recording that another one was added before keeps its
+// keys.
 struct StepKey {
   std::string record;  // lines "name = value" that a person can compare
-  Digest key{};        // of the step's name and the record
+  Digest key{};        // of `way` and of the contents of the inputs, in their order
   Digest way{};        // of the pass and of the record without the inputs: how the step works
 };
 

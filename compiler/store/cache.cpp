@@ -26,21 +26,29 @@ std::string file_stem(std::string pass) {
   return pass;
 }
 
+// Steps of one pass share what they make: "ingest:mapping" and "ingest:localization" are "ingest".
+std::string without_label(const std::string& pass) { return pass.substr(0, pass.find(':')); }
+
 // 128 bits of the key: names stay readable and no two keys ever meet.
 std::string stem_of(const std::string& pass, const Digest& key) {
   return file_stem(pass) + "-" + to_hex(key).substr(0, 32);
 }
 
-// Parts of "measure-error:own" and "measure-error" are the same work.
-std::string without_label(const std::string& pass) { return pass.substr(0, pass.find(':')); }
+ObjectName artifact_name(const std::string& pass, const Digest& key) {
+  return {without_label(pass), key};
+}
 
 ObjectName part_name(const std::string& pass, const Digest& part) {
   return {without_label(pass) + std::string(kPart), part};
 }
 
+ObjectName warnings_name(const std::string& pass, const Digest& key) {
+  return {without_label(pass) + std::string(kWarnings), key};
+}
+
 // The number-th list of the parts of an artifact.
 ObjectName list_name(const std::string& pass, const Digest& key, std::size_t number) {
-  const ObjectName first{pass + std::string(kPartList), key};
+  const ObjectName first{without_label(pass) + std::string(kPartList), key};
   if (number == 0) return first;
   DigestBuilder builder;
   builder.add(key);
@@ -135,31 +143,31 @@ bool ArtifactCache::has(const std::string& pass, const Digest& key) const {
 }
 
 std::filesystem::path ArtifactCache::file_of(const std::string& pass, const Digest& key) const {
-  return directory_ / place_of({pass, key});
+  return directory_ / place_of(artifact_name(pass, key));
 }
 
 Result<ArtifactCache::Content> ArtifactCache::load(const std::string& pass,
                                                    const Digest& key) const {
   if (!is_enabled()) return Content();
-  return load_object(file_of(pass, key), {pass, key});
+  return load_object(file_of(pass, key), artifact_name(pass, key));
 }
 
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
                                   std::span<const std::byte> content) const {
   if (!is_enabled()) return {};
-  return store_object(file_of(pass, key), {pass, key}, content);
+  return store_object(file_of(pass, key), artifact_name(pass, key), content);
 }
 
 Result<std::optional<StoredBytes>> ArtifactCache::open(const std::string& pass,
                                                        const Digest& key) const {
   if (!is_enabled()) return std::optional<StoredBytes>();
-  return open_object_at(file_of(pass, key), {pass, key});
+  return open_object_at(file_of(pass, key), artifact_name(pass, key));
 }
 
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
                                   const WriteInto& content) const {
   if (!is_enabled()) return {};
-  return store_object(file_of(pass, key), {pass, key}, content);
+  return store_object(file_of(pass, key), artifact_name(pass, key), content);
 }
 
 void ArtifactCache::mark_used(const std::string& pass, const Digest& key) const {
@@ -168,8 +176,8 @@ void ArtifactCache::mark_used(const std::string& pass, const Digest& key) const 
     const std::filesystem::path file = directory_ / place_of(name);
     return ::utimensat(AT_FDCWD, file.c_str(), nullptr, AT_SYMLINK_NOFOLLOW) == 0;
   };
-  touch({pass, key});
-  touch({pass + std::string(kWarnings), key});
+  touch(artifact_name(pass, key));
+  touch(warnings_name(pass, key));
   std::size_t list = 0;
   while (touch(list_name(pass, key, list))) ++list;
 }
@@ -221,7 +229,7 @@ std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::str
 Result<void> ArtifactCache::store_warnings(const std::string& pass, const Digest& key,
                                            const std::vector<std::string>& warnings) const {
   if (!is_enabled() || warnings.empty()) return {};
-  const ObjectName name{pass + std::string(kWarnings), key};
+  const ObjectName name = warnings_name(pass, key);
   ByteWriter writer;
   writer.put<std::uint64_t>(warnings.size());
   for (const std::string& warning : warnings) writer.put_string(warning);
@@ -231,7 +239,7 @@ Result<void> ArtifactCache::store_warnings(const std::string& pass, const Digest
 std::vector<std::string> ArtifactCache::load_warnings(const std::string& pass,
                                                       const Digest& key) const {
   if (!is_enabled()) return {};
-  const ObjectName name{pass + std::string(kWarnings), key};
+  const ObjectName name = warnings_name(pass, key);
   const Result<Content> content = load_object(directory_ / place_of(name), name);
   if (!content || !*content) return {};
   ByteReader reader(**content);

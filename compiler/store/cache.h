@@ -26,7 +26,10 @@ class ArtifactCache {
   // One that is only asked what it holds: it removes nothing either.
   static ArtifactCache to_look_at(std::filesystem::path directory);
 
-  // Whether something lies there under that name; load() says whether it is whole.
+  // `pass` may have a label, as steps do ("ingest:mapping"). Steps of one pass share their objects,
+  // so that equal keys are found under any label; each step has a record of its own.
+
+  // Whether there is a file of that name; load() checks whether it is whole.
   [[nodiscard]] bool has(const std::string& pass, const Digest& key) const;
 
   // What was stored, or nothing: in memory, or checked and still in its file. Errors, which cost no

@@ -142,13 +142,14 @@ Result<SiteColumn> count_tiles_and_tell(PassContext& ctx, const NoOptions& optio
 
 constexpr Pass kMakeWhole{"make-whole", 1, "whole", "The same, whole", &make_whole};
 constexpr Pass kTell{"tell", 1, "told", "How many tiles there are", &count_tiles_and_tell};
+constexpr Pass kTellAgain{"tell-again", 1, "told-again", "The number again", &count_tiles_and_tell};
 
 TEST_F(ArtifactForms, OfAWholeTheLastToTakeAFormReadsItFromTheStore) {
   Plan plan;
   const Wire<NdtMap> provided = plan.input<NdtMap>("provided");
   const Wire<NdtMap> whole = plan.run(kMakeWhole, provided);
-  const Wire<SiteColumn> first = plan.run_as("first", kTell, {}, whole);
-  const Wire<SiteColumn> last = plan.run_as("last", kTell, {}, whole);
+  const Wire<SiteColumn> first = plan.run(kTell, whole);
+  const Wire<SiteColumn> last = plan.run(kTellAgain, whole);
   std::vector<bool> is_form;  // of the entry, while a step runs
   observer_.progress = [&](std::size_t, std::size_t) {
     is_form.push_back(artifacts_.entry(whole).type->is_form);

@@ -148,6 +148,21 @@ TEST_F(Runner, DoesNothingTwice) {
   EXPECT_EQ(artifacts_.get(sum_).value, 9);
 }
 
+// As where a drive is named at another place of a configuration.
+TEST_F(Runner, DoesNotRunAgainUnderAnotherLabel) {
+  for (const char* label : {"mapping", "mapping[2]"}) {
+    Plan plan;
+    const Wire<Number> source = plan.input<Number>(std::string(label) + "/source");
+    const Wire<Number> scaled = plan.run_as(label, kScale, ScaleOptions{4}, source);
+    ArtifactSet artifacts;
+    artifacts.provide(source, Number{3});
+    ASSERT_TRUE(run_plan(plan, {scaled}, options_, observer_, artifacts, reports_));
+    EXPECT_EQ(artifacts.get(scaled).value, 12);
+    EXPECT_EQ(g_calls, 1);
+    EXPECT_EQ(reports_.back().warnings, std::vector<std::string>{"scaled once"});
+  }
+}
+
 TEST_F(Runner, RunsAgainWhatAChangeReachesAndSaysWhy) {
   ASSERT_TRUE(run(2));
   ASSERT_TRUE(run(5));

@@ -38,6 +38,8 @@ TEST_F(Cache, GivesBackWhatWasStored) {
   EXPECT_EQ(*cache.load("ingest:mapping", key_), ArtifactCache::Content());
   ASSERT_TRUE(cache.store("ingest:mapping", key_, content_));
   EXPECT_EQ(*cache.load("ingest:mapping", key_), content_);
+  EXPECT_EQ(*cache.load("ingest:localization", key_), content_) << "what one pass makes of equals";
+  EXPECT_EQ(*cache.load("inspect", key_), ArtifactCache::Content());
   cache.store_part("measure-error:own", key_, content_);
   EXPECT_EQ(*cache.load_part("measure-error", key_), content_) << "the same work";
   EXPECT_EQ(*cache.load_part("measure-error", other_), ArtifactCache::Content());
