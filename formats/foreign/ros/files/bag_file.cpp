@@ -6,7 +6,7 @@
 
 #include "formats/foreign/logs/random_access_file.h"
 #include "formats/foreign/ros/files/bag_index.h"
-#include "formats/foreign/ros/files/last_chunk.h"
+#include "formats/foreign/ros/files/recent_chunks.h"
 
 namespace sightline {
 
@@ -89,7 +89,7 @@ class BagFile : public MessageLog {
 
   RandomAccessFile file_;
   std::vector<BagChunk> chunks_;
-  mutable LastChunk last_;
+  mutable RecentChunks recent_;
 };
 
 Result<void> BagFile::read_index() {
@@ -158,7 +158,8 @@ Result<void> BagFile::for_each_message(const std::set<std::uint32_t>& channels,
 Result<Bytes> BagFile::read(const MessagePlace& place) const {
   const BagChunk& chunk = chunks_.at(place.chunk);
   if (chunk.compression != BagCompression::kNone) {
-    return last_.read(place.chunk, place.offset, place.size, [&] { return unpack(chunk); });
+    return recent_.read({place.chunk, chunk.unpacked_size, place.offset, place.size},
+                        [&] { return unpack(chunk); });
   }
   Bytes message(place.size);
   SIGHTLINE_TRY(file_.read(chunk.data_offset + place.offset, message));

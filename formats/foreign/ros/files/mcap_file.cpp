@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "formats/base/files/regular_file.h"
-#include "formats/foreign/ros/files/last_chunk.h"
 #include "formats/foreign/ros/files/mcap_index.h"
+#include "formats/foreign/ros/files/recent_chunks.h"
 #include "formats/foreign/ros/files/type_names.h"
 
 namespace sightline {
@@ -41,7 +41,7 @@ class McapFile : public MessageLog {
 
   RandomAccessFile file_;
   McapIndex index_;
-  mutable LastChunk last_;
+  mutable RecentChunks recent_;
 };
 
 // Where in an unpacked chunk; a packed one has no bytes of the file for it.
@@ -204,8 +204,9 @@ Result<Bytes> McapFile::read(const MessagePlace& place) const {
   if (place.chunk != kNoChunk &&
       index_.chunks.at(place.chunk).compression != BagCompression::kNone) {
     const McapChunk& chunk = index_.chunks[place.chunk];
-    return last_.read(place.chunk, static_cast<std::size_t>(place.offset), place.size,
-                      [&] { return unpack(chunk); });
+    return recent_.read({place.chunk, static_cast<std::size_t>(chunk.unpacked_size),
+                         static_cast<std::size_t>(place.offset), place.size},
+                        [&] { return unpack(chunk); });
   }
   const std::uint64_t begin = place.chunk == kNoChunk ? 0 : index_.chunks[place.chunk].data_offset;
   Bytes message(place.size);
