@@ -1,7 +1,6 @@
 #include "formats/foreign/text/geodetic_track.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/files/regular_file.h"
@@ -24,28 +23,86 @@ Eigen::Matrix3d attitude(double yaw_rad, double pitch_rad, double roll_rad) {
          rotation_matrix({Eigen::Vector3d::UnitX(), roll_rad});
 }
 
+// Finds the last place before another that is at least a metre away from it. Where a vehicle stands
+// that is many places back, so boxes of 2, 4, 8, ... places are skipped at once.
+class PlacesBefore {
+ public:
+  explicit PlacesBefore(const std::vector<Eigen::Vector2d>& places_m) {
+    std::vector<Box> boxes;
+    for (const Eigen::Vector2d& place_m : places_m) boxes.emplace_back(place_m, place_m);
+    while (boxes.size() > 1) {
+      std::vector<Box> wider;
+      for (std::size_t i = 1; i < boxes.size(); i += 2) {
+        wider.push_back(boxes[i - 1].merged(boxes[i]));
+      }
+      levels_.push_back(std::exchange(boxes, std::move(wider)));
+    }
+    levels_.push_back(std::move(boxes));
+  }
+
+  // Its index; 0 where all are nearer.
+  [[nodiscard]] std::size_t last_apart(std::size_t at) const {
+    const Eigen::Vector2d place_m = levels_.front()[at].min();
+    std::size_t end = at;  // the places from here on are near
+    std::size_t level = 0;
+    while (end > 0) {
+      const std::size_t size = std::size_t{1} << level;
+      const bool ends_a_box = end % size == 0;
+      if (ends_a_box && is_near(place_m, level, end / size - 1)) {
+        end -= size;
+        if (level + 1 < levels_.size()) ++level;
+      } else if (level > 0) {
+        --level;
+      } else {
+        return end - 1;
+      }
+    }
+    return 0;
+  }
+
+ private:
+  using Box = Eigen::AlignedBox2d;
+
+  // Whether all of a box is; where rounding could decide, its places do.
+  [[nodiscard]] bool is_near(const Eigen::Vector2d& place_m, std::size_t level,
+                             std::size_t i) const {
+    const Box& box = levels_[level][i];
+    if (level == 0) return (place_m - box.min()).norm() < kLeastWay_m;
+    constexpr double kRounding_m = 1e-6;
+    const Eigen::Vector2d farthest_m =
+        (place_m - box.min()).cwiseAbs().cwiseMax((place_m - box.max()).cwiseAbs());
+    return farthest_m.norm() < kLeastWay_m - kRounding_m;
+  }
+
+  std::vector<std::vector<Box>> levels_;  // of 1, 2, 4, ... places from 0 on
+};
+
 // From the last place a metre behind to the next a metre ahead; none where there is neither.
-std::optional<double> direction_of_travel(const std::vector<PoseRow>& rows, std::size_t at) {
-  const auto place = [&](std::size_t i) -> Eigen::Vector2d {
-    return rows[i].T_world_vehicle.translation().head<2>();
-  };
-  std::size_t behind = at;
-  while (behind > 0 && (place(at) - place(behind)).norm() < kLeastWay_m) --behind;
-  std::size_t ahead = at;
-  while (ahead + 1 < rows.size() && (place(ahead) - place(at)).norm() < kLeastWay_m) ++ahead;
-  const Eigen::Vector2d way_m = place(ahead) - place(behind);
-  if (way_m.norm() < kLeastWay_m) return std::nullopt;
-  return portable_atan2(way_m.y(), way_m.x());
+std::vector<std::optional<double>> directions_of_travel(const std::vector<PoseRow>& rows) {
+  std::vector<Eigen::Vector2d> places_m;
+  for (const PoseRow& row : rows) {
+    places_m.emplace_back(row.T_world_vehicle.translation().head<2>());
+  }
+  const PlacesBefore behind(places_m);
+  const PlacesBefore ahead({places_m.rbegin(), places_m.rend()});
+  const std::size_t last = rows.size() - 1;
+  std::vector<std::optional<double>> directions_rad(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Eigen::Vector2d way_m =
+        places_m[last - ahead.last_apart(last - i)] - places_m[behind.last_apart(i)];
+    if (way_m.norm() < kLeastWay_m) continue;
+    directions_rad[i] = portable_atan2(way_m.y(), way_m.x());
+  }
+  return directions_rad;
 }
 
 // Headings of the fixes that have none; a vehicle that stands keeps the last one.
 Result<void> add_directions(const std::vector<GeodeticFix>& fixes, const std::string& path,
                             std::vector<PoseRow>& rows) {
-  std::vector<std::optional<double>> yaws_rad(rows.size());
+  std::vector<std::optional<double>> yaws_rad = directions_of_travel(rows);
   std::optional<double> last_rad;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (fixes[i].yaw_rad) continue;
-    yaws_rad[i] = direction_of_travel(rows, i);
     if (!yaws_rad[i]) yaws_rad[i] = last_rad;
     last_rad = yaws_rad[i];
   }

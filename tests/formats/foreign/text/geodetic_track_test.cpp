@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <ctime>
+
 #include "formats/base/files/atomic_file.h"
+#include "formats/base/random.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/pose_file.h"
+#include "formats/rotation.h"
 #include "tests/support/scratch_folder.h"
 
 // Files of tracks/, which write_tracks.py makes from the same drive with its own geodesy.
@@ -67,6 +71,85 @@ TEST(GeodeticTrack, WithoutHeadingLooksWhereItGoes) {
   }
   EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("no height is told")));
   EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("direction of travel")));
+}
+
+// By definition: from the last place a metre behind to the next a metre ahead.
+std::optional<double> plain_direction(const std::vector<Eigen::Vector2d>& places_m,
+                                      std::size_t at) {
+  std::size_t behind = at;
+  while (behind > 0 && (places_m[at] - places_m[behind]).norm() < 1.0) --behind;
+  std::size_t ahead = at;
+  while (ahead + 1 < places_m.size() && (places_m[ahead] - places_m[at]).norm() < 1.0) ++ahead;
+  const Eigen::Vector2d way_m = places_m[ahead] - places_m[behind];
+  if (way_m.norm() < 1.0) return std::nullopt;
+  return portable_atan2(way_m.y(), way_m.x());
+}
+
+// A standing vehicle keeps its heading; before it first moved it has the next one.
+std::vector<double> plain_headings(const std::vector<PoseRow>& rows) {
+  std::vector<Eigen::Vector2d> places_m;
+  for (const PoseRow& row : rows) {
+    places_m.emplace_back(row.T_world_vehicle.translation().head<2>());
+  }
+  std::vector<std::optional<double>> found(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    found[i] = plain_direction(places_m, i);
+    if (!found[i] && i > 0) found[i] = found[i - 1];
+  }
+  std::vector<double> headings_rad(rows.size());
+  for (std::size_t i = rows.size(); i-- > 0;) {
+    headings_rad[i] = found[i] ? *found[i] : headings_rad.at(i + 1);
+  }
+  return headings_rad;
+}
+
+// Drives and stands by turns, with the noise of a receiver.
+GeodeticTrack random_track(Random& random) {
+  GeodeticTrack track;
+  const double noise_m = random.uniform(0.0, 0.6);
+  const std::size_t count = 20 + random.below(400);
+  Eigen::Vector2d at_m(0.0, 0.0);
+  Eigen::Vector2d step_m(0.0, 0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (random.below(20) == 0) step_m = Eigen::Vector2d(random.normal(), random.normal());
+    if (random.below(20) == 0) step_m.setZero();
+    at_m += step_m;
+    const Eigen::Vector2d seen_m =
+        at_m + noise_m * Eigen::Vector2d(random.normal(), random.normal());
+    GeodeticFix& fix = track.fixes.emplace_back();
+    fix.at = {49.0 + seen_m.y() / 111'000.0, 8.4 + seen_m.x() / 73'000.0, 115.0};
+  }
+  track.fixes.back().at.latitude_deg += 1e-3;  // it moved, at least in the end
+  return track;
+}
+
+TEST(GeodeticTrack, HeadingsAreTheDirectionsOfTravelByDefinition) {
+  Random random(1);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Result<TrackInWorld> found = in_world(random_track(random), "enu:49,8.4,115", "track");
+    ASSERT_TRUE(found) << to_string(found.error());
+    const std::vector<double> headings_rad = plain_headings(found->rows);
+    for (std::size_t i = 0; i < headings_rad.size(); ++i) {
+      const Eigen::Matrix3d expected = rotation_matrix({Eigen::Vector3d::UnitZ(), headings_rad[i]});
+      ASSERT_EQ(found->rows[i].T_world_vehicle.linear(), expected) << trial << " " << i;
+    }
+  }
+}
+
+// Where each fix walked back to the last place that differs, this took minutes.
+TEST(GeodeticTrack, AnHourOfStandingTakesNoTime) {
+  Random random(1);
+  GeodeticTrack track;
+  for (int i = 0; i < 360'000; ++i) {
+    track.fixes.emplace_back().at = {49.0 + 1e-7 * random.normal(), 8.4 + 1e-7 * random.normal(),
+                                     115.0};
+  }
+  track.fixes.back().at.longitude_deg += 1e-4;
+  const std::clock_t begin = std::clock();
+  const Result<TrackInWorld> found = in_world(track, "enu:49,8.4,115", "track");
+  EXPECT_LT(std::clock() - begin, CLOCKS_PER_SEC);
+  ASSERT_TRUE(found) << to_string(found.error());
+  EXPECT_GT(found->rows.front().T_world_vehicle.linear()(0, 0), 0.999) << "east";
 }
 
 // Grid north differs from true north by the convergence of the meridians, -0.45 degrees here (PROJ:
