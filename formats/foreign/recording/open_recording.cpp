@@ -1,6 +1,7 @@
 #include "formats/foreign/recording/open_recording.h"
 
 #include <algorithm>
+#include <limits>
 #include <span>
 
 #include "formats/base/files/atomic_file.h"
@@ -126,15 +127,15 @@ Result<PointCloudFile> read_checked(const Recording& recording, const ScanInFile
   return recording.container ? read_contained(recording, scan, index) : read_alone(recording, scan);
 }
 
-// Offsets from the stamp. A clock far from that of the stamps says only how the points follow each
-// other.
+// Offsets from the stamp. A clock far from that of the stamps gives only the times between points.
 void count_from(std::int64_t stamp_ns, PointCloudFile& cloud) {
-  constexpr std::int64_t kNear_ns = 2'000'000'000;
-  if (!cloud.time_origin_ns) return;
+  constexpr std::int64_t kNear_ns = 2 * kSecond_ns;
+  constexpr std::int64_t kMost_ns = std::numeric_limits<std::int32_t>::max();
+  if (!cloud.time_origin_ns || cloud.time_offset_ns.empty()) return;
   const std::int64_t shift_ns = *cloud.time_origin_ns - stamp_ns;
-  const bool has_first = !cloud.time_offset_ns.empty();
-  const std::int32_t first_ns = has_first ? std::ranges::min(cloud.time_offset_ns) : 0;
-  const bool is_same_clock = shift_ns >= -kNear_ns && shift_ns <= kNear_ns;
+  const auto [first_ns, last_ns] = std::ranges::minmax(cloud.time_offset_ns);
+  const bool is_same_clock =
+      shift_ns >= -kNear_ns && shift_ns <= kNear_ns && shift_ns + last_ns <= kMost_ns;
   const auto add_ns = static_cast<std::int32_t>(is_same_clock ? shift_ns : -first_ns);
   for (std::int32_t& offset_ns : cloud.time_offset_ns) offset_ns += add_ns;
 }

@@ -53,8 +53,9 @@ Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t 
 
 // Reads scans from their files one at a time and checks them again each time, but for those that
 // recording.memory still holds; index = position in recording.scans. Point times become offsets
-// from the scan's stamp; where they count from a clock of their own (no time within 2 s of the
-// stamp), the first point is at the stamp. Keeps what it needs of the recording.
+// from the scan's stamp; where they count from a clock of their own (the first point is over 2 s
+// from the stamp, or the last one over 2.1 s behind it), the first point is at the stamp. Keeps
+// what it needs of the recording.
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording);
 
 }  // namespace sightline

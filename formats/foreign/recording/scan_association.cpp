@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 
 #include "formats/base/files/regular_file.h"
 #include "formats/base/units.h"
@@ -112,22 +113,23 @@ Result<std::vector<PoseRow>> poses_by_row(const std::string& path, const Files& 
 
 Result<std::vector<PoseRow>> poses_by_id(const std::string& path, const Files& files,
                                          const std::vector<PoseRow>& rows) {
+  std::map<std::optional<std::int64_t>, const PoseRow*> row_of;  // the first of each id
+  for (const PoseRow& row : rows) row_of.try_emplace(row.id, &row);
   std::vector<PoseRow> poses;
   for (const std::filesystem::path& file : files) {
     const std::optional<std::int64_t> number = scan_number(file);
-    const auto row = std::ranges::find_if(
-        rows, [&](const PoseRow& candidate) { return number && candidate.id == number; });
-    if (row == rows.end()) {
+    const auto row = number ? row_of.find(number) : row_of.end();
+    if (row == row_of.end()) {
       return fewer_poses(path, "no pose has the number of " + file.filename().string() + " as id");
     }
-    poses.push_back(*row);
+    poses.push_back(*row->second);
   }
   return poses;
 }
 
 std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   // Farther apart than this a straight line says little about where the vehicle was.
-  constexpr std::int64_t kLongestGap_ns = 1'000'000'000;
+  constexpr std::int64_t kLongestGap_ns = kSecond_ns;
   const auto after = std::ranges::lower_bound(rows, stamp_ns, {},
                                               [](const PoseRow& row) { return *row.stamp_ns; });
   if (after != rows.end() && *after->stamp_ns == stamp_ns) return *after;

@@ -1,8 +1,10 @@
 
+#include <ctime>
 #include <numbers>
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/recording/scan_association.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"
 
@@ -207,6 +209,43 @@ TEST_F(RecordingTest, ItsStoreReadsScansAndNoticesWhenAFileChanged) {
           .has_value());
   EXPECT_EQ(store->read(1).error().code, ErrorCode::kMismatchedInputs);
   EXPECT_TRUE(store->read(0).has_value());
+}
+
+// The first point is 1.9 s behind the stamp, the last one 3.4 s: more than 32 bits hold.
+TEST_F(RecordingTest, TimesOfPointsTooFarBehindTheStampCountFromTheFirstPoint) {
+  const auto offsets_ns = [&](const std::string& stamp_s) {
+    const std::string header =
+        "VERSION .7\nFIELDS x y z timestamp\nSIZE 4 4 4 8\nTYPE F F F F\nCOUNT 1 1 1 1\n"
+        "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n";
+    folder_.write("scans/0.pcd", header + "1 2 3 100.0\n4 5 6 101.5\n");
+    const Result<Scan> scan = recorded_scan_store(*open_recording(options("", stamp_s)))->read(0);
+    EXPECT_TRUE(scan.has_value()) << to_string(scan.error());
+    return scan->time_offset_ns;
+  };
+  EXPECT_EQ(offsets_ns("99.5\n"), (std::vector<std::int32_t>{500'000'000, 2'000'000'000}));
+  EXPECT_EQ(offsets_ns("98.1\n"), (std::vector<std::int32_t>{0, 1'500'000'000}));
+  EXPECT_EQ(offsets_ns("101.5\n"), (std::vector<std::int32_t>{-1'500'000'000, 0}));
+}
+
+// Where each scan looked through all rows for its own, this took minutes.
+TEST_F(RecordingTest, ManyApolloRowsAreFoundById) {
+  constexpr int kCount = 200'000;
+  std::string rows;
+  std::vector<std::filesystem::path> files;
+  for (int i = 0; i < kCount; ++i) {
+    files.emplace_back(std::to_string(i) + ".pcd");
+    const std::string id = std::to_string(kCount - 1 - i);
+    rows += id + " " + std::to_string(i) + " " + id + " 0 0 0 0 0 1\n";
+  }
+  rows += "7 200000 1 0 0 0 0 0 1\n";  // the first row of an id is its pose
+  Recording recording;
+  const std::clock_t begin = std::clock();
+  const Result<void> described = describe_scans(options(rows), files, recording);
+  EXPECT_LT(std::clock() - begin, 3 * CLOCKS_PER_SEC);
+  ASSERT_TRUE(described.has_value()) << to_string(described.error());
+  for (const std::size_t i : {0, 7, kCount - 1}) {
+    EXPECT_EQ(x_m(recording.scans.at(i)), static_cast<double>(i));
+  }
 }
 
 // Scans without a header: the same count of floats a point for all, or none.
