@@ -145,6 +145,7 @@ Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<An
     expected_s.push_back(step.wall_s);
   }
   SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags, expected_s));
+  for (const std::string& note : config.notes) observer.warning("configuration", note);
   explain_interruption(!options.cache_directory.empty());
   std::vector<StepReport> reports;
   const Result<void> run = run_plan(plan, wanted, options, observer, artifacts, reports);

@@ -105,20 +105,11 @@ Result<void> expand_all(CompileConfig& config) {
 // The drives of the list under `localization`.
 Result<void> check_localization(const CompileConfig& config, const std::filesystem::path& file) {
   if (config.later_localization.empty()) return {};
-  std::map<std::string, std::string> role_of_scans;
   for (std::size_t i = 0; i <= config.later_localization.size(); ++i) {
     const RecordingOptions& drive = i == 0 ? config.localization : config.later_localization[i - 1];
-    const std::string role = localization_role(i);
-    if (drive.scans.empty()) {
-      return Error{ErrorCode::kMissingKey, role + ".scans: no folder of scans is named",
-                   file.string()};
-    }
-    const auto [other, is_new] = role_of_scans.try_emplace(drive.scans, role);
-    if (is_new) continue;
-    return Error{ErrorCode::kBadValue,
-                 role + ".scans: found the recording of " + other->second +
-                     ", expected another drive: one drive told twice is no second witness",
-                 file.string()};
+    if (!drive.scans.empty()) continue;
+    return Error{ErrorCode::kMissingKey,
+                 localization_role(i) + ".scans: no folder of scans is named", file.string()};
   }
   if (!config.imports_errors()) return {};
   return Error{ErrorCode::kBadValue,
@@ -146,12 +137,6 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
   const Result<World> world = parse_world(config.annotation.world);
   if (!world) {
     return Error{ErrorCode::kBadValue, "annotation." + world.error().message, file.string()};
-  }
-  const bool has_drive = !config.localization.scans.empty();
-  if (config.annotation.split == Split::kEvenOdd && has_drive) {
-    return Error{ErrorCode::kBadValue,
-                 "annotation.split is even-odd and a localization drive is named: choose one",
-                 file.string()};
   }
   if (config.imports_errors() || config.imports_evaluation()) {
     const Result<LocalizerProfile> localizer = outside_localizer(config.outside);

@@ -27,7 +27,7 @@ struct AnnotationOptions {
   // Where the recordings' coordinates lie (formats/geodesy.h, parse_world).
   std::string world = "local";
   // even-odd: one recording is both drives; even scans map, odd scans localize. auto: even-odd
-  // where no localization drive is named.
+  // where no localization drive is named, or the mapping drive again.
   Split split = Split::kAuto;
 };
 std::vector<OptionField> option_fields(AnnotationOptions& options);
@@ -93,6 +93,8 @@ struct CompileConfig {
   RecordingOptions evaluation;          // an independent drive, for `evaluate`
   OutsideErrorsOptions outside;         // section import-errors
   PassSettings passes;                  // options of passes, with what they share
+  // What was changed or may be meant otherwise, for the user; a run prints them as warnings.
+  std::vector<std::string> notes;
 
   [[nodiscard]] bool has_map() const { return !map.points.empty(); }
   [[nodiscard]] bool is_split() const { return localization.scans.empty() && !has_map(); }
@@ -122,16 +124,13 @@ bool is_compiled_map(const std::filesystem::path& path);
 
 // Reads the file (empty: there is none) into `config` and `sections`, which are all that it may
 // name (the drives' sections point into `config`, those of passes hold their options), then the
-// overrides
-// ("section.key=value"). Paths become relative to the file's folder; options of passes become
-// `config.passes`. Folders and lists of recordings become drives. Errors: those of read_yaml,
-// set_override and expand_recordings, missing-key (no mapping drive
-// and no finished map, or such a map without a route),
-// bad-value (an empty list of drives, one that is named twice under `localization`, errors from
-// outside of several drives; a mapping drive beside a finished map, or what such a map cannot do
-// without a localization drive: errors of pcl-ndt or from outside; a split beside a localization
-// drive; a localizer of import-errors without a good name, or parameters that are none; pcl-ndt in
-// a program without PCL).
+// overrides ("section.key=value"). Paths become relative to the file's folder; options of passes
+// become `config.passes`. Folders and lists of recordings become drives. Errors: those of
+// read_yaml, set_override and expand_recordings, missing-key (no mapping drive and no finished map,
+// or such a map without a route), bad-value (an empty list of drives, errors from outside of
+// several drives; a mapping drive beside a finished map, or what such a map cannot do without a
+// localization drive: errors of pcl-ndt or from outside; a localizer of import-errors without a
+// good name, or parameters that are none; pcl-ndt in a program without PCL).
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "compiler/config/same_recordings.h"
 #include "compiler/driver/pipelines.h"
 
 // The configuration, with the options of every pass that a plan runs.
@@ -40,6 +41,7 @@ Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
                                           const std::vector<std::string>& overrides) {
   CompileConfig config;
   SIGHTLINE_TRY(read_compile_config(file, overrides, published_sections(config), config));
+  SIGHTLINE_TRY(settle_same_recordings(file, config));
   return config;
 }
 

@@ -12,7 +12,7 @@ namespace sightline {
 std::vector<ConfigSection> published_sections(CompileConfig& config);
 
 // Reads a configuration and overrides ("section.key=value") of it. Errors: those of
-// read_compile_config.
+// read_compile_config and settle_same_recordings.
 Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
                                           const std::vector<std::string>& overrides);
 

@@ -5,6 +5,7 @@
 
 #include "compiler/driver/steps_of_drives.h"
 #include "compiler/driver/steps_of_map.h"
+#include "formats/foreign/recording/same_recording.h"
 #include "passes/emit/emit_map.h"
 #include "passes/emit/pack_model.h"
 #include "passes/ingest/ingest.h"
@@ -227,9 +228,8 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
   for (const PredictedError& samples : map.predicted.of_samples) {
     measuring.looks = with_baselines(samples.looks);
   }
-  const bool is_same_recording =
-      config.is_split() && config.evaluation.scans == config.mapping.scans;
-  measuring.scans = is_same_recording ? ScanSelection::kOdd : ScanSelection::kAll;
+  const bool is_same = config.is_split() && is_same_recording(config.evaluation, config.mapping);
+  measuring.scans = is_same ? ScanSelection::kOdd : ScanSelection::kAll;
   evaluate.measured = add_errors(config, "evaluation", drive,
                                  {plan, evaluate.ndt, evaluate.sites, measuring}, evaluate.outside);
   evaluate.evaluation = plan.run(kEvaluateRanges, evaluate.sites, evaluate.predicted,

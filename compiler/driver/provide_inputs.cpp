@@ -12,6 +12,7 @@
 #include "formats/foreign/lanes/read_route.h"
 #include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/recording/same_recording.h"
 #include "formats/foreign/text/outside_errors_file.h"
 #include "formats/map/map_reader.h"
 
@@ -62,17 +63,17 @@ Result<void> provide_recording(const RecordingInput& input, const CachedDigests&
   return {};
 }
 
-// One drive told twice is no second witness.
-Result<void> check_localization_drives(const CompilePlan& compile, const ArtifactSet& artifacts) {
-  std::map<Digest, std::string> role_of;
+// By the contents of their scans, so that copies are found too.
+Result<void> check_named_once(const CompilePlan& compile, const ArtifactSet& artifacts) {
+  std::map<Digest, const RecordingInput*> input_of;
   for (const RecordingInput& input : compile.recordings) {
-    if (!input.role.starts_with("localization")) continue;
-    const Recording& recording = artifacts.get(input.recording);
-    const auto [other, is_new] = role_of.try_emplace(recording.digest, input.role);
+    const auto [other, is_new] =
+        input_of.try_emplace(scans_digest(artifacts.get(input.recording)), &input);
     if (is_new) continue;
     return Error{ErrorCode::kBadValue,
-                 input.role + ": found the recording of " + other->second +
-                     ", expected another drive: one drive told twice is no second witness",
+                 input.role + ".scans: found the recording of " + other->second->role + " (" +
+                     other->second->options.scans +
+                     "), expected another drive: a recording that is listed twice counts twice",
                  input.options.scans};
   }
   return {};
@@ -207,7 +208,7 @@ Result<void> provide_drives(const CompilePlan& compile,
   for (const RecordingInput& input : compile.recordings) {
     SIGHTLINE_TRY(provide_recording(input, digests, memory, artifacts));
   }
-  SIGHTLINE_TRY(check_localization_drives(compile, artifacts));
+  SIGHTLINE_TRY(check_named_once(compile, artifacts));
   artifacts.provide(compile.cards, recording_cards(compile, artifacts));
   return {};
 }

@@ -13,7 +13,7 @@ namespace sightline {
 // and cards, and reads the files of import-errors. Digests of scan files are kept in the cache,
 // where there is one (not empty). Errors: those of open_recording, open_point_map, read_route and
 // read_outside_errors;
-// bad-value where one recording is two localization drives.
+// bad-value where two drives have the same scans.
 Result<void> provide_drives(const CompilePlan& compile,
                             const std::filesystem::path& cache_directory, ArtifactSet& artifacts);
 Result<void> provide_drive(const EvaluatePlan& evaluate,

@@ -6,6 +6,7 @@
 #include "compiler/cli/run_flags.h"
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
+#include "compiler/config/same_recordings.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
@@ -40,6 +41,7 @@ Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
                  "as under mapping): the scans that the map did not use then judge it",
                  flags.run.config_file};
   }
+  note_known_evaluation(config);
   return config;
 }
 

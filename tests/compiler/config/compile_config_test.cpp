@@ -1,5 +1,6 @@
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
+#include "compiler/driver/provide_inputs.h"
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -8,7 +9,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "compiler/config/same_recordings.h"
 #include "formats/base/files/atomic_file.h"
+#include "formats/foreign/clouds/pcd_writer.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/localize/measure_error.h"
 #include "passes/map/build_ndt.h"
@@ -25,24 +28,36 @@ namespace fs = std::filesystem;
 
 const fs::path kRoot = SIGHTLINE_ROOT;
 
-Result<CompileConfig> load(const std::string& yaml,
-                           const std::vector<std::string>& overrides = {}) {
-  const fs::path file = scratch_folder() / "compile_config_test" / "drive.yaml";
+Result<CompileConfig> load(const std::string& yaml, const std::vector<std::string>& overrides = {},
+                           const std::string& folder = "compile_config_test") {
+  const fs::path file = scratch_folder() / folder / "drive.yaml";
   EXPECT_TRUE(write_file_atomically(file, yaml, IfExists::kReplace));
   return load_compile_config(file, overrides);
 }
 
-// What a step of the compile runs with.
-std::string option_of(const CompileConfig& config, const std::string& step,
-                      const std::string& option) {
-  const CompilePlan compile = compile_plan(config);
-  for (const PassStep& planned : compile.plan.steps()) {
+// What a step runs with.
+std::string option_of(const Plan& plan, const std::string& step, const std::string& option) {
+  for (const PassStep& planned : plan.steps()) {
     if (planned.name != step) continue;
     for (const auto& [name, value] : planned.options) {
       if (name == option) return value;
     }
   }
   return "no such option";
+}
+
+std::string option_of(const CompileConfig& config, const std::string& step,
+                      const std::string& option) {
+  return option_of(compile_plan(config).plan, step, option);
+}
+
+// All that it sets.
+std::vector<std::string> texts_of(const CompileConfig& config) {
+  std::vector<std::string> texts;
+  for (const EffectiveValue& value : effective_values(config)) {
+    texts.push_back(value.section + "." + value.key + "=" + value.value);
+  }
+  return texts;
 }
 
 // YAML as JSON: plain scalars become numbers and booleans where they read as such.
@@ -277,6 +292,111 @@ TEST(CompileConfig, SplitsARecordingThatIsBothDrives) {
   EXPECT_EQ(option_of(*config, "choose-sites", "scans"), "even");
   EXPECT_EQ(option_of(*config, "measure-error", "scans"), "odd");
   EXPECT_EQ(option_of(*config, "emit-map", "mapping_scans"), "even");
+}
+
+// Three folders of scans, of which b is a copy of a under other names, and a link to each.
+class SameRecordings : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    for (const auto& [name, first_x_m] :
+         {std::pair{"a/0.pcd", 1.0F}, {"b/10.pcd", 1.0F}, {"c/0.pcd", 3.0F}}) {
+      const fs::path file = folder_ / name;
+      fs::create_directories(file.parent_path());
+      write_scan(file, first_x_m);
+      write_scan(file.parent_path() / "11.pcd", first_x_m + 1.0F);
+    }
+    fs::create_directory_symlink("a", folder_ / "link");
+  }
+  static void write_scan(const fs::path& file, float x_m) {
+    const PointXyzi point{x_m, 2.0F, 3.0F, 0.0F};
+    ASSERT_TRUE(write_pcd_binary(file, std::span(&point, 1)));
+  }
+  static Result<CompileConfig> load_here(const std::string& yaml) {
+    return load(yaml, {}, "same_recordings");
+  }
+  // Opens the recordings of a configuration.
+  static Result<void> open(const std::string& yaml) {
+    SIGHTLINE_ASSIGN(const CompileConfig config, load_here(yaml));
+    ArtifactSet artifacts;
+    return provide_drives(compile_plan(config), {}, artifacts);
+  }
+  static void expect_refused(const std::string& yaml, const std::string& one,
+                             const std::string& other) {
+    const Result<void> opened = open(yaml);
+    ASSERT_FALSE(opened) << yaml;
+    EXPECT_EQ(opened.error().code, ErrorCode::kBadValue);
+    const std::string expected = one + ".scans: found the recording of " + other;
+    EXPECT_NE(opened.error().message.find(expected), std::string::npos) << opened.error().message;
+  }
+
+  const fs::path folder_ = scratch_folder() / "same_recordings";
+};
+
+TEST_F(SameRecordings, TwiceInOneRoleAreRefused) {
+  for (const char* again : {"a", "a/", "./a", "c/../a", "link", "link/", "b"}) {
+    const std::string more = std::string(again) + "}";
+    expect_refused("mapping: [{scans: a}, {scans: c}, {scans: " + more + "]\n", "mapping[3]",
+                   "mapping");
+    expect_refused("mapping: {scans: c}\nlocalization: [{scans: a}, {scans: " + more + "]\n",
+                   "localization[2]", "localization");
+    expect_refused("mapping: {scans: a}\nmapping-2: {scans: " + more + "\n", "mapping-2",
+                   "mapping");
+  }
+  EXPECT_TRUE(open("mapping: [{scans: a}, {scans: c}]\n"));
+}
+
+TEST_F(SameRecordings, AsMappingAndLocalizationAreTheSplit) {
+  const CompileConfig split = *load_here("mapping: {scans: a, name: town}\n");
+  EXPECT_TRUE(split.notes.empty());
+  for (const char* again : {"{scans: a}", "{scans: a/}", "{scans: ./a}", "{scans: link/}",
+                            "{scans: b, name: other}", "[{scans: a, sensor: vlp-16}]"}) {
+    const std::string yaml =
+        std::string("mapping: {scans: a, name: town}\nlocalization: ") + again + "\n";
+    const Result<CompileConfig> config = load_here(yaml);
+    ASSERT_TRUE(config) << to_string(config.error());
+    EXPECT_TRUE(config->is_split()) << again;
+    EXPECT_EQ(option_of(*config, "emit-map", "mapping_scans"), "even");
+    EXPECT_EQ(texts_of(*config), texts_of(split)) << again;
+    ASSERT_EQ(config->notes.size(), 1U);
+    EXPECT_NE(config->notes[0].find("localization.scans: found the recording of mapping"),
+              std::string::npos);
+  }
+  EXPECT_FALSE(load_here("mapping: {scans: a}\nlocalization: {scans: c}\n")->is_split());
+}
+
+TEST_F(SameRecordings, OneOfSeveralLocalizationDrivesIsNoMappingDrive) {
+  expect_refused("mapping: {scans: a}\nlocalization: [{scans: c}, {scans: link}]\n",
+                 "localization[2]", "mapping");
+}
+
+TEST_F(SameRecordings, TheSplitDriveIsJudgedByItsOtherScansHoweverItIsNamed) {
+  const auto judging_scans = [](const std::string& evaluation) {
+    CompileConfig config =
+        *load_here("mapping: {scans: a}\nevaluation: {scans: " + evaluation + "}\n");
+    note_known_evaluation(config);
+    EXPECT_TRUE(config.notes.empty());
+    const EvaluatePlan evaluate = evaluate_plan(config, CompiledMap{});
+    return option_of(evaluate.plan, "measure-error:evaluation", "scans");
+  };
+  for (const char* same : {"a", "a/", "./a", "link", "link/", "b"}) {
+    EXPECT_EQ(judging_scans(same), "odd") << same;
+  }
+  EXPECT_EQ(judging_scans("c"), "all");
+}
+
+TEST_F(SameRecordings, ANoteNamesADriveThatJudgesWhatItMade) {
+  const auto notes_of = [](const std::string& yaml) {
+    CompileConfig config = *load_here(yaml);
+    note_known_evaluation(config);
+    return config.notes.empty() ? "" : config.notes.front();
+  };
+  const std::string drives = "mapping: {scans: a}\nlocalization: {scans: c}\n";
+  EXPECT_EQ(notes_of(drives + "evaluation: {scans: d}\n"), "");
+  EXPECT_NE(notes_of(drives + "evaluation: {scans: b}\n").find("recording of mapping,"),
+            std::string::npos);
+  EXPECT_NE(notes_of(drives + "evaluation: {scans: c/}\n").find("recording of localization,"),
+            std::string::npos);
 }
 
 TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) {

@@ -1,0 +1,108 @@
+#include "compiler/config/same_recordings.h"
+
+#include <algorithm>
+#include <map>
+
+#include "formats/annotation/measured_drives.h"
+#include "formats/foreign/recording/same_recording.h"
+
+namespace sightline {
+namespace {
+
+struct NamedDrive {
+  std::string role;
+  RecordingPlace place;
+};
+
+std::vector<NamedDrive> mapping_drives(const CompileConfig& config) {
+  std::vector<NamedDrive> drives;
+  if (!config.mapping.scans.empty()) drives.push_back({"mapping", place_of(config.mapping)});
+  for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
+    drives.push_back({later_mapping_role(i), place_of(config.later_mapping[i])});
+  }
+  return drives;
+}
+
+std::vector<NamedDrive> localization_drives(const CompileConfig& config) {
+  std::vector<NamedDrive> drives;
+  if (config.localization.scans.empty()) return drives;
+  drives.push_back({localization_role(0), place_of(config.localization)});
+  for (std::size_t i = 0; i < config.later_localization.size(); ++i) {
+    drives.push_back({later_localization_role(i), place_of(config.later_localization[i])});
+  }
+  return drives;
+}
+
+Result<void> check_named_once(const std::vector<NamedDrive>& drives,
+                              const std::filesystem::path& file) {
+  std::map<std::string, std::string> role_of;
+  for (const NamedDrive& drive : drives) {
+    const auto [other, is_new] = role_of.try_emplace(drive.place.name(), drive.role);
+    if (is_new) continue;
+    return Error{ErrorCode::kBadValue,
+                 drive.role + ".scans: found the recording of " + other->second +
+                     ", expected another drive: a recording that is listed twice counts twice",
+                 file.string()};
+  }
+  return {};
+}
+
+// The first drive that is the same recording; nullptr: there is none.
+const NamedDrive* same_drive(const std::vector<NamedDrive>& drives, const RecordingPlace& place) {
+  const auto found = std::ranges::find_if(
+      drives, [&](const NamedDrive& drive) { return is_same_recording(drive.place, place); });
+  return found == drives.end() ? nullptr : &*found;
+}
+
+void become_split(CompileConfig& config) {
+  config.localization = {};
+  config.later_localization.clear();
+  config.localization_recordings.clear();
+  config.localization.world = config.annotation.world;
+}
+
+}  // namespace
+
+Result<void> settle_same_recordings(const std::filesystem::path& file, CompileConfig& config) {
+  const std::vector<NamedDrive> mapping = mapping_drives(config);
+  const std::vector<NamedDrive> localization = localization_drives(config);
+  SIGHTLINE_TRY(check_named_once(mapping, file));
+  SIGHTLINE_TRY(check_named_once(localization, file));
+  const auto own = [&](const NamedDrive& drive) { return same_drive(mapping, drive.place); };
+  const auto first = std::ranges::find_if(localization, own);
+  const bool is_other = first == localization.end();
+  if (is_other && config.annotation.split == Split::kEvenOdd && !localization.empty()) {
+    return Error{ErrorCode::kBadValue,
+                 "annotation.split is even-odd and a localization drive is named: choose one",
+                 file.string()};
+  }
+  if (is_other) return {};
+  const std::string found = first->role + ".scans: found the recording of " + own(*first)->role;
+  if (!std::ranges::all_of(localization, own)) {
+    return Error{ErrorCode::kBadValue,
+                 found + ", expected a drive that did not make the map, as the others: remove it",
+                 file.string()};
+  }
+  become_split(config);
+  config.notes.push_back(found +
+                         ": every second scan of the mapping drive makes the map, the others are "
+                         "localized in it, as without localization");
+  return {};
+}
+
+void note_known_evaluation(CompileConfig& config) {
+  const RecordingPlace place = place_of(config.evaluation);
+  const std::vector<NamedDrive> mapping = mapping_drives(config);
+  const std::vector<NamedDrive> localization = localization_drives(config);
+  const bool is_split_drive =
+      config.is_split() && !mapping.empty() && is_same_recording(mapping.front().place, place);
+  if (is_split_drive) return;
+  const NamedDrive* known = same_drive(mapping, place);
+  if (known == nullptr) known = same_drive(localization, place);
+  if (known == nullptr) return;
+  config.notes.push_back("evaluation.scans: found the recording of " + known->role +
+                         ", which the map is made from: the results are better than those of "
+                         "another drive");
+}
+
+}  // namespace sightline
