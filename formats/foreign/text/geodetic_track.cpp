@@ -1,6 +1,7 @@
 #include "formats/foreign/text/geodetic_track.h"
 
 #include <cmath>
+#include <utility>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/files/regular_file.h"
