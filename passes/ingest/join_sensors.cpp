@@ -4,13 +4,14 @@
 #include <tuple>
 #include <utility>
 
+#include "formats/base/units.h"
 #include "formats/drive/scans/joined_scan_store.h"
 #include "formats/foreign/text/pose_file.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::int64_t kLongestGap_ns = 1'000'000'000;
+constexpr std::int64_t kLongestGap_ns = kSecond_ns;
 
 std::vector<std::int64_t> stamps_of_first_sensor(const Drive& drive) {
   std::vector<std::int64_t> stamps_ns;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "formats/base/units.h"
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/ros_messages.h"
@@ -18,7 +19,6 @@ namespace sightline {
 namespace {
 
 // The town's clock begins at 0, which in a bag means that there is no stamp.
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kShift_ns = 100 * kSecond_ns;
 
 Recording mapping_recording() {

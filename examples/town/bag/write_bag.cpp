@@ -10,13 +10,13 @@
 
 #include "examples/town/bag/imu.h"
 #include "formats/base/parallel.h"
+#include "formats/base/units.h"
 
 // MCAP (mcap.dev/spec): records of a letter, a length and their content.
 
 namespace sightline::town {
 namespace {
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kStart_ns = 1'757'000'000 * kSecond_ns;
 
 template <class T>

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "formats/base/units.h"
 #include "formats/foreign/logs/pcap_reader.h"
 #include "formats/foreign/logs/revolutions.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::int64_t kLongestFrame_ns = 1'000'000'000;
+constexpr std::int64_t kLongestFrame_ns = kSecond_ns;
 constexpr std::size_t kMostMissing = 10;  // of a frame's packets, one in so many
 
 // The first and the last time of a frame's columns that were measured.

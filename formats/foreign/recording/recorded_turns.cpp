@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <string>
 
+#include "formats/base/units.h"
 #include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 
 namespace sightline {
 
 Result<void> take_turn_rates(const RecordingOptions& options, Recording& recording) {
-  constexpr std::int64_t kBeyond_ns = 1'000'000'000;
+  constexpr std::int64_t kBeyond_ns = kSecond_ns;
   if (options.imu_topic == kNoImu) return {};
   if (!is_ros_bag(options.scans)) {
     if (options.imu_topic.empty()) return {};

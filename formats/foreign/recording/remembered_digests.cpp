@@ -7,15 +7,16 @@
 #include <string>
 
 #include "formats/base/bytes.h"
+#include "formats/base/units.h"
 
 namespace sightline {
 namespace {
 
 constexpr std::uint32_t kVersion = 1;
-constexpr std::int64_t kSettled_ns = 2'000'000'000;
+constexpr std::int64_t kSettled_ns = 2 * kSecond_ns;
 
 std::int64_t nanoseconds(const timespec& time) {
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+  return std::int64_t{time.tv_sec} * kSecond_ns + time.tv_nsec;
 }
 
 std::int64_t now_ns() {

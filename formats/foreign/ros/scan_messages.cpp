@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "formats/base/units.h"
 #include "formats/foreign/clouds/points/add_point.h"
 #include "formats/foreign/clouds/points/point_cloud_file.h"
 #include "formats/foreign/clouds/points/point_times.h"
@@ -68,7 +69,7 @@ Result<void> check_packet(const VelodynePacket& packet, const FileBytes& file, s
 
 // velodyne_msgs, msg/VelodyneScan.msg and VelodynePacket.msg.
 Result<PointCloudFile> parse_velodyne(const FileBytes& file, MessageEncoding encoding) {
-  constexpr std::int64_t kLongestScan_ns = 2'000'000'000;
+  constexpr std::int64_t kLongestScan_ns = 2 * kSecond_ns;
   constexpr std::size_t kStampSize = 8;
   MessageReader reader(file.bytes, encoding);
   reader.header();

@@ -1,5 +1,7 @@
 #include "formats/foreign/ros/transform_tree.h"
 
+#include "formats/base/units.h"
+
 #include <algorithm>
 #include <optional>
 
@@ -22,7 +24,7 @@ std::string TransformTree::frames() const {
 
 // T_parent_child; a single one holds at all times.
 std::optional<Pose> TransformTree::pose_at(const Edge& edge, std::int64_t stamp_ns) {
-  constexpr std::int64_t kLongestGap_ns = 2'000'000'000;  // localizers correct once a second
+  constexpr std::int64_t kLongestGap_ns = 2 * kSecond_ns;  // localizers correct once a second
   if (!edge.moves()) return edge.poses.begin()->second;
   const auto after = edge.poses.lower_bound(stamp_ns);
   if (after != edge.poses.end() && after->first == stamp_ns) return after->second;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "formats/base/units.h"
 #include "formats/rotation.h"
 
 namespace sightline {
@@ -11,7 +12,7 @@ namespace {
 // is known of the speed, and where matching has failed.
 constexpr double kSearchReach_m = 3.0;
 
-constexpr std::int64_t kShortestJump_ns = 1'000'000'000;
+constexpr std::int64_t kShortestJump_ns = kSecond_ns;
 // Even motion is carried on through so many times the step that it was seen on.
 constexpr double kMostSteps = 10.0;
 constexpr double kNewShare = 0.1;

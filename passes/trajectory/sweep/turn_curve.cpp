@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/base/units.h"
+
 namespace sightline {
 namespace {
 
 // Half of a scan: what measures less often tells nothing of the turning within one.
 constexpr std::int64_t kLongestStep_ns = 50'000'000;
-constexpr double kSecond_ns = 1e9;
 
 double share_of(std::int64_t time_ns, std::int64_t from_ns, std::int64_t to_ns) {
   return static_cast<double>(time_ns - from_ns) / static_cast<double>(to_ns - from_ns);
@@ -23,7 +24,8 @@ Eigen::Vector3d rate_between(const TurnRate& before, const TurnRate& after, std:
 Eigen::Matrix3d turned(const Eigen::Vector3d& first_radps, const Eigen::Vector3d& last_radps,
                        std::int64_t duration_ns) {
   const Eigen::Vector3d turn_rad =
-      0.5 * (first_radps + last_radps) * (static_cast<double>(duration_ns) / kSecond_ns);
+      0.5 * (first_radps + last_radps) *
+      (static_cast<double>(duration_ns) / static_cast<double>(kSecond_ns));
   const double angle_rad = turn_rad.norm();
   if (angle_rad == 0.0) return Eigen::Matrix3d::Identity();
   return rotation_matrix({turn_rad / angle_rad, angle_rad});

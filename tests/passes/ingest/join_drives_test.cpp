@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "formats/base/random.h"
+#include "formats/base/units.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kMonday_ns = 1'700'000'000 * kSecond_ns;
 constexpr std::int64_t kDay_ns = 86'400 * kSecond_ns;
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "formats/base/check.h"
+#include "formats/base/units.h"
 #include "formats/rotation.h"
 
 namespace sightline::lane {
@@ -40,7 +41,6 @@ Sites sites_along(const Lane& lane, double length_m, double spacing_m) {
 
 std::vector<TrueRay> true_rays(const Lane& lane, const Caster& caster, const Sites& sites,
                                const DepthImages& images) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   std::vector<TrueRay> rays;
   rays.reserve(images.distance_m.size());
   for (const Site& site : sites.sites) {

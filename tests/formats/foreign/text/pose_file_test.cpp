@@ -2,6 +2,7 @@
 #include "formats/foreign/text/time_unit.h"
 
 #include "formats/base/random.h"
+#include "formats/base/units.h"
 #include "tests/formats/foreign/foreign_files.h"
 
 namespace sightline {
@@ -93,7 +94,6 @@ TEST(PoseFile, TimesKeepEveryNanosecond) {
 }
 
 TEST(PoseFile, TimesThatFitNoDriveAsSecondsAreOfAFinerUnit) {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
   const auto unit_of = [](std::int64_t step_ns) {
     std::vector<std::int64_t> stamps_ns = {0, step_ns, 2 * step_ns, 5 * step_ns};
     const std::string unit = take_finer_unit(stamps_ns);

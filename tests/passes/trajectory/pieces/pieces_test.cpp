@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "formats/base/units.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "tests/support/box_world.h"
 
@@ -13,7 +14,6 @@ namespace sightline {
 namespace {
 
 constexpr double kAzimuthStep_deg = 0.5;
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 std::vector<Pose> along_street(double from_m, int count, double step_m = 1.0) {
   std::vector<Pose> poses;
