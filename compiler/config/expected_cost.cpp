@@ -11,6 +11,7 @@
 #include "compiler/pipeline/schedule.h"
 #include "formats/drive/scans/scan_memory.h"
 #include "formats/foreign/recording/recording.h"
+#include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 #include "passes/map/places/field_limits.h"
 
@@ -152,24 +153,17 @@ double free_disk_mib(std::filesystem::path folder) {
 std::string about(double value) {
   if (!(value >= 1.0)) return "1";
   const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(value)) - 1.0));
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f", std::round(value / unit) * unit);
-  return text;
+  return fixed(std::round(value / unit) * unit, 0);
 }
 
 std::string mib_text(double mib) {
-  char text[32];
-  if (mib < 1024.0) return about(mib) + " MiB";
-  std::snprintf(text, sizeof text, "%.1f GiB", mib / 1024.0);
-  return text;
+  return mib < 1024.0 ? about(mib) + " MiB" : fixed(mib / 1024.0, 1) + " GiB";
 }
 
 std::string time_text(double seconds) {
   if (seconds < 90.0) return about(seconds) + " s";
   if (seconds < 5400.0) return about(seconds / 60.0) + " min";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f h", seconds / 3600.0);
-  return text;
+  return fixed(seconds / 3600.0, 1) + " h";
 }
 
 // "  memory  about 560 MiB; 12.0 GiB are free"

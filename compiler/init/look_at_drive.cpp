@@ -11,6 +11,7 @@
 #include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
+#include "formats/text/numbers.h"
 #include "formats/text/table.h"
 #include "passes/ingest/beam_fit.h"
 #include "passes/ingest/guess_sensor.h"
@@ -19,10 +20,6 @@ namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string percent(double share) {
-  return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %";
-}
 
 std::string rounded(double value, double step) {
   return format_double(std::round(value / step) * step);
@@ -105,7 +102,8 @@ std::string objection(const Candidate& candidate) {
   if (is_mounted && overlap.yaw_deg != 0.0) return "scans fit only when they are turned further";
   if (!overlap.is_z_up) return "its poses do not move level with z up, like a camera's";
   if (overlap.pairs > 0 && overlap.share < kLeast) {
-    return "it lays only " + percent(overlap.share) + " of upright returns on those of other scans";
+    return "it lays only " + whole_percent(overlap.share) +
+           " of upright returns on those of other scans";
   }
   return "";
 }
@@ -192,8 +190,8 @@ void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& 
   const PoseOverlap& overlap = chosen.overlap;
   std::string reason = "fits the scans in number and time";
   if (overlap.pairs > 0) {
-    reason +=
-        " and lays " + percent(overlap.share) + " of upright returns on those of scans 2 m away";
+    reason += " and lays " + whole_percent(overlap.share) +
+              " of upright returns on those of scans 2 m away";
   }
   if (!remarks.empty()) reason += ". Not taken: " + remarks;
   drive.keys.push_back({"poses", chosen.source.file, reason});

@@ -10,6 +10,7 @@ set(rows
   "Embree|Apache-2.0|@"
   "FLANN|BSD-2-Clause|flann"
   "FlatBuffers|Apache-2.0|flatbuffers"
+  "fmt|MIT|fmt"
   "GeographicLib|MIT|geographiclib"
   "libpng|libpng-2.0|libpng"
   "libsodium|ISC|libsodium"

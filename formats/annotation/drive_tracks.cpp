@@ -5,6 +5,7 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/statistics.h"
+#include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
 namespace sightline {

@@ -2,13 +2,11 @@
 #include <cmath>
 
 #include "formats/evaluation/evaluation.h"
+#include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
 namespace sightline {
 namespace {
-
-std::string centimetres(double length_m) { return fixed(100.0 * length_m, 1); }
-std::string percent(double share) { return fixed(100.0 * share, 1); }
 
 std::string table_one(const Evaluation& evaluation) {
   TextGrid grid = {{"range (m)"},           {"error (cm)"},         {"time, mean (ms)"},
@@ -18,7 +16,7 @@ std::string table_one(const Evaluation& evaluation) {
   for (const StaticScore& score : evaluation.statics) {
     const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
     const std::string column[] = {fixed(score.range_m, 0),
-                                  centimetres(score.mean_error_m),
+                                  in_centimetres(score.mean_error_m),
                                   fixed(score.mean_time_ms, 1),
                                   fixed(score.max_site_time_ms, 1),
                                   fixed(score.max_run_time_ms, 1),
@@ -39,7 +37,7 @@ std::string table_two(const Evaluation& evaluation) {
                                   fixed(score.max_site_time_ms, 1),
                                   fixed(score.max_run_time_ms, 1),
                                   fixed(score.mean_range_m, 1),
-                                  centimetres(score.mean_error_m)};
+                                  in_centimetres(score.mean_error_m)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   };
   append(std::string("static ") + fixed(evaluation.statics.back().range_m, 0) + " m",
@@ -77,11 +75,11 @@ std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
                     "work ratio", "unmet %", "worst stretch %", "its sites, map x, y (m)"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
-    grid.push_back({std::string(rule_name(score.rule)), percent(score.coverage),
-                    centimetres(score.mean_error_m), centimetres(score.p95_error_m),
+    grid.push_back({std::string(rule_name(score.rule)), in_percent(score.coverage),
+                    in_centimetres(score.mean_error_m), in_centimetres(score.p95_error_m),
                     fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
-                    fixed(score.work_ratio, 3), percent(score.unmet_share),
-                    percent(score.worst_coverage), worst_place(evaluation, score)});
+                    fixed(score.work_ratio, 3), in_percent(score.unmet_share),
+                    in_percent(score.worst_coverage), worst_place(evaluation, score)});
   }
   return heading(evaluation, "Rules", limit) + " (ratios to the static longest range; worst " +
          fixed(evaluation.stretch_m, 0) + " m of route)\n" + aligned(grid);
@@ -89,8 +87,8 @@ std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
 
 // "93.1 (12.4 m, 6.0 cm)"
 std::string street_cell(const StreetScore& score) {
-  return percent(score.coverage) + " (" + fixed(score.mean_range_m, 1) + " m, " +
-         centimetres(score.mean_error_m) + " cm)";
+  return in_percent(score.coverage) + " (" + fixed(score.mean_range_m, 1) + " m, " +
+         in_centimetres(score.mean_error_m) + " cm)";
 }
 
 std::string streets_at(const Evaluation& evaluation, std::size_t limit) {
@@ -102,7 +100,7 @@ std::string streets_at(const Evaluation& evaluation, std::size_t limit) {
     if (score.limit_m != evaluation.limits_m[limit]) continue;
     if (score.rule == Rule::kMap) {
       grid[0].emplace_back(street_type_name(score.street));
-      grid[1].push_back(percent(score.site_share));
+      grid[1].push_back(in_percent(score.site_share));
     }
     grid[2 + static_cast<std::size_t>(score.rule)].push_back(street_cell(score));
   }
@@ -114,8 +112,8 @@ std::string reliability_at(const Evaluation& evaluation, std::size_t limit) {
   TextGrid grid = {{"promised %"}, {"observed %"}, {"pairs"}};
   for (const ReliabilityBin& bin : evaluation.reliability) {
     if (bin.limit_m != evaluation.limits_m[limit]) continue;
-    grid[0].push_back(percent(bin.promised));
-    grid[1].push_back(percent(bin.observed));
+    grid[0].push_back(in_percent(bin.promised));
+    grid[1].push_back(in_percent(bin.observed));
     grid[2].push_back(std::to_string(bin.count));
   }
   return heading(evaluation, "Calibration: P(error <= limit) over pairs of site and range", limit) +

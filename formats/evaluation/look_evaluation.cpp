@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
 namespace sightline {
@@ -11,13 +12,11 @@ namespace {
 bool is_share(double value) { return value >= 0.0 && value <= 1.0; }
 bool is_amount(double value) { return std::isfinite(value) && value >= 0.0; }
 
-std::string percent(double share) { return fixed(100.0 * share, 1); }
-
 std::string limit_text(double limit_m) { return fixed(100.0 * limit_m, 0) + " cm"; }
 
 // What stands beside the map's look, in words: no rule is called cheap that is dearer.
 std::string compared(const LookRuleScore& map, const LookRuleScore& other) {
-  const std::string at = fixed(other.time_ratio, 3) + " at " + percent(other.coverage) + " %";
+  const std::string at = fixed(other.time_ratio, 3) + " at " + percent(other.coverage);
   constexpr double kRounding = 1e-9;
   if (other.coverage < map.coverage - kRounding) return at + " (reaches no more)";
   const double saved = other.time_ratio > 0.0 ? 1.0 - map.time_ratio / other.time_ratio : 0.0;
@@ -34,7 +33,7 @@ std::string sentence(const LookEvaluation& evaluation, std::size_t limit) {
   const LookRuleScore& map = evaluation.score(limit, LookRule::kMap);
   return "Within " + limit_text(map.limit_m) + ": the map's look takes " +
          fixed(map.time_ratio, 3) + " of the time at " + percent(map.coverage) +
-         " %; the best static look with the map's normals " +
+         "; the best static look with the map's normals " +
          compared(map, evaluation.score(limit, LookRule::kSameEverywhere)) +
          (evaluation.has_baselines
               ? ", without a map " +
@@ -52,7 +51,7 @@ std::string rules_text(const LookEvaluation& evaluation) {
   for (const LookRuleScore& score : evaluation.rules) {
     if (!is_told(evaluation, score)) continue;
     grid.push_back({limit_text(score.limit_m), std::string(look_rule_name(score.rule)),
-                    percent(score.coverage), fixed(score.time_ratio, 3),
+                    in_percent(score.coverage), fixed(score.time_ratio, 3),
                     fixed(score.work_ratio, 3)});
   }
   return aligned(grid);
@@ -67,7 +66,7 @@ std::string statics_text(const LookEvaluation& evaluation) {
   for (const StaticLook& look : evaluation.statics) {
     std::vector<std::string>& row = grid.emplace_back();
     row.push_back(to_text(look.look));
-    for (const double coverage : look.coverage) row.push_back(percent(coverage));
+    for (const double coverage : look.coverage) row.push_back(in_percent(coverage));
     row.push_back(fixed(100.0 * look.mean_error_m, 1));
     row.push_back(fixed(look.time_ratio, 3));
     row.push_back(fixed(look.work_ratio, 3));

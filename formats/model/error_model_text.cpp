@@ -2,6 +2,7 @@
 #include <functional>
 
 #include "formats/model/error_model.h"
+#include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
 namespace sightline {

@@ -1,7 +1,6 @@
 #include "formats/text/text_grid.h"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace sightline {
 
@@ -20,12 +19,6 @@ std::string aligned(const TextGrid& grid, FirstColumn first) {
     }
     text += "\n";
   }
-  return text;
-}
-
-std::string fixed(double value, int decimals) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
   return text;
 }
 

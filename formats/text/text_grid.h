@@ -15,6 +15,4 @@ enum class FirstColumn { kLeft, kRight };
 // a row.
 std::string aligned(const TextGrid& grid, FirstColumn first = FirstColumn::kLeft);
 
-std::string fixed(double value, int decimals);
-
 }  // namespace sightline

@@ -1,12 +1,11 @@
 #include "passes/ingest/beam_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
@@ -47,10 +46,7 @@ BeamSpan span_of(const std::vector<double>& elevations) {
 }
 
 std::string to_text(const BeamSpan& span) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.1f to %.1f degrees", span.lowest_deg,
-                span.highest_deg);
-  return text.data();
+  return fixed(span.lowest_deg, 1) + " to " + fixed(span.highest_deg, 1) + " degrees";
 }
 
 double azimuth_view_deg(std::span<const PointCloudFile> scans) {

@@ -8,6 +8,7 @@
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/text/numbers.h"
 #include "formats/text/table.h"
 #include "passes/ingest/beam_fit.h"
 #include "passes/ingest/guess_sensor.h"
@@ -33,10 +34,6 @@ constexpr double kIdle_deg = 5.0;  // so far beams go on beyond the returns
 // Half the speed of rotation makes twice as many, second returns some more.
 constexpr double kMostReturnsPerRay = 2.5;
 constexpr double kBeyondRange = 0.05;
-
-std::string percent(double share) {
-  return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %";
-}
 
 double share_between(const std::vector<double>& elevations, double low_deg, double high_deg) {
   const auto low = std::ranges::lower_bound(elevations, low_deg);
@@ -145,10 +142,10 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
                           const SensorGuess& guess) {
   const double outside = share_outside(
       elevations, {sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()});
-  if (outside >= kOutside) return percent(outside) + " of the returns lie outside these";
+  if (outside >= kOutside) return whole_percent(outside) + " of the returns lie outside these";
   const double out_of_view = share_out_of_view(scans, sensor);
   if (out_of_view >= kOutside) {
-    return percent(out_of_view) + " of the returns lie outside its azimuth view of " +
+    return whole_percent(out_of_view) + " of the returns lie outside its azimuth view of " +
            format_double(sensor.azimuth_view_deg) + " degrees";
   }
   if (is_view_half_empty(sensor, guess)) {
@@ -168,7 +165,7 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
   }
   const double beyond = share_beyond_range(scans, sensor);
   if (beyond < kBeyondRange) return "";
-  return percent(beyond) + " of the returns lie beyond its range of " +
+  return whole_percent(beyond) + " of the returns lie beyond its range of " +
          format_double(sensor.max_range_m) + " m and are left out of the map";
 }
 

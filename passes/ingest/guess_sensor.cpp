@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/drive/sensor_profile.h"
+#include "formats/text/numbers.h"
 #include "formats/text/table.h"
 #include "passes/ingest/beam_fit.h"
 
@@ -13,10 +14,6 @@ namespace {
 
 // Nearer than this a sensor sees its vehicle.
 constexpr double kNearest_m = 3.0;
-
-std::string percent(double share) {
-  return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %";
-}
 
 // Where beams are told apart: the real sensor of that name before an example's of equal beams.
 bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) {
@@ -30,8 +27,8 @@ bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) 
     guess.profile = name;
   }
   if (guess.profile.empty()) return false;
-  guess.reason = percent(best.hit) + " of its beams are hit, and returns lie " + percent(best.off) +
-                 " of a gap beside a beam (25 % by chance)";
+  guess.reason = whole_percent(best.hit) + " of its beams are hit, and returns lie " +
+                 whole_percent(best.off) + " of a gap beside a beam (25 % by chance)";
   return true;
 }
 

@@ -1,8 +1,9 @@
 #include "passes/ingest/ingest_map.h"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
+
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
@@ -34,22 +35,16 @@ Result<double> points_per_m2(PassContext& ctx, const SurfacePoints& points) {
   return static_cast<double>(points.standing_count) / surface_m2;
 }
 
-std::string with_digit(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", value);
-  return text;
-}
-
 // Nothing of a map that is dense enough for all that is made of it.
 void warn_of_density(const PassContext& ctx, const PointMap& map, double density) {
   if (density >= kDenseForSurface) return;
   const bool is_too_thin = density < kDenseForNds;
-  ctx.warn("map " + map.name + " has " + with_digit(density) +
+  ctx.warn("map " + map.name + " has " + fixed(density, 1) +
            " points on a square metre of surface: " +
            (is_too_thin ? "most cells of 2 m hold fewer than the 10 points that an ND needs (" +
-                              with_digit(kDenseForNds) + "), and are lost; "
+                              fixed(kDenseForNds, 1) + "), and are lost; "
                         : "") +
-           "below " + with_digit(kDenseForSurface) +
+           "below " + fixed(kDenseForSurface, 1) +
            " the surface that is simulated has gaps, and looks through them find less than there "
            "is; a finer export of the map costs nothing else");
 }

@@ -1,9 +1,9 @@
 #include "passes/ingest/pose_reading.h"
 
+#include <fmt/format.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -84,15 +84,12 @@ bool is_far_better(const Evidence& other, const Evidence& read) {
 }
 
 std::string warning_of(const Drive& drive, const Evidence& read, const Evidence& other) {
-  char text[320];
-  std::snprintf(
-      text, sizeof text,
-      "drive %s: the scans contradict the quaternions of its poses as x y z w (%.0f %% of "
-      "upright returns fall on other scans', %.0f %% of the poses stand upright); they are "
-      "read as w x y z (%.0f %% and %.0f %%)",
-      drive.name.c_str(), 100.0 * read.overlap, 100.0 * read.upright_share, 100.0 * other.overlap,
+  return fmt::format(
+      "drive {}: the scans contradict the quaternions of its poses as x y z w ({:.0f} % of "
+      "upright returns fall on other scans', {:.0f} % of the poses stand upright); they are "
+      "read as w x y z ({:.0f} % and {:.0f} %)",
+      drive.name, 100.0 * read.overlap, 100.0 * read.upright_share, 100.0 * other.overlap,
       100.0 * other.upright_share);
-  return text;
 }
 
 }  // namespace

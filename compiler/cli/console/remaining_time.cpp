@@ -1,8 +1,9 @@
 #include "compiler/cli/console/remaining_time.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace sightline {
 
@@ -28,13 +29,8 @@ double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
 
 std::string clock_text(double seconds) {
   const int whole = static_cast<int>(std::lround(seconds));
-  char text[32];
-  if (whole < 3600) {
-    std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
-  } else {
-    std::snprintf(text, sizeof text, "%d:%02d:%02d", whole / 3600, whole / 60 % 60, whole % 60);
-  }
-  return text;
+  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 }  // namespace sightline

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "formats/text/text_grid.h"
+#include "formats/text/numbers.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {
@@ -45,7 +46,7 @@ bool is_within(double value, Bound bound, double allowed) {
 }
 
 std::string told(double value, std::string_view unit) {
-  if (unit == "share") return fixed(100.0 * value, 1) + " %";
+  if (unit == "share") return percent(value);
   if (unit == "of the longest") return fixed(value, 3) + " of the longest";
   if (unit == "of the limit") return fixed(value, 2) + " of the limit";
   if (unit == "m") return fixed(value, value < 1.0 && value > -1.0 ? 3 : 1) + " m";
@@ -55,6 +56,8 @@ std::string told(double value, std::string_view unit) {
   if (unit.empty()) return fixed(value, 2);
   return fixed(value, 0) + " " + std::string(unit);
 }
+
+std::string within(double limit_m) { return " within " + format_double(limit_m) + " m"; }
 
 std::span<const GateRule> gate_rules() {
   static const std::vector<GateRule> kAll = join();

@@ -74,6 +74,8 @@ bool is_within(double value, Bound bound, double allowed);
 // "74.2 %" of a share, "41.2 m", "0.031 nat".
 std::string told(double value, std::string_view unit);
 
+std::string within(double limit_m);  // " within 0.1 m"
+
 // The rules by what they need; gate_rules() joins them.
 std::span<const GateRule> rules_of_map();
 std::span<const GateRule> rules_of_poses();

@@ -9,8 +9,6 @@
 namespace sightline {
 namespace {
 
-std::string within(double limit_m) { return " within " + format_double(limit_m) + " m"; }
-
 // One finding for each limit of the map, of the number that `value` gives for its index.
 template <class Value>
 std::vector<Found> each_limit(const CompiledMap& map, const std::string& what,

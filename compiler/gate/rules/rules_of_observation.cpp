@@ -6,8 +6,6 @@
 namespace sightline {
 namespace {
 
-std::string within(double limit_m) { return " within " + format_double(limit_m) + " m"; }
-
 const LimitPromise* promise_of(const CompiledMap& map, double limit_m) {
   const auto found = std::ranges::find(map.ranges.promises, limit_m, &LimitPromise::limit_m);
   return found == map.ranges.promises.end() ? nullptr : &*found;

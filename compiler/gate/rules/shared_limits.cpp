@@ -16,6 +16,4 @@ std::vector<SharedLimit> shared_limits(const GateInput& input) {
   return shared;
 }
 
-std::string within(double limit_m) { return " within " + format_double(limit_m) + " m"; }
-
 }  // namespace sightline

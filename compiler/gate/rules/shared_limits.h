@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "compiler/gate/rules/rules.h"
@@ -18,7 +17,5 @@ struct SharedLimit {
 };
 
 std::vector<SharedLimit> shared_limits(const GateInput& input);
-
-std::string within(double limit_m);  // " within 0.1 m"
 
 }  // namespace sightline

@@ -1,7 +1,8 @@
 #include "compiler/gate/rules/stretches.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 namespace sightline {
 namespace {
@@ -75,13 +76,11 @@ RouteStretch stretch_between(const Sites& sites, std::size_t first, std::size_t 
 
 std::string told(const RouteStretch& stretch) {
   const Eigen::Vector3d& p_m = stretch.middle_world_m;
-  char text[240];
-  std::snprintf(
-      text, sizeof text,
-      "%ssites %u to %u (run %u, %.0f to %.0f m, around (%.1f, %.1f, %.1f) m in the world)",
+  return fmt::format(
+      "{}sites {} to {} (run {}, {:.0f} to {:.0f} m, around ({:.1f}, {:.1f}, {:.1f}) m in the "
+      "world)",
       stretch.is_of_old ? "the old map's " : "", stretch.first_site, stretch.last_site, stretch.run,
       stretch.first_s_m, stretch.last_s_m, p_m.x(), p_m.y(), p_m.z());
-  return text;
 }
 
 std::vector<BadStretch> bad_stretches(const Sites& sites, const std::vector<double>& value,

@@ -9,6 +9,7 @@
 #include "compiler/views/exports/export_frame.h"
 #include "compiler/views/exports/lane_answers.h"
 #include "formats/foreign/lanes/osm_text.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
@@ -40,12 +41,6 @@ OsmTags tags_of(const LaneAnswers& answers, const MapInfo& info) {
   tags.emplace_back("observation_known", rounded(answers.known_share));
   tags.emplace_back("observation_localizer", info.localizer);
   return tags;
-}
-
-std::string fixed(double value, int decimals) {
-  char text[64];
-  const int size = std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return {text, static_cast<std::size_t>(size)};
 }
 
 // Cuts stretches out of lanelets.

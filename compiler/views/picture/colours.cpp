@@ -1,9 +1,10 @@
 #include "compiler/views/picture/colours.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace sightline {
 namespace {
@@ -44,9 +45,7 @@ Colour range_colour_on_paper(std::size_t index, std::size_t count) {
 }
 
 std::string colour_name(const Colour& colour) {
-  std::array<char, 8> text{};
-  std::snprintf(text.data(), text.size(), "#%02x%02x%02x", colour.red, colour.green, colour.blue);
-  return text.data();
+  return fmt::format("#{:02x}{:02x}{:02x}", colour.red, colour.green, colour.blue);
 }
 
 }  // namespace sightline

@@ -1,8 +1,9 @@
 #include "compiler/views/picture/ndt_picture.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <vector>
 
@@ -48,13 +49,6 @@ std::vector<Shape> shapes_in(const NdtMap& map, const MapBox& box) {
     return a_lies != b_lies ? a_lies : a.height_m < b.height_m;
   });
   return shapes;
-}
-
-template <class... T>
-std::string formatted(const char* format, T... values) {
-  char line[256];
-  std::snprintf(line, sizeof line, format, values...);
-  return line;
 }
 
 // Map coordinates to pixels.
@@ -126,24 +120,25 @@ MapBox box_around(const NdtMap& map) {
 
 std::string ndt_picture_svg(const NdtMap& map, const Sites& sites, const MapBox& box) {
   // y grows downwards in SVG: everything is drawn at -y.
-  std::string text = formatted(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"%.3f %.3f %.3f %.3f\">\n"
-      "<rect x=\"%.3f\" y=\"%.3f\" width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
+  std::string text = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{:.3f} {:.3f} {:.3f} {:.3f}\">\n<rect "
+      "x=\"{:.3f}\" y=\"{:.3f}\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
       box.low_x_m, -box.high_y_m, box.high_x_m - box.low_x_m, box.high_y_m - box.low_y_m,
       box.low_x_m, -box.high_y_m);
   for (const Shape& shape : shapes_in(map, box)) {
     const NdEllipse& ellipse = shape.ellipse;
     const double turn_deg =
         -std::atan2(ellipse.long_axis.y(), ellipse.long_axis.x()) * 180.0 / std::numbers::pi;
-    text += formatted("<ellipse transform=\"translate(%.3f %.3f) rotate(%.2f)\" ",
-                      ellipse.centre_m.x(), -ellipse.centre_m.y(), turn_deg) +
-            formatted("rx=\"%.3f\" ry=\"%.3f\" fill=\"%s\"/>\n", ellipse.long_radius_m,
-                      ellipse.short_radius_m, colour_name(shape.colour).c_str());
+    text += fmt::format(
+        "<ellipse transform=\"translate({:.3f} {:.3f}) rotate({:.2f})\" rx=\"{:.3f}\" "
+        "ry=\"{:.3f}\" fill=\"{}\"/>\n",
+        ellipse.centre_m.x(), -ellipse.centre_m.y(), turn_deg, ellipse.long_radius_m,
+        ellipse.short_radius_m, colour_name(shape.colour));
   }
   for (const Site& site : sites.sites) {
     if (!box.contains(site.p_map_m)) continue;
-    text += formatted("<circle cx=\"%.3f\" cy=\"%.3f\" r=\"%.2f\"/>\n", site.p_map_m.x(),
-                      -site.p_map_m.y(), kSiteRadius_m);
+    text += fmt::format("<circle cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"{:.2f}\"/>\n", site.p_map_m.x(),
+                        -site.p_map_m.y(), kSiteRadius_m);
   }
   return text + "</svg>\n";
 }

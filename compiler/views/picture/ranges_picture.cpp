@@ -1,8 +1,9 @@
 #include "compiler/views/picture/ranges_picture.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <map>
 #include <utility>
 #include <vector>
@@ -10,7 +11,7 @@
 #include "compiler/views/picture/colours.h"
 #include "compiler/views/picture/nd_ellipse.h"
 #include "compiler/views/picture/route_svg.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
@@ -54,11 +55,13 @@ std::string nd_path(const NdtMap& map, const MapBox& box) {
     const NdEllipse ellipse = ellipse_from_above(*nd);
     const Eigen::Vector2d along_m = 2.0 * ellipse.long_radius_m * ellipse.long_axis;
     const Eigen::Vector2d begin_m = ellipse.centre_m - 0.5 * along_m;
-    path += "M" + fixed(begin_m.x(), 1) + " " + fixed(-begin_m.y(), 1) + "l" +
-            fixed(along_m.x(), 1) + " " + fixed(-along_m.y(), 1);
+    path += fmt::format("M{:.1f} {:.1f}l{:.1f} {:.1f}", begin_m.x(), -begin_m.y(), along_m.x(),
+                        -along_m.y());
   }
-  return "<path d=\"" + path + "\" fill=\"none\" stroke=\"#a4a9b0\" stroke-linecap=\"round\" " +
-         "stroke-width=\"" + fixed(kNdWidth_m, 1) + "\"/>\n";
+  return fmt::format(
+      "<path d=\"{}\" fill=\"none\" stroke=\"#a4a9b0\" stroke-linecap=\"round\" "
+      "stroke-width=\"{:.1f}\"/>\n",
+      path, kNdWidth_m);
 }
 
 // The ranges that the route takes at the limit, as indices into ranges_m. Colours are spread over
@@ -87,8 +90,7 @@ bool is_unmet(const RangeTable& ranges, std::size_t site) {
 }
 
 std::string dot(double x_m, double y_m, double radius_m) {
-  return "<circle cx=\"" + fixed(x_m, 2) + "\" cy=\"" + fixed(y_m, 2) + "\" r=\"" +
-         fixed(radius_m, 2) + "\"/>\n";
+  return fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\"/>\n", x_m, y_m, radius_m);
 }
 
 std::string unmet_dots(const Sites& sites, const RangeTable& ranges, double radius_m) {
@@ -101,14 +103,10 @@ std::string unmet_dots(const Sites& sites, const RangeTable& ranges, double radi
 }
 
 std::string text_at(double x_m, double y_m, const std::string& text) {
-  return "<text x=\"" + fixed(x_m, 2) + "\" y=\"" + fixed(y_m, 2) + "\">" + text + "</text>\n";
+  return fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\">{}</text>\n", x_m, y_m, text);
 }
 
-std::string limit_name(double limit_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g cm", 100.0 * limit_m);
-  return text;
-}
+std::string limit_name(double limit_m) { return fmt::format("{:g} cm", 100.0 * limit_m); }
 
 // Two lines below the map: what the colours mean, then a swatch for each range.
 std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& scale,
@@ -116,15 +114,15 @@ std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& sca
   const double font_m = sizes_of(box).font_m;
   double x_m = box.low_x_m + 1.5 * font_m;
   double y_m = -box.low_y_m + 1.3 * font_m;
-  std::string svg = "<g font-size=\"" + fixed(font_m, 2) + "\" fill=\"#222\">\n";
+  std::string svg = fmt::format("<g font-size=\"{:.2f}\" fill=\"#222\">\n", font_m);
   svg += text_at(x_m, y_m,
                  "How far to look for a localization error within " +
                      limit_name(ranges.promises[kLimit].limit_m) + ", in m");
   y_m += 1.6 * font_m;
   for (std::size_t i = scale.first; i <= scale.last; ++i) {
-    svg += "<rect x=\"" + fixed(x_m, 2) + "\" y=\"" + fixed(y_m - 0.75 * font_m, 2) +
-           "\" width=\"" + fixed(1.6 * font_m, 2) + "\" height=\"" + fixed(0.8 * font_m, 2) +
-           "\" fill=\"" + scale.colour(i) + "\"/>\n" +
+    svg += fmt::format(
+               "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/>\n",
+               x_m, y_m - 0.75 * font_m, 1.6 * font_m, 0.8 * font_m, scale.colour(i)) +
            text_at(x_m + 1.9 * font_m, y_m, fixed(ranges.looks[i].range_m, 0));
     x_m += 3.7 * font_m;
   }
@@ -144,16 +142,16 @@ std::string ranges_picture_svg(const NdtMap& map, const Sites& sites, const Rang
   const Sizes sizes = sizes_of(box);
   const double width_m = box.high_x_m - box.low_x_m;
   const double height_m = box.high_y_m - box.low_y_m + sizes.legend_m;
-  const std::string view = fixed(box.low_x_m, 2) + " " + fixed(-box.high_y_m, 2) + " " +
-                           fixed(width_m, 2) + " " + fixed(height_m, 2);
   bool has_unmet = false;
   for (std::size_t i = 0; i < sites.sites.size(); ++i) has_unmet |= is_unmet(ranges, i);
   const Scale scale = scale_of(ranges);
   const auto colour_of = [&](std::size_t range) { return scale.colour(range); };
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" + view + "\" width=\"" +
-         fixed(kWidth_px, 0) + "\" height=\"" + fixed(kWidth_px * height_m / width_m, 0) +
-         "\" font-family=\"sans-serif\">\n<rect x=\"" + fixed(box.low_x_m, 2) + "\" y=\"" +
-         fixed(-box.high_y_m, 2) + "\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
+  return fmt::format(
+             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{0:.2f} {1:.2f} {2:.2f} "
+             "{3:.2f}\" width=\"{4:.0f}\" height=\"{5:.0f}\" font-family=\"sans-serif\">\n<rect "
+             "x=\"{0:.2f}\" y=\"{1:.2f}\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+             box.low_x_m, -box.high_y_m, width_m, height_m, kWidth_px,
+             kWidth_px * height_m / width_m) +
          nd_path(map, box) + route_svg(sites, ranges, kLimit, sizes.route_m, colour_of) +
          unmet_dots(sites, ranges, 0.25 * sizes.route_m) + scale_bar_svg(box, "#222") +
          legend(ranges, box, scale, has_unmet) + "</svg>\n";

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "formats/text/text_grid.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {

@@ -1,32 +1,24 @@
 #include "compiler/views/text/describe.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <numbers>
 
 #include "compiler/views/text/describe_drives.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
-
-// Like printf, for the few numbers that people read here.
-template <class... T>
-std::string formatted(const char* format, T... values) {
-  std::array<char, 160> line{};
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
-
-std::string percent(double share) { return formatted("%.1f %%", 100.0 * share); }
 
 std::string percent_of(std::size_t part, std::size_t whole) {
   return percent(whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole));
 }
 
 std::string field(const char* name, const std::string& value) {
-  return formatted("  %-22s ", name) + value + "\n";
+  return fmt::format("  {:22} {}\n", name, value);
 }
 
 double route_m(const Sites& sites) {
@@ -55,19 +47,17 @@ std::string describe_map(const CompiledMap& map) {
   return "map " + map.map_id + "\n" +
          field("version", map.version + ", release " + std::to_string(map.release)) +
          field("written by", map.writer) +
-         field("frame", formatted("world minus (%.15g, %.15g, %.15g) m", origin_m.x(), origin_m.y(),
-                                  origin_m.z())) +
+         field("frame", fmt::format("world minus ({:.15g}, {:.15g}, {:.15g}) m", origin_m.x(),
+                                    origin_m.y(), origin_m.z())) +
          field("world",
                map.world == kLocalWorld ? "local: the recording's own coordinates" : map.world) +
-         field("NDs", formatted("%zu of %g m, from %llu points; %llu cells too sparse, %llu flat",
-                                map.ndt.nds.size(), map.ndt.cell_m,
-                                static_cast<unsigned long long>(map.ndt.point_count),
-                                static_cast<unsigned long long>(map.ndt.sparse_cell_count),
-                                static_cast<unsigned long long>(map.ndt.degenerate_cell_count))) +
+         field("NDs", fmt::format("{} of {:g} m, from {} points; {} cells too sparse, {} flat",
+                                  map.ndt.nds.size(), map.ndt.cell_m, map.ndt.point_count,
+                                  map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count)) +
          field("sites",
-               formatted("%zu, every %g m, in %zu runs of %.0f m together", map.sites.sites.size(),
-                         map.sites.spacing_m, runs, route_m(map.sites))) +
-         field("reach", formatted("%g m around a site", map.reach_m)) + describe_simulated(map);
+               fmt::format("{}, every {:g} m, in {} runs of {:.0f} m together",
+                           map.sites.sites.size(), map.sites.spacing_m, runs, route_m(map.sites))) +
+         field("reach", fmt::format("{:g} m around a site", map.reach_m)) + describe_simulated(map);
 }
 
 // Whom the map's probabilities are for, and who was measured where that is another.
@@ -91,17 +81,18 @@ std::string describe_pieces(const TrajectoryQuality& trajectory) {
   }
   for (std::size_t i = 0; count > 1 && i < count; ++i) {
     const TrajectoryPiece& piece = trajectory.pieces[i];
-    text += field("", formatted("%zu: from scan %u at %.3f s, %u scans, %.1f m of way from "
-                                "(%.1f, %.1f, %.1f)",
-                                i, piece.first_scan, 1e-9 * static_cast<double>(piece.stamp_ns),
-                                piece.scan_count, piece.way_m, piece.begin_map_m.x(),
-                                piece.begin_map_m.y(), piece.begin_map_m.z()));
+    text += field(
+        "",
+        fmt::format(
+            "{}: from scan {} at {:.3f} s, {} scans, {:.1f} m of way from ({:.1f}, {:.1f}, {:.1f})",
+            i, piece.first_scan, 1e-9 * static_cast<double>(piece.stamp_ns), piece.scan_count,
+            piece.way_m, piece.begin_map_m.x(), piece.begin_map_m.y(), piece.begin_map_m.z()));
   }
   if (trajectory.overlap_count == 0) return text;
   return text +
-         field("overlap", formatted("median %.0f %%, least %.0f %% of what %u scans saw",
-                                    100.0 * trajectory.median_overlap,
-                                    100.0 * trajectory.least_overlap, trajectory.overlap_count));
+         field("overlap", fmt::format("median {:.0f} %, least {:.0f} % of what {} scans saw",
+                                      100.0 * trajectory.median_overlap,
+                                      100.0 * trajectory.least_overlap, trajectory.overlap_count));
 }
 
 std::string describe_trajectory(const TrajectoryQuality& trajectory) {
@@ -110,16 +101,16 @@ std::string describe_trajectory(const TrajectoryQuality& trajectory) {
                      describe_pieces(trajectory);
   if (trajectory.odometry_edges == 0) return text;
   return text + field("pose graph",
-                      formatted("%u steps, %u loops; off by %.1f cm and %.3f degrees (RMS)",
-                                trajectory.odometry_edges, trajectory.loop_edges,
-                                100.0 * trajectory.rms_translation_residual_m,
-                                trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
+                      fmt::format("{} steps, {} loops; off by {:.1f} cm and {:.3f} degrees (RMS)",
+                                  trajectory.odometry_edges, trajectory.loop_edges,
+                                  100.0 * trajectory.rms_translation_residual_m,
+                                  trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
 }
 
 std::string describe_sensor(const SensorProfile& sensor) {
-  const std::string beams = sensor.name + formatted(", %d beams", sensor.ring_count());
+  const std::string beams = fmt::format("{}, {} beams", sensor.name, sensor.ring_count());
   if (sensor.sees_all_round()) return beams;
-  return beams + formatted(", %.1f degrees of a turn", sensor.azimuth_view_deg);
+  return beams + fmt::format(", {:.1f} degrees of a turn", sensor.azimuth_view_deg);
 }
 
 std::string describe_measurement(const CompiledMap& map) {
@@ -127,7 +118,7 @@ std::string describe_measurement(const CompiledMap& map) {
   if (card.reference == ErrorReference::kSimulated) {
     return "simulated error\n" + field("map", card.mapping_drive + ", finished before") +
            field("localization", "nobody drove here") + describe_localizer(map) +
-           field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
+           field("offsets", fmt::format("{} starts at every site", card.offsets.size())) +
            field("sensor", describe_sensor(map.sensor));
   }
   const bool is_known = card.reference == ErrorReference::kKnownPose;
@@ -139,9 +130,9 @@ std::string describe_measurement(const CompiledMap& map) {
          describe_localizer(map) +
          field("offsets", card.offsets.empty()
                               ? "imported with the errors, not known here"
-                              : formatted("%zu starts at every site", card.offsets.size())) +
-         field("measured sites", formatted("%u of ", card.measured_site_count) +
-                                     std::to_string(map.sites.sites.size())) +
+                              : fmt::format("{} starts at every site", card.offsets.size())) +
+         field("measured sites",
+               fmt::format("{} of {}", card.measured_site_count, map.sites.sites.size())) +
          field("sensor", describe_sensor(map.sensor));
 }
 
@@ -154,9 +145,9 @@ std::string describe_promise(const LimitPromise& promise, bool is_simulated) {
   if (!promise.statement.empty()) text += field("", promise.statement);
   if (promise.is_earned) text += field("coverage promised", percent(1.0 - promise.alpha));
   return text +
-         field("p*", formatted("%.4f (%s; blocks %u, places %u, drives %u)",
-                               promise.probability_threshold, promise.method.c_str(),
-                               promise.block_count, promise.place_count, promise.drive_count));
+         field("p*", fmt::format("{:.4f} ({}; blocks {}, places {}, drives {})",
+                                 promise.probability_threshold, promise.method, promise.block_count,
+                                 promise.place_count, promise.drive_count));
 }
 
 std::string histogram(const RangeTable& ranges, std::size_t limit) {
@@ -166,9 +157,8 @@ std::string histogram(const RangeTable& ranges, std::size_t limit) {
   constexpr double kWidth = 40.0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double share = static_cast<double>(counts[i]) / static_cast<double>(ranges.site_count);
-    text += formatted("    %7s %7zu  %5.1f %%  ", to_text(ranges.looks[i]).c_str(), counts[i],
-                      100.0 * share) +
-            std::string(static_cast<std::size_t>(std::lround(kWidth * share)), '#') + "\n";
+    text += fmt::format("    {:>7} {:7}  {:5.1f} %  {:#<{}}\n", to_text(ranges.looks[i]), counts[i],
+                        100.0 * share, "", std::lround(kWidth * share));
   }
   return text;
 }
@@ -189,14 +179,14 @@ std::string describe_limit(const CompiledMap& map, const RangeTable& ranges,
   const std::size_t sites = map.sites.sites.size();
   const bool is_simulated = map.measurement.reference == ErrorReference::kSimulated;
   std::string text =
-      "limit " + formatted("%g m\n", promise.limit_m) + describe_promise(promise, is_simulated);
+      fmt::format("limit {:g} m\n", promise.limit_m) + describe_promise(promise, is_simulated);
   text += field("coverage expected", percent(quality.expected_coverage));
   if (map.measurement.measured_site_count > 0) {
     text += field("coverage measured", percent(quality.measured_coverage) +
                                            " of the sites that the localization drive passed");
   }
   if (takes_every_return(ranges.looks.front())) {
-    text += field("mean range", formatted("%.1f m", quality.mean_range_m));
+    text += field("mean range", fmt::format("{:.1f} m", quality.mean_range_m));
   }
   text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites");
   text += field("extrapolated", percent_of(quality.extrapolated_count, sites) + " of sites");
@@ -232,15 +222,15 @@ std::string describe_fact(const std::string& name, const std::string& value) {
   const double number = std::strtod(value.c_str(), nullptr);
   if (is_of("range_", "_m_r_squared")) {
     return field(("R^2 at " + between("range_", "_m_r_squared") + " m").c_str(),
-                 formatted("%.2f", number));
+                 fmt::format("{:.2f}", number));
   }
   if (is_of("range_", "_m_rmse_m")) {
     return field(("RMSE at " + between("range_", "_m_rmse_m") + " m").c_str(),
-                 formatted("%.1f cm", 100.0 * number));
+                 fmt::format("{:.1f} cm", 100.0 * number));
   }
   if (is_of("importance_", "_m")) {
     return field(("of " + between("importance_", "_m")).c_str(),
-                 formatted("%.2f mm importance", 1000.0 * number));
+                 fmt::format("{:.2f} mm importance", 1000.0 * number));
   }
   return field(name.c_str(), value);
 }
@@ -259,15 +249,16 @@ std::string describe(const CompiledMap& map) {
   if (map.trajectory) text += describe_trajectory(*map.trajectory);
   if (map.tile_drives) text += describe_drives(*map.tile_drives);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
-  text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
-                                         formatted(", dilated by %g m", map.ranges.dilation_m));
+  text += "ranges\n" +
+          field("rule", fmt::format("{}, dilated by {:g} m", selection_name(map.ranges.selection),
+                                    map.ranges.dilation_m));
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_limit(map, map.ranges, map.quality[limit], limit);
   }
   text += describe_looks(map);
   text += describe_model(map.model) + "definitions\n";
   for (const NamedVersion& definition : map.definitions) {
-    text += field(definition.name.c_str(), formatted("v%u", definition.version));
+    text += field(definition.name.c_str(), fmt::format("v{}", definition.version));
   }
   return text;
 }
@@ -285,18 +276,15 @@ std::string describe(const ErrorModel& model) {
 }
 
 std::string describe(const MapSummary& summary) {
-  std::string text = "file\n" + field("format", summary.format) +
-                     field("root digest", to_hex(summary.root_digest)) +
-                     field("size", std::to_string(summary.file_size) + " bytes, " +
-                                       std::to_string(summary.tile_count) + " tiles");
-  text += formatted("    %-14s %8s %10s %12s %12s\n", "part", "blocks", "rows", "raw bytes",
-                    "stored bytes");
+  std::string text =
+      "file\n" + field("format", summary.format) +
+      field("root digest", to_hex(summary.root_digest)) +
+      field("size", fmt::format("{} bytes, {} tiles", summary.file_size, summary.tile_count));
+  text += fmt::format("    {:14} {:>8} {:>10} {:>12} {:>12}\n", "part", "blocks", "rows",
+                      "raw bytes", "stored bytes");
   const auto line = [&](const std::string& name, std::uint64_t blocks, std::uint64_t rows,
                         std::uint64_t raw, std::uint64_t stored) {
-    text +=
-        formatted("    %-14s %8llu %10llu %12llu %12llu\n", name.c_str(),
-                  static_cast<unsigned long long>(blocks), static_cast<unsigned long long>(rows),
-                  static_cast<unsigned long long>(raw), static_cast<unsigned long long>(stored));
+    text += fmt::format("    {:14} {:8} {:10} {:12} {:12}\n", name, blocks, rows, raw, stored);
   };
   line("manifest", 1, 1, summary.manifest_size, summary.manifest_size);
   for (const MapSummary::Blocks& blocks : summary.blocks) {

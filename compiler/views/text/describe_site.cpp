@@ -1,9 +1,9 @@
 #include "compiler/views/text/describe_site.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
@@ -15,32 +15,26 @@ namespace {
 constexpr double kFarOff = 2.0;  // robust z from which a factor is told
 constexpr std::size_t kMostTold = 6;
 
-template <class... T>
-std::string formatted(const char* format, T... values) {
-  std::array<char, 200> line{};
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
-
-std::string at_range(double range_m) { return formatted("%g m", range_m); }
+std::string at_range(double range_m) { return fmt::format("{:g} m", range_m); }
 
 std::string describe_place(const CompiledMap& map, std::size_t id) {
   const Site& site = map.sites.sites[id];
-  return formatted("site %zu, run %u, %.1f m from its start, at (%.2f, %.2f, %.2f) in the map\n",
-                   id, site.run, site.s_m, site.p_map_m.x(), site.p_map_m.y(), site.p_map_m.z());
+  return fmt::format(
+      "site {}, run {}, {:.1f} m from its start, at ({:.2f}, {:.2f}, {:.2f}) in the map\n", id,
+      site.run, site.s_m, site.p_map_m.x(), site.p_map_m.y(), site.p_map_m.z());
 }
 
 std::string describe_prediction(const CompiledMap& map, std::size_t site) {
-  std::string text = formatted("  %-22s", "range, m");
-  for (const Look& look : map.ranges.looks) text += formatted(" %7g", look.range_m);
-  text += formatted("\n  %-22s", "predicted error, cm");
+  std::string text = fmt::format("  {:22}", "range, m");
+  for (const Look& look : map.ranges.looks) text += fmt::format(" {:7g}", look.range_m);
+  text += fmt::format("\n  {:22}", "predicted error, cm");
   for (std::size_t range = 0; range < map.ranges.looks.size(); ++range) {
-    text += formatted(" %7.1f", 100.0 * map.predicted.mean(site, range));
+    text += fmt::format(" {:7.1f}", 100.0 * map.predicted.mean(site, range));
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    text += formatted("\n  P(error <= %.4g m)%*s", map.ranges.promises[limit].limit_m, 5, "");
+    text += fmt::format("\n  P(error <= {:.4g} m)     ", map.ranges.promises[limit].limit_m);
     for (std::size_t range = 0; range < map.ranges.looks.size(); ++range) {
-      text += formatted(" %7.3f", map.predicted.probability(site, range, limit));
+      text += fmt::format(" {:7.3f}", map.predicted.probability(site, range, limit));
     }
   }
   return text + "\n";
@@ -82,7 +76,7 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
   const std::optional<std::size_t> own = own_range(map.ranges, map.predicted, site, limit);
   const std::string needed = map.ranges.selection == Selection::kMean
                                  ? "a predicted error within the limit"
-                                 : formatted("p* = %.3f", p);
+                                 : fmt::format("p* = {:.3f}", p);
   return own ? "    " + needed + " is first met at " + at_range(map.ranges.looks[*own].range_m) +
                    "\n"
              : "    no range meets " + needed + "\n";
@@ -113,8 +107,8 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
   const std::optional<std::size_t> other =
       nearest_along(map, site, map.ranges.dilation_m, asks_for_more);
   if (other) {
-    return text + formatted("    longer for the sake of site %zu, %.1f m away\n", *other,
-                            apart_m(map, site, *other));
+    return text + fmt::format("    longer for the sake of site {}, {:.1f} m away\n", *other,
+                              apart_m(map, site, *other));
   }
   return text + "    longer because a stricter limit or a neighbour asks for it\n";
 }
@@ -127,14 +121,14 @@ std::string describe_better(const CompiledMap& map, std::size_t site, std::size_
       nearest_along(map, site, std::numeric_limits<double>::infinity(), does_with_less);
   if (!other) return "    no site of this run does with less\n";
   const bool is_ahead = map.sites.sites[*other].s_m > map.sites.sites[site].s_m;
-  return formatted("    nearest that does with less: site %zu, %.1f m %s, %g m\n", *other,
-                   apart_m(map, site, *other), is_ahead ? "further on" : "back",
-                   map.ranges.range_m(*other, limit));
+  return fmt::format("    nearest that does with less: site {}, {:.1f} m {}, {:g} m\n", *other,
+                     apart_m(map, site, *other), is_ahead ? "further on" : "back",
+                     map.ranges.range_m(*other, limit));
 }
 
 std::string describe_choice(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  return formatted("  within %g m: look %g m\n", map.ranges.promises[limit].limit_m,
-                   map.ranges.range_m(site, limit)) +
+  return fmt::format("  within {:g} m: look {:g} m\n", map.ranges.promises[limit].limit_m,
+                     map.ranges.range_m(site, limit)) +
          describe_reason(map, site, limit) + describe_better(map, site, limit);
 }
 
@@ -182,8 +176,8 @@ std::string describe_factors(const CompiledMap& map, const RouteFactors& route, 
   if (found.empty()) return "  at " + where + " no factor is far from the route's median\n";
   std::string text = "  far from the route's median at " + where + "\n";
   for (const FarOff& one : found) {
-    text += formatted("    %-18s %10.4g   median %10.4g   z %+.1f\n",
-                      map.factors.factors[one.factor].c_str(), one.value, one.median, one.z);
+    text += fmt::format("    {:18} {:10.4g}   median {:10.4g}   z {:+.1f}\n",
+                        map.factors.factors[one.factor], one.value, one.median, one.z);
   }
   return text;
 }
@@ -195,10 +189,11 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
   if (!heading || !weak || !strong) return "";
   const double heading_deg = map.factors.at(site, range, *heading);
   const double off_deg = off_road_deg(map.sites.sites[site], heading_deg);
-  return formatted("  weakest %s: %.0f degrees from map +x, %.0f off the road; ",
-                   name_of_way(off_deg).data(), heading_deg, off_deg) +
-         formatted("%.1f times the strongest direction's uncertainty\n",
-                   map.factors.at(site, range, *weak) / map.factors.at(site, range, *strong));
+  return fmt::format(
+      "  weakest {}: {:.0f} degrees from map +x, {:.0f} off the road; {:.1f} times the strongest "
+      "direction's uncertainty\n",
+      name_of_way(off_deg), heading_deg, off_deg,
+      map.factors.at(site, range, *weak) / map.factors.at(site, range, *strong));
 }
 
 // Nothing where the map has no looks that take a sample.
@@ -207,11 +202,10 @@ std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t 
   for (const RangeTable& looks : map.ranges.of_samples) {
     const PredictedError& predicted = map.predicted.of_samples.front();
     const std::size_t look = looks.range(site, limit);
-    text += "    look: " + to_text(looks.looks[look]) +
-            formatted("; P %.1f %%, predicted error %.1f cm",
-                      100.0 * predicted.probability(site, look, limit),
-                      100.0 * predicted.mean(site, look)) +
-            ((looks.flags_of(site, limit) & kStatic) != 0 ? "; the same everywhere\n" : "\n");
+    text += fmt::format(
+        "    look: {}; P {:.1f} %, predicted error {:.1f} cm{}\n", to_text(looks.looks[look]),
+        100.0 * predicted.probability(site, look, limit), 100.0 * predicted.mean(site, look),
+        (looks.flags_of(site, limit) & kStatic) != 0 ? "; the same everywhere" : "");
   }
   return text;
 }
@@ -245,9 +239,8 @@ Result<std::string> describe_site(const CompiledMap& map, std::size_t site) {
 Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& route,
                                   std::size_t site) {
   if (site >= map.sites.sites.size()) {
-    return Error{ErrorCode::kBadArgument, "found site " + std::to_string(site) +
-                                              ", expected 0 to " +
-                                              std::to_string(map.sites.sites.size() - 1)};
+    return Error{ErrorCode::kBadArgument,
+                 fmt::format("found site {}, expected 0 to {}", site, map.sites.sites.size() - 1)};
   }
   std::string text = describe_place(map, site) + describe_prediction(map, site);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {

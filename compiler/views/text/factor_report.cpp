@@ -1,8 +1,9 @@
 #include "compiler/views/text/factor_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <numeric>
 
@@ -110,12 +111,9 @@ Result<std::vector<std::size_t>> sites_in_both(const FactorTable& factors,
 
 std::string line_of(const std::string& name, const FactorReport& report,
                     const std::function<double(const FactorsAtRange&)>& value, int decimals) {
-  char cell[32];
-  std::snprintf(cell, sizeof cell, "%-22s", name.c_str());
-  std::string text = cell;
+  std::string text = fmt::format("{:22}", name);
   for (const FactorsAtRange& range : report.ranges) {
-    std::snprintf(cell, sizeof cell, " %6.*f", decimals, value(range));
-    text += cell;
+    text += fmt::format(" {:6.{}f}", value(range), decimals);
   }
   return text + "\n";
 }
@@ -185,17 +183,17 @@ std::string to_text(const FactorReport& report) {
     return line_of(
         name, report, [&](const FactorsAtRange& range) { return range.*field; }, decimals);
   };
-  char r[32];
-  std::snprintf(r, sizeof r, "%.3f", report.point_correlation);
-  std::string text = std::string("Matching time expected from virtual points (r of all counts ") +
-                     r + ")\n" + line("range (m)", &FactorsAtRange::range_m, 0) +
-                     line("virtual points", &FactorsAtRange::virtual_points, 0) +
-                     line("measured points", &FactorsAtRange::measured_points, 0) +
-                     line("correlation (r)", &FactorsAtRange::point_correlation, 3) +
-                     line("expected time (ms)", &FactorsAtRange::expected_time_ms, 2) +
-                     line("measured time (ms)", &FactorsAtRange::measured_time_ms, 2) +
-                     line("expected work", &FactorsAtRange::expected_work, 0) +
-                     line("measured work", &FactorsAtRange::measured_work, 0);
+  std::string text =
+      fmt::format("Matching time expected from virtual points (r of all counts {:.3f})\n",
+                  report.point_correlation) +
+      line("range (m)", &FactorsAtRange::range_m, 0) +
+      line("virtual points", &FactorsAtRange::virtual_points, 0) +
+      line("measured points", &FactorsAtRange::measured_points, 0) +
+      line("correlation (r)", &FactorsAtRange::point_correlation, 3) +
+      line("expected time (ms)", &FactorsAtRange::expected_time_ms, 2) +
+      line("measured time (ms)", &FactorsAtRange::measured_time_ms, 2) +
+      line("expected work", &FactorsAtRange::expected_work, 0) +
+      line("measured work", &FactorsAtRange::measured_work, 0);
   text += "\nRank correlation of each factor with the measured mean error\n";
   text += line("range (m)", &FactorsAtRange::range_m, 0);
   for (std::size_t factor = 0; factor < report.factors.size(); ++factor) {

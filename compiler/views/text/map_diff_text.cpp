@@ -1,9 +1,9 @@
 #include "compiler/views/text/map_diff_text.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <numeric>
 
+#include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
 namespace sightline {
@@ -207,7 +207,7 @@ Section size_section(const MapDiff& diff) {
                           difference(before.file_size, after.file_size)});
   const double size = static_cast<double>(before.file_size + after.file_size);
   section.remark =
-      fixed(100.0 * static_cast<double>(diff.bytes_read) / size, 1) + " % of both files were read.";
+      percent(static_cast<double>(diff.bytes_read) / size) + " of both files were read.";
   return section;
 }
 

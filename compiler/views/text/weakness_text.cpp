@@ -1,21 +1,14 @@
 #include "compiler/views/text/weakness_text.h"
 
-#include <array>
+#include <fmt/format.h>
+
 #include <cctype>
-#include <cstdio>
 
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
 
 namespace sightline {
 namespace {
-
-template <class... T>
-std::string formatted(const char* format, T... values) {
-  std::array<char, 300> line{};
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
 
 Eigen::Vector3d world_m(const Sites& sites, const Eigen::Vector3d& p_map_m) {
   return p_map_m + sites.frame.origin_world_m;
@@ -24,19 +17,19 @@ Eigen::Vector3d world_m(const Sites& sites, const Eigen::Vector3d& p_map_m) {
 std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::size_t number) {
   const WeakStretch& stretch = one.stretch;
   const Eigen::Vector3d p_m = world_m(sites, sites.sites[stretch.worst_site].p_map_m);
-  return formatted("%3zu  %3u  %7.0f  %7.0f  %5zu  %9.1f  %9.1f  %6.1f  %5.3f  %5.0f  %-15s  %s\n",
-                   number, stretch.run, stretch.from_m, stretch.to_m, stretch.worst_site, p_m.x(),
-                   p_m.y(), 100.0 * stretch.worst.error_m, stretch.worst.probability,
-                   100.0 * stretch.worst.margin,
-                   std::string(name_of_way(one.loose.off_road_deg)).c_str(),
-                   stretch.unmet_count > 0 ? "unmet" : "thin");
+  return fmt::format(
+      "{:3}  {:3}  {:7.0f}  {:7.0f}  {:5}  {:9.1f}  {:9.1f}  {:6.1f}  {:5.3f}  {:5.0f}  {:15}  "
+      "{}\n",
+      number, stretch.run, stretch.from_m, stretch.to_m, stretch.worst_site, p_m.x(), p_m.y(),
+      100.0 * stretch.worst.error_m, stretch.worst.probability, 100.0 * stretch.worst.margin,
+      name_of_way(one.loose.off_road_deg), stretch.unmet_count > 0 ? "unmet" : "thin");
 }
 
 std::string advice_line(const TargetAdvice& advice, const Sites& sites) {
   const Eigen::Vector3d p_m = world_m(sites, advice.target.foot_map_m);
-  return formatted(
-      "       %5.1f %% less: at (%.1f, %.1f), ground %.1f, facing %.0f degrees; %.1f m %s of site "
-      "%zu; %zu returns a scan\n",
+  return fmt::format(
+      "       {:5.1f} % less: at ({:.1f}, {:.1f}), ground {:.1f}, facing {:.0f} degrees; {:.1f} m "
+      "{} of site {}; {} returns a scan\n",
       100.0 * advice.gain, p_m.x(), p_m.y(), p_m.z(), facing_deg(advice.target),
       std::abs(advice.beside_m), advice.beside_m > 0.0 ? "left" : "right", advice.nearest_site,
       advice.return_count);
@@ -44,20 +37,20 @@ std::string advice_line(const TargetAdvice& advice, const Sites& sites) {
 
 std::string explanation(const ExplainedStretch& one, const Weakness& weakness, const Sites& sites,
                         std::size_t number) {
-  std::string text = formatted("%3zu  %s: ", number, std::string(name_of(one.cause)).c_str()) +
-                     cause_sentence(one) + "\n";
-  text += formatted(
-      "     loose %s (%.0f degrees from map +x): %.1f times the strongest direction; yaw %.3f "
-      "degrees\n",
-      std::string(name_of_way(one.loose.off_road_deg)).c_str(), one.loose.heading_deg,
-      one.loose.std_m / one.loose.strong_std_m, one.loose.yaw_rad * kDegPerRad);
+  std::string text = fmt::format(
+      "{:3}  {}: {}\n     loose {} ({:.0f} degrees from map +x): {:.1f} times the strongest "
+      "direction; yaw "
+      "{:.3f} degrees\n",
+      number, name_of(one.cause), cause_sentence(one), name_of_way(one.loose.off_road_deg),
+      one.loose.heading_deg, one.loose.std_m / one.loose.strong_std_m,
+      one.loose.yaw_rad * kDegPerRad);
   const TargetSize& size = weakness.options.advice.size;
   if (one.advice.empty()) {
-    return text + formatted("     no place found for a board of %g x %g m that would help\n",
-                            size.width_m, size.height_m);
+    return text + fmt::format("     no place found for a board of {:g} x {:g} m that would help\n",
+                              size.width_m, size.height_m);
   }
-  text += formatted("     a board of %g x %g m, its loose standard deviation as simulated:\n",
-                    size.width_m, size.height_m);
+  text += fmt::format("     a board of {:g} x {:g} m, its loose standard deviation as simulated:\n",
+                      size.width_m, size.height_m);
   for (const TargetAdvice& advice : one.advice) text += advice_line(advice, sites);
   return text;
 }
@@ -80,13 +73,13 @@ void append_advice(const ExplainedStretch& one, const Sites& sites, std::vector<
 
 std::string summary_sentence(const Weakness& weakness) {
   const double limit_m = weakness.limit_m;
-  std::string text = formatted(
-      "limit %g m: %zu weak stretches, %.0f of %.0f m of route (%.0f m unmet: no look is good "
-      "enough)\n",
+  std::string text = fmt::format(
+      "limit {:g} m: {} weak stretches, {:.0f} of {:.0f} m of route ({:.0f} m unmet: no look is "
+      "good enough)\n",
       limit_m, weakness.stretch_count, weakness.weak_m, weakness.route_m, weakness.unmet_m);
-  return text + formatted(
-                    "thin: the best look's foretold error leaves less than %.0f %% of the limit; "
-                    "thinnest: site %zu, %.0f %%\n",
+  return text + fmt::format(
+                    "thin: the best look's foretold error leaves less than {:.0f} % of the limit; "
+                    "thinnest: site {}, {:.0f} %\n",
                     100.0 * weakness.options.stretches.least_margin, weakness.thinnest_site,
                     100.0 * weakness.thinnest.margin);
 }
@@ -95,10 +88,10 @@ std::string cause_sentence(const ExplainedStretch& one) {
   const UprightSights& sights = one.sights;
   const double range_m = one.stretch.worst.look.range_m;
   std::string text =
-      formatted("%zu of %zu upright surfaces seen within %g m hold it %s", sights.holding_count,
-                sights.count, range_m, std::string(name_of_way(one.loose.off_road_deg)).c_str());
+      fmt::format("{} of {} upright surfaces seen within {:g} m hold it {}", sights.holding_count,
+                  sights.count, range_m, name_of_way(one.loose.off_road_deg));
   if (sights.nearest_holding_m) {
-    text += formatted(", the nearest %.0f m away", *sights.nearest_holding_m);
+    text += fmt::format(", the nearest {:.0f} m away", *sights.nearest_holding_m);
   }
   switch (one.cause) {
     case WeakCause::kEmpty:
@@ -106,10 +99,10 @@ std::string cause_sentence(const ExplainedStretch& one) {
     case WeakCause::kOneSided:
       return text + "; nearly all face one way.";
     case WeakCause::kRepeated:
-      return text + formatted(
-                        "; half a metre or more further it looks nearly the same (%.2f of "
-                        "the score).",
-                        one.rival_score.value_or(1.0));
+      return text +
+             fmt::format(
+                 "; half a metre or more further it looks nearly the same ({:.2f} of the score).",
+                 one.rival_score.value_or(1.0));
     case WeakCause::kDistant:
       return text + "; what holds it is far.";
     case WeakCause::kUnclear:

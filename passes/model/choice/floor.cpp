@@ -2,19 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "formats/base/parallel.h"
+#include "formats/text/numbers.h"
 #include "formats/text/table.h"
 
 namespace sightline {
 namespace {
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * share);
-  return text;
-}
 
 // The static answer that is to replace `choice`; nothing where the choice is no dearer.
 std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double limit_m,
@@ -48,10 +42,7 @@ std::string reason_of(const OwnEvidence& evidence, const FloorOptions& options) 
   }
   if (options.is_too_short) return "the drive is too short to learn from";
   if (options.explained <= 0.0) {
-    char text[64];
-    std::snprintf(text, sizeof text, "the model explains nothing out of fold (R^2 %.2f)",
-                  options.explained);
-    return text;
+    return "the model explains nothing out of fold (R^2 " + fixed(options.explained, 2) + ")";
   }
   return "the model's own choice costs more and covers no more of " + found_here(evidence);
 }

@@ -1,9 +1,9 @@
 #include "passes/model/choice/heard_drives.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "formats/base/parallel.h"
+#include "formats/text/numbers.h"
 #include "formats/text/table.h"
 #include "passes/model/choice/floor.h"
 
@@ -159,11 +159,10 @@ std::optional<HeardAnswer> hear_drives(std::span<const LeftOutDrive> left_out,
 }
 
 std::string to_text(const HeardAnswer& answer, double limit_m) {
-  char share[32];
-  std::snprintf(share, sizeof share, "%.1f %%", 100.0 * answer.standing.coverage);
   return "of " + std::to_string(answer.drive_count) +
-         " drives here, each left out in turn and foretold by the others, " + share +
-         " of the sites were within " + format_double(limit_m) + " m at such answers";
+         " drives here, each left out in turn and foretold by the others, " +
+         percent(answer.standing.coverage) + " of the sites were within " + format_double(limit_m) +
+         " m at such answers";
 }
 
 }  // namespace sightline

@@ -1,8 +1,10 @@
 #include "passes/model/promise/promise_text.h"
 
-#include <cmath>
-#include <cstdio>
+#include <fmt/format.h>
 
+#include <cmath>
+
+#include "formats/text/numbers.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -17,16 +19,11 @@ constexpr double kIndependentBuffer_m = 25.0;
 // exchangeable blocks is optimistic: 5.1 to 5.9 % were measured where 5 % was named.
 constexpr std::uint32_t kFewPlaces = 3;
 
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g %%", 100.0 * share);
-  return text;
-}
+// Three digits: "5 %", "99.5 %".
+std::string short_percent(double share) { return fmt::format("{:.3g} %", 100.0 * share); }
 
 std::string kilometres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f km", std::ceil(length_m / 100.0) / 10.0);
-  return text;
+  return fixed(std::ceil(length_m / 100.0) / 10.0, 1) + " km";
 }
 
 std::string counted(std::uint32_t count, const std::string& noun) {
@@ -41,12 +38,12 @@ std::string method_text(const LimitPromise& promise) {
 // "at most 5 % of `whom` are expected to miss 0.1 m"
 std::string bound_text(const LimitPromise& promise, const std::string& whom) {
   const std::string limit = format_double(promise.limit_m) + " m";
-  const std::string share = percent(promise.alpha);
+  const std::string share = short_percent(promise.alpha);
   if (promise.method == risk_control_name(RiskControl::kConformal)) {
     return "at most " + share + " of " + whom + " are expected to miss " + limit;
   }
-  return "with " + percent(1.0 - promise.delta) + " confidence at most " + share + " of " + whom +
-         " miss " + limit;
+  return "with " + short_percent(1.0 - promise.delta) + " confidence at most " + share + " of " +
+         whom + " miss " + limit;
 }
 
 bool is_simulated(const TrainingCard& card) { return card.reference == ErrorReference::kSimulated; }
@@ -79,14 +76,14 @@ std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& car
   if (promise.block_count < needed_blocks) {
     const double missing_m = (needed_blocks - promise.block_count) * card.block_m;
     return counted(promise.block_count, "block") + " of " + metres(card.block_m) + " cannot earn " +
-           percent(promise.alpha) + ", " + std::to_string(needed_blocks) + " can, " +
+           short_percent(promise.alpha) + ", " + std::to_string(needed_blocks) + " can, " +
            kilometres(missing_m) + " more of measured route" +
            (promise.scope == PromiseScope::kThisDrive
                 ? ", by drives that the trees do not learn from"
                 : "");
   }
   return "even the strictest threshold misses " + format_double(promise.limit_m) +
-         " m too often for " + percent(promise.alpha);
+         " m too often for " + short_percent(promise.alpha);
 }
 
 }  // namespace
@@ -100,7 +97,7 @@ bool are_blocks_independent(const TrainingCard& card) {
 }
 
 std::string observed_misses(const LimitPromise& promise) {
-  return percent(promise.calibration_miss_share) + " missed out of fold in " +
+  return short_percent(promise.calibration_miss_share) + " missed out of fold in " +
          counted(promise.block_count, "block") + " of " + counted(promise.place_count, "place") +
          ", " + counted(promise.drive_count, "drive");
 }
@@ -110,7 +107,7 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
   std::string text = "on the next drive " + bound_text(promise, whom) + " (" +
                      method_text(promise) + "; " + observed_misses(promise);
   if (promise.place_count > 1) {
-    text += ", " + percent(worst_place_miss_share) + " in the worst place";
+    text += ", " + short_percent(worst_place_miss_share) + " in the worst place";
   }
   text += ")";
   if (promise.place_count <= kFewPlaces) {
@@ -132,7 +129,7 @@ std::string stricter_statement(const LimitPromise& promise, const Witnesses& wit
                                double stricter_alpha, std::uint32_t needed_blocks) {
   LimitPromise stricter = promise;
   stricter.alpha = stricter_alpha;
-  return "; " + percent(stricter_alpha) +
+  return "; " + short_percent(stricter_alpha) +
          " is not earned: " + what_is_wanting(stricter, witnesses.model.card, needed_blocks);
 }
 

@@ -1,4 +1,5 @@
 #include "formats/text/text_grid.h"
+#include "formats/text/numbers.h"
 
 #include <gtest/gtest.h>
 

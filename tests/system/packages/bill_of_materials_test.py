@@ -13,7 +13,7 @@ BILL, BINARIES = sys.argv[1], sys.argv[2:]
 
 # Beginnings of the names of shared libraries; those that come with every program of C++ have no row.
 OF_SONAME = {"libbz2": "bzip2", "libceres": "Ceres", "libcrypto": "OpenSSL", "libembree": "Embree",
-             "libfmt": "spdlog", "libGeographicLib": "GeographicLib", "liblz4": "lz4", "liboctomap": "OctoMap",
+             "libfmt": "fmt", "libGeographicLib": "GeographicLib", "liblz4": "lz4", "liboctomap": "OctoMap",
              "liboctomath": "OctoMap", "libpcl_": "PCL", "libpng": "libpng", "libsodium": "libsodium",
              "libspdlog": "spdlog", "libsqlite3": "SQLite", "libtbb": "oneTBB", "libtinyxml2": "TinyXML-2", "libyaml-cpp": "yaml-cpp",
              "libz.": "zlib", "libzstd": "zstd"}

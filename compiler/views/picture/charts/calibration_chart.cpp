@@ -1,8 +1,9 @@
 #include "compiler/views/picture/charts/calibration_chart.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 
 namespace sightline {
@@ -11,11 +12,7 @@ namespace {
 constexpr double kLargest_px = 9.0;   // radius of the point with most pairs
 constexpr double kSmallest_px = 2.0;  // of one with next to none, so that it can be seen
 
-std::string name_of(double limit_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "within %g cm", 100.0 * limit_m);
-  return text;
-}
+std::string name_of(double limit_m) { return fmt::format("within {:g} cm", 100.0 * limit_m); }
 
 // The curve, and its points.
 void add_limit(const std::vector<ReliabilityBin>& bins, ChartSeries line, Chart& chart) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/text/text_grid.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {

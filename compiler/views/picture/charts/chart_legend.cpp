@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "formats/text/numbers.h"
 #include "formats/text/quoted_text.h"
-#include "formats/text/text_grid.h"
 
 namespace sightline {
 namespace {

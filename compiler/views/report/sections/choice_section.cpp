@@ -43,9 +43,10 @@ std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
     grid.push_back(
-        {words_of(score.rule), percent(score.coverage), centimetres(score.mean_error_m),
-         centimetres(score.p95_error_m), fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
-         fixed(score.work_ratio, 3), percent(score.unmet_share), percent(score.worst_coverage),
+        {words_of(score.rule), in_percent(score.coverage), in_centimetres(score.mean_error_m),
+         in_centimetres(score.p95_error_m), fixed(score.mean_range_m, 1),
+         fixed(score.time_ratio, 3), fixed(score.work_ratio, 3), in_percent(score.unmet_share),
+         in_percent(score.worst_coverage),
          std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site)});
   }
   return html_table(grid, "Rules at a limit of " + limit_text(evaluation.limits_m[limit]) +
@@ -62,9 +63,9 @@ std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
     if (score.limit_m != evaluation.limits_m[limit]) continue;
     if (score.rule == Rule::kMap) {
       grid[0].emplace_back(street_type_name(score.street));
-      grid[1].push_back(percent(score.site_share));
+      grid[1].push_back(in_percent(score.site_share));
     }
-    grid[2 + static_cast<std::size_t>(score.rule)].push_back(percent(score.coverage) + " (" +
+    grid[2 + static_cast<std::size_t>(score.rule)].push_back(in_percent(score.coverage) + " (" +
                                                              fixed(score.mean_range_m, 1) + " m)");
   }
   return html_table(grid, "By type of street: coverage in % and, in brackets, mean range");

@@ -133,7 +133,7 @@ Section diff_section(const ReportSources& sources) {
                               ? std::to_string(diff.nds_added) + " added, " +
                                     std::to_string(diff.nds_removed) + " removed, " +
                                     std::to_string(diff.nds_moved) + " moved by more than " +
-                                    centimetres(diff.options.tolerance_m) + " cm"
+                                    in_centimetres(diff.options.tolerance_m) + " cm"
                               : std::string("of other cells, which do not compare")},
                   {"tiles", std::to_string(diff.tiles_changed) + " changed, " +
                                 std::to_string(diff.tiles_added) + " added, " +

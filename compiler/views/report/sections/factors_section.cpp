@@ -1,6 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <numeric>
 
@@ -12,11 +13,9 @@ namespace {
 
 // A cell whose colour says how strong a correlation is: blue falls, orange rises.
 std::string correlation_cell(double correlation) {
-  char style[80];
-  std::snprintf(style, sizeof style, "--share:%.0f%%;--hue:var(--%s)",
-                80.0 * std::min(1.0, std::abs(correlation)), correlation < 0.0 ? "blue" : "orange");
-  return std::string("<td class=\"heat\" style=\"") + style + "\">" + fixed(correlation, 2) +
-         "</td>";
+  return fmt::format("<td class=\"heat\" style=\"--share:{:.0f}%;--hue:var(--{})\">{:.2f}</td>",
+                     80.0 * std::min(1.0, std::abs(correlation)),
+                     correlation < 0.0 ? "blue" : "orange", correlation);
 }
 
 double strength(const FactorReport& report, std::size_t factor) {

@@ -1,8 +1,8 @@
 #include "compiler/views/report/sections/html.h"
 
-#include <array>
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 #include "compiler/views/picture/colours.h"
@@ -146,19 +146,8 @@ std::string colours_css(const CompiledMap& map) {
          "}}\n";
 }
 
-std::string centimetres(double length_m) { return fixed(100.0 * length_m, 1); }
-std::string percent(double share) { return fixed(100.0 * share, 1); }
+std::string limit_text(double limit_m) { return fmt::format("{:g} cm", 100.0 * limit_m); }
 
-std::string limit_text(double limit_m) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g cm", 100.0 * limit_m);
-  return text.data();
-}
-
-std::string metres(double length_m) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g m", length_m);
-  return text.data();
-}
+std::string metres(double length_m) { return fmt::format("{:g} m", length_m); }
 
 }  // namespace sightline

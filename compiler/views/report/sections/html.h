@@ -5,6 +5,7 @@
 
 #include "compiler/views/picture/charts/chart.h"
 #include "formats/map/compiled_map.h"
+#include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
 // Pieces of the page. Texts are escaped here; what is called html is not.
@@ -53,9 +54,7 @@ std::string look_colour(std::size_t look);
 // and --scale-0 to --scale-8, the row of colours itself.
 std::string colours_css(const CompiledMap& map);
 
-std::string centimetres(double length_m);  // "8.3"
-std::string percent(double share);         // "94.3"
-std::string limit_text(double limit_m);    // "10 cm"
-std::string metres(double length_m);       // "15 m"
+std::string limit_text(double limit_m);  // "10 cm"
+std::string metres(double length_m);     // "15 m"
 
 }  // namespace sightline

@@ -28,8 +28,8 @@ std::string table_two(const Evaluation& evaluation) {
                                   fixed(score.mean_time_ms, 2),
                                   fixed(score.max_site_time_ms, 2),
                                   fixed(score.mean_range_m, 1),
-                                  centimetres(score.mean_error_m),
-                                  has_limit ? percent(score.coverage) : ""};
+                                  in_centimetres(score.mean_error_m),
+                                  has_limit ? in_percent(score.coverage) : ""};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   };
   append("static range of " + metres(evaluation.statics.back().range_m),

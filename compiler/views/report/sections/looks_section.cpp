@@ -32,7 +32,7 @@ std::string shares(const RangeTable& looks, std::size_t limit) {
     if (counts[i] == 0) continue;
     const double share = static_cast<double>(counts[i]) / static_cast<double>(looks.site_count);
     html += "<span><i style=\"background:" + look_colour(i) + "\"></i>" + to_text(looks.looks[i]) +
-            ": " + percent(share) + " %</span> ";
+            ": " + percent(share) + "</span> ";
   }
   return html + "</div>\n";
 }
@@ -43,7 +43,7 @@ std::string choice_of(const CompiledMap& map, const RangeTable& looks, std::size
   const std::string id = "looks-" + std::to_string(limit);
   return "<h3>Limit " + limit_words + "</h3>\n" +
          paragraph("Expected within " + limit_words + ": " +
-                   percent(map.look_quality[limit].expected_coverage) + " % of the sites. " +
+                   percent(map.look_quality[limit].expected_coverage) + " of the sites. " +
                    promise.statement) +
          html_figure({id, "Looks, " + limit_words + ".",
                       "The look that each place asks for, from the cheapest to the dearest.",
@@ -68,7 +68,7 @@ std::string judged(const LookEvaluation& evaluation) {
   TextGrid rules = {{"limit", "rule", "coverage (%)", "time ratio", "work ratio"}};
   for (const LookRuleScore& score : evaluation.rules) {
     if (score.rule == LookRule::kSameWithoutMap && !evaluation.has_baselines) continue;
-    rules.push_back({limit_text(score.limit_m), words_of(score.rule), percent(score.coverage),
+    rules.push_back({limit_text(score.limit_m), words_of(score.rule), in_percent(score.coverage),
                      fixed(score.time_ratio, 3), fixed(score.work_ratio, 3)});
   }
   TextGrid statics = {{"the same look everywhere"}};
@@ -79,7 +79,7 @@ std::string judged(const LookEvaluation& evaluation) {
   for (const StaticLook& look : evaluation.statics) {
     std::vector<std::string>& row = statics.emplace_back();
     row.push_back(to_text(look.look));
-    for (const double coverage : look.coverage) row.push_back(percent(coverage));
+    for (const double coverage : look.coverage) row.push_back(in_percent(coverage));
     row.push_back(fixed(look.time_ratio, 3));
     row.push_back(fixed(look.work_ratio, 3));
   }

@@ -65,7 +65,7 @@ std::string trajectory_facts(const Trajectory& trajectory) {
                                          " places seen again, " +
                                          std::to_string(trajectory.prior_edges) + " given poses");
     facts.emplace_back("residuals (RMS)",
-                       centimetres(trajectory.rms_translation_residual_m) + " cm, " +
+                       in_centimetres(trajectory.rms_translation_residual_m) + " cm, " +
                            fixed(to_deg * trajectory.rms_rotation_residual_rad, 3) + "°");
   }
   return fact_table(facts) + pieces_table(quality);
@@ -104,7 +104,7 @@ std::string sharpness_table(const Sharpness& sharpness) {
   const auto append = [&](const std::string& name, const SharpnessFigures& figures) {
     grid.push_back({name, fixed(figures.mean_entropy_nat, 3),
                     std::to_string(figures.entropy_points),
-                    centimetres(std::sqrt(figures.mean_plane_variance_m2)),
+                    in_centimetres(std::sqrt(figures.mean_plane_variance_m2)),
                     std::to_string(figures.plane_points)});
   };
   append("that made the map", sharpness.of_map);

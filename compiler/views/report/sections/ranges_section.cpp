@@ -22,7 +22,7 @@ std::string table_one(const Evaluation& evaluation) {
   const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
   for (const StaticScore& score : evaluation.statics) {
     const std::string column[] = {fixed(score.range_m, 0),
-                                  centimetres(score.mean_error_m),
+                                  in_centimetres(score.mean_error_m),
                                   fixed(score.mean_time_ms, 2),
                                   fixed(score.max_site_time_ms, 2),
                                   fixed(score.max_run_time_ms, 2),

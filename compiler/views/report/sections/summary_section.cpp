@@ -31,7 +31,7 @@ bool is_simulated(const CompiledMap& map) {
 std::string promise_status(const CompiledMap& map, const LimitPromise& promise) {
   if (promise.is_earned) {
     return status(Sign::kGood,
-                  "Promised: at least " + percent(1.0 - promise.alpha) + " % of the next drive");
+                  "Promised: at least " + in_percent(1.0 - promise.alpha) + " % of the next drive");
   }
   if (is_simulated(map)) {
     return status(Sign::kOpen, "No promise: nobody drove here, errors were simulated");
@@ -42,7 +42,7 @@ std::string promise_status(const CompiledMap& map, const LimitPromise& promise) 
 }
 
 std::string asked_words(const LimitPromise& promise) {
-  return promise.alpha > 0.0 ? "; asked: " + percent(1.0 - promise.alpha) + " %" : "";
+  return promise.alpha > 0.0 ? "; asked: " + in_percent(1.0 - promise.alpha) + " %" : "";
 }
 
 // "96.7 % of 151 judged sites; asked: 95.0 %", and whether that is enough.
@@ -51,19 +51,19 @@ std::string share_status(const ReportSources& sources, std::size_t limit) {
   const std::string within = " within " + limit_text(promise.limit_m);
   if (!sources.evaluation) {
     return status(Sign::kOpen, "Expected" + within + ": " +
-                                   percent(sources.map->quality[limit].expected_coverage) +
+                                   in_percent(sources.map->quality[limit].expected_coverage) +
                                    " % of the sites" + asked_words(promise) +
                                    ". No drive has judged the map here");
   }
   const double coverage = sources.evaluation->score(limit, Rule::kMap).coverage;
   if (sources.evaluation->reference == ErrorReference::kSimulated) {
     return status(Sign::kOpen, "In simulation" + within + ": " + percent(coverage) +
-                                   " % of the sites" + asked_words(promise) +
+                                   " of the sites" + asked_words(promise) +
                                    ". No drive has judged the map here");
   }
   const bool is_enough = coverage >= 1.0 - promise.alpha;
   return status(is_enough ? Sign::kGood : Sign::kBad,
-                std::string(is_enough ? "Reached: " : "Not reached: ") + percent(coverage) +
+                std::string(is_enough ? "Reached: " : "Not reached: ") + in_percent(coverage) +
                     " % of " + std::to_string(sources.evaluation->sites.size()) + " judged sites" +
                     within + asked_words(promise));
 }

@@ -14,11 +14,11 @@ std::string scores_table(const DriveTracks& tracks, double limit_m) {
     const TrackRule& each = tracks.rules[rule];
     if (!is_judged_at(each, limit_m)) continue;
     const TrackScore score = score_track(tracks, rule, limit_m);
-    grid.push_back({name_of(each), percent(score.coverage), centimetres(score.mean_error_m),
-                    centimetres(score.p95_error_m), centimetres(score.max_error_m),
+    grid.push_back({name_of(each), in_percent(score.coverage), in_centimetres(score.mean_error_m),
+                    in_centimetres(score.p95_error_m), in_centimetres(score.max_error_m),
                     fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
                     fixed(score.work_ratio, 3), std::to_string(score.lost_count),
-                    each.choice == TrackChoice::kPlan ? percent(score.second_share) : ""});
+                    each.choice == TrackChoice::kPlan ? in_percent(score.second_share) : ""});
   }
   return html_table(grid, "Continuous localization at a limit of " + limit_text(limit_m) +
                               "; ratios are to the longest static range");

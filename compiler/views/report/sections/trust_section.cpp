@@ -10,7 +10,7 @@ namespace sightline {
 namespace {
 
 std::string promise_text(const LimitPromise& promise) {
-  if (promise.is_earned) return percent(1.0 - promise.alpha) + " % of the next drive";
+  if (promise.is_earned) return percent(1.0 - promise.alpha) + " of the next drive";
   return promise.scope == PromiseScope::kNextDrive ? "not earned" : "none, of this drive";
 }
 
@@ -24,9 +24,9 @@ std::string promises_table(const CompiledMap& map) {
     grid.push_back({limit_text(promise.limit_m), promise_text(promise),
                     fixed(promise.probability_threshold, 3), std::to_string(promise.block_count),
                     std::to_string(promise.place_count), std::to_string(promise.drive_count),
-                    percent(quality.expected_coverage), fixed(quality.mean_range_m, 1),
-                    percent(quality.unmet_count / sites),
-                    percent(quality.extrapolated_count / sites)});
+                    in_percent(quality.expected_coverage), fixed(quality.mean_range_m, 1),
+                    in_percent(quality.unmet_count / sites),
+                    in_percent(quality.extrapolated_count / sites)});
   }
   return html_table(grid, "What the map promises");
 }
@@ -44,7 +44,7 @@ std::string calibration(const Evaluation& evaluation) {
 std::string calibration_table(const Evaluation& evaluation) {
   TextGrid grid = {{"limit", "promised (%)", "observed (%)", "pairs of site and range"}};
   for (const ReliabilityBin& bin : evaluation.reliability) {
-    grid.push_back({limit_text(bin.limit_m), percent(bin.promised), percent(bin.observed),
+    grid.push_back({limit_text(bin.limit_m), in_percent(bin.promised), in_percent(bin.observed),
                     std::to_string(bin.count)});
   }
   return "<details><summary>The calibration curve's numbers</summary>\n" +
@@ -56,7 +56,7 @@ std::string prediction_table(const Evaluation& evaluation) {
   for (const StaticScore& score : evaluation.statics) {
     grid[0].push_back(fixed(score.range_m, 0));
     grid[1].push_back(fixed(score.r_squared, 2));
-    grid[2].push_back(centimetres(score.rmse_m));
+    grid[2].push_back(in_centimetres(score.rmse_m));
   }
   return html_table(grid, "Predicted against measured mean error on this drive");
 }

@@ -13,7 +13,7 @@ std::string advice_text(const ExplainedStretch& one, const Sites& sites) {
   const TargetAdvice& best = one.advice.front();
   const Eigen::Vector3d p_m = best.target.foot_map_m + sites.frame.origin_world_m;
   return "at (" + fixed(p_m.x(), 1) + ", " + fixed(p_m.y(), 1) + "), facing " +
-         fixed(facing_deg(best.target), 0) + " degrees: " + percent(best.gain) + " % less";
+         fixed(facing_deg(best.target), 0) + " degrees: " + percent(best.gain) + " less";
 }
 
 std::string stretches_table(const Weakness& weakness, const Sites& sites) {
@@ -23,7 +23,7 @@ std::string stretches_table(const Weakness& weakness, const Sites& sites) {
     const WeakStretch& stretch = one.stretch;
     grid.push_back({std::to_string(stretch.worst_site), std::to_string(stretch.run),
                     fixed(stretch.from_m, 0), fixed(stretch.to_m, 0),
-                    centimetres(stretch.worst.error_m), percent(stretch.worst.margin),
+                    in_centimetres(stretch.worst.error_m), in_percent(stretch.worst.margin),
                     std::string(name_of_way(one.loose.off_road_deg)),
                     std::string(name_of(one.cause)), advice_text(one, sites)});
   }

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "compiler/views/report/sections/html.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/numbers.h"
 #include "tests/compiler/views/report/sources.h"
 
 namespace sightline {
