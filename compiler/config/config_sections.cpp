@@ -1,4 +1,6 @@
 #include "compiler/config/compile_config.h"
+
+#include <fmt/format.h>
 #include "compiler/gate/settings.h"
 #include "formats/annotation/measured_drives.h"
 #include "passes/ingest/ingest.h"
@@ -130,13 +132,9 @@ std::vector<OptionField> option_fields(AnnotationOptions& options) {
                  {"auto", "even-odd"})};
 }
 
-std::string other_sensor_section(std::size_t index) {
-  return "mapping-" + std::to_string(index + 2);
-}
+std::string other_sensor_section(std::size_t index) { return fmt::format("mapping-{}", index + 2); }
 
-std::string later_mapping_role(std::size_t index) {
-  return "mapping[" + std::to_string(index + 2) + "]";
-}
+std::string later_mapping_role(std::size_t index) { return fmt::format("mapping[{}]", index + 2); }
 
 std::string later_localization_role(std::size_t index) { return localization_role(index + 1); }
 

@@ -1,5 +1,7 @@
 #include "compiler/gate/gate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "compiler/gate/exceptions.h"
@@ -29,12 +31,10 @@ Result<void> check_subject(const GateSubject& subject, const std::string& today)
       });
   if (fits) return {};
   return Error{ErrorCode::kMismatchedInputs,
-               "the evaluation is of a map with " +
-                   std::to_string(subject.observation->site_count) + " sites and " +
-                   std::to_string(subject.observation->limits.size()) + " limits, this one has " +
-                   std::to_string(map.ranges.site_count) + " and " +
-                   std::to_string(map.ranges.promises.size()) +
-                   ", or its limits are others: evaluate this map"};
+               fmt::format("the evaluation is of a map with {} sites and {} limits, this one has "
+                           "{} and {}, or its limits are others: evaluate this map",
+                           subject.observation->site_count, subject.observation->limits.size(),
+                           map.ranges.site_count, map.ranges.promises.size())};
 }
 
 GateInput input_of(const GateSubject& subject, const GateSettings& settings) {

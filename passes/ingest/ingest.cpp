@@ -1,5 +1,7 @@
 #include "passes/ingest/ingest.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <limits>
@@ -74,11 +76,10 @@ void warn_of_gaps(const PassContext& ctx, const Recording& recording) {
   const auto first = std::ranges::find_if(steps_ns, is_gap);
   if (first == steps_ns.end()) return;
   const auto before = static_cast<std::size_t>(first - steps_ns.begin());
-  ctx.warn("drive " + recording.name + ": " +
-           std::to_string(std::ranges::count_if(steps_ns, is_gap)) +
-           " gaps in time, the first of " + format_stamp(*first) + " s between scan " +
-           std::to_string(before) + " (" + recording.scans[before].name + ") and scan " +
-           std::to_string(before + 1) + " (" + recording.scans[before + 1].name + ")");
+  ctx.warn(fmt::format(
+      "drive {}: {} gaps in time, the first of {} s between scan {} ({}) and scan {} ({})",
+      recording.name, std::ranges::count_if(steps_ns, is_gap), format_stamp(*first), before,
+      recording.scans[before].name, before + 1, recording.scans[before + 1].name));
 }
 
 // Stops early after a failure, and still reports the same one for any number of threads: that of
@@ -138,9 +139,8 @@ void warn_of(const PassContext& ctx, const Recording& recording,
   }
   const std::string drive = "drive " + recording.name + ": ";
   if (sum.nonfinite_count + sum.zero_count > 0) {
-    ctx.warn(drive + "dropped " + std::to_string(sum.nonfinite_count) +
-             " NaN or infinite points and " + std::to_string(sum.zero_count) +
-             " at (0,0,0), kept " + std::to_string(sum.point_count));
+    ctx.warn(fmt::format("{}dropped {} NaN or infinite points and {} at (0,0,0), kept {}", drive,
+                         sum.nonfinite_count, sum.zero_count, sum.point_count));
   }
   if (sum.withheld_count > 0) {
     ctx.warn(drive + "dropped " + std::to_string(sum.withheld_count) +
@@ -196,10 +196,9 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
   return {
       text("name", options.name, "name of the drive; empty: the folder's"),
       text("scans", options.scans,
-           "folder with one file per scan (" + scan_endings_text() +
-               "); or a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, folder), or a pcap of a "
-               "Velodyne, "
-               "Hesai or Ouster"),
+           fmt::format("folder with one file per scan ({}); or a bag of ROS 1 (.bag) or ROS 2 "
+                       "(.db3, .mcap, folder), or a pcap of a Velodyne, Hesai or Ouster",
+                       scan_endings_text())),
       text("topic", options.topic,
            "of a bag's scans (PointCloud2, Livox CustomMsg, VelodyneScan); empty: its only one"),
       text("columns", options.columns,

@@ -178,13 +178,13 @@ std::string time_table(const std::vector<StepReport>& reports) {
   double wall_s = 0.0;
   double cpu_s = 0.0;
   for (const StepReport& report : reports) {
-    text += fmt::format("{:28} {:9.2f} {:8.2f} {:10.0f}", report.name, report.wall_s, report.cpu_s,
-                        report.peak_memory_mib);
+    text += fmt::format("{:28} {:>9.2f} {:>8.2f} {:>10.0f}", report.name, report.wall_s,
+                        report.cpu_s, report.peak_memory_mib);
     text += report.from_cache ? "  (" + std::string(origin(report)) + ")\n" : "\n";
     wall_s += report.wall_s;
     cpu_s += report.cpu_s;
   }
-  return text + fmt::format("{:28} {:9.2f} {:8.2f}\n", "all", wall_s, cpu_s);
+  return text + fmt::format("{:28} {:>9.2f} {:>8.2f}\n", "all", wall_s, cpu_s);
 }
 
 std::string explanation(const std::vector<StepReport>& reports) {

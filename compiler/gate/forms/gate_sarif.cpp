@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -85,11 +86,10 @@ Json location_of(const GateReport& report, const Check& check) {
   if (!check.place) return location;
   const RouteStretch& place = *check.place;
   location["logicalLocations"] =
-      Json::array({{{"name", "sites " + std::to_string(place.first_site) + " to " +
-                                 std::to_string(place.last_site)},
-                    {"fullyQualifiedName", "run " + std::to_string(place.run) + "/" +
-                                               format_double(place.first_s_m) + " to " +
-                                               format_double(place.last_s_m) + " m"},
+      Json::array({{{"name", fmt::format("sites {} to {}", place.first_site, place.last_site)},
+                    {"fullyQualifiedName",
+                     fmt::format("run {}/{} to {} m", place.run, format_double(place.first_s_m),
+                                 format_double(place.last_s_m))},
                     {"kind", "route"}}});
   return location;
 }
@@ -100,8 +100,8 @@ std::string fingerprint(const Check& check) {
   if (!check.place) return print;
   constexpr double kSame_m = 50.0;
   const Eigen::Vector3d& p_m = check.place->middle_world_m;
-  return print + "/" + std::to_string(static_cast<long>(std::floor(p_m.x() / kSame_m))) + "," +
-         std::to_string(static_cast<long>(std::floor(p_m.y() / kSame_m)));
+  return fmt::format("{}/{},{}", print, static_cast<long>(std::floor(p_m.x() / kSame_m)),
+                     static_cast<long>(std::floor(p_m.y() / kSame_m)));
 }
 
 Json properties_of(const Check& check) {

@@ -1,5 +1,7 @@
 #include "compiler/views/exports/autoware.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -21,8 +23,7 @@ std::string metadata_of(const std::vector<AutowareSquare>& squares) {
   const std::string edge = "20.0";
   std::string yaml = "x_resolution: " + edge + "\ny_resolution: " + edge + "\n";
   for (const AutowareSquare& square : squares) {
-    yaml += square.file + ": [" + std::to_string(square.x_m) + ", " + std::to_string(square.y_m) +
-            "]\n";
+    yaml += fmt::format("{}: [{}, {}]\n", square.file, square.x_m, square.y_m);
   }
   return yaml;
 }
@@ -46,9 +47,8 @@ Result<std::string> square_of(const MapFrame& frame, const World& world) {
 
 Result<std::string> projector_of(const MapFrame& frame, const World& world) {
   const Eigen::Vector3d taken_m = export_origin_m(frame);
-  const std::string comment = "# x and y are the recording's world minus (" +
-                              format_double(taken_m.x()) + ", " + format_double(taken_m.y()) +
-                              ") m\n";
+  const std::string comment = fmt::format("# x and y are the recording's world minus ({}, {}) m\n",
+                                          format_double(taken_m.x()), format_double(taken_m.y()));
   if (world.kind == WorldKind::kLocal) return comment + "projector_type: Local\n";
   if (world.kind == WorldKind::kEnu) {
     if (taken_m == Eigen::Vector3d::Zero()) {
@@ -78,8 +78,7 @@ Result<AutowareMap> autoware_map(const std::vector<Eigen::Vector3d>& points_map_
   AutowareMap map;
   for (auto& [corner, points] : squares) {
     const auto& [x_m, y_m] = corner;
-    map.squares.push_back(
-        {std::to_string(x_m) + "_" + std::to_string(y_m) + ".pcd", x_m, y_m, std::move(points)});
+    map.squares.push_back({fmt::format("{}_{}.pcd", x_m, y_m), x_m, y_m, std::move(points)});
   }
   map.metadata_yaml = metadata_of(map.squares);
   map.projector_yaml = std::move(projector);

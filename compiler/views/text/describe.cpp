@@ -45,7 +45,7 @@ std::string describe_map(const CompiledMap& map) {
   const std::size_t runs =
       map.sites.sites.empty() ? 0 : map.sites.sites.back().run + std::size_t{1};
   return "map " + map.map_id + "\n" +
-         field("version", map.version + ", release " + std::to_string(map.release)) +
+         field("version", fmt::format("{}, release {}", map.version, map.release)) +
          field("written by", map.writer) +
          field("frame", fmt::format("world minus ({:.15g}, {:.15g}, {:.15g}) m", origin_m.x(),
                                     origin_m.y(), origin_m.z())) +
@@ -77,7 +77,7 @@ std::string describe_pieces(const TrajectoryQuality& trajectory) {
   std::string text;
   const std::size_t count = trajectory.pieces.size();
   if (count > 1) {
-    text += field("pieces", std::to_string(count) + "; how they lie to each other is not known");
+    text += field("pieces", fmt::format("{}; how they lie to each other is not known", count));
   }
   for (std::size_t i = 0; count > 1 && i < count; ++i) {
     const TrajectoryPiece& piece = trajectory.pieces[i];
@@ -157,8 +157,8 @@ std::string histogram(const RangeTable& ranges, std::size_t limit) {
   constexpr double kWidth = 40.0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double share = static_cast<double>(counts[i]) / static_cast<double>(ranges.site_count);
-    text += fmt::format("    {:>7} {:7}  {:5.1f} %  {:#<{}}\n", to_text(ranges.looks[i]), counts[i],
-                        100.0 * share, "", std::lround(kWidth * share));
+    text += fmt::format("    {:>7} {:7}  {:>5.1f} %  {:#<{}}\n", to_text(ranges.looks[i]),
+                        counts[i], 100.0 * share, "", std::lround(kWidth * share));
   }
   return text;
 }

@@ -26,15 +26,15 @@ std::string describe_place(const CompiledMap& map, std::size_t id) {
 
 std::string describe_prediction(const CompiledMap& map, std::size_t site) {
   std::string text = fmt::format("  {:22}", "range, m");
-  for (const Look& look : map.ranges.looks) text += fmt::format(" {:7g}", look.range_m);
+  for (const Look& look : map.ranges.looks) text += fmt::format(" {:>7g}", look.range_m);
   text += fmt::format("\n  {:22}", "predicted error, cm");
   for (std::size_t range = 0; range < map.ranges.looks.size(); ++range) {
-    text += fmt::format(" {:7.1f}", 100.0 * map.predicted.mean(site, range));
+    text += fmt::format(" {:>7.1f}", 100.0 * map.predicted.mean(site, range));
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += fmt::format("\n  P(error <= {:.4g} m)     ", map.ranges.promises[limit].limit_m);
     for (std::size_t range = 0; range < map.ranges.looks.size(); ++range) {
-      text += fmt::format(" {:7.3f}", map.predicted.probability(site, range, limit));
+      text += fmt::format(" {:>7.3f}", map.predicted.probability(site, range, limit));
     }
   }
   return text + "\n";
@@ -176,7 +176,7 @@ std::string describe_factors(const CompiledMap& map, const RouteFactors& route, 
   if (found.empty()) return "  at " + where + " no factor is far from the route's median\n";
   std::string text = "  far from the route's median at " + where + "\n";
   for (const FarOff& one : found) {
-    text += fmt::format("    {:18} {:10.4g}   median {:10.4g}   z {:+.1f}\n",
+    text += fmt::format("    {:18} {:>10.4g}   median {:>10.4g}   z {:+.1f}\n",
                         map.factors.factors[one.factor], one.value, one.median, one.z);
   }
   return text;

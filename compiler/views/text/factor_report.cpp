@@ -113,7 +113,7 @@ std::string line_of(const std::string& name, const FactorReport& report,
                     const std::function<double(const FactorsAtRange&)>& value, int decimals) {
   std::string text = fmt::format("{:22}", name);
   for (const FactorsAtRange& range : report.ranges) {
-    text += fmt::format(" {:6.{}f}", value(range), decimals);
+    text += fmt::format(" {:>6.{}f}", value(range), decimals);
   }
   return text + "\n";
 }

@@ -1,5 +1,7 @@
 #include "compiler/views/text/map_diff_text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -37,9 +39,9 @@ std::string shortened(const std::string& value) {
 
 std::string counts(std::uint64_t added, std::uint64_t removed, std::uint64_t moved) {
   std::string text;
-  if (added > 0) text += " +" + std::to_string(added);
-  if (removed > 0) text += " -" + std::to_string(removed);
-  if (moved > 0) text += " ~" + std::to_string(moved);
+  if (added > 0) text += fmt::format(" +{}", added);
+  if (removed > 0) text += fmt::format(" -{}", removed);
+  if (moved > 0) text += fmt::format(" ~{}", moved);
   return text.empty() ? "" : text.substr(1);
 }
 
@@ -78,23 +80,23 @@ std::string answer_text(const Stretch& stretch, const StretchLimit& limit) {
   if (limit.mean_range_after_m == 0.0) return "new";
   std::string text =
       fixed(limit.mean_range_before_m, 1) + " -> " + fixed(limit.mean_range_after_m, 1) + " m";
-  if (limit.newly_unmet > 0) text += ", " + std::to_string(limit.newly_unmet) + " newly unmet";
+  if (limit.newly_unmet > 0) text += fmt::format(", {} newly unmet", limit.newly_unmet);
   if (limit.no_longer_unmet > 0) {
-    text += ", " + std::to_string(limit.no_longer_unmet) + " no longer";
+    text += fmt::format(", {} no longer", limit.no_longer_unmet);
   }
   return text;
 }
 
 std::string sites_text(const Stretch& stretch) {
-  if (stretch.sites_removed > 0) return "-" + std::to_string(stretch.sites_removed);
-  return stretch.sites_added > 0 ? "+" + std::to_string(stretch.sites_added) : "";
+  if (stretch.sites_removed > 0) return fmt::format("-{}", stretch.sites_removed);
+  return stretch.sites_added > 0 ? fmt::format("+{}", stretch.sites_added) : "";
 }
 
 std::vector<std::string> stretch_row(const Stretch& stretch) {
   const Eigen::Vector3d& middle_m = stretch.line_world_m[stretch.line_world_m.size() / 2];
   std::vector<std::string> row = {
-      (stretch.is_of_old_map ? "old run " : "run ") + std::to_string(stretch.run) + ", " +
-          fixed(stretch.begin_s_m, 0) + " - " + fixed(stretch.end_s_m, 0) + " m",
+      fmt::format("{}{}, {:.0f} - {:.0f} m", stretch.is_of_old_map ? "old run " : "run ",
+                  stretch.run, stretch.begin_s_m, stretch.end_s_m),
       fixed(middle_m.x(), 0) + ", " + fixed(middle_m.y(), 0),
       stretch.has_changed_place ? counts(stretch.nds_added, stretch.nds_removed, stretch.nds_moved)
                                 : "",
@@ -115,13 +117,13 @@ Section stretches_section(const MapDiff& diff) {
   section.remark = "NDs: + new, - gone, ~ moved by more than " +
                    format_double(diff.options.tolerance_m) +
                    " m; where none are told the place is the same and its ranges are not.";
-  if (untold > 0) section.remark += " " + std::to_string(untold) + " lesser stretches not shown.";
+  if (untold > 0) section.remark += fmt::format(" {} lesser stretches not shown.", untold);
   if (diff.nds_scattered > 0) {
-    section.remark += " " + std::to_string(diff.nds_scattered) +
-                      " changed NDs scattered along the rest of the route.";
+    section.remark +=
+        fmt::format(" {} changed NDs scattered along the rest of the route.", diff.nds_scattered);
   }
   if (diff.nds_off_route > 0) {
-    section.remark += " " + std::to_string(diff.nds_off_route) + " changed NDs far from the route.";
+    section.remark += fmt::format(" {} changed NDs far from the route.", diff.nds_off_route);
   }
   return section;
 }
@@ -156,10 +158,9 @@ Section limit_section(const LimitDiff& limit) {
   if (limit.is_common()) {
     unmet[3] = signed_number(
         double{1} * limit.after->unmet_count - double{1} * limit.before->unmet_count, 0);
-    section.remark = std::to_string(limit.rose) + " sites look farther, " +
-                     std::to_string(limit.fell) + " less far; " +
-                     std::to_string(limit.newly_unmet) + " newly unmet, " +
-                     std::to_string(limit.no_longer_unmet) + " no longer.";
+    section.remark =
+        fmt::format("{} sites look farther, {} less far; {} newly unmet, {} no longer.", limit.rose,
+                    limit.fell, limit.newly_unmet, limit.no_longer_unmet);
   }
   section.grid.push_back(unmet);
   return section;
@@ -177,10 +178,9 @@ Section facts_section(const MapDiff& diff) {
   }
   for (const BlockDiff& block : diff.blocks) {
     if (block.is_required || block.added + block.removed + block.changed == 0) continue;
-    section.grid.push_back({"optional " + block.name,
-                            std::to_string(block.same + block.changed + block.removed),
-                            std::to_string(block.same + block.changed + block.added) + ", " +
-                                std::to_string(block.changed) + " changed"});
+    section.grid.push_back(
+        {"optional " + block.name, std::to_string(block.same + block.changed + block.removed),
+         fmt::format("{}, {} changed", block.same + block.changed + block.added, block.changed)});
   }
   return section;
 }
@@ -219,10 +219,10 @@ std::string headline(const MapDiff& diff) {
     const bool is_street = stretch.has_changed_place || stretch.is_of_old_map;
     if (is_street) changed_m += stretch.end_s_m - stretch.begin_s_m;
   }
-  return (changed_m > 0.0 ? fixed(changed_m, 0) + " m of street changed; "
-                          : "No street changed; ") +
-         std::to_string(diff.sites.size()) + " of " + std::to_string(diff.after.site_count) +
-         " sites tell a vehicle something else.";
+  return fmt::format(
+      "{}{} of {} sites tell a vehicle something else.",
+      changed_m > 0.0 ? fixed(changed_m, 0) + " m of street changed; " : "No street changed; ",
+      diff.sites.size(), diff.after.site_count);
 }
 
 std::vector<Section> sections_of(const MapDiff& diff) {

@@ -18,7 +18,8 @@ std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::s
   const WeakStretch& stretch = one.stretch;
   const Eigen::Vector3d p_m = world_m(sites, sites.sites[stretch.worst_site].p_map_m);
   return fmt::format(
-      "{:3}  {:3}  {:7.0f}  {:7.0f}  {:5}  {:9.1f}  {:9.1f}  {:6.1f}  {:5.3f}  {:5.0f}  {:15}  "
+      "{:3}  {:3}  {:>7.0f}  {:>7.0f}  {:5}  {:>9.1f}  {:>9.1f}  {:>6.1f}  {:>5.3f}  {:>5.0f}  "
+      "{:15}  "
       "{}\n",
       number, stretch.run, stretch.from_m, stretch.to_m, stretch.worst_site, p_m.x(), p_m.y(),
       100.0 * stretch.worst.error_m, stretch.worst.probability, 100.0 * stretch.worst.margin,
@@ -28,7 +29,7 @@ std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::s
 std::string advice_line(const TargetAdvice& advice, const Sites& sites) {
   const Eigen::Vector3d p_m = world_m(sites, advice.target.foot_map_m);
   return fmt::format(
-      "       {:5.1f} % less: at ({:.1f}, {:.1f}), ground {:.1f}, facing {:.0f} degrees; {:.1f} m "
+      "       {:>5.1f} % less: at ({:.1f}, {:.1f}), ground {:.1f}, facing {:.0f} degrees; {:.1f} m "
       "{} of site {}; {} returns a scan\n",
       100.0 * advice.gain, p_m.x(), p_m.y(), p_m.z(), facing_deg(advice.target),
       std::abs(advice.beside_m), advice.beside_m > 0.0 ? "left" : "right", advice.nearest_site,

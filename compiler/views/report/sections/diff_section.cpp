@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "compiler/views/report/sections/sections.h"
@@ -62,18 +64,16 @@ std::string limits_table(const MapDiff& diff) {
 }
 
 std::string link_to_site(const Stretch& stretch) {
-  const std::string sites =
-      std::to_string(stretch.first_site) + " to " + std::to_string(stretch.last_site);
+  const std::string sites = fmt::format("{} to {}", stretch.first_site, stretch.last_site);
   if (stretch.is_of_old_map) return sites + " of the old map";
   return "<a href=\"#site=" + std::to_string(stretch.first_site) + "\">" + sites + "</a>";
 }
 
 std::string stretch_row(const Stretch& stretch) {
-  std::string html = "<tr><th scope=\"row\">" + link_to_site(stretch) + "</th><td>" +
-                     std::to_string(stretch.run) + ", " + fixed(stretch.begin_s_m, 0) + " to " +
-                     fixed(stretch.end_s_m, 0) + "</td><td>" + std::to_string(stretch.nds_added) +
-                     " / " + std::to_string(stretch.nds_removed) + " / " +
-                     std::to_string(stretch.nds_moved) + "</td>";
+  std::string html =
+      fmt::format("<tr><th scope=\"row\">{}</th><td>{}, {:.0f} to {:.0f}</td><td>{} / {} / {}</td>",
+                  link_to_site(stretch), stretch.run, stretch.begin_s_m, stretch.end_s_m,
+                  stretch.nds_added, stretch.nds_removed, stretch.nds_moved);
   for (const StretchLimit& limit : stretch.limits) {
     html += "<td>" + fixed(limit.mean_range_before_m, 1) + " → " +
             fixed(limit.mean_range_after_m, 1) + "</td><td>" +
@@ -130,14 +130,12 @@ Section diff_section(const ReportSources& sources) {
       fact_table({{"sites", std::to_string(diff.sites_added) + " added, " +
                                 std::to_string(diff.sites_removed) + " removed"},
                   {"NDs", diff.has_comparable_nds
-                              ? std::to_string(diff.nds_added) + " added, " +
-                                    std::to_string(diff.nds_removed) + " removed, " +
-                                    std::to_string(diff.nds_moved) + " moved by more than " +
-                                    in_centimetres(diff.options.tolerance_m) + " cm"
+                              ? fmt::format("{} added, {} removed, {} moved by more than {} cm",
+                                            diff.nds_added, diff.nds_removed, diff.nds_moved,
+                                            in_centimetres(diff.options.tolerance_m))
                               : std::string("of other cells, which do not compare")},
-                  {"tiles", std::to_string(diff.tiles_changed) + " changed, " +
-                                std::to_string(diff.tiles_added) + " added, " +
-                                std::to_string(diff.tiles_removed) + " removed"}}) +
+                  {"tiles", fmt::format("{} changed, {} added, {} removed", diff.tiles_changed,
+                                        diff.tiles_added, diff.tiles_removed)}}) +
       stretches_table(diff) + facts_table(diff);
   return section;
 }

@@ -87,8 +87,7 @@ std::string colours_of(const CompiledMap& map, const Tones& tones) {
   const LengthScale scale(map.ranges);
   std::string css = colour_css("range-zero", scale.share(0.0), tones);
   for (std::size_t i = 0; i < map.ranges.looks.size(); ++i) {
-    css +=
-        colour_css("range-" + std::to_string(i), scale.share(map.ranges.looks[i].range_m), tones);
+    css += colour_css(fmt::format("range-{}", i), scale.share(map.ranges.looks[i].range_m), tones);
   }
   for (std::size_t i = 0; i < kScaleSteps; ++i) {
     css += colour_css("scale-" + std::to_string(i),

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "compiler/views/report/page/route.h"
@@ -116,9 +118,8 @@ std::string violations_of(const GateResult& gate) {
 }
 
 std::string gate_card(const GateResult& gate) {
-  const std::string counts =
-      std::to_string(gate.errors) + " errors, " + std::to_string(gate.warnings) + " warnings, " +
-      std::to_string(gate.notes) + " notes, " + std::to_string(gate.excepted) + " excepted";
+  const std::string counts = fmt::format("{} errors, {} warnings, {} notes, {} excepted",
+                                         gate.errors, gate.warnings, gate.notes, gate.excepted);
   return card("Gate", status(gate.passed ? Sign::kGood : Sign::kBad,
                              (gate.passed ? "Passed: " : "Failed: ") + counts) +
                           violations_of(gate));
@@ -134,8 +135,7 @@ std::string tiles_of_map(const CompiledMap& map) {
   return tile(fixed(route_m.empty() ? 0.0 : route_m.back(), 0), "m",
               "of route, " + std::to_string(map.sites.sites.size()) + " sites") +
          tile(std::to_string(map.ndt.nds.size()), "NDs",
-              "of " + metres(map.ndt.cell_m) + ", from " + std::to_string(map.ndt.point_count) +
-                  " points");
+              fmt::format("of {}, from {} points", metres(map.ndt.cell_m), map.ndt.point_count));
 }
 
 std::string tiles_of_limit(const ReportSources& sources, std::size_t limit) {
@@ -143,10 +143,9 @@ std::string tiles_of_limit(const ReportSources& sources, std::size_t limit) {
   std::string html = tile(fixed(sources.map->quality[limit].mean_range_m, 1), "m",
                           "mean range for " + limit_words);
   if (!sources.evaluation) return html;
-  return html +
-         tile(fixed(sources.evaluation->score(limit, Rule::kMap).time_ratio, 2), "×",
-              "the matching time of always looking " +
-                  metres(sources.evaluation->statics.back().range_m) + ", for " + limit_words);
+  return html + tile(fixed(sources.evaluation->score(limit, Rule::kMap).time_ratio, 2), "×",
+                     fmt::format("the matching time of always looking {}, for {}",
+                                 metres(sources.evaluation->statics.back().range_m), limit_words));
 }
 
 }  // namespace
