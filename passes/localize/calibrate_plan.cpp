@@ -7,9 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "formats/drive/trajectory_of_drive.h"
-#include "formats/grid/point_grid.h"
 #include "passes/localize/area_localizers.h"
+#include "passes/localize/drive_on_map.h"
 #include "passes/localize/match_contents.h"
 #include "passes/matching/foretold_pose.h"
 #include "passes/matching/look_plan.h"
@@ -21,46 +20,41 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kLeastGoodScans = 10;
-constexpr double kLongestStep_s = 2.0;  // as in "Continuous localization"
 
 struct Setup {
   const CalibratePlanOptions& options;
-  const Drive& drive;
-  const Trajectory& in_map;
-  const PointGrid& places;
+  const DriveOnMap& placed;
   const RangeTable& looks;
   AreaLocalizers& localizers;
-  std::vector<std::size_t> scans;  // indices into the drive, in time order
 };
 
-double step_s(const Setup& setup, std::size_t position) {
-  const auto stamp_ns = [&](std::size_t i) { return setup.drive.scans[setup.scans[i]].stamp_ns; };
-  return static_cast<double>(stamp_ns(position) - stamp_ns(position - 1)) * 1e-9;
-}
+bool is_even_step(std::int64_t step_ns) { return step_ns > 0 && step_ns <= kLongestStep_ns; }
 
 // Where the two scans before it foretell the vehicle; none across a pause or another piece.
 std::optional<Pose> foretold_at(const Setup& setup, std::size_t position) {
   if (position < 2) return std::nullopt;
-  const double now_s = step_s(setup, position);
-  const double before_s = step_s(setup, position - 1);
-  const auto& poses = setup.in_map.poses;
-  const TrajectoryPose& first = poses[setup.scans[position - 2]];
-  const TrajectoryPose& last = poses[setup.scans[position - 1]];
-  const bool is_even = now_s > 0.0 && before_s > 0.0 && now_s <= kLongestStep_s &&
-                       before_s <= kLongestStep_s && first.piece == last.piece &&
-                       last.piece == poses[setup.scans[position]].piece;
+  const std::int64_t now_ns = setup.placed.step_ns(position);
+  const std::int64_t before_ns = setup.placed.step_ns(position - 1);
+  const auto pose_at = [&](std::size_t at) -> const TrajectoryPose& {
+    return setup.placed.in_map.poses[setup.placed.scans[at]];
+  };
+  const TrajectoryPose& first = pose_at(position - 2);
+  const TrajectoryPose& last = pose_at(position - 1);
+  const bool is_even = is_even_step(now_ns) && is_even_step(before_ns) &&
+                       first.piece == last.piece && last.piece == pose_at(position).piece;
   if (!is_even) return std::nullopt;
   const Pose motion = first.T_map_vehicle.inverse(Eigen::Isometry) * last.T_map_vehicle;
+  const double now_s = static_cast<double>(now_ns) * 1e-9;
+  const double before_s = static_cast<double>(before_ns) * 1e-9;
   return foretold_pose(last.T_map_vehicle, motion, now_s / before_s);
 }
 
 // The plan at a place; none where no site is near.
 std::optional<LookPlan> plan_near(const Setup& setup, const LookPlan& usual,
                                   const Pose& T_map_vehicle) {
-  const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
-  const std::optional<NearPoint> site = setup.places.nearest(p_map_m, setup.options.reach_m);
+  const std::optional<std::size_t> site = setup.placed.site_near(T_map_vehicle);
   if (!site) return std::nullopt;
-  LookPlan plan = plan_at(usual, setup.looks.looks[setup.looks.range(site->index, 0)]);
+  LookPlan plan = plan_at(usual, setup.looks.looks[setup.looks.range(*site, 0)]);
   plan.doubt_above = std::numeric_limits<double>::infinity();  // the first look alone
   return plan;
 }
@@ -71,14 +65,15 @@ Result<std::optional<FirstLook>> look_first(const Setup& setup, const LookPlan& 
   if (!T_map_foretold) return std::optional<FirstLook>();
   const std::optional<LookPlan> plan = plan_near(setup, usual, *T_map_foretold);
   if (!plan) return std::optional<FirstLook>();
-  const std::size_t scan = setup.scans[position];
-  SIGHTLINE_ASSIGN(const Scan points, setup.drive.store->read(scan));
+  const Drive& drive = setup.placed.drive;
+  const std::size_t scan = setup.placed.scans[position];
+  SIGHTLINE_ASSIGN(const Scan points, drive.store->read(scan));
   SIGHTLINE_ASSIGN(const std::shared_ptr<const AreaLocalizer> area,
                    setup.localizers.at(T_map_foretold->translation()));
-  const PlannedMatch found = localize_in_looks({area->of_samples, setup.drive.sensor, *plan},
-                                               points, {*T_map_foretold, true}, memory);
+  const PlannedMatch found = localize_in_looks({area->of_samples, drive.sensor, *plan}, points,
+                                               {*T_map_foretold, true}, memory);
   if (!std::isfinite(found.doubt)) return std::optional<FirstLook>();
-  const Pose& T_map_reference = setup.in_map.poses[scan].T_map_vehicle;
+  const Pose& T_map_reference = setup.placed.in_map.poses[scan].T_map_vehicle;
   return std::optional<FirstLook>(FirstLook{
       found.doubt, (found.T_map_first.translation() - T_map_reference.translation()).norm()});
 }
@@ -110,7 +105,7 @@ bool from_bytes(std::span<const std::byte> bytes, std::vector<FirstLook>& looks)
 Result<std::vector<FirstLook>> look_first(const Setup& setup, const LookPlan& usual,
                                           std::size_t first) {
   std::vector<FirstLook> looks;
-  const std::size_t end = std::min(first + kScansInPart, setup.scans.size());
+  const std::size_t end = std::min(first + kScansInPart, setup.placed.scans.size());
   for (std::size_t position = first; position < end; ++position) {
     LookMemory memory{LookCutter(setup.options.matching.leaf_m), {}};
     SIGHTLINE_ASSIGN(const std::optional<FirstLook> look,
@@ -126,11 +121,12 @@ std::optional<Digest> content_of(const Setup& setup, const MatchContents& conten
                                  const Digest& street, std::size_t first) {
   std::vector<std::optional<std::size_t>> scans;
   ByteWriter writer;
-  const std::size_t end = std::min(first + kScansInPart, setup.scans.size());
+  const std::size_t end = std::min(first + kScansInPart, setup.placed.scans.size());
   for (std::size_t i = first - std::min<std::size_t>(first, 2); i < end; ++i) {
-    scans.emplace_back(setup.scans[i]);
-    writer.put(setup.drive.scans[setup.scans[i]].stamp_ns);
-    writer.put(setup.in_map.poses[setup.scans[i]].piece);
+    const std::size_t scan = setup.placed.scans[i];
+    scans.emplace_back(scan);
+    writer.put(setup.placed.drive.scans[scan].stamp_ns);
+    writer.put(setup.placed.in_map.poses[scan].piece);
   }
   const std::optional<Digest> matches = contents.of(scans);
   if (!matches) return std::nullopt;
@@ -144,7 +140,8 @@ std::optional<Digest> content_of(const Setup& setup, const MatchContents& conten
 Result<std::vector<FirstLook>> first_looks(PassContext& ctx, const Setup& setup,
                                            const LookPlan& usual, const MatchContents& contents,
                                            const Digest& street) {
-  std::vector<std::vector<FirstLook>> found((setup.scans.size() + kScansInPart - 1) / kScansInPart);
+  std::vector<std::vector<FirstLook>> found((setup.placed.scans.size() + kScansInPart - 1) /
+                                            kScansInPart);
   PartedWork work;
   work.count = found.size();
   work.content = [&](std::size_t part) {
@@ -184,17 +181,6 @@ std::vector<double> doubts_of_good(const CalibratePlanOptions& options,
   return good;
 }
 
-Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const TiledNds& nds,
-                          const Sites& sites, const RangeTable& ranges) {
-  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  if (!(nds.frame() == sites.frame) || ranges.site_count != sites.sites.size()) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "the map, its sites and its ranges do not belong together"};
-  }
-  if (nds.nd_count() > 0) return {};
-  return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with"};
-}
-
 }  // namespace
 
 double raised_threshold(const CalibratePlanOptions& options, const LookPlan& plan,
@@ -216,8 +202,7 @@ std::vector<OptionField> option_fields(CalibratePlanOptions& options) {
   return with_matching(
       {number("doubted_share", options.doubted_share,
               "while tracking: share of good first looks that may be doubted", 0.0, 1.0),
-       shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
-                     0.1, 1000.0))},
+       reach_option(options.reach_m)},
       options.matching);
 }
 
@@ -225,20 +210,16 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
                                       const Drive& drive, const Trajectory& trajectory,
                                       const TiledNds& nds, const Sites& sites,
                                       const RangeTable& ranges) {
-  SIGHTLINE_TRY(check_inputs(drive, trajectory, nds, sites, ranges));
+  SIGHTLINE_ASSIGN(const DriveOnMap placed, place_on_map(drive, trajectory, nds, sites, ranges,
+                                                         options.reach_m, options.matching.scans));
   CalibratedPlan calibrated;
   if (ranges.of_samples.empty()) return calibrated;
   calibrated.plan = usual_plan();
-  const Trajectory in_map = rebase(trajectory, nds.frame());
-  const PointGrid places(positions_m(sites));
   AreaLocalizers localizers(nds, {LocalizerKind::kSearching, options.matching.coarse_cells,
                                   drive.sensor.max_range_m, ctx.threads});
-  Setup setup{options, drive, in_map, places, ranges.of_samples.front(), localizers, {}};
-  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (is_selected(drive.scans[i], options.matching.scans)) setup.scans.push_back(i);
-  }
+  const Setup setup{options, placed, ranges.of_samples.front(), localizers};
   SIGHTLINE_ASSIGN(TileDigests tiles, digests_of(nds));
-  const MatchContents contents(drive, in_map, std::move(tiles), drive.sensor.max_range_m);
+  const MatchContents contents(drive, placed.in_map, std::move(tiles), drive.sensor.max_range_m);
   DigestBuilder street;
   street.add(to_bytes(sites));
   street.add(to_bytes(ranges));

@@ -5,8 +5,7 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/stopwatch.h"
-#include "formats/drive/trajectory_of_drive.h"
-#include "formats/grid/point_grid.h"
+#include "passes/localize/drive_on_map.h"
 #include "passes/localize/track_matcher.h"
 #include "passes/matching/foretold_pose.h"
 #include "passes/matching/localizer.h"
@@ -18,17 +17,13 @@ namespace {
 // Scans that are read before all replays go on over them: a second of driving.
 constexpr std::size_t kScansInBlock = 16;
 
-// A pause in the recording after which the speed says nothing of where the vehicle is.
-constexpr std::int64_t kLongestStep_ns = 2'000'000'000;
-
 // What all replays share.
 struct Setup {
   const TrackDriveOptions& options;
-  const Drive& drive;
+  const DriveOnMap& placed;
   const std::vector<double>& limits_m;
   const Localizer& localizer;
   const std::vector<InitialOffset>& offsets;
-  const std::vector<std::size_t>& scans;  // indices into the drive, in time order
 };
 
 // A scan in memory, and where it truly was.
@@ -49,13 +44,6 @@ struct Replay {
   std::int64_t last_step_ns = 0;          // how long it took
   std::vector<TrackStep> steps;
 };
-
-// How long it is from the scan before to this one.
-std::int64_t step_ns(const Setup& setup, std::size_t position) {
-  if (position == 0) return 0;
-  const auto stamp_ns = [&](std::size_t i) { return setup.drive.scans[setup.scans[i]].stamp_ns; };
-  return stamp_ns(position) - stamp_ns(position - 1);
-}
 
 // From outside, as a satellite receiver and the wheels would tell it: the next start of the
 // measured set, and the speed of the step before.
@@ -80,7 +68,7 @@ Pose foretold(const Replay& replay, std::int64_t this_step_ns) {
 void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
                  const KnownScan* before, Replay& replay) {
   TrackStep step;
-  const std::int64_t this_step_ns = step_ns(setup, position);
+  const std::int64_t this_step_ns = setup.placed.step_ns(position);
   const bool goes_on = replay.result_count > 0 && now.follows;
   const Pose T_map_start =
       goes_on ? foretold(replay, this_step_ns) : begin_track(setup, now, before, replay);
@@ -108,51 +96,37 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
   replay.steps.push_back(step);
 }
 
-// Those selected whose given pose lies within reach of a site.
-std::vector<std::size_t> scans_on_map(const TrackDriveOptions& options, const Drive& drive,
-                                      const Trajectory& in_map, const PointGrid& places) {
-  const ScanSelection selection = options.matching.scans;
-  std::vector<std::size_t> scans;
-  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (!is_selected(drive.scans[i], selection)) continue;
-    const Eigen::Vector3d p_map_m =
-        in_map.poses[i].T_map_vehicle * drive.sensor.T_vehicle_lidar.translation();
-    if (places.nearest(p_map_m, options.reach_m)) scans.push_back(i);
-  }
-  return scans;
-}
-
 // The scan at a position among those on the map.
-Result<KnownScan> known_scan(const Setup& setup, const Trajectory& in_map, std::size_t position) {
-  const std::size_t index = setup.scans[position];
-  SIGHTLINE_ASSIGN(Scan scan, setup.drive.store->read(index));
+Result<KnownScan> known_scan(const Setup& setup, std::size_t position) {
+  const Drive& drive = setup.placed.drive;
+  const std::size_t index = setup.placed.scans[position];
+  SIGHTLINE_ASSIGN(Scan scan, drive.store->read(index));
   KnownScan known;
-  known.T_map_reference = in_map.poses[index].T_map_vehicle;
+  known.T_map_reference = setup.placed.in_map.poses[index].T_map_vehicle;
   if (setup.options.matching.reference != ErrorReference::kKnownPose) {
     ScanCutter cutter;
     ScanForMatch full =
-        make_scan_for_match(setup.localizer, cutter, scan, setup.drive.sensor,
-                            {setup.drive.sensor.max_range_m, setup.options.matching.leaf_m,
+        make_scan_for_match(setup.localizer, cutter, scan, drive.sensor,
+                            {drive.sensor.max_range_m, setup.options.matching.leaf_m,
                              setup.options.matching.every_return});
     known.T_map_reference = localize(setup.localizer, full, known.T_map_reference).T_map_sensor;
   }
   known.scan = std::move(scan);
   const bool is_even_step = setup.options.matching.scans == ScanSelection::kAll;
   const std::size_t next = is_even_step ? 1 : 2;  // in the recording
-  known.follows = position > 0 && index - setup.scans[position - 1] <= next &&
-                  step_ns(setup, position) <= kLongestStep_ns;
+  known.follows = position > 0 && index - setup.placed.scans[position - 1] <= next &&
+                  setup.placed.step_ns(position) <= kLongestStep_ns;
   return known;
 }
 
 // Replays of the block that begins at `first`; `before` is the scan before it, or null.
-Result<KnownScan> follow_block(const PassContext& ctx, const Setup& setup, const Trajectory& in_map,
-                               std::size_t first, const KnownScan* before,
-                               std::vector<Replay>& replays) {
-  const std::size_t count = std::min(kScansInBlock, setup.scans.size() - first);
+Result<KnownScan> follow_block(const PassContext& ctx, const Setup& setup, std::size_t first,
+                               const KnownScan* before, std::vector<Replay>& replays) {
+  const std::size_t count = std::min(kScansInBlock, setup.placed.scans.size() - first);
   std::vector<KnownScan> known(count);
   std::vector<std::optional<Error>> failures(count);
   parallel_for(count, ctx.threads, [&](std::size_t i) {
-    Result<KnownScan> scan = known_scan(setup, in_map, first + i);
+    Result<KnownScan> scan = known_scan(setup, first + i);
     if (scan) {
       known[i] = std::move(*scan);
     } else {
@@ -178,30 +152,16 @@ std::vector<Replay> replays_of(const TrackInputs& inputs) {
   return replays;
 }
 
-Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const TiledNds& nds,
-                          const Sites& sites, const RangeTable& ranges) {
-  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  if (!(nds.frame() == sites.frame) || ranges.site_count != sites.sites.size()) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "the map, its sites and its ranges do not belong together"};
-  }
-  if (nds.nd_count() == 0) {
-    return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with"};
-  }
-  return {};
-}
-
-DriveTracks to_tracks(const Setup& setup, const Trajectory& in_map,
-                      const std::vector<Replay>& replays) {
+DriveTracks to_tracks(const Setup& setup, const std::vector<Replay>& replays) {
+  const DriveOnMap& placed = setup.placed;
   DriveTracks tracks;
-  tracks.drive = setup.drive.name;
+  tracks.drive = placed.drive.name;
   tracks.reference = setup.options.matching.reference;
   tracks.lost_beyond_m = setup.options.lost_beyond_m;
   tracks.limits_m = setup.limits_m;
-  for (const std::size_t scan : setup.scans) {
-    const Eigen::Vector3d p_map_m =
-        in_map.poses[scan].T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
-    tracks.scans.push_back({setup.drive.scans[scan].recording_index, p_map_m.x(), p_map_m.y()});
+  for (const std::size_t scan : placed.scans) {
+    const Eigen::Vector3d p_map_m = placed.sensor_m(placed.in_map.poses[scan].T_map_vehicle);
+    tracks.scans.push_back({placed.drive.scans[scan].recording_index, p_map_m.x(), p_map_m.y()});
   }
   for (const Replay& replay : replays) {
     tracks.rules.push_back(replay.rule);
@@ -216,23 +176,23 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options) {
   return with_matching(
       {number("lost_beyond_m", options.lost_beyond_m,
               "continuous localization: an error above this ends a track, m", 0.01, 100.0),
-       shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
-                     0.1, 1000.0))},
+       reach_option(options.reach_m)},
       options.matching);
 }
 
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wanted,
                                 const Drive& drive, const Trajectory& trajectory,
                                 const TiledNds& nds, const Sites& sites, const RangeTable& ranges) {
-  SIGHTLINE_TRY(check_inputs(drive, trajectory, nds, sites, ranges));
+  SIGHTLINE_ASSIGN(DriveOnMap placed, place_on_map(drive, trajectory, nds, sites, ranges,
+                                                   wanted.reach_m, wanted.matching.scans));
+  std::erase_if(placed.scans, [&](std::size_t scan) {
+    return !placed.site_near(placed.in_map.poses[scan].T_map_vehicle);
+  });
   // A vehicle that got lost may be anywhere on the map.
   SIGHTLINE_ASSIGN(const NdtMap map, nds.whole());
   TrackDriveOptions options = wanted;
   options.matching.reference = reference_of(wanted.matching, trajectory);
-  const Trajectory in_map = rebase(trajectory, map.frame);
-  const PointGrid places(positions_m(sites));
-  const std::vector<std::size_t> scans = scans_on_map(options, drive, in_map, places);
-  if (scans.empty()) {
+  if (placed.scans.empty()) {
     return Error{ErrorCode::kNoOverlap, "drive '" + drive.name + "' has no scan within " +
                                             format_double(options.reach_m) + " m of any of " +
                                             std::to_string(sites.sites.size()) + " sites"};
@@ -246,18 +206,18 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wante
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(matching));
   std::vector<double> limits_m;
   for (const LimitPromise& promise : ranges.promises) limits_m.push_back(promise.limit_m);
-  const Setup setup{options, drive, limits_m, localizer, offsets, scans};
+  const Setup setup{options, placed, limits_m, localizer, offsets};
   std::vector<Replay> replays =
-      replays_of({drive.sensor, places, options.reach_m, ranges, localizer, of_samples,
-                  matching.leaf_m, matching.every_return});
+      replays_of({placed, ranges, localizer, of_samples, matching.leaf_m, matching.every_return});
   KnownScan before;
-  for (std::size_t first = 0; first < scans.size(); first += kScansInBlock) {
-    SIGHTLINE_ASSIGN(KnownScan last, follow_block(ctx, setup, in_map, first,
-                                                  first == 0 ? nullptr : &before, replays));
+  const std::size_t count = placed.scans.size();
+  for (std::size_t first = 0; first < count; first += kScansInBlock) {
+    SIGHTLINE_ASSIGN(KnownScan last,
+                     follow_block(ctx, setup, first, first == 0 ? nullptr : &before, replays));
     before = std::move(last);
-    ctx.progress(std::min(first + kScansInBlock, scans.size()), scans.size());
+    ctx.progress(std::min(first + kScansInBlock, count), count);
   }
-  return to_tracks(setup, in_map, replays);
+  return to_tracks(setup, replays);
 }
 
 }  // namespace sightline

@@ -47,31 +47,25 @@ TrackMatcher::TrackMatcher(const TrackInputs& inputs, const TrackRule& rule)
   if (found != promises.end()) limit_ = static_cast<std::size_t>(found - promises.begin());
 }
 
-std::optional<std::size_t> TrackMatcher::site_at(const Pose& T_map_vehicle) const {
-  const Eigen::Vector3d p_map_m = T_map_vehicle * inputs_.sensor.T_vehicle_lidar.translation();
-  const std::optional<NearPoint> nearest = inputs_.places.nearest(p_map_m, inputs_.reach_m);
-  return nearest ? std::optional<std::size_t>(nearest->index) : std::nullopt;
-}
-
 Look TrackMatcher::look_at(const Pose& T_map_vehicle) const {
   if (rule_.is_static()) return rule_.look;
   const bool is_range = rule_.choice == TrackChoice::kRange;
   const RangeTable& table = is_range ? inputs_.ranges : *looks_of(inputs_.ranges);
-  const std::optional<std::size_t> site = site_at(T_map_vehicle);
+  const std::optional<std::size_t> site = inputs_.placed.site_near(T_map_vehicle);
   return site ? table.looks[table.range(*site, limit_)] : inputs_.ranges.looks.back();
 }
 
 TrackMatcher::Found TrackMatcher::match_range(const Scan& scan, double range_m,
                                               const Pose& T_map_start) {
-  ScanForMatch cut = make_scan_for_match(inputs_.own, cutter_, scan, inputs_.sensor,
+  ScanForMatch cut = make_scan_for_match(inputs_.own, cutter_, scan, inputs_.placed.drive.sensor,
                                          {range_m, inputs_.leaf_m, inputs_.takes_every_return});
   return {localize(inputs_.own, cut, T_map_start), range_m, false};
 }
 
 TrackMatcher::Found TrackMatcher::match_plan(const Scan& scan, const LookPlan& plan,
                                              const Foretold& foretold) {
-  const PlannedMatch found =
-      localize_in_looks({inputs_.of_samples, inputs_.sensor, plan}, scan, foretold, memory_);
+  const PlannedMatch found = localize_in_looks(
+      {inputs_.of_samples, inputs_.placed.drive.sensor, plan}, scan, foretold, memory_);
   const bool took_second = found.look_count > 1;
   const Look& stands = took_second || !foretold.is_tracking ? plan.second : plan.first;
   return {found.match, stands.range_m, took_second};
@@ -79,7 +73,7 @@ TrackMatcher::Found TrackMatcher::match_plan(const Scan& scan, const LookPlan& p
 
 TrackMatcher::Found TrackMatcher::match(const Scan& scan, const Foretold& foretold) {
   const bool has_plan = rule_.choice == TrackChoice::kPlan && foretold.is_tracking &&
-                        site_at(foretold.T_map_vehicle).has_value();
+                        inputs_.placed.site_near(foretold.T_map_vehicle).has_value();
   const Look look = look_at(foretold.T_map_vehicle);
   if (has_plan) {
     return match_plan(scan, plan_at(*looks_of(inputs_.ranges)->plan, look), foretold);

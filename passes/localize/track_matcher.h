@@ -6,7 +6,7 @@
 #include "formats/annotation/drive_tracks.h"
 #include "formats/annotation/range_table.h"
 #include "formats/drive/drive.h"
-#include "formats/grid/point_grid.h"
+#include "passes/localize/drive_on_map.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_plan.h"
 #include "passes/matching/scan_cutter.h"
@@ -15,9 +15,7 @@ namespace sightline {
 
 // What all replays of a drive share. `own` serves ranges, `of_samples` looks that take a sample.
 struct TrackInputs {
-  const SensorProfile& sensor;
-  const PointGrid& places;  // of the sites' sensors
-  double reach_m = 0.0;     // a site farther away says nothing
+  const DriveOnMap& placed;
   const RangeTable& ranges;
   const Localizer& own;
   const Localizer& of_samples;
@@ -44,7 +42,6 @@ class TrackMatcher {
   Found match(const Scan& scan, const Foretold& foretold);
 
  private:
-  [[nodiscard]] std::optional<std::size_t> site_at(const Pose& T_map_vehicle) const;
   [[nodiscard]] Look look_at(const Pose& T_map_vehicle) const;
   Found match_range(const Scan& scan, double range_m, const Pose& T_map_start);
   Found match_plan(const Scan& scan, const LookPlan& plan, const Foretold& foretold);
