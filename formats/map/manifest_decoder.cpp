@@ -1,3 +1,4 @@
+#include "formats/map/container/packed_block.h"
 #include "formats/map/manifest.h"
 #include "formats/reader/map_checks.h"
 #include "map_generated.h"
@@ -142,8 +143,7 @@ std::optional<Sharpness> decode_sharpness(const schema::Sharpness* from) {
 ModelRecord decode_model(const schema::Model& model) {
   ModelRecord record;
   record.encoding_version = model.encoding_version();
-  std::copy(model.digest()->bytes()->begin(), model.digest()->bytes()->end(),
-            record.digest.begin());
+  record.digest = to_digest(*model.digest());
   for (const schema::Fact* fact : *model.card()) {
     record.card.emplace_back(fact->name()->str(), fact->value()->str());
   }

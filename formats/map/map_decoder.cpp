@@ -4,8 +4,6 @@
 
 #include "formats/map/container/contents_layer.h"
 #include "formats/map/container/map_digests.h"
-#include "formats/map/drives_section.h"
-#include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
 #include "formats/reader/map_checks.h"
@@ -19,16 +17,6 @@ std::string byte_place(std::uint64_t offset) { return "byte " + std::to_string(o
 Error at(Error error, const std::string& place) {
   error.place = error.place.empty() ? place : place + ", " + error.place;
   return error;
-}
-
-Digest from_schema(const schema::Digest& digest) {
-  Digest bytes{};
-  std::copy(digest.bytes()->begin(), digest.bytes()->end(), bytes.begin());
-  return bytes;
-}
-
-Error wrong_digest(const std::string& what, const std::string& place) {
-  return {ErrorCode::kDigestMismatch, what + " does not match its digest", "", place};
 }
 
 Error not_derived(const char* what) {
@@ -45,15 +33,6 @@ MapDecoder::MapDecoder(const MapContainer& container, KeepNds keep_nds)
     : container_(container),
       keep_nds_(keep_nds),
       checked_to_(container.header.manifest_offset + container.header.manifest_size) {}
-
-Result<void> MapDecoder::check_padding(std::uint64_t begin, std::uint64_t end) const {
-  for (std::uint64_t i = begin; i < end; ++i) {
-    if (container_.file[i] == std::byte{0}) continue;
-    return Error{ErrorCode::kOutOfBounds, "bytes between two blocks must be zero", "",
-                 byte_place(i)};
-  }
-  return {};
-}
 
 // How many rows there are to come, before anything is allocated for them.
 Result<void> MapDecoder::check_counts() const {
@@ -78,7 +57,7 @@ Result<void> MapDecoder::check_counts() const {
 // same.
 Result<RawBytes> MapDecoder::raw_bytes(const PackedBlock& block) {
   const std::uint64_t offset = offset_of(container_, block);
-  SIGHTLINE_TRY(check_padding(checked_to_, offset));
+  SIGHTLINE_TRY(check_zeros(container_.file, checked_to_, offset));
   checked_to_ = offset + block.stored.size();
   MapSummary::Blocks& sum = blocks_[block.name];
   sum.is_required = block.is_required;
@@ -97,39 +76,32 @@ Result<RawBytes> MapDecoder::raw_bytes(const PackedBlock& block) {
   return raw;
 }
 
-Result<void> MapDecoder::decode_nds(std::span<const std::byte> raw, std::uint64_t row_count,
-                                    TileKey key) {
-  if (keep_nds_ == KeepNds::kYes) return decode_ndt_layer(raw, row_count, key, map_.ndt);
-  NdtMap of_tile = map_.ndt;  // which stays without any ND
-  const Result<void> decoded = decode_ndt_layer(raw, row_count, key, of_tile);
-  return decoded ? validate(of_tile) : decoded;
+// NDs that are not kept are checked a layer at a time.
+Result<void> MapDecoder::decode_layer(const PackedBlock& block, std::span<const std::byte> raw,
+                                      TileKey key) {
+  if (block.name == kNdtLayer && keep_nds_ == KeepNds::kNo) {
+    NdtMap of_tile = map_.ndt;  // which stays without any ND
+    SIGHTLINE_TRY(decode_ndt_layer(raw, block.row_count, key, of_tile));
+    return validate(of_tile);
+  }
+  SIGHTLINE_TRY(decoder_->decode_layer(block, raw, key));
+  if (block.name == kRangeLayer) look_up_->add(raw, block.row_count);
+  return {};
 }
 
 Result<void> MapDecoder::visit_layer(const PackedBlock& block, TileKey key) {
   SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
-  const std::span<const std::byte> bytes = raw.bytes();
-  Result<void> decoded;
-  if (block.name == kNdtLayer) {
-    decoded = decode_nds(bytes, block.row_count, key);
-  } else if (block.name == kRangeLayer) {
-    decoded = decode_range_layer(bytes, block.row_count, key, map_, is_filled_);
-    look_up_->add(bytes, block.row_count);
-  } else if (block.version == kFactorLayerVersion) {
-    for (ExpectedFactors& expected : factors_) {
-      if (block.name != expected.layer) continue;
-      decoded = decode_factor_layer(bytes, block.row_count, expected.table, expected.is_filled);
-    }
-  }
+  const Result<void> decoded = decode_layer(block, raw.bytes(), key);
   if (decoded) return {};
   return at(decoded.error(), byte_place(offset_of(container_, block)));
 }
 
 // What a file that lost its directory would tell must be what the directory tells.
-Result<void> MapDecoder::check_contents(TileKey key, const Digest& digest,
-                                        const std::vector<PackedBlock>& layers) const {
-  for (const PackedBlock& layer : layers) {
+Result<void> MapDecoder::check_contents(const PackedTile& tile) const {
+  for (const PackedBlock& layer : tile.layers) {
     if (layer.name != kContentsLayer || layer.version != kContentsLayerVersion) continue;
-    const std::vector<std::byte> expected = encode_contents(contents_of(key, digest, layers));
+    const std::vector<std::byte> expected =
+        encode_contents(contents_of(tile.key, tile.digest, tile.layers));
     if (!std::ranges::equal(layer.stored, expected)) {
       return at(not_derived("the directory"),
                 "layer " + layer.name + ", " + byte_place(offset_of(container_, layer)));
@@ -138,23 +110,16 @@ Result<void> MapDecoder::check_contents(TileKey key, const Digest& digest,
   return {};
 }
 
-Result<void> MapDecoder::visit_tile(const schema::Tile& tile) {
-  const TileKey key{tile.x(), tile.y()};
-  std::vector<BlockName> required;
-  std::vector<PackedBlock> layers;
-  for (const schema::Block* entry : *tile.layers()) {
-    layers.push_back(packed_block(container_, *entry));
-    const PackedBlock& block = layers.back();
-    const Result<void> layer = visit_layer(block, key);
+Result<void> MapDecoder::visit_tile(const schema::Tile& entry) {
+  const PackedTile tile = packed_tile(container_, entry);
+  for (const PackedBlock& block : tile.layers) {
+    const Result<void> layer = visit_layer(block, tile.key);
     if (!layer) return at(layer.error(), "layer " + block.name);
-    if (!block.is_required) continue;
-    required.push_back({block.name, block.version, block.row_count, block.raw_digest});
   }
-  const Digest digest = from_schema(*tile.digest());
-  if (tile_digest(key, required) != digest) {
+  if (required_digest(tile) != tile.digest) {
     return wrong_digest("the tile", byte_place(container_.header.directory_offset));
   }
-  return check_contents(key, digest, layers);
+  return check_contents(tile);
 }
 
 Result<void> MapDecoder::check_look_up() const {
@@ -178,19 +143,9 @@ Result<void> MapDecoder::check_look_up() const {
 
 Result<void> MapDecoder::visit_section(const PackedBlock& block) {
   SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
-  for (ExpectedFactors& expected : factors_) {
-    if (block.name == expected.names) return decode_factor_names(raw.bytes(), expected.table);
-  }
-  if (block.name == kDrivesSection && knows_drives_section(block.version)) {
-    SIGHTLINE_ASSIGN(map_.tile_drives, decode_drives(raw.bytes(), block.version, block.row_count));
-    return {};
-  }
-  if (block.name != kModelSection) return {};
-  if (sha256(raw.bytes()) != map_.model.digest) {
-    return wrong_digest("the error model", byte_place(offset_of(container_, block)));
-  }
-  map_.model.bytes.assign(raw.bytes().begin(), raw.bytes().end());
-  return {};
+  const Result<void> decoded = decoder_->decode_section(block, raw.bytes());
+  if (decoded) return {};
+  return at(decoded.error(), byte_place(offset_of(container_, block)));
 }
 
 Result<void> MapDecoder::visit_all() {
@@ -198,33 +153,25 @@ Result<void> MapDecoder::visit_all() {
   for (const schema::Tile* tile : *container_.directory->tiles()) {
     const Result<void> visited = visit_tile(*tile);
     if (!visited) return at(visited.error(), tile_place(tile->x(), tile->y()));
-    tiles.push_back(from_schema(*tile->digest()));
+    tiles.push_back(to_digest(*tile->digest()));
   }
   for (const schema::Block* section : *container_.directory->sections()) {
     const PackedBlock block = packed_block(container_, *section);
     const Result<void> visited = visit_section(block);
     if (!visited) return at(visited.error(), "section " + block.name);
   }
-  for (const Result<void>& checked : {check_look_up(), check_factors(), check_end(tiles)}) {
+  for (const Result<void>& checked :
+       {check_look_up(), decoder_->check_factors(), check_end(tiles)}) {
     if (!checked) return checked;
-  }
-  return {};
-}
-
-Result<void> MapDecoder::check_factors() const {
-  for (const ExpectedFactors& expected : factors_) {
-    if (std::ranges::find(expected.is_filled, false) == expected.is_filled.end()) continue;
-    return Error{ErrorCode::kBadLayer, "factors are named, but some sites have none", "",
-                 "layer " + std::string(expected.layer)};
   }
   return {};
 }
 
 Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
   const FileHeader& header = container_.header;
-  SIGHTLINE_TRY(check_padding(checked_to_, header.directory_offset));
-  SIGHTLINE_TRY(check_padding(header.directory_offset + header.directory_size,
-                              container_.file.size() - kTrailerSize));
+  SIGHTLINE_TRY(check_zeros(container_.file, checked_to_, header.directory_offset));
+  SIGHTLINE_TRY(check_zeros(container_.file, header.directory_offset + header.directory_size,
+                            container_.file.size() - kTrailerSize));
   const std::vector<BlockName> required;  // format 1 has no required sections
   const Digest manifest =
       sha256(container_.file.subspan(header.manifest_offset, header.manifest_size));
@@ -235,50 +182,20 @@ Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
 }
 
 void MapDecoder::make_room() {
-  const std::size_t sites = container_.manifest->site_count();
-  is_filled_.resize(sites);
-  make_room_for_sites(sites, map_);
+  decoder_.emplace(container_.manifest->site_count(), map_);
+  decoder_->expect_factors(container_);
   look_up_.emplace(answer_shape(map_), map_.reach_m);
 }
 
-// The section that names the factors tells how many there are before the layers are read.
-void MapDecoder::expect_factors(std::string_view names, std::string_view layer,
-                                const std::vector<Look>& looks) {
-  const schema::Block* section = find_section(container_, names);
-  if (section == nullptr || section->version() != kFactorNamesVersion) return;
-  if (section->row_count() == 0 || section->row_count() > kMostFactors) return;
-  ExpectedFactors& expected = factors_.emplace_back();
-  expected.names = names;
-  expected.layer = layer;
-  expected.is_filled.resize(is_filled_.size());
-  expected.table.looks = looks;
-  expected.table.factors.resize(section->row_count());
-  expected.table.site_count = map_.ranges.site_count;
-  expected.table.values.resize(expected.table.shape().size(is_filled_.size()));
-}
-
-void MapDecoder::take_factors() {
-  for (ExpectedFactors& expected : factors_) {
-    if (expected.layer == kFactorLayer) map_.factors = std::move(expected.table);
-  }
-  for (ExpectedFactors& expected : factors_) {
-    if (expected.layer != kSampleFactorLayer || map_.factors.factors.empty()) continue;
-    map_.factors.of_samples.push_back(std::move(expected.table));
-  }
-}
-
 Result<CompiledMap> MapDecoder::run() {
-  for (const Result<void>& start : {check_padding(kHeaderSize, container_.header.manifest_offset),
-                                    check_counts(), decode_manifest(*container_.manifest, map_)}) {
+  for (const Result<void>& start :
+       {check_zeros(container_.file, kHeaderSize, container_.header.manifest_offset),
+        check_counts(), decode_manifest(*container_.manifest, map_)}) {
     if (!start) return start.error();
   }
   make_room();
-  expect_factors(kFactorNames, kFactorLayer, map_.ranges.looks);
-  for (const RangeTable& samples : map_.ranges.of_samples) {
-    expect_factors(kSampleFactorNames, kSampleFactorLayer, samples.looks);
-  }
   SIGHTLINE_TRY(visit_all());
-  take_factors();
+  decoder_->take_factors();
   SIGHTLINE_TRY(validate(map_));
   if (simulated_site_count(map_.ranges) != container_.manifest->simulated_site_count()) {
     return Error{ErrorCode::kBadManifest,

@@ -8,10 +8,14 @@
 
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
+#include "formats/grid/cell_key.h"
 #include "formats/map/container/block_codec.h"
 #include "formats/reader/map_container.h"
 
 namespace sightline {
+namespace schema {
+struct Digest;
+}  // namespace schema
 
 // A block as it lies in a file, and what its entry says of it.
 struct PackedBlock {
@@ -28,6 +32,26 @@ struct PackedBlock {
 
 // A block that the directory names; its bytes are not checked.
 PackedBlock packed_block(const MapContainer& container, const schema::Block& block);
+
+struct PackedTile {
+  TileKey key;
+  Digest digest{};
+  std::vector<PackedBlock> layers;
+};
+
+// A tile that the directory names; its bytes are not checked.
+PackedTile packed_tile(const MapContainer& container, const schema::Tile& tile);
+
+// What the digest of a tile is by the entries of its required layers.
+Digest required_digest(const PackedTile& tile);
+
+Digest to_digest(const schema::Digest& digest);
+
+Error wrong_digest(const std::string& what, const std::string& place);
+
+// Whether all bytes from one place in a file to another are zero. Error: out-of-bounds, at the
+// first that is not.
+Result<void> check_zeros(std::span<const std::byte> file, std::uint64_t begin, std::uint64_t end);
 
 // What is stored, or what it was unpacked to.
 class RawBytes {

@@ -10,6 +10,7 @@
 
 #include "formats/map/container/block_codec.h"
 #include "formats/map/container/map_digests.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/reader/map_checks.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"
@@ -19,16 +20,6 @@ namespace sightline {
 namespace {
 
 using Blocks = flatbuffers::Vector<flatbuffers::Offset<schema::Block>>;
-
-Digest from_schema(const schema::Digest& digest) {
-  Digest bytes{};
-  std::copy(digest.bytes()->begin(), digest.bytes()->end(), bytes.begin());
-  return bytes;
-}
-
-Error wrong_digest(const std::string& what, const std::string& place) {
-  return {ErrorCode::kDigestMismatch, what + " does not match its digest", "", place};
-}
 
 // Pages that were read stay with the process until somebody else needs them: given back at once,
 // memory does not grow with the file.
@@ -49,7 +40,6 @@ class DigestCheck {
   Result<Digest> run();
 
  private:
-  Result<void> check_zeros(std::uint64_t begin, std::uint64_t end) const;
   Result<void> check_block(const schema::Block& block);
   Result<std::vector<BlockName>> check_blocks(const Blocks& blocks, const std::string& owner);
 
@@ -57,17 +47,8 @@ class DigestCheck {
   std::uint64_t checked_to_;
 };
 
-Result<void> DigestCheck::check_zeros(std::uint64_t begin, std::uint64_t end) const {
-  for (std::uint64_t i = begin; i < end; ++i) {
-    if (map_.file[i] == std::byte{0}) continue;
-    return Error{ErrorCode::kOutOfBounds, "bytes between two blocks must be zero", "",
-                 "byte " + std::to_string(i)};
-  }
-  return {};
-}
-
 Result<void> DigestCheck::check_block(const schema::Block& block) {
-  SIGHTLINE_TRY(check_zeros(checked_to_, block.offset()));
+  SIGHTLINE_TRY(check_zeros(map_.file, checked_to_, block.offset()));
   checked_to_ = block.offset() + block.stored_size();
   SIGHTLINE_ASSIGN(const std::span<const std::byte> stored, stored_bytes(map_, block));
   if (!block.is_required()) return {};
@@ -78,7 +59,7 @@ Result<void> DigestCheck::check_block(const schema::Block& block) {
   } else {
     digest = sha256(stored);
   }
-  if (digest != from_schema(*block.raw_digest())) {
+  if (digest != to_digest(*block.raw_digest())) {
     return wrong_digest("block " + block.name()->str(), "byte " + std::to_string(block.offset()));
   }
   return {};
@@ -97,26 +78,26 @@ Result<std::vector<BlockName>> DigestCheck::check_blocks(const Blocks& blocks,
     }
     if (!block->is_required()) continue;
     required.push_back({block->name()->str(), block->version(), block->row_count(),
-                        from_schema(*block->raw_digest())});
+                        to_digest(*block->raw_digest())});
   }
   return required;
 }
 
 Result<Digest> DigestCheck::run() {
   const FileHeader& header = map_.header;
-  SIGHTLINE_TRY(check_zeros(kHeaderSize, header.manifest_offset));
+  SIGHTLINE_TRY(check_zeros(map_.file, kHeaderSize, header.manifest_offset));
   std::vector<Digest> tiles;
   for (const schema::Tile* tile : *map_.directory->tiles()) {
     const std::string place = tile_place(tile->x(), tile->y());
     SIGHTLINE_ASSIGN(const std::vector<BlockName> layers,
                      check_blocks(*tile->layers(), place + " layer "));
     tiles.push_back(tile_digest({tile->x(), tile->y()}, layers));
-    if (tiles.back() != from_schema(*tile->digest())) return wrong_digest("the tile", place);
+    if (tiles.back() != to_digest(*tile->digest())) return wrong_digest("the tile", place);
   }
   SIGHTLINE_ASSIGN(const std::vector<BlockName> sections,
                    check_blocks(*map_.directory->sections(), "section "));
-  SIGHTLINE_TRY(check_zeros(checked_to_, header.directory_offset));
-  SIGHTLINE_TRY(check_zeros(header.directory_offset + header.directory_size,
+  SIGHTLINE_TRY(check_zeros(map_.file, checked_to_, header.directory_offset));
+  SIGHTLINE_TRY(check_zeros(map_.file, header.directory_offset + header.directory_size,
                             map_.file.size() - kTrailerSize));
   const Digest manifest = sha256(map_.file.subspan(header.manifest_offset, header.manifest_size));
   const Digest root = root_digest(manifest, header.incompatible_features, tiles, sections);

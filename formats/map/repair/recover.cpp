@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cstring>
+#include <initializer_list>
 #include <map>
 #include <utility>
 
+#include "formats/map/block_decoder.h"
 #include "formats/map/container/contents_layer.h"
-#include "formats/map/container/map_digests.h"
 #include "formats/map/drives_section.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
@@ -18,31 +19,17 @@
 namespace sightline {
 namespace {
 
-// A tile as the file tells of it; whether its bytes are whole is another question.
-struct FoundTile {
-  TileKey key;
-  Digest digest{};
-  std::vector<PackedBlock> layers;
-};
-
-std::vector<FoundTile> tiles_of_directory(const MapContainer& container) {
-  std::vector<FoundTile> tiles;
-  for (const schema::Tile* entry : *container.directory->tiles()) {
-    FoundTile tile;
-    tile.key = {entry->x(), entry->y()};
-    std::copy(entry->digest()->bytes()->begin(), entry->digest()->bytes()->end(),
-              tile.digest.begin());
-    for (const schema::Block* block : *entry->layers()) {
-      tile.layers.push_back(packed_block(container, *block));
-    }
-    tiles.push_back(std::move(tile));
+std::vector<PackedTile> tiles_of_directory(const MapContainer& container) {
+  std::vector<PackedTile> tiles;
+  for (const schema::Tile* tile : *container.directory->tiles()) {
+    tiles.push_back(packed_tile(container, *tile));
   }
   return tiles;
 }
 
 // A layer that leaves the file has no bytes, so that its checksum will not match.
-FoundTile tile_behind(const TileContents& contents, std::span<const std::byte> rest) {
-  FoundTile tile{contents.key, contents.digest, {}};
+PackedTile tile_behind(const TileContents& contents, std::span<const std::byte> rest) {
+  PackedTile tile{contents.key, contents.digest, {}};
   for (const ContentsEntry& entry : contents.layers) {
     const bool is_inside =
         entry.offset <= rest.size() && entry.stored_size <= rest.size() - entry.offset;
@@ -54,20 +41,20 @@ FoundTile tile_behind(const TileContents& contents, std::span<const std::byte> r
   return tile;
 }
 
-std::vector<FoundTile> tiles_that_tell(const MapFront& front) {
-  std::map<TileKey, FoundTile> tiles;
+std::vector<PackedTile> self_described_tiles(const MapFront& front) {
+  std::map<TileKey, PackedTile> tiles;
   const std::uint64_t begin = aligned(front.header.manifest_offset + front.header.manifest_size);
   for (std::uint64_t offset = begin; offset < front.file.size(); offset += kAlignment) {
     const std::span<const std::byte> rest = front.file.subspan(offset);
     const std::optional<TileContents> contents = decode_contents(rest);
     if (contents) tiles.emplace(contents->key, tile_behind(*contents, rest));
   }
-  std::vector<FoundTile> sorted;
+  std::vector<PackedTile> sorted;
   for (auto& [key, tile] : tiles) sorted.push_back(std::move(tile));
   return sorted;
 }
 
-const PackedBlock* find_layer(const FoundTile& tile, std::string_view name) {
+const PackedBlock* find_layer(const PackedTile& tile, std::string_view name) {
   const auto found = std::ranges::find(tile.layers, name, &PackedBlock::name);
   return found == tile.layers.end() ? nullptr : &*found;
 }
@@ -86,24 +73,22 @@ Result<void> check_rows(const PackedBlock& layer, const schema::Manifest& manife
 }
 
 // Every required layer is what the tile's digest names.
-Result<void> check_tile(const FoundTile& tile, const schema::Manifest& manifest) {
-  std::vector<BlockName> required;
+Result<void> check_tile(const PackedTile& tile, const schema::Manifest& manifest) {
   for (const PackedBlock& layer : tile.layers) {
     if (!layer.is_required) continue;
     SIGHTLINE_TRY(check_rows(layer, manifest));
     SIGHTLINE_TRY(checked_bytes(layer));
-    required.push_back({layer.name, layer.version, layer.row_count, layer.raw_digest});
   }
-  if (tile_digest(tile.key, required) == tile.digest) return {};
-  return Error{ErrorCode::kDigestMismatch, "the tile does not match its digest"};
+  if (required_digest(tile) == tile.digest) return {};
+  return wrong_digest("the tile", "");
 }
 
 // The ids of the sites that are left, ascending: a site's new id is its place among them.
 using SiteIds = std::vector<std::uint32_t>;
 
-SiteIds sites_of(const std::vector<FoundTile>& tiles) {
+SiteIds sites_of(const std::vector<PackedTile>& tiles) {
   SiteIds ids;
-  for (const FoundTile& tile : tiles) {
+  for (const PackedTile& tile : tiles) {
     const PackedBlock* layer = find_layer(tile, kRangeLayer);
     if (layer == nullptr) continue;
     const std::size_t before = ids.size();
@@ -118,6 +103,7 @@ SiteIds sites_of(const std::vector<FoundTile>& tiles) {
 std::vector<std::byte> renumbered(std::span<const std::byte> raw, std::uint64_t row_count,
                                   const SiteIds& ids) {
   std::vector<std::byte> changed(raw.begin(), raw.end());
+  row_count = std::min<std::uint64_t>(row_count, raw.size() / sizeof ids[0]);
   for (std::uint64_t row = 0; row < row_count; ++row) {
     std::uint32_t id = 0;
     std::memcpy(&id, raw.data() + row * sizeof id, sizeof id);
@@ -127,18 +113,22 @@ std::vector<std::byte> renumbered(std::span<const std::byte> raw, std::uint64_t 
   return changed;
 }
 
-Result<void> decode_tiles(const std::vector<FoundTile>& tiles, const SiteIds& ids,
-                          CompiledMap& map) {
-  make_room_for_sites(ids.size(), map);
-  std::vector<bool> is_filled(ids.size());
-  for (const FoundTile& tile : tiles) {
-    if (const PackedBlock* layer = find_layer(tile, kNdtLayer)) {
-      SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(*layer));
-      SIGHTLINE_TRY(decode_ndt_layer(raw.bytes(), layer->row_count, tile.key, map.ndt));
-    }
-    if (const PackedBlock* layer = find_layer(tile, kRangeLayer)) {
-      SIGHTLINE_TRY(decode_range_layer(renumbered(layer->stored, layer->row_count, ids),
-                                       layer->row_count, tile.key, map, is_filled));
+// Its sites numbered anew.
+Result<void> decode_layer(const PackedTile& tile, std::string_view name, const SiteIds& ids,
+                          BlockDecoder& decoder) {
+  const PackedBlock* layer = find_layer(tile, name);
+  if (layer == nullptr) return {};
+  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(*layer));
+  if (name == kNdtLayer) return decoder.decode_layer(*layer, raw.bytes(), tile.key);
+  return decoder.decode_layer(*layer, renumbered(raw.bytes(), layer->row_count, ids), tile.key);
+}
+
+Result<void> decode_layers(const std::vector<PackedTile>& tiles,
+                           std::initializer_list<std::string_view> names, const SiteIds& ids,
+                           BlockDecoder& decoder) {
+  for (const PackedTile& tile : tiles) {
+    for (const std::string_view name : names) {
+      SIGHTLINE_TRY(decode_layer(tile, name, ids, decoder));
     }
   }
   return {};
@@ -160,100 +150,48 @@ void cut_runs(const SiteIds& ids, Sites& sites) {
   }
 }
 
-// Where factors lie, and what they are told for.
-struct FactorPlace {
-  std::string_view names;  // of the section
-  std::string_view layer;
-  const std::vector<Look>& looks;
-};
-
-// Without any factor where the map has none.
-Result<FactorTable> decode_factors(const MapContainer& container,
-                                   const std::vector<FoundTile>& tiles, const SiteIds& ids,
-                                   const FactorPlace& place) {
-  FactorTable factors;
-  const schema::Block* entry = find_section(container, place.names);
-  if (entry == nullptr) return factors;
-  const PackedBlock names = packed_block(container, *entry);
-  SIGHTLINE_ASSIGN(const RawBytes text, checked_bytes(names));
-  factors.looks = place.looks;
-  factors.site_count = static_cast<std::uint32_t>(ids.size());
-  factors.factors.resize(std::min(names.row_count, kMostFactors));
-  SIGHTLINE_TRY(decode_factor_names(text.bytes(), factors));
-  factors.values.resize(factors.shape().size(ids.size()));
-  std::vector<bool> is_filled(ids.size());
-  for (const FoundTile& tile : tiles) {
-    const PackedBlock* layer = find_layer(tile, place.layer);
-    if (layer == nullptr) continue;
-    SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(*layer));
-    const std::uint64_t rows =
-        std::min<std::uint64_t>(layer->row_count, raw.bytes().size() / sizeof ids[0]);
-    SIGHTLINE_TRY(decode_factor_layer(renumbered(raw.bytes(), rows, ids), layer->row_count, factors,
-                                      is_filled));
-  }
-  if (std::ranges::find(is_filled, false) != is_filled.end()) {
-    return Error{ErrorCode::kBadLayer, "some sites have none"};
-  }
-  return factors;
-}
-
-// Of the ranges, and of the looks that take a sample.
-Result<void> decode_all_factors(const MapContainer& container, const std::vector<FoundTile>& tiles,
-                                const SiteIds& ids, CompiledMap& map) {
-  SIGHTLINE_ASSIGN(
-      FactorTable factors,
-      decode_factors(container, tiles, ids, {kFactorNames, kFactorLayer, map.ranges.looks}));
-  if (factors.factors.empty()) return {};
-  for (const RangeTable& ranges : map.ranges.of_samples) {
-    SIGHTLINE_ASSIGN(FactorTable samples,
-                     decode_factors(container, tiles, ids,
-                                    {kSampleFactorNames, kSampleFactorLayer, ranges.looks}));
-    if (!samples.factors.empty()) factors.of_samples.push_back(std::move(samples));
-  }
-  map.factors = std::move(factors);
-  return {};
-}
-
-Result<void> decode_model(const MapContainer& container, CompiledMap& map) {
-  const schema::Block* entry = find_section(container, kModelSection);
+Result<void> decode_section(const MapContainer& container, std::string_view name,
+                            BlockDecoder& decoder) {
+  const schema::Block* entry = find_section(container, name);
   if (entry == nullptr) return {};
-  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
-  if (sha256(raw.bytes()) != map.model.digest) {
-    return Error{ErrorCode::kDigestMismatch, "it is not the one that the manifest names"};
-  }
-  map.model.bytes.assign(raw.bytes().begin(), raw.bytes().end());
+  const PackedBlock section = packed_block(container, *entry);
+  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(section));
+  return decoder.decode_section(section, raw.bytes());
+}
+
+// All of them, or none.
+Result<void> decode_factors(const MapContainer& container, const std::vector<PackedTile>& tiles,
+                            const SiteIds& ids, BlockDecoder& decoder) {
+  decoder.expect_factors(container);
+  SIGHTLINE_TRY(decode_section(container, kFactorNames, decoder));
+  SIGHTLINE_TRY(decode_section(container, kSampleFactorNames, decoder));
+  SIGHTLINE_TRY(decode_layers(tiles, {kFactorLayer, kSampleFactorLayer}, ids, decoder));
+  SIGHTLINE_TRY(decoder.check_factors());
+  decoder.take_factors();
   return {};
 }
 
-Result<void> decode_tile_drives(const MapContainer& container, CompiledMap& map) {
-  const schema::Block* entry = find_section(container, kDrivesSection);
-  if (entry == nullptr || !knows_drives_section(entry->version())) return {};
-  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
-  SIGHTLINE_ASSIGN(map.tile_drives,
-                   decode_drives(raw.bytes(), entry->version(), entry->row_count()));
-  return {};
-}
-
-void tell(const std::string& what, const Result<void>& result, std::vector<std::string>& lost) {
+void note_fault(const std::string& what, const Result<void>& result,
+                std::vector<std::string>& lost) {
   if (!result) lost.push_back(what + ": " + to_string(result.error()));
 }
 
-// What only the directory leads to.
+// Blocks that can be found through the directory alone.
 void decode_for_engineers(const Result<MapContainer>& container,
-                          const std::vector<FoundTile>& tiles, const SiteIds& ids,
-                          Recovered& recovered) {
+                          const std::vector<PackedTile>& tiles, const SiteIds& ids,
+                          BlockDecoder& decoder, std::vector<std::string>& lost) {
   if (!container) {
-    recovered.lost.push_back(
+    lost.push_back(
         "the factors, the error model and the drives of each tile, if it had any: the directory is "
         "lost");
     return;
   }
-  tell("the factors", decode_all_factors(*container, tiles, ids, recovered.map), recovered.lost);
-  tell("the drives of each tile", decode_tile_drives(*container, recovered.map), recovered.lost);
-  tell("the error model", decode_model(*container, recovered.map), recovered.lost);
+  note_fault("the factors", decode_factors(*container, tiles, ids, decoder), lost);
+  note_fault("the drives of each tile", decode_section(*container, kDrivesSection, decoder), lost);
+  note_fault("the error model", decode_section(*container, kModelSection, decoder), lost);
 }
 
-void tell_counts(const schema::Manifest& manifest, const CompiledMap& map,
+void note_counts(const schema::Manifest& manifest, const CompiledMap& map,
                  std::vector<std::string>& lost) {
   const std::uint64_t nds = map.ndt.nds.size();
   const std::uint64_t sites = map.sites.sites.size();
@@ -263,7 +201,7 @@ void tell_counts(const schema::Manifest& manifest, const CompiledMap& map,
                  std::to_string(manifest.nd_count()) + " NDs");
 }
 
-// It says no longer what held of the whole.
+// Figures of the whole map are withdrawn.
 void mark_as_part(const SiteIds& ids, CompiledMap& map) {
   cut_runs(ids, map.sites);
   map.version += ", recovered";
@@ -280,22 +218,23 @@ Result<Recovered> recover_map(std::span<const std::byte> file) {
   SIGHTLINE_TRY(decode_manifest(*front.manifest, recovered.map));
   const Result<MapContainer> container = open_directory(front);
   if (!container) recovered.lost.push_back("the directory: " + to_string(container.error()));
-  std::vector<FoundTile> tiles =
-      container ? tiles_of_directory(*container) : tiles_that_tell(front);
-  std::erase_if(tiles, [&](const FoundTile& tile) {
+  std::vector<PackedTile> tiles =
+      container ? tiles_of_directory(*container) : self_described_tiles(front);
+  std::erase_if(tiles, [&](const PackedTile& tile) {
     const Result<void> checked = check_tile(tile, *front.manifest);
-    tell(tile_place(tile.key.x, tile.key.y), checked, recovered.lost);
+    note_fault(tile_place(tile.key.x, tile.key.y), checked, recovered.lost);
     return !checked;
   });
   const SiteIds ids = sites_of(tiles);
   if (ids.empty()) {
     return Error{ErrorCode::kTruncatedFile, "no site is left in what can still be read"};
   }
-  SIGHTLINE_TRY(decode_tiles(tiles, ids, recovered.map));
-  decode_for_engineers(container, tiles, ids, recovered);
+  BlockDecoder decoder(ids.size(), recovered.map);
+  SIGHTLINE_TRY(decode_layers(tiles, {kNdtLayer, kRangeLayer}, ids, decoder));
+  decode_for_engineers(container, tiles, ids, decoder, recovered.lost);
   const bool is_part = recovered.map.ndt.nds.size() != front.manifest->nd_count() ||
                        ids.size() != front.manifest->site_count();
-  tell_counts(*front.manifest, recovered.map, recovered.lost);
+  note_counts(*front.manifest, recovered.map, recovered.lost);
   if (is_part) mark_as_part(ids, recovered.map);
   SIGHTLINE_TRY(validate(recovered.map));
   return recovered;
