@@ -1,27 +1,9 @@
-#include <algorithm>
-
-#include "compiler/views/picture/route_svg.h"
 #include "compiler/views/report/sections/sections.h"
 
 // The cheapest way to localize at each place, and what it is worth beside the same look everywhere.
 
 namespace sightline {
 namespace {
-
-constexpr double kMargin_m = 15.0;
-
-std::string number(double value) { return fixed(value, 2); }
-
-std::string route_picture(const CompiledMap& map, const RangeTable& looks, std::size_t limit) {
-  const MapBox box = box_of_route(map.sites, kMargin_m);
-  const double width_m = box.high_x_m - box.low_x_m;
-  const double height_m = box.high_y_m - box.low_y_m;
-  return "<svg class=\"still-map\" role=\"img\" viewBox=\"" + number(box.low_x_m) + " " +
-         number(-box.high_y_m) + " " + number(width_m) + " " + number(height_m) +
-         "\"><title>The route from above, coloured by look</title>\n" +
-         route_svg(map.sites, looks, limit, std::max(width_m, height_m) / 150.0, look_colour) +
-         scale_bar_svg(box, "currentColor") + "</svg>\n";
-}
 
 // How often each look is chosen that any site takes, with its colour.
 std::string shares(const RangeTable& looks, std::size_t limit) {
@@ -47,7 +29,9 @@ std::string choice_of(const CompiledMap& map, const RangeTable& looks, std::size
                    promise.statement) +
          html_figure({id, "Looks, " + limit_words + ".",
                       "The look that each place asks for, from the cheapest to the dearest.",
-                      route_picture(map, looks, limit) + shares(looks, limit), ""});
+                      still_route(map.sites, looks, limit, {"look", &look_colour}, "") +
+                          shares(looks, limit),
+                      ""});
 }
 
 std::string words_of(LookRule rule) {

@@ -23,7 +23,6 @@ std::string legend(const CompiledMap& map) {
   return html + "</div>\n";
 }
 
-// The relief stands in the page once: pictures after the first use that one's.
 std::string relief_image(const Overview& overview) {
   const MapBox& box = overview.box;
   return "<image id=\"relief\" class=\"relief\" x=\"" + number(box.low_x_m) + "\" y=\"" +
@@ -33,27 +32,29 @@ std::string relief_image(const Overview& overview) {
          "\"/>\n";
 }
 
-std::string still_map(const ReportSources& sources, std::size_t limit) {
-  const CompiledMap& map = *sources.map;
-  const MapBox box = box_of_route(map.sites, kMargin_m);
-  const double width_m = box.high_x_m - box.low_x_m;
-  const double height_m = box.high_y_m - box.low_y_m;
-  std::string svg = "<svg class=\"still-map\" role=\"img\" viewBox=\"" + number(box.low_x_m) + " " +
-                    number(-box.high_y_m) + " " + number(width_m) + " " + number(height_m) +
-                    "\"><title>The route from above, coloured by range</title>\n";
-  if (sources.surface && limit > 0) {
-    svg += "<use href=\"#relief\"/>\n";
-  } else if (sources.surface) {
-    const std::optional<Overview> overview =
-        relief_overview(*sources.surface, map.sites, map.sensor.height_m);
-    if (overview) svg += relief_image(*overview);
-  }
-  const double route_m = std::max(width_m, height_m) / 150.0;
-  return svg + route_svg(map.sites, map.ranges, limit, route_m, range_colour) +
-         scale_bar_svg(box, "currentColor") + "</svg>\n";
+// What the mapping drive saw, once in the page; pictures after the first use that one's.
+std::string background_of(const ReportSources& sources, std::size_t limit) {
+  if (!sources.surface) return "";
+  if (limit > 0) return "<use href=\"#relief\"/>\n";
+  const std::optional<Overview> overview =
+      relief_overview(*sources.surface, sources.map->sites, sources.map->sensor.height_m);
+  return overview ? relief_image(*overview) : "";
 }
 
 }  // namespace
+
+std::string still_route(const Sites& sites, const RangeTable& choice, std::size_t limit,
+                        const RouteColours& colours, const std::string& background) {
+  const MapBox box = box_of_route(sites, kMargin_m);
+  const double width_m = box.high_x_m - box.low_x_m;
+  const double height_m = box.high_y_m - box.low_y_m;
+  const double route_m = std::max(width_m, height_m) / 150.0;
+  return "<svg class=\"still-map\" role=\"img\" viewBox=\"" + number(box.low_x_m) + " " +
+         number(-box.high_y_m) + " " + number(width_m) + " " + number(height_m) +
+         "\"><title>The route from above, coloured by " + colours.by + "</title>\n" + background +
+         route_svg(sites, choice, limit, route_m, colours.colour_of) +
+         scale_bar_svg(box, "currentColor") + "</svg>\n";
+}
 
 Section map_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
@@ -70,7 +71,10 @@ Section map_section(const ReportSources& sources) {
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     figure.picture_html += "<h3>Limit " + limit_text(map.ranges.promises[limit].limit_m) +
-                           "</h3>\n" + still_map(sources, limit) + legend(map);
+                           "</h3>\n" +
+                           still_route(map.sites, map.ranges, limit, {"range", &range_colour},
+                                       background_of(sources, limit)) +
+                           legend(map);
   }
   section.html = html_figure(figure);
   return section;
