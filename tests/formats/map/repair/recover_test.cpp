@@ -108,6 +108,21 @@ TEST(RecoverMap, OfADamagedTileLosesThatTileAndSaysWhich) {
                                             std::to_string(tile.key.y) + ": SL4003"));
 }
 
+TEST(RecoverMap, OfOneDamagedLayerOfFactorsLosesAllFactorsAndNothingElse) {
+  const CompiledMap map = sample(8);
+  std::vector<std::byte> file = encode_map(map);
+  const MapContainer container = *open_container(file);
+  for (const schema::Block* block : *container.directory->tiles()->Get(0)->layers()) {
+    if (block->name()->str() == "factors") file[block->offset()] ^= std::byte{1};
+  }
+  const Result<Recovered> recovered = recover_map(file);
+  ASSERT_TRUE(recovered) << to_string(recovered.error());
+  EXPECT_THAT(recovered->lost, testing::ElementsAre(HasSubstr("the factors: SL4003")));
+  EXPECT_TRUE(recovered->map.factors.factors.empty());
+  EXPECT_EQ(recovered->map.sites.sites.size(), 60u);
+  EXPECT_EQ(recovered->map.model.bytes, map.model.bytes);
+}
+
 TEST(RecoverMap, OfADamagedDirectoryLosesNoTile) {
   std::vector<std::byte> file = encode_map(sample(5));
   file[decode_header(file)->directory_offset + 40] ^= std::byte{1};
