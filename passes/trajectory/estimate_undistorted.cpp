@@ -98,8 +98,16 @@ struct Trial {
   double entropy_nat = 0.0;
 };
 
+// Whether an error means that a trial does not work: its scans cannot be followed, are too few, or
+// contradict given poses. Any other, such as a scan that cannot be read, is none of its timing;
+// skipped, it would quietly lead to other poses.
+bool is_failed_trial(const Error& error) {
+  return error.code == ErrorCode::kTrajectoryLost || error.code == ErrorCode::kDriveTooShort ||
+         error.code == ErrorCode::kMismatchedInputs;
+}
+
 // The sharpest of the ways in which the scans of a drive of one part may have been measured. None
-// where there is none, and where all fail: a trial that fails says nothing for undistorting.
+// where there is none, and where every trial fails.
 Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& ways,
                                             const Trajectory& rigid,
                                             const EstimatePoses& estimate) {
@@ -108,7 +116,8 @@ Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<
     const Drive middle = middle_of(timed, rigid);
     const Result<Trajectory> after =
         estimate_as_measured(ctx, middle, {{middle, middle}}, middle_of(rigid), estimate);
-    if (!after) continue;
+    if (!after && is_failed_trial(after.error())) continue;
+    if (!after) return after.error();
     SIGHTLINE_ASSIGN(const double nat,
                      middle_entropy_nat(ctx, undistorted(middle, *after), *after));
     if (!best || nat < best->entropy_nat) best = {timed, *after, nat};

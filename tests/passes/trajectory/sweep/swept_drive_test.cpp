@@ -175,5 +175,19 @@ TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereAnotherFailsOrNothingTellsTi
   EXPECT_EQ(again.count, 0);
 }
 
+// Skipped, a file that cannot be read just once would lead to other poses without a word.
+TEST(EstimateUndistorted, ReturnsErrorsThatAreNotOfTheTrial) {
+  PassContext ctx;
+  const TestDrive test = street(PointOrder::kTime);
+  for (const ErrorCode code : {ErrorCode::kCannotRead, ErrorCode::kTruncatedScan}) {
+    const EstimatePoses fails = [&](PassContext&, const Drive&) -> Result<Trajectory> {
+      return Error{code, "", "", ""};
+    };
+    const Result<Trajectory> found = estimate_undistorted(ctx, test.drive, test.truth, fails);
+    ASSERT_FALSE(found.has_value());
+    EXPECT_EQ(found.error().code, code);
+  }
+}
+
 }  // namespace
 }  // namespace sightline
