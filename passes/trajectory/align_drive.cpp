@@ -12,26 +12,26 @@
 #include "passes/pass/work_in_parts.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/local/local_match.h"
-#include "passes/trajectory/pieces/own_pieces.h"
+#include "passes/trajectory/local/stretch_of_drive.h"
+#include "passes/trajectory/pieces/separate_piece.h"
 #include "passes/trajectory/place_drive.h"
-#include "passes/trajectory/scale_beside_map.h"
+#include "passes/trajectory/scale_against_map.h"
 
 namespace sightline {
 namespace {
 
-// Of a match with the map, which is made of another day's scans; and of one own step.
+// Errors of a match with the map, which is made of another day's scans; and of one own step.
 constexpr double kMatchSigma_m = 0.03;
 constexpr double kMatchSigma_rad = 0.002;
 constexpr double kStepSigma_m = 0.005;
 constexpr double kStepSigma_rad = 0.0005;
 
-// Of each scan, and of each piece whether it was found in the map; the scans of one that was not
-// are laid aside.
+// The poses of a drive in the map; scans of a piece that is not found are far from it.
 struct Followed {
   std::vector<Pose> T_map_lidar;
   std::vector<std::uint8_t> is_matched;
   std::vector<std::uint8_t> is_placed;
-  double scale = 1.0;  // of what the drive measures to what the map says
+  double scale = 1.0;  // of the drive's distances to the map's
 };
 
 std::vector<std::byte> to_bytes(const Followed& followed) {
@@ -43,7 +43,7 @@ std::vector<std::byte> to_bytes(const Followed& followed) {
   return writer.take();
 }
 
-// Into one of as many scans and pieces.
+// Decodes into one with the right numbers of scans and pieces.
 bool from_bytes(std::span<const std::byte> bytes, Followed& followed) {
   ByteReader reader(bytes);
   for (Pose& T_map_lidar : followed.T_map_lidar) decode(reader, T_map_lidar);
@@ -56,10 +56,10 @@ bool from_bytes(std::span<const std::byte> bytes, Followed& followed) {
          followed.is_placed.size() == pieces;
 }
 
-// From the anchor to both ends of its piece: each scan is expected where its neighbour's match puts
-// it.
+// Matches from the anchor to both ends of its piece, each scan from where its neighbour's match
+// leads.
 Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
-                    const std::vector<Pose>& T_own_lidar, const OwnPiece& piece,
+                    const std::vector<Pose>& T_own_lidar, const ScanRange& piece,
                     const Placement& placement, Followed& followed) {
   std::size_t done = piece.begin;
   const auto visit = [&](std::size_t k, const Pose& T_map_own) -> Result<Pose> {
@@ -85,13 +85,13 @@ Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
   return {};
 }
 
-// What is aligned with what.
+// A drive and the map that it is aligned with.
 struct Alignment {
   const AlignDriveOptions& options;
   const Drive& drive;
   const Sites& sites;
   const NdtMap& map;
-  const std::vector<OwnPiece>& pieces;
+  const std::vector<ScanRange>& pieces;
   const std::vector<Pose>& T_own_lidar;
 };
 
@@ -101,22 +101,22 @@ Result<Followed> follow_pieces(PassContext& ctx, const Alignment& alignment, Fol
   const std::vector<Pose> places =
       sensor_places(alignment.sites, alignment.options.candidate_step_m);
   for (std::size_t i = 0; i < alignment.pieces.size(); ++i) {
-    const OwnPiece& piece = alignment.pieces[i];
+    const ScanRange& piece = alignment.pieces[i];
     SIGHTLINE_ASSIGN(const std::optional<Placement> placement,
                      place_piece(ctx, grid, drive, piece, alignment.T_own_lidar, places));
     followed.is_placed[i] = placement ? 1 : 0;
     if (placement) {
       SIGHTLINE_TRY(follow(ctx, grid, drive, alignment.T_own_lidar, piece, *placement, followed));
     } else {
-      lay_aside(alignment.T_own_lidar, piece, alignment.sites, followed.T_map_lidar);
+      separate_piece(alignment.T_own_lidar, piece, alignment.sites, followed.T_map_lidar);
     }
   }
   SIGHTLINE_ASSIGN(followed.scale,
-                   scale_beside_map(ctx, grid, drive, followed.T_map_lidar, followed.is_matched));
+                   scale_against_map(ctx, grid, drive, followed.T_map_lidar, followed.is_matched));
   return followed;
 }
 
-// All that follow_pieces() depends on; nothing where a scan is not known without reading it.
+// The digest of all that follow_pieces() depends on; none where a scan has no identity.
 std::optional<Digest> content_of(const Alignment& alignment, const TileDigests& nds,
                                  const Trajectory& own) {
   ByteWriter writer;
@@ -136,7 +136,7 @@ std::optional<Digest> content_of(const Alignment& alignment, const TileDigests& 
   return builder.finish();
 }
 
-// As it was found before in the same map, whatever made it.
+// The result of follow_pieces(), or of an earlier run of it in an unchanged map.
 Result<Followed> follow_or_find(PassContext& ctx, const Alignment& alignment,
                                 const TileDigests& nds, const Trajectory& own) {
   Followed followed{std::vector<Pose>(alignment.drive.scans.size(), Pose::Identity()),
@@ -161,14 +161,20 @@ Result<Followed> follow_or_find(PassContext& ctx, const Alignment& alignment,
   return followed;
 }
 
-PoseGraph graph_of(const Followed& followed, const std::vector<OwnPiece>& pieces,
+std::vector<std::uint32_t> piece_numbers(const Trajectory& trajectory) {
+  std::vector<std::uint32_t> numbers;
+  for (const TrajectoryPose& pose : trajectory.poses) numbers.push_back(pose.piece);
+  return numbers;
+}
+
+PoseGraph graph_of(const Followed& followed, const std::vector<ScanRange>& pieces,
                    const std::vector<Pose>& T_own_lidar) {
   PoseGraph graph;
-  for (const OwnPiece& piece : pieces) {
+  for (const ScanRange& piece : pieces) {
     const auto of_piece =
         std::span(followed.is_matched).subspan(piece.begin, piece.end - piece.begin);
     const bool is_placed = std::ranges::find(of_piece, 1) != of_piece.end();
-    if (!is_placed) graph.held.push_back(static_cast<std::uint32_t>(piece.begin));
+    if (!is_placed) graph.held.push_back(piece.begin);
   }
   std::size_t next = 0;
   for (std::uint32_t k = 0; k < T_own_lidar.size(); ++k) {
@@ -187,15 +193,10 @@ PoseGraph graph_of(const Followed& followed, const std::vector<OwnPiece>& pieces
 
 Trajectory trajectory_of(const Drive& drive, const NdtMap& map, const PoseGraph& graph,
                          const GraphSolution& solution) {
-  Trajectory trajectory;
-  trajectory.frame = map.frame;
+  Trajectory trajectory = solved_trajectory(map.frame, graph, solution);
   trajectory.source = PoseSource::kEstimated;  // by matches to the map
-  trajectory.odometry_edges = static_cast<std::uint32_t>(graph.odometry.size());
-  trajectory.prior_edges = static_cast<std::uint32_t>(graph.priors.size());
-  trajectory.rms_translation_residual_m = solution.rms_translation_m;
-  trajectory.rms_rotation_residual_rad = solution.rms_rotation_rad;
   const Pose T_lidar_vehicle = drive.sensor.T_vehicle_lidar.inverse();
-  // Neighbours lean on the same walls: no claim to be better than one match.
+  // Neighbours match the same walls: together they are no better than one match.
   PoseCovariance::Matrix of_a_match = PoseCovariance::Matrix::Zero();
   of_a_match.diagonal().head<3>().setConstant(kMatchSigma_m * kMatchSigma_m);
   of_a_match.diagonal().tail<3>().setConstant(kMatchSigma_rad * kMatchSigma_rad);
@@ -227,7 +228,7 @@ void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
            "those of vehicles that measure as the map does. Check the ranges of both");
 }
 
-void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const OwnPiece& piece) {
+void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const ScanRange& piece) {
   ctx.warn("scans " + std::to_string(drive.scans[piece.begin].recording_index) + " to " +
            std::to_string(drive.scans[piece.end - 1].recording_index) + " of drive " + drive.name +
            ", a piece of its own, are found nowhere in the map and left out");
@@ -247,11 +248,8 @@ Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& optio
   // A drive may be anywhere on the map.
   SIGHTLINE_ASSIGN(const NdtMap map, nds.whole());
   const Trajectory near = rebase(own, map.frame);
-  std::vector<Pose> T_own_lidar;
-  for (const TrajectoryPose& pose : near.poses) {
-    T_own_lidar.push_back(pose.T_map_vehicle * drive.sensor.T_vehicle_lidar);
-  }
-  const std::vector<OwnPiece> pieces = pieces_of_drive(own);
+  const std::vector<Pose> T_own_lidar = sensor_poses(drive, near);
+  const std::vector<ScanRange> pieces = ranges_of(piece_numbers(own));
   SIGHTLINE_ASSIGN(const TileDigests tiles, digests_of(nds));
   const Alignment alignment{options, drive, sites, map, pieces, T_own_lidar};
   SIGHTLINE_ASSIGN(const Followed followed, follow_or_find(ctx, alignment, tiles, own));
@@ -269,13 +267,15 @@ Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& optio
   return trajectory_of(drive, map, graph, solution);
 }
 
-// The whole drive, away from all sites. Vehicle for LiDAR: where it is placed does not matter.
+// The whole drive, away from all sites. Vehicle poses in place of the sensor's: the exact place
+// does not matter.
 Trajectory placed_aside(const Trajectory& own, const MapFrame& frame, const Sites& sites) {
   Trajectory aside = rebase(own, frame);
   std::vector<Pose> T_own_vehicle;
   for (const TrajectoryPose& pose : aside.poses) T_own_vehicle.push_back(pose.T_map_vehicle);
   std::vector<Pose> T_map_vehicle(T_own_vehicle.size(), Pose::Identity());
-  lay_aside(T_own_vehicle, {0, T_own_vehicle.size()}, sites, T_map_vehicle);
+  const auto count = static_cast<std::uint32_t>(T_own_vehicle.size());
+  separate_piece(T_own_vehicle, {0, count}, sites, T_map_vehicle);
   for (std::size_t k = 0; k < aside.poses.size(); ++k) {
     aside.poses[k].T_map_vehicle = T_map_vehicle[k];
   }

@@ -25,8 +25,7 @@ Result<void> check_first_sensor(const Drive& drive, const Trajectory& trajectory
   return mismatch(drive, drive.scans.size(), "the trajectory has more poses than scans");
 }
 
-// Where a vehicle is after the last pose of a piece, if it goes on as it came there; at most one
-// step on.
+// Extends the last step of a piece, by at most one step.
 Pose carried_on(const std::vector<TrajectoryPose>& known, std::size_t last, std::int64_t stamp_ns) {
   const Pose& T_map_last = known[last].T_map_vehicle;
   if (last == 0 || known[last - 1].piece != known[last].piece) return T_map_last;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass.h"
@@ -9,10 +7,10 @@
 namespace sightline {
 
 // One pose for each scan of a drive of several sensors (join_sensors), from the trajectory of its
-// first sensor's scans: theirs are kept, those of others are interpolated at their times, linear in
-// position, slerp in rotation. What else a trajectory says stays.
-// Error: mismatched-inputs (not one pose for each scan of the first sensor, or a scan that is not
-// between two of them).
+// first sensor's scans: their poses are kept, those of others are interpolated at their times,
+// linear in position, slerp in rotation. Everything else of the trajectory is kept. Error:
+// mismatched-inputs (not one pose for each scan of the first sensor, or a scan that is not between
+// two of them).
 Result<Trajectory> complete_trajectory(PassContext& ctx, const NoOptions& options,
                                        const Drive& drive, const Trajectory& first_sensor);
 inline constexpr Pass kCompleteTrajectory{"complete-trajectory", 2, "joined-trajectory",

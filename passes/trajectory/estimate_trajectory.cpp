@@ -1,159 +1,145 @@
 #include "passes/trajectory/estimate_trajectory.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
+#include "passes/trajectory/estimate_given.h"
 #include "passes/trajectory/estimate_undistorted.h"
 #include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/following/overlaps.h"
-#include "passes/trajectory/given/given_trajectory.h"
+#include "passes/trajectory/graph/connect_scans.h"
 #include "passes/trajectory/graph/contradictions.h"
 #include "passes/trajectory/graph/drive_scales.h"
-#include "passes/trajectory/graph/loops.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/graph/scan_graph.h"
-#include "passes/trajectory/local/parts_of_drive.h"
-#include "passes/trajectory/pieces/join_pieces.h"
-#include "passes/trajectory/pieces/tell_pieces.h"
-#include "passes/trajectory/pieces/tied_pieces.h"
-#include "passes/trajectory/sweep/turn_trial.h"
-#include "passes/trajectory/sweep/undistorted.h"
+#include "passes/trajectory/pieces/report_pieces.h"
+
+// How the poses of a drive are estimated, in the order of the steps: odometry, pieces, loops, pose
+// graph, planes; then once more with scans that are undistorted by the poses found. Each step is a
+// function of a folder: local <- following, sweep <- given, pieces <- graph. Numbers and limits are
+// in schemas/definitions.md, "Trajectories". Sources:
+//
+//   Biber, Strasser, "The normal distributions transform", IROS 2003; in 3D: Magnusson, "The
+//     three-dimensional normal-distributions transform", thesis, Orebro 2009
+//   Vizzo et al., "KISS-ICP", RA-L 2023: constant velocity and a local map suffice for odometry
+//   Hess et al., "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016: branch and bound
+//   Kim, Kim, "Scan Context", IROS 2018: ring keys of places
+//   Lu, Milios, "Globally consistent range scan alignment for environment mapping", 1997: pose
+//     graphs
+//   Huber, "Robust estimation of a location parameter", 1964
+//   Zhou, Koppel, Kaess, "LiDAR SLAM with plane adjustment for indoor environment", RA-L 2021
+//   Zhang, Singh, "LOAM: Lidar odometry and mapping in real-time", RSS 2014: undistorting by the
+//     motion between poses
+//   Droeschel, Stueckler, Behnke, ICRA 2014; Razlaw et al., ECMR 2015: map entropy as sharpness
 
 namespace sightline {
 namespace {
 
-Trajectory trajectory_of(const Drive& drive, const PoseGraph& graph, const GraphSolution& solution,
-                         const Adjustment& adjusted) {
-  Trajectory trajectory;
-  trajectory.frame = drive.frame;
-  trajectory.odometry_edges = static_cast<std::uint32_t>(graph.odometry.size());
-  trajectory.loop_edges = static_cast<std::uint32_t>(graph.loops.size());
-  trajectory.prior_edges = static_cast<std::uint32_t>(graph.priors.size());
-  trajectory.rms_translation_residual_m = solution.rms_translation_m;
-  trajectory.rms_rotation_residual_rad = solution.rms_rotation_rad;
-  const Pose T_lidar_vehicle = drive.sensor.T_vehicle_lidar.inverse();
-  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    TrajectoryPose pose{drive.scans[i].recording_index, drive.scans[i].stamp_ns,
-                        adjusted.T_map_lidar[i] * T_lidar_vehicle};
-    const Eigen::Vector3d arm_m =
-        pose.T_map_vehicle.translation() - adjusted.T_map_lidar[i].translation();
-    pose.covariance = moved_by(arm_m, adjusted.covariance[i]);
-    trajectory.poses.push_back(pose);
-  }
-  return trajectory;
+// Whether planes move the poses. Where no given pose distorts the way, matching each scan to many
+// at once is nearer to the truth: planes bend a straight street, and give only the covariance.
+// Pieces that few loops hold, and scans that a wide search found, are moved to fit the planes.
+PlaneUse plane_use(const Odometry& odometry, const Connections& connections, bool refines) {
+  const bool is_connected = are_connected(odometry, connections.pieces.edges, connections.edges());
+  const bool has_far = std::ranges::count(odometry.is_far, true) > 0;
+  return refines || !is_connected || has_far ? PlaneUse::kPoses : PlaneUse::kCovariance;
 }
 
-// Poses of odometry laid on the first given one, from where the graph moves them little.
-Odometry laid_on(const std::vector<std::optional<Pose>>& given, Odometry odometry) {
-  const auto first = std::ranges::find_if(given, [](const auto& pose) { return bool(pose); });
-  if (first == given.end() || first == given.begin()) return odometry;
-  const auto number = static_cast<std::size_t>(first - given.begin());
-  const Pose T_given_found = **first * odometry.T_map_lidar[number].inverse();
-  for (Pose& pose : odometry.T_map_lidar) pose = T_given_found * pose;
-  return odometry;
+bool has_any(const GivenPoses& given) {
+  return std::ranges::any_of(given, [](const auto& pose) { return pose.has_value(); });
 }
 
-// Estimates that loops contradict. A drive is estimated several times, and which of the estimates
-// is the answer turns out last: then whoever has it can say so.
-class ContradictedEstimates {
- public:
-  void add(const Trajectory& estimate, std::vector<Contradiction> found) {
-    if (!found.empty()) estimates_.emplace_back(estimate.poses, std::move(found));
-  }
-  void warn_of(const PassContext& ctx, const Drive& drive, const Trajectory& answer) const {
-    const auto is_answer = [&](const auto& estimate) {
-      return std::ranges::equal(estimate.first, answer.poses, [](const auto& a, const auto& b) {
-        return a.T_map_vehicle.matrix() == b.T_map_vehicle.matrix();
-      });
-    };
-    const auto contradicted = std::ranges::find_if(estimates_, is_answer);
-    if (contradicted == estimates_.end()) return;
-    warn_of_contradictions(ctx, drive, contradicted->second);
-  }
-
- private:
-  std::vector<std::pair<std::vector<TrajectoryPose>, std::vector<Contradiction>>> estimates_;
-};
-
-// By odometry and, where `given` has them, given poses.
-Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                                     const Drive& drive,
-                                     const std::vector<std::optional<Pose>>& given,
-                                     const Odometry& found, ContradictedEstimates& contradicted) {
-  const bool refines = std::ranges::any_of(given, [](const auto& pose) { return bool(pose); });
-  Odometry odometry = laid_on(given, found);
+// Steps 2 to 6 of an odometry, with `given` poses as priors.
+Result<Estimate> solved(const EstimateTask& task, const GivenPoses& given, Odometry odometry) {
+  const auto& [ctx, options, drive] = task;
+  const bool refines = has_any(given);
+  start_at_given(given, odometry);
   if (lead_to_all(given)) {
     SIGHTLINE_ASSIGN(odometry.overlap, overlaps_along(ctx, drive, options.local_map_m, odometry));
   }
   SIGHTLINE_TRY(check_following(drive, odometry));
-  SIGHTLINE_ASSIGN(const JoinedPieces pieces, join_pieces(ctx, drive, given, odometry));
-  warn_of_pieces(ctx, drive, odometry, pieces);
-  const std::vector<std::uint32_t> scans = all_scans(odometry);
-  const double way_m = odometry.driven_m.back();
-  PoseGraph graph{steps_of(odometry, scans), pieces.edges, priors_of(options, way_m, given, scans),
-                  pieces.held};
-  std::vector<GraphEdge> loops;
-  if (options.closes_loops) {
-    SIGHTLINE_ASSIGN(loops, find_loops(ctx, drive, odometry));
-    graph.loops.insert(graph.loops.end(), loops.begin(), loops.end());
-  }
+
+  // 2. Pieces. Where nothing leads from one scan to the next, scans of the later piece are searched
+  // in maps of the earlier ones, at all headings (Hess et al.), in places with similar ring keys
+  // (Kim, Kim) first. Several must agree, and scans all along the piece must fit.
+  //
+  // 3. Loops. A scan near an earlier visit, by odometry and its drift, is matched to a map of that
+  // visit; a sure match is an edge of the pose graph.
+  SIGHTLINE_ASSIGN(const Connections connections, connect_scans(task, given, odometry));
+
+  // 4. Pose graph (Lu, Milios): least squares over steps, joins, loops and given poses, the latter
+  // three with Huber's loss. Given poses share their error over 100 m of way.
+  const PoseGraph graph = graph_of_scans(options, given, odometry, connections);
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, odometry.T_map_lidar));
-  const std::vector<std::uint32_t> keys = key_scans(odometry);
-  const PoseGraph key_graph =
-      graph_of_keys(graph, odometry, priors_of(options, way_m, given, keys), keys);
-  // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
-  // the truth than planes are, which lend it only their covariance: they bend a straight street.
-  // What hangs by a scan that was found from afar is set right by planes.
-  const bool is_loose = !are_tied(odometry, pieces.edges, graph.loops) ||
-                        std::ranges::count(odometry.is_far, true) > 0;
-  const auto by_planes = refines || is_loose ? adjust_to_planes : weigh_by_planes;
-  SIGHTLINE_ASSIGN(const Adjustment adjusted,
-                   by_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
-  Trajectory trajectory = trajectory_of(drive, graph, solution, adjusted);
-  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
-    trajectory.poses[i].piece = pieces.piece[i];
-    trajectory.poses[i].overlap = odometry.overlap[i];
-  }
-  trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
-  contradicted.add(trajectory, find_contradictions(odometry, loops, adjusted.T_map_lidar));
-  const auto unmatched = std::ranges::count(odometry.is_matched, false) -
-                         static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
-  if (unmatched > 0) {
-    ctx.warn(std::to_string(unmatched) +
-             " scans could not be matched to those before them and follow the given poses");
-  }
-  return trajectory;
+
+  // 5. Planes (Zhou et al.): the distances of points from small planes that several scans measured
+  // move the key scans or give their covariance.
+  SIGHTLINE_ASSIGN(
+      const Adjustment adjusted,
+      adjust_to_planes(ctx, drive, key_graph_of(options, given, odometry, graph),
+                       solution.T_map_pose, plane_use(odometry, connections, refines)));
+
+  // 6. The vehicle's poses, and the loops that they contradict.
+  Estimate estimate{solved_trajectory(drive.frame, graph, solution), {}};
+  estimate.trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
+  estimate.trajectory.poses = vehicle_poses(drive, adjusted, odometry, connections.pieces.piece);
+  estimate.contradictions = find_contradictions(odometry, connections.loops, adjusted.T_map_lidar);
+  warn_of_unmatched(ctx, odometry);
+  return estimate;
 }
 
-TrajectorySolver solver_of(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                           const Drive& drive, ContradictedEstimates& contradicted) {
-  return [&](const std::vector<std::optional<Pose>>& given, const Odometry& odometry) {
-    return solved_trajectory(ctx, options, drive, given, odometry, contradicted);
+SolvePoses solver_of(const EstimateTask& task) {
+  return [task](const GivenPoses& given, const Odometry& odometry) {
+    return solved(task, given, odometry);
   };
 }
 
-// The scans by which given poses are judged: as they are, or, where turn rates tell how the vehicle
-// turned within them, undistorted by the given poses. Else poses that are right would seem to
-// contradict scans that are drawn out unevenly.
-Result<Drive> as_given_poses_see(PassContext& ctx, const Drive& drive) {
-  const bool has_times =
-      std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
-  if (drive.turn_rates.empty() || !has_times || !drive.has_poses()) return drive;
-  SIGHTLINE_ASSIGN(const Trajectory given, trajectory_as_given(drive));
-  PassContext quiet;  // undistort-scans warns
-  quiet.threads = ctx.threads;
-  std::vector<Drive> parts = parts_of(drive);
-  const std::vector<Trajectory> poses = trajectories_of_parts(parts, given);
-  bool is_changed = false;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(quiet, parts[i], poses[i]));
-    if (turned.turn_rates.empty()) continue;
-    parts[i] = undistorted(turned, poses[i]);
-    is_changed = true;
+// Poses without any that are given.
+Result<Estimate> estimated(const EstimateTask& task) {
+  const auto& [ctx, options, drive] = task;
+  const GivenPoses none(drive.scans.size());
+
+  // 1. Odometry: each scan is matched by NDT (Biber, Strasser; Magnusson) to a map of the last 50 m
+  // of way, from where constant velocity leads (Vizzo et al.); where too few of its upright points
+  // meet that map, it is searched for farther around.
+  SIGHTLINE_ASSIGN(Odometry odometry, run_odometry(ctx, options.local_map_m, drive, none));
+  return solved(task, none, std::move(odometry));
+}
+
+// What the poses of a drive are made of.
+enum class PosesFrom { kGiven, kGivenAndScans, kScans };
+
+// Receivers have other errors on another day: given poses of several drives are refined together.
+PosesFrom poses_from(const EstimateTrajectoryOptions& options, const Drive& drive) {
+  const bool is_one_drive = drive.later_parts.empty();
+  if (options.mode == PoseMode::kGiven) return PosesFrom::kGiven;
+  if (options.mode == PoseMode::kEstimate) return PosesFrom::kScans;
+  if (options.mode == PoseMode::kAuto && drive.has_poses() && is_one_drive) {
+    return PosesFrom::kGiven;
   }
-  return is_changed ? joined_again(drive, parts) : drive;
+  const bool has_given = std::ranges::any_of(
+      drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
+  return has_given ? PosesFrom::kGivenAndScans : PosesFrom::kScans;
+}
+
+Result<Estimate> estimate_by(const EstimateTask& task, PosesFrom from) {
+  // Given poses are compared with odometry, and kept unless refined ones are sharper (Droeschel et
+  // al.; Razlaw et al.).
+  if (from == PosesFrom::kGiven) {
+    SIGHTLINE_ASSIGN(const Drive straight, undistorted_by_given(task.ctx, task.drive));
+    const EstimateTask by_straight{task.ctx, task.options, straight};
+    return check_given(by_straight, solver_of(by_straight));
+  }
+  const EstimatePoses by_rigid_scans = [&](PassContext& ctx, const Drive& drive) {
+    const EstimateTask of_drive{ctx, task.options, drive};
+    return from == PosesFrom::kScans ? estimated(of_drive)
+                                     : refine_given(of_drive, solver_of(of_drive));
+  };
+  SIGHTLINE_ASSIGN(const Estimate rigid, by_rigid_scans(task.ctx, task.drive));
+
+  // 7. Scans with times, of their own or by the order of their points, are undistorted with these
+  // poses (Zhang, Singh) and all steps are repeated; the sharper estimate is kept.
+  return estimate_undistorted(task.ctx, task.drive, rigid, by_rigid_scans);
 }
 
 }  // namespace
@@ -180,42 +166,18 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options) {
 
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive) {
-  const bool some_given = std::ranges::any_of(
-      drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
-  // Receivers are off otherwise on another day: poses of several drives are refined together.
-  const bool is_one = drive.later_parts.empty();
-  ContradictedEstimates contradicted;
-  if (options.mode == PoseMode::kGiven ||
-      (options.mode == PoseMode::kAuto && drive.has_poses() && is_one)) {
-    SIGHTLINE_ASSIGN(const Drive seen, as_given_poses_see(ctx, drive));
-    SIGHTLINE_ASSIGN(
-        const Trajectory checked,
-        checked_trajectory(ctx, options, seen, solver_of(ctx, options, seen, contradicted)));
-    contradicted.warn_of(ctx, drive, checked);
-    SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> scales,
-                     find_scale_differences(ctx, drive, checked));
-    warn_of_scale_differences(ctx, drive, scales);
-    return checked;
-  }
-  if (options.mode == PoseMode::kRefine && !some_given) {
+  const PosesFrom from = poses_from(options, drive);
+  if (options.mode == PoseMode::kRefine && from == PosesFrom::kScans) {
     return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",
                  "drive " + drive.name};
   }
-  const bool refines = some_given && options.mode != PoseMode::kEstimate;
-  const EstimatePoses estimate = [&](PassContext& own, const Drive& scans) -> Result<Trajectory> {
-    const TrajectorySolver solve = solver_of(own, options, scans, contradicted);
-    if (refines) return refined_trajectory(own, options, scans, solve);
-    const std::vector<std::optional<Pose>> none(scans.scans.size());
-    SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(own, options.local_map_m, scans, none));
-    return solve(none, odometry);
-  };
-  SIGHTLINE_ASSIGN(const Trajectory rigid, estimate(ctx, drive));
-  SIGHTLINE_ASSIGN(const Trajectory answer, estimate_undistorted(ctx, drive, rigid, estimate));
-  contradicted.warn_of(ctx, drive, answer);
-  SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> scales,
-                   find_scale_differences(ctx, drive, answer));
-  warn_of_scale_differences(ctx, drive, scales);
-  return answer;
+  SIGHTLINE_ASSIGN(Estimate answer, estimate_by({ctx, options, drive}, from));
+
+  // 8. The poses are checked by the loops that contradict them, and by how large drives measure the
+  // same walls.
+  warn_of_contradictions(ctx, drive, answer.contradictions);
+  SIGHTLINE_TRY(warn_of_scale_differences(ctx, drive, answer.trajectory));
+  return std::move(answer.trajectory);
 }
 
 }  // namespace sightline

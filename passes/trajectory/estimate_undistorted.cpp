@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "passes/pass/quiet.h"
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/swept_drive.h"
@@ -12,25 +13,25 @@
 #include "passes/trajectory/sweep/undistorted.h"
 #include "passes/trajectory/sweep/without_turning.h"
 
-// A scan of 0.1 s at 10 m/s is drawn out by 1 m, and where its sweep begins the world tears. Poses
-// of such scans taken as rigid are off by what the tear does to a match, so undistorting with them
-// sharpens little; poses estimated from the undistorted scans do not have that error any more.
-// Files do not say whether somebody undistorted the scans already, nor does their order. The scans
-// say it: undistorted twice they no longer fit each other. With the same poses they say too whether
-// turn rates of an inertial unit tell how the vehicle turned.
+// During a scan of 0.1 s at 10 m/s the sensor moves 1 m, so the end of a sweep does not fit its
+// beginning. This gap biases the poses of scans that are taken as rigid, and undistorting with
+// biased poses sharpens little; poses estimated from undistorted scans are not biased. Neither a
+// file nor the order of its points shows whether scans were undistorted already. Their sharpness
+// does: undistorted twice, scans fit each other worse. It also shows whether turn rates of an
+// inertial unit are those of the vehicle.
 
 namespace sightline {
 namespace {
 
 constexpr int kRounds = 2;
 
-// A drive or a part of one, and how its scans were measured, if not all points at once.
+// A drive or a part of one, and its scans with times; none where they stay rigid.
 struct Measured {
   Drive drive;
   std::optional<Drive> timed;
 };
 
-// The whole of parts, each as `change` makes it of its timed form.
+// The whole drive, with `change` applied to the timed form of each part.
 template <class Change>
 Drive changed(const Drive& drive, const std::vector<Measured>& parts, const Change& change) {
   std::vector<Drive> of_parts;
@@ -40,32 +41,21 @@ Drive changed(const Drive& drive, const std::vector<Measured>& parts, const Chan
   return joined_again(drive, of_parts);
 }
 
-std::vector<Drive> drives_of(const std::vector<Measured>& parts) {
-  std::vector<Drive> drives;
-  for (const Measured& part : parts) drives.push_back(part.drive);
-  return drives;
+Drive undistorted_parts(const Drive& drive, const std::vector<Measured>& parts,
+                        const Trajectory& trajectory) {
+  std::vector<Drive> as_they_are;
+  for (const Measured& part : parts) as_they_are.push_back(part.drive);
+  const std::vector<Trajectory> poses = trajectories_of_parts(as_they_are, trajectory);
+  return changed(drive, parts,
+                 [&](const Drive& timed, std::size_t i) { return undistorted(timed, poses[i]); });
 }
 
-Result<Trajectory> estimate_again(PassContext& ctx, const Drive& drive,
-                                  const std::vector<Measured>& parts, Trajectory trajectory,
-                                  const EstimatePoses& estimate) {
-  const std::vector<Drive> as_they_are = drives_of(parts);
-  for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Trajectory> poses = trajectories_of_parts(as_they_are, trajectory);
-    const Drive straight = changed(drive, parts, [&](const Drive& timed, std::size_t i) {
-      return undistorted(timed, poses[i]);
-    });
-    SIGHTLINE_ASSIGN(trajectory, estimate(ctx, straight));
-  }
-  return trajectory;
-}
-
-// What the first poses of a way are: those of the scans as they are, or, where turn rates say how
-// the vehicle turned meanwhile, those of scans without their turning. Else poses would lie where
-// the middle of a sweep was, and the rates would be half a sweep off.
-Result<Trajectory> first_poses(PassContext& ctx, const Drive& drive,
-                               const std::vector<Measured>& parts, const Trajectory& rigid,
-                               const EstimatePoses& estimate) {
+// The estimate that undistorting starts with: that of the scans as they are or, with turn rates, of
+// scans without the turning that these measured. Otherwise poses would be those of the middle of a
+// sweep, and the rates half a sweep off.
+Result<Estimate> first_estimate(PassContext& ctx, const Drive& drive,
+                                const std::vector<Measured>& parts, const Estimate& rigid,
+                                const EstimatePoses& estimate) {
   const bool has_rates = std::ranges::any_of(
       parts, [](const Measured& part) { return part.timed && !part.timed->turn_rates.empty(); });
   if (!has_rates) return rigid;
@@ -74,92 +64,91 @@ Result<Trajectory> first_poses(PassContext& ctx, const Drive& drive,
                   }));
 }
 
-Result<Trajectory> estimate_as_measured(PassContext& ctx, const Drive& drive,
-                                        const std::vector<Measured>& parts, const Trajectory& rigid,
-                                        const EstimatePoses& estimate) {
-  SIGHTLINE_ASSIGN(const Trajectory first, first_poses(ctx, drive, parts, rigid, estimate));
-  return estimate_again(ctx, drive, parts, first, estimate);
+Result<Estimate> estimate_as_measured(PassContext& ctx, const Drive& drive,
+                                      const std::vector<Measured>& parts, const Estimate& rigid,
+                                      const EstimatePoses& estimate) {
+  SIGHTLINE_ASSIGN(Estimate latest, first_estimate(ctx, drive, parts, rigid, estimate));
+  for (int round = 0; round < kRounds; ++round) {
+    SIGHTLINE_ASSIGN(latest, estimate(ctx, undistorted_parts(drive, parts, latest.trajectory)));
+  }
+  return latest;
 }
 
-Result<std::vector<Drive>> ways_of(const Drive& drive, const Trajectory& rigid) {
-  const bool has_times =
-      std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
+// The timings to be tried.
+Result<std::vector<Drive>> timed_drives(const Drive& drive, const Trajectory& rigid) {
   const Drive even = without_turns(drive);
-  if (!has_times) return swept_drives(even, rigid);
-  std::vector<Drive> ways = {even};
-  if (!drive.turn_rates.empty()) ways.push_back(drive);
-  return ways;
+  if (!has_point_times(drive)) return swept_drives(even, rigid);
+  std::vector<Drive> timed = {even};
+  if (!drive.turn_rates.empty()) timed.push_back(drive);
+  return timed;
 }
 
-// The middle of a drive, estimated again.
+// A timing of a drive, and the estimate of its middle by it.
 struct Trial {
   Drive timed;  // the whole drive
-  Trajectory of_middle;
+  Estimate of_middle;
   double entropy_nat = 0.0;
 };
 
 // Whether an error means that a trial does not work: its scans cannot be followed, are too few, or
-// contradict given poses. Any other, such as a scan that cannot be read, is none of its timing;
-// skipped, it would quietly lead to other poses.
+// contradict given poses. Any other, such as a scan that cannot be read, does not come from the
+// timing and must be returned; skipped, it would lead to other poses without a word.
 bool is_failed_trial(const Error& error) {
   return error.code == ErrorCode::kTrajectoryLost || error.code == ErrorCode::kDriveTooShort ||
          error.code == ErrorCode::kMismatchedInputs;
 }
 
-// The sharpest of the ways in which the scans of a drive of one part may have been measured. None
-// where there is none, and where every trial fails.
-Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& ways,
-                                            const Trajectory& rigid,
-                                            const EstimatePoses& estimate) {
+// The sharpest of several timings of a drive of one part. None where every trial fails.
+Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& timed,
+                                            const Estimate& rigid, const EstimatePoses& estimate) {
   std::optional<Trial> best;
-  for (const Drive& timed : ways) {
-    const Drive middle = middle_of(timed, rigid);
-    const Result<Trajectory> after =
-        estimate_as_measured(ctx, middle, {{middle, middle}}, middle_of(rigid), estimate);
+  for (const Drive& one : timed) {
+    const Drive middle = middle_of(one, rigid.trajectory);
+    Result<Estimate> after = estimate_as_measured(ctx, middle, {{middle, middle}},
+                                                  {middle_of(rigid.trajectory), {}}, estimate);
     if (!after && is_failed_trial(after.error())) continue;
     if (!after) return after.error();
-    SIGHTLINE_ASSIGN(const double nat,
-                     middle_entropy_nat(ctx, undistorted(middle, *after), *after));
-    if (!best || nat < best->entropy_nat) best = {timed, *after, nat};
+    const Trajectory& poses = after->trajectory;
+    SIGHTLINE_ASSIGN(const double nat, middle_entropy_nat(ctx, undistorted(middle, poses), poses));
+    if (!best || nat < best->entropy_nat) best = {one, *std::move(after), nat};
   }
   return best;
 }
 
-// None where the scans lie no more sharply undistorted than as they are.
-Result<std::optional<Trial>> trial_that_pays(PassContext& ctx, const Drive& drive,
-                                             const Trajectory& rigid,
-                                             const EstimatePoses& estimate) {
-  SIGHTLINE_ASSIGN(const std::vector<Drive> ways, ways_of(drive, rigid));
-  if (ways.empty()) return std::optional<Trial>();
-  SIGHTLINE_ASSIGN(std::optional<Trial> trial, sharpest_trial(ctx, ways, rigid, estimate));
+// None where scans are no sharper undistorted than as they are.
+Result<std::optional<Trial>> best_deskew_trial(PassContext& ctx, const Drive& drive,
+                                               const Estimate& rigid,
+                                               const EstimatePoses& estimate) {
+  SIGHTLINE_ASSIGN(const std::vector<Drive> timed, timed_drives(drive, rigid.trajectory));
+  SIGHTLINE_ASSIGN(std::optional<Trial> trial, sharpest_trial(ctx, timed, rigid, estimate));
   if (!trial) return trial;
-  SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(ctx, drive, rigid));
+  SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(ctx, drive, rigid.trajectory));
   if (!is_sharper(trial->entropy_nat, before_nat)) trial.reset();
   return trial;
 }
 
 }  // namespace
 
-Result<Trajectory> estimate_undistorted(PassContext& ctx, const Drive& drive,
-                                        const Trajectory& rigid, const EstimatePoses& estimate) {
-  PassContext quiet;
-  quiet.threads = ctx.threads;
-  quiet.seed = ctx.seed;
+Result<Estimate> estimate_undistorted(PassContext& ctx, const Drive& drive, const Estimate& rigid,
+                                      const EstimatePoses& estimate) {
+  PassContext without_warnings = quiet(ctx);
   const std::vector<Drive> parts = parts_of(drive);
-  const std::vector<Trajectory> rigid_parts = trajectories_of_parts(parts, rigid);
+  const std::vector<Trajectory> rigid_parts = trajectories_of_parts(parts, rigid.trajectory);
   std::vector<Measured> measured;
   bool are_rigid = true;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     measured.push_back({parts[i], std::nullopt});
     SIGHTLINE_ASSIGN(std::optional<Trial> trial,
-                     trial_that_pays(quiet, parts[i], rigid_parts[i], estimate));
+                     best_deskew_trial(without_warnings, parts[i], {rigid_parts[i], {}}, estimate));
     if (!trial) continue;
-    if (trial->of_middle.poses.size() == rigid.poses.size()) return trial->of_middle;
+    const bool is_whole_drive =
+        trial->of_middle.trajectory.poses.size() == rigid.trajectory.poses.size();
+    if (is_whole_drive) return std::move(trial->of_middle);
     measured.back().timed = std::move(trial->timed);
     are_rigid = false;
   }
   if (are_rigid) return rigid;
-  return estimate_as_measured(quiet, drive, measured, rigid, estimate);
+  return estimate_as_measured(without_warnings, drive, measured, rigid, estimate);
 }
 
 }  // namespace sightline

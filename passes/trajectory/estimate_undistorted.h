@@ -4,23 +4,21 @@
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "formats/drive/trajectory.h"
 #include "passes/pass/pass_context.h"
+#include "passes/trajectory/graph/contradictions.h"
 
 namespace sightline {
 
-// Estimates the poses of a drive's scans taken as rigid.
-using EstimatePoses = std::function<Result<Trajectory>(PassContext& ctx, const Drive& drive)>;
+// Estimates the poses of a drive whose scans are rigid.
+using EstimatePoses = std::function<Result<Estimate>(PassContext& ctx, const Drive& drive)>;
 
-// Poses for scans that are undistorted: estimated, undistorted with those poses, and estimated
-// again, twice. They are taken where they lay undistorted scans on each other more sharply than
-// `rigid`, the first estimate, lays the scans as they are; else `rigid` is the answer. Tried on a
-// stretch of the drive first (see middle_of); where the order of the points leaves several times
-// open (see swept_drives), with each of them; where the drive has point times and turn rates,
-// without these and with them. Each of several drives is tried for itself; scans of those that get
-// no sharper stay as they are. Scans without times of any kind: `rigid`. Further estimates warn of
-// nothing: the first one did.
-Result<Trajectory> estimate_undistorted(PassContext& ctx, const Drive& drive,
-                                        const Trajectory& rigid, const EstimatePoses& estimate);
+// Poses by undistorted scans: estimated, undistorted with those poses, and estimated again, twice.
+// Returned where undistorted scans fit each other more sharply by them than the scans as they are
+// by `rigid`, the first estimate; else `rigid` is. Tried on a stretch of each of several drives
+// first (middle_of), with all times that the order of points may mean (swept_drives), or without
+// and with the drive's turn rates. Without warnings: those of the first estimate are enough.
+// Errors: those of `estimate`, except of trials that fail, and of reading a scan.
+Result<Estimate> estimate_undistorted(PassContext& ctx, const Drive& drive, const Estimate& rigid,
+                                      const EstimatePoses& estimate);
 
 }  // namespace sightline

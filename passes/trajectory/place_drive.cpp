@@ -13,13 +13,13 @@
 namespace sightline {
 namespace {
 
-// So many scans, evenly over the drive, are looked for everywhere: about this many points of each
-// tell which places are worth a match of all of them.
+// So many scans, evenly over the drive, are searched for everywhere: about this many points of each
+// select the places where all of them are matched.
 constexpr std::size_t kQueries = 8;
 constexpr std::size_t kFewPoints = 200;
 constexpr std::size_t kWorthAMatch = 16;
-// A match is believed when its points score at least this, and so many of them have an ND near. In
-// its place a scan of a generated town scores about 2.5, elsewhere 1 to 1.7.
+// A good match has at least this likelihood, and so many points with an ND near. In its place a
+// scan of a generated town scores about 2.5, elsewhere 1 to 1.7.
 constexpr double kLeastLikelihood = 1.8;
 constexpr double kLeastScoredShare = 0.4;
 // A placement that another scan confirms moves it no farther than this.
@@ -32,7 +32,7 @@ struct QueryScan {
   std::vector<Eigen::Vector3d> points_m;
 };
 
-Result<std::vector<QueryScan>> make_queries(const Drive& drive, const OwnPiece& piece,
+Result<std::vector<QueryScan>> make_queries(const Drive& drive, const ScanRange& piece,
                                             const std::vector<Pose>& T_own_lidar) {
   std::vector<QueryScan> queries;
   for (const std::size_t i : evenly(piece.size(), kQueries)) {
@@ -129,7 +129,7 @@ std::vector<Pose> sensor_places(const Sites& sites, double step_m) {
 }
 
 Result<std::optional<Placement>> place_piece(const PassContext& ctx, const MatchGrid& grid,
-                                             const Drive& drive, const OwnPiece& piece,
+                                             const Drive& drive, const ScanRange& piece,
                                              const std::vector<Pose>& T_own_lidar,
                                              const std::vector<Pose>& places) {
   SIGHTLINE_ASSIGN(const std::vector<QueryScan> queries, make_queries(drive, piece, T_own_lidar));
@@ -144,7 +144,7 @@ Result<std::optional<Placement>> place_piece(const PassContext& ctx, const Match
   for (const std::optional<Placement>& placement : found) {
     if (placement && (!best || placement->support > best->support)) best = placement;
   }
-  // A scan that finds a place confirms itself; it takes another to be believed.
+  // A scan confirms its own place: a second one is needed.
   const int needed = queries.size() > 1 ? 2 : 1;
   if (best && best->confirmed < needed) best.reset();
   return best;

@@ -3,46 +3,44 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
-#include <utility>
 
 #include "formats/drive/trajectory_of_drive.h"
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/sweep_trial.h"
+#include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
 
 namespace sightline {
 namespace {
 
-// By times that nobody wrote down, where that makes the scans fit each other better; none where it
-// does not.
+// Undistorted by times from the order of points, where scans are then sharper; else none.
 Result<std::optional<Drive>> undistorted_by_order(PassContext& ctx, const Drive& drive,
                                                   const Trajectory& trajectory) {
   SIGHTLINE_ASSIGN(std::optional<Drive> swept,
                    sharpest_sweep(ctx, without_turns(drive), trajectory));
   if (!swept) return swept;
   swept->turn_rates = drive.turn_rates;
-  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(ctx, *swept, trajectory));
+  SIGHTLINE_ASSIGN(const Drive turned, with_imu_if_sharper(ctx, *swept, trajectory));
   const Drive straight = undistorted(turned, trajectory);
   SIGHTLINE_ASSIGN(const bool is_sharper, is_sharper_undistorted(ctx, drive, straight, trajectory));
   return is_sharper ? std::optional(straight) : std::nullopt;
 }
 
 std::size_t timed_scans(const Drive& drive) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; }));
+  return static_cast<std::size_t>(std::ranges::count_if(drive.scans, &ScanInfo::has_point_times));
 }
 
-// Of a drive of one part; none: its scans stay as they are.
+// A drive of one part, undistorted; none: its scans stay as they are.
 Result<std::optional<Drive>> undistorted_part(PassContext& ctx, const Drive& drive,
                                               const Trajectory& trajectory) {
-  if (timed_scans(drive) == 0) return undistorted_by_order(ctx, drive, trajectory);
+  if (!has_point_times(drive)) return undistorted_by_order(ctx, drive, trajectory);
   const std::size_t still = scans_without_motion(drive, trajectory);
   if (still > 0) {
     ctx.warn("drive " + drive.name + ": " + std::to_string(still) +
              " scans have no other pose within 1.5 s; they are taken to stand still");
   }
-  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(ctx, drive, trajectory));
+  SIGHTLINE_ASSIGN(const Drive turned, with_imu_if_sharper(ctx, drive, trajectory));
   return std::optional(undistorted(turned, trajectory));
 }
 
@@ -64,16 +62,9 @@ Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& opt
     }
     return drive;
   }
-  std::vector<Drive> parts = parts_of(drive);
-  const std::vector<Trajectory> poses = trajectories_of_parts(parts, trajectory);
-  bool is_changed = false;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    SIGHTLINE_ASSIGN(std::optional<Drive> straight, undistorted_part(ctx, parts[i], poses[i]));
-    if (!straight) continue;
-    parts[i] = *std::move(straight);
-    is_changed = true;
-  }
-  return is_changed ? joined_again(drive, parts) : drive;
+  return change_parts(drive, trajectory, [&](const Drive& part, const Trajectory& poses) {
+    return undistorted_part(ctx, part, poses);
+  });
 }
 
 }  // namespace sightline

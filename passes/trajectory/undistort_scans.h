@@ -14,20 +14,15 @@ struct UndistortScansOptions {
 std::vector<OptionField> option_fields(UndistortScansOptions& options);
 
 // The drive with every scan as if it had been measured at once, at its stamp: a point with a time
-// of its own moves by what the vehicle moved between that time and the stamp. Between two poses of
-// the trajectory the vehicle moves evenly, in position and (about one axis) in rotation; before the
-// first pose, behind the last one and next to a gap of more than 1.5 s, or a step out of keeping
-// with those around it, it moves on as it did on the other side of the scan, and stands still where
-// there is none. Where the drive has turn rates of an inertial unit, they tell how it turned
-// between two poses ("Turning within a scan" in schemas/definitions.md), if that makes the scans
-// lie on each other more sharply (see with_turns_that_pay, which warns of what it did).
-//
-// The scans are changed when they are read, one in memory; they carry no times any more. Where no
-// scan has times, those that the order of its points tells are tried (see sharpest_sweep), and
-// kept where they make the scans lie on each other more sharply; else, or when disabled, it is the
-// same drive. Of several drives (join-drives) each is treated so for itself. Warns when times are
-// there and not used, and of scans that are taken to stand still. Errors: mismatched-inputs (not
-// one pose for each scan) and what reading a scan says.
+// of its own moves with the vehicle between that time and the stamp, evenly between two poses of
+// the trajectory and, where they make scans sharper, by turn rates of an inertial unit ("Motion
+// within a scan" and "Turning within a scan" in schemas/definitions.md). Next to an end or a gap,
+// the motion on the other side of the scan is extended; without any, the vehicle stands still.
+// Scans are changed when they are read, and lose their times. Where no scan has times, those by the
+// order of its points are tried (sharpest_sweep). Each of several drives (join-drives) is treated
+// by itself. Without times, where undistorting does not make scans sharper, or when disabled: the
+// drive as it is. Warns of times that are not used, of scans taken to stand still, and of turn
+// rates. Errors: mismatched-inputs (not one pose for each scan) and those of reading a scan.
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
 inline constexpr Pass kUndistortScans{"undistort-scans", 5, "undistorted", "Motion during a scan",

@@ -8,18 +8,17 @@
 namespace sightline {
 namespace {
 
-// How far from where constant velocity leads a scan may be looked for: at the start, when nothing
-// is known of the speed, and where matching has failed.
+// How far from the predicted pose a scan is searched for: at the start, when the speed is not
+// known, and where matching failed.
 constexpr double kSearchReach_m = 3.0;
 
 constexpr std::int64_t kShortestJump_ns = kSecond_ns;
-// Even motion is carried on through so many times the step that it was seen on.
+// Even motion is extended to at most so many times the step that it was measured on.
 constexpr double kMostSteps = 10.0;
 constexpr double kNewShare = 0.1;
 constexpr double kUsual = 0.85;
 
-// Where a vehicle may be that begins or ends a turn, or brakes, harder than constant velocity has
-// it.
+// Poses of a vehicle that turns or brakes harder than at constant velocity.
 std::vector<Pose> bolder(const Pose& T_map_before, const Pose& T_map_start) {
   std::vector<Pose> starts;
   const Pose step = T_map_before.inverse() * T_map_start;
@@ -36,7 +35,7 @@ std::vector<Pose> bolder(const Pose& T_map_before, const Pose& T_map_start) {
   return starts;
 }
 
-// The best end of these starts and `best`.
+// The best of `best` and the matches from these starts.
 LocalMatch best_of(LocalSearch& search, const std::vector<Pose>& starts, LocalMatch best) {
   for (const Pose& start : starts) {
     const std::optional<LocalMatch> match = search.match(start);

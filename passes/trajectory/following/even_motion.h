@@ -7,11 +7,9 @@
 #include "formats/drive/drive.h"
 #include "passes/trajectory/local/local_match.h"
 
-// Following a vehicle that moves about evenly; part of estimate-trajectory.
-
 namespace sightline {
 
-// A pause after which a drive is not followed on: 1 s, and three times the usual step.
+// A longer step ends a piece: 1 s, and three times the median step.
 std::int64_t longest_step_ns(const Drive& drive);
 
 // A step of the vehicle's motion and how long it took.
@@ -20,10 +18,10 @@ struct TimedStep {
   std::int64_t time_ns = 0;
 };
 
-// The same motion for another time, along the same arc; at most ten times as long.
+// The motion extended to another time along its arc; at most ten times as long.
 Pose carried_on(const TimedStep& step, std::int64_t time_ns);
 
-// How well the latest scans matched: where one does much worse, it was looked for in a wrong place.
+// Running means over the latest scans: a scan far below them was matched in a wrong place.
 struct RunningAverage {
   double likelihood = 0.0;
   double scored_share = 0.0;
@@ -33,8 +31,8 @@ struct RunningAverage {
   [[nodiscard]] bool is_met_by(const LocalMatch& match) const;
 };
 
-// The best match from the starts; where it is worse than usual, of bolder ones too, and where it is
-// not good, or nothing is known of the speed yet, of all within 3 m.
+// The best match from the starts; where it is worse than usual, from harder turns and other speeds
+// too, and where it is not good or the speed is not known yet, from all places within 3 m.
 LocalMatch follow(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                   const std::vector<Pose>& starts, const Pose& T_map_before,
                   const RunningAverage& average);

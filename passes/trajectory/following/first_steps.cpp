@@ -6,16 +6,16 @@
 namespace sightline {
 namespace {
 
-// By then a vehicle that is thought to stand is metres from where it was.
+// After so many scans a wrong speed is metres off.
 constexpr std::size_t kTrialScans = 10;
-// Who meets so much less than the best is given up before.
+// A follower with so much less overlap than the best is dropped earlier.
 constexpr double kFarBehind = 0.1;
-// Who begins at the speed that was found out is believed where no more than this is lost.
+// The drive followed again at the best speed is preferred where it loses no more overlap.
 constexpr double kAsGood = 0.005;
-// Two that are nearer to each other go one way.
+// Followers nearer to each other are on one way.
 constexpr double kOneWay_m = 0.3;
 
-// Mean over the scans from `begin` on; a scan that was found nowhere meets nothing.
+// Mean over the scans from `begin` on; 0 for a scan that was found nowhere.
 double mean_overlap(const Odometry& odometry, std::size_t begin) {
   double sum = 0.0;
   for (std::size_t k = begin; k < odometry.overlap.size(); ++k) {
@@ -62,7 +62,7 @@ void FirstSteps::begin_trials(const ReadScan& scan) {
   if (followed_.size() == 1) forget_trial();
 }
 
-// Those that came to where a better one is, or lie far behind the best.
+// Drops followers that are where a better one is, or far behind the best.
 void FirstSteps::forget_beaten() {
   std::vector<double> worths;
   for (const Follower& follower : followed_) {
@@ -81,8 +81,8 @@ void FirstSteps::forget_beaten() {
   followed_ = std::move(left);
 }
 
-// Who came to the right speed may have begun with a step or two that were wrong: followed once more
-// from that speed, the drive is believed where as much meets.
+// A follower that reached the right speed may have begun with a step or two that were wrong: the
+// drive is followed again from that speed, and preferred where the overlap is as large.
 void FirstSteps::end_trials() {
   const auto worth = [&](const Follower& one) { return mean_overlap(one.odometry, trial_begin_); };
   Follower best = *std::ranges::max_element(followed_, {}, worth);

@@ -6,29 +6,47 @@
 
 #include "formats/geometry.h"
 
-// What following a drive from scan to scan finds; part of estimate-trajectory.
+// The result of following a drive from scan to scan; part of estimate-trajectory.
 
 namespace sightline {
 
 // Why a piece begins at a scan.
 struct PieceStart {
   std::uint32_t scan = 0;
-  bool is_time_jump = false;  // else the scan was found nowhere near
-  double overlap = 0.0;       // the best that was found with what was seen before; 0 where none was
+  bool is_time_jump = false;       // else no place near the last scan fits
+  double overlap = 0.0;            // the largest with earlier scans; 0 where no place was found
   double overlap_elsewhere = 0.0;  // in another place than that one
 };
 
 struct Odometry {
   std::vector<Pose> T_map_lidar;  // one a scan
   std::vector<bool> is_matched;   // false: carried on from given poses or begins a piece
-  std::vector<bool> is_far;       // found by a search: its step is known less well than others
+  std::vector<bool> is_far;       // found by a search: its step is less accurate than others
   std::vector<double> driven_m;   // arc length up to each scan; a piece begins where the last ended
   // Scans of one piece are known relative to each other, ascending numbers from 0.
   std::vector<std::uint32_t> piece;
   std::vector<PieceStart> piece_starts;  // of every piece but the first
   // Share of the scan's upright returns that meet the local map (scan_overlap.h); none where there
-  // is too little to say, where a piece begins, and where given poses lead to all scans.
+  // are too few, where a piece begins, and where given poses lead to all scans.
   std::vector<std::optional<double>> overlap;
+
+  // Adds a scan to the last piece, `step_m` of way after the scan before it.
+  void append(const Pose& T_map_scan, double step_m, bool matched,
+              std::optional<double> scan_overlap);
+  // Adds a scan whose pose is known already, as one of the last piece or as the first of another.
+  void append_known(const Pose& T_map_scan, bool begins_piece, std::optional<double> scan_overlap);
 };
+
+// Scans [begin, end) of a drive.
+struct ScanRange {
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+  [[nodiscard]] std::uint32_t size() const { return end - begin; }
+};
+// The first scan of a range, and each next one after `step_m` of way.
+std::vector<std::uint32_t> scans_every(const Odometry& odometry, const ScanRange& range,
+                                       double step_m);
+// Runs of scans with one piece number; a piece that another one interrupts is several.
+std::vector<ScanRange> ranges_of(const std::vector<std::uint32_t>& piece);
 
 }  // namespace sightline

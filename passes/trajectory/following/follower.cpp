@@ -7,23 +7,23 @@
 namespace sightline {
 namespace {
 
-// Where less of a scan's upright returns meets the local map than this, or than this share of what
-// is usual, it is looked for farther around: steps of a few metres still have 0.7.
+// A scan with a smaller overlap than this, or than this share of the usual one, is searched for
+// farther around: steps of a few metres still have 0.7.
 constexpr double kPoorOverlap = 0.6;
 constexpr double kPoorShare = 0.75;
-// Less is met by chance: a place is not believed.
+// A smaller overlap may occur by chance: the place is rejected.
 constexpr double kLeastOverlap = 0.35;
-// A drop below this share of what is usual is not believed of a scan that was not searched for.
+// A place from even motion alone with less than this share of the usual overlap is rejected.
 constexpr double kLeastShareOfUsual = 0.5;
-// So much more must meet the map than in any other place; and than where even motion leads.
+// The overlap must be so much larger than in any other place, and than where even motion leads.
 constexpr double kClearly = 0.08;
-// How far the first step of a piece may lead; ends nearer to each other than that are one.
+// How far the first step of a piece may lead; ends nearer to each other count as one.
 constexpr double kFirstStep_m = 4.0;
 constexpr double kSamePlace_m = 0.3;
-// So many are followed, those in which most of the scan meets what was seen before it.
+// So many first steps are followed, those with the largest overlaps.
 constexpr std::size_t kMostFirstSteps = 4;
-// Before a piece is so long its walls are those of few scans, which lie where these were put: a
-// match that ends at shorter steps goes on towards what they have in common by chance.
+// In a shorter piece walls are made of few scans, at the poses these were given: shorter last steps
+// would follow what these have in common by chance.
 constexpr double kShortestStepsFrom_m = 20.0;
 
 }  // namespace
@@ -31,15 +31,15 @@ constexpr double kShortestStepsFrom_m = 20.0;
 Result<ReadScan> read_scan(const Drive& drive, std::size_t index, Upright upright) {
   ReadScan scan;
   SIGHTLINE_ASSIGN(scan.thinned, read_thinned(drive, index));
-  if (upright == Upright::kNotAsked) return scan;
+  if (upright == Upright::kLeftOut) return scan;
   const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
   scan.upright_m = upright_points(scan.thinned.to_match_m, level);
   scan.upright_to_map_m = upright_points(scan.thinned.to_map_m, level);
   return scan;
 }
 
-Follower::Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given,
-                   double local_map_m, std::size_t first)
+Follower::Follower(const Drive& drive, const GivenPoses& given, double local_map_m,
+                   std::size_t first)
     : drive_(&drive),
       given_(&given),
       local_map_m_(local_map_m),
@@ -118,12 +118,12 @@ bool Follower::has_given_step(std::size_t k) const {
 std::int64_t Follower::step_ns(std::size_t k) const {
   return drive_->scans[k].stamp_ns - drive_->scans[k - 1].stamp_ns;
 }
-// After which the last steps do not say how far the drive has gone on.
+// Whether the last steps do not predict the motion.
 bool Follower::is_jump(std::size_t k) const {
   return step_ns(k) > longest_step_ns_ || begins_part(k);
 }
 
-// Where scan k may be, by what is known of its motion; the likeliest first.
+// Predictions of scan k by its motion so far; the likeliest first.
 std::vector<Pose> Follower::predictions(std::size_t k) const {
   std::vector<Pose> starts;
   if (was_found_widely_) starts.push_back(moved_on(k));
@@ -138,7 +138,7 @@ std::vector<Pose> Follower::predictions(std::size_t k) const {
   return starts;
 }
 
-// On as the last step led, without its turn: who looks aside walks on.
+// The last step without its turn: a sensor that turns aside keeps moving in its direction.
 Pose Follower::moved_on(std::size_t k) const {
   Pose start = T_map_before();
   if (steps_.empty()) return start;
@@ -162,8 +162,8 @@ Follower::Found Follower::follow_from(const std::vector<Pose>& starts, const Rea
 void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
   const std::vector<Pose> starts = predictions(k);
   Found found;
-  // Behind a jump the given pose stands: what was seen before it may be far from here, and a
-  // street that looks like another would speak against poses that are right.
+  // After a jump the given pose is used: earlier scans may be far from here, and a street that
+  // looks like another one would contradict poses that are right.
   if (!is_jump(k)) found = follow_from(starts, scan);
   const bool is_matched = found.match.is_good();
   if (is_matched) average_.add(found.match, found.overlap);
@@ -192,7 +192,8 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
   was_found_widely_ = found.is_wide;
   if (found.is_wide && !steps_.empty()) {
-    // The drive may have jumped and go on as before, or be as fast as that.
+    // The recording may lack scans and the speed be as before, or the vehicle be as fast as this
+    // step.
     steps_ = {step, steps_.front()};
   } else {
     steps_ = {step};
@@ -207,7 +208,7 @@ bool Follower::is_poor(const Found& found) const {
   return found.overlap && *found.overlap < least;
 }
 
-// Where even motion leads; where that is poor, turned or wherever else it is.
+// By even motion; where that is poor, turned or farther around.
 Follower::Found Follower::find(std::size_t k, const ReadScan& scan) const {
   Found found = follow_from(predictions(k), scan);
   found.is_believed = found.match.is_good();
@@ -238,7 +239,7 @@ Follower::Found Follower::find_widely(const LocalSurroundings& there, const Soug
   return {wide->match, wide->overlap, elsewhere, is_believed, true, true};
 }
 
-// With a map of its own, and nothing known of the speed.
+// Begins a piece with an empty map and an unknown speed.
 void Follower::begin_piece(const PieceStart& start) {
   odometry.piece_starts.push_back(start);
   was_found_widely_ = false;
@@ -255,17 +256,12 @@ void Follower::append(const Pose& T_map_lidar, bool is_matched, std::optional<do
   const bool is_first = odometry.T_map_lidar.empty();
   const double step_m =
       is_first ? 0.0 : (T_map_lidar.translation() - T_map_before().translation()).norm();
-  odometry.driven_m.push_back(is_first ? 0.0 : odometry.driven_m.back() + step_m);
-  odometry.T_map_lidar.push_back(T_map_lidar);
-  odometry.is_matched.push_back(is_matched || is_first);
-  odometry.is_far.push_back(false);
-  odometry.piece.push_back(static_cast<std::uint32_t>(odometry.piece_starts.size()));
-  odometry.overlap.push_back(overlap);
+  odometry.append(T_map_lidar, step_m, is_matched || is_first, overlap);
 }
 
 void Follower::remember(const ReadScan& scan) {
   const Pose& T_map_lidar = odometry.T_map_lidar.back();
-  if (!is_map_empty_ && !map_.wants(T_map_lidar)) return;
+  if (!is_map_empty_ && !map_.needs(T_map_lidar)) return;
   is_map_empty_ = false;
   map_.add(scan.thinned.to_map_m, T_map_lidar, odometry.driven_m.back());
   upright_.add(scan.upright_to_map_m, T_map_lidar, odometry.driven_m.back());

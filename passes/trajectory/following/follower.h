@@ -11,53 +11,51 @@
 #include "formats/geometry.h"
 #include "passes/trajectory/following/even_motion.h"
 #include "passes/trajectory/following/followed_scans.h"
+#include "passes/trajectory/local/estimate_options.h"
 #include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/local/place_widely.h"
 #include "passes/trajectory/local/scan_overlap.h"
 
-// Part of estimate-trajectory.
-
 namespace sightline {
 
-// A scan as it is matched, and as it is remembered.
+// A scan: thinned for matching and for the local map.
 struct ReadScan {
   ThinnedScan thinned;
-  std::vector<Eigen::Vector3d> upright_m;         // of to_match_m, where asked
+  std::vector<Eigen::Vector3d> upright_m;         // of to_match_m
   std::vector<Eigen::Vector3d> upright_to_map_m;  // of to_map_m
 };
-// What stands upright says where a scan is that no given pose leads to: where all have one, nobody
-// asks while they are followed (overlaps_along()).
-enum class Upright { kNotAsked, kAsked };
-// Errors: what reading a scan says.
+// Whether upright points are computed. They are needed where no given pose leads to a scan; where
+// all scans have one, overlaps_along() computes them later.
+enum class Upright { kLeftOut, kComputed };
+// Errors: those of reading a scan.
 Result<ReadScan> read_scan(const Drive& drive, std::size_t index, Upright upright);
 
-// Follows a drive from scan to scan, as run_odometry promises.
+// Follows a drive from scan to scan, by the rules of run_odometry.
 class Follower {
  public:
   // Begins at scan `first`. Drive and poses must outlive it and its copies.
-  Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given, double local_map_m,
-           std::size_t first);
+  Follower(const Drive& drive, const GivenPoses& given, double local_map_m, std::size_t first);
 
   void take(const ReadScan& scan);
-  // The same where the scan was found by other means.
+  // Continues with a scan that was found by other means.
   void take_there(const ReadScan& scan, const LocalMatch& match);
 
-  // The first step of a piece, begun as even motion by a step that was seen later.
+  // Takes the first step of a piece, predicted by a step that was measured later.
   void begin_with(const ReadScan& scan, const TimedStep& step);
-  // Of no motion where a piece just began.
+  // No motion where a piece just began.
   [[nodiscard]] TimedStep last_step() const;
 
-  // Whether the next scan makes a piece's first step, of which nothing is known.
+  // Whether the next scan is the first step of a piece, whose motion is not known.
   [[nodiscard]] bool is_at_first_step() const;
-  // Where the scan of a first step may be: the good matches within 4 m, four at most, the one first
-  // in which most of the scan's upright returns meet those before it.
+  // Places of the scan of a first step: the good matches within 4 m, at most four, in order of
+  // overlap.
   [[nodiscard]] std::vector<LocalMatch> first_steps(const ReadScan& scan) const;
 
   Odometry odometry;  // from the first scan on
 
  private:
-  // Where a scan is found, with the overlap that speaks for it.
+  // The place that was found for a scan, with its overlap.
   struct Found {
     LocalMatch match;
     std::optional<double> overlap;
@@ -90,14 +88,14 @@ class Follower {
   void remember(const ReadScan& scan);
 
   const Drive* drive_;
-  const std::vector<std::optional<Pose>>* given_;
+  const GivenPoses* given_;
   double local_map_m_;
   std::size_t first_;  // scan
   std::int64_t longest_step_ns_;
   LocalMap map_;
   UprightMap upright_;
   RunningAverage average_;
-  std::vector<TimedStep> steps_;  // that the drive may go on with
+  std::vector<TimedStep> steps_;  // that may continue
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;
   double piece_began_m_ = 0.0;  // of the way driven

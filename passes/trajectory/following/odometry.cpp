@@ -14,7 +14,7 @@
 namespace sightline {
 namespace {
 
-// Tells how many scans of all runs are followed.
+// Reports how many scans of all runs are followed.
 class Progress {
  public:
   Progress(const PassContext& ctx, std::span<const ScanRun> runs) : ctx_(ctx) {
@@ -28,7 +28,7 @@ class Progress {
   std::atomic<std::size_t> done_ = 0;
 };
 
-// Errors: the first that reading a scan says.
+// Errors: the first of reading a scan.
 Result<void> follow_read(std::span<const Result<ReadScan>> scans, FirstSteps& follower,
                          Progress& progress) {
   for (const Result<ReadScan>& scan : scans) {
@@ -39,7 +39,7 @@ Result<void> follow_read(std::span<const Result<ReadScan>> scans, FirstSteps& fo
   return {};
 }
 
-// Each scan waits for those before it, but to be read: that is done ahead, side by side.
+// Scans are followed in order, and read ahead in parallel.
 Result<void> follow_run(const Drive& drive, const ScanRun& run, Upright upright, int threads,
                         FirstSteps& follower, Progress& progress) {
   constexpr std::size_t kAhead = 8;  // scans
@@ -63,19 +63,27 @@ Result<void> follow_run(const Drive& drive, const ScanRun& run, Upright upright,
 
 }  // namespace
 
-bool lead_to_all(const std::vector<std::optional<Pose>>& given) {
+bool lead_to_all(const GivenPoses& given) {
   return std::ranges::all_of(given, [](const auto& pose) { return pose.has_value(); });
 }
 
+void start_at_given(const GivenPoses& given, Odometry& odometry) {
+  const auto first = std::ranges::find_if(given, [](const auto& pose) { return bool(pose); });
+  if (first == given.end() || first == given.begin()) return;
+  const auto number = static_cast<std::size_t>(first - given.begin());
+  const Pose T_given_found = **first * odometry.T_map_lidar[number].inverse();
+  for (Pose& pose : odometry.T_map_lidar) pose = T_given_found * pose;
+}
+
 Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive& drive,
-                              const std::vector<std::optional<Pose>>& given) {
+                              const GivenPoses& given) {
   const std::size_t count = drive.scans.size();
   if (count < 2) {
     return Error{ErrorCode::kDriveTooShort,
                  "found " + std::to_string(count) + " scans, expected at least 2 to match", "",
                  "drive " + drive.name};
   }
-  const Upright upright = lead_to_all(given) ? Upright::kNotAsked : Upright::kAsked;
+  const Upright upright = lead_to_all(given) ? Upright::kLeftOut : Upright::kComputed;
   const std::vector<ScanRun> runs = scan_runs(drive, given, local_map_m);
   Progress progress(ctx, runs);
   std::vector<Result<void>> done(runs.size());

@@ -9,7 +9,7 @@
 namespace sightline {
 namespace {
 
-// What stands upright along one piece.
+// The upright points along one piece.
 class PieceOverlaps {
  public:
   explicit PieceOverlaps(double local_map_m) : upright_(local_map_m) {}
@@ -27,7 +27,7 @@ class PieceOverlaps {
 
  private:
   UprightMap upright_;
-  std::optional<Pose> T_map_last_;  // of those that are remembered
+  std::optional<Pose> T_map_last_;  // the last key scan
 };
 
 }  // namespace
@@ -42,7 +42,7 @@ Result<std::vector<std::optional<double>>> overlaps_along(const PassContext& ctx
   for (std::size_t begin = 0; begin < count; begin += kAtOnce) {
     std::vector<Result<ReadScan>> read(std::min(kAtOnce, count - begin), ReadScan{});
     parallel_for(read.size(), ctx.threads,
-                 [&](std::size_t i) { read[i] = read_scan(drive, begin + i, Upright::kAsked); });
+                 [&](std::size_t i) { read[i] = read_scan(drive, begin + i, Upright::kComputed); });
     for (std::size_t i = 0; i < read.size(); ++i) {
       if (!read[i]) return read[i].error();
       const std::size_t k = begin + i;

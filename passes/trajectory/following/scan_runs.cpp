@@ -9,21 +9,20 @@ namespace sightline {
 namespace {
 
 constexpr double kLocalMapsOfTwoRuns = 10.0;
-// However far a given pose jumps, so many scans make the local map that a run begins with.
+// A run begins with a local map of so many scans, even if a given pose jumps.
 constexpr double kLeastScansOfLocalMap = 10.0;
 
-// Scans [begin, end) of one part, each but the first led to by a given step, and the way up to
-// each.
+// Scans of one part from `begin` on, with given steps between them, and the way up to each.
 struct GivenWay {
   std::size_t begin = 0;
   std::vector<double> way_m = {0.0};
 };
 
-// Runs that begin within such a way, but for where it begins itself.
+// Adds the runs that begin within such a way.
 void add_runs_within(const GivenWay& given, double local_map_m, std::vector<ScanRun>& runs) {
   const std::vector<double>& way_m = given.way_m;
   const double pairs = way_m.back() / (kLocalMapsOfTwoRuns * local_map_m);
-  // Even: of three runs two threads would follow the last one with one hand idle.
+  // Even: with three runs and two threads, one thread would be idle during the last.
   const double count = pairs < 1.0 ? 1.0 : 2.0 * std::round(pairs);
   for (double i = 1.0; i < count; i += 1.0) {
     const auto begin = std::ranges::lower_bound(way_m, way_m.back() * i / count);
@@ -33,23 +32,20 @@ void add_runs_within(const GivenWay& given, double local_map_m, std::vector<Scan
   }
 }
 
-// Of a run, behind what is there already.
+// Appends a scan of a run.
 void append_scan(const Odometry& from, std::size_t k, const Pose& T_joined_found, Odometry& to) {
   const Pose T_map_lidar = tidied(T_joined_found * from.T_map_lidar[k]);
   const double step_m =
       k == 0 ? 0.0
              : (from.T_map_lidar[k].translation() - from.T_map_lidar[k - 1].translation()).norm();
-  to.driven_m.push_back(to.driven_m.back() + step_m);
-  to.T_map_lidar.push_back(T_map_lidar);
-  to.is_matched.push_back(from.is_matched[k]);
-  to.is_far.push_back(from.is_far[k]);
-  to.overlap.push_back(from.overlap[k]);
+  to.append(T_map_lidar, step_m, from.is_matched[k], from.overlap[k]);
+  to.is_far.back() = from.is_far[k];
 }
 
-// A run behind others.
+// Appends a run.
 void append_run(const ScanRun& run, const Odometry& found, Odometry& joined) {
   const bool begins_piece = run.first == run.begin;
-  const std::size_t before = begins_piece ? 0 : run.begin - run.first - 1;  // where both are known
+  const std::size_t before = begins_piece ? 0 : run.begin - run.first - 1;  // in both
   const Pose T_joined_found = joined.T_map_lidar.back() * found.T_map_lidar[before].inverse();
   const std::uint32_t first_piece = joined.piece.back() + (begins_piece ? 1 : 0);
   if (begins_piece) {
@@ -59,15 +55,14 @@ void append_run(const ScanRun& run, const Odometry& found, Odometry& joined) {
                              found.piece_starts.end());
   for (std::size_t k = run.begin - run.first; k < found.T_map_lidar.size(); ++k) {
     append_scan(found, k, T_joined_found, joined);
-    joined.piece.push_back(first_piece + found.piece[k]);
+    joined.piece.back() = first_piece + found.piece[k];
   }
   if (begins_piece) joined.is_matched[run.begin] = false;
 }
 
 }  // namespace
 
-std::vector<ScanRun> scan_runs(const Drive& drive, const std::vector<std::optional<Pose>>& given,
-                               double local_map_m) {
+std::vector<ScanRun> scan_runs(const Drive& drive, const GivenPoses& given, double local_map_m) {
   const double longest_step_m = local_map_m / kLeastScansOfLocalMap;
   std::vector<ScanRun> runs = {{}};
   GivenWay way;

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "formats/rotation.h"
-#include "passes/trajectory/given/beside_scans.h"
+#include "passes/trajectory/given/compare_motion.h"
 
 namespace sightline {
 namespace {
@@ -21,8 +21,8 @@ constexpr double kLongestSlip_m = 1.0;
 constexpr double kLongestSlipShare = 0.25;
 constexpr double kAllowed_rad = 1.0 * std::numbers::pi / 180.0;
 
-PoseDisagreement compare(const std::vector<std::optional<Pose>>& given, const Odometry& odometry,
-                         std::uint32_t first, std::uint32_t last) {
+PoseDisagreement compare(const GivenPoses& given, const Odometry& odometry, std::uint32_t first,
+                         std::uint32_t last) {
   const MotionPair motion = motion_between(given, odometry, first, last);
   PoseDisagreement found{first, last, motion.given.translation().norm(),
                          motion.matched.translation().norm()};
@@ -50,8 +50,9 @@ bool is_gross(const MotionPair& motion) {
 
 }  // namespace
 
-Result<std::vector<PoseDisagreement>> find_disagreements(
-    const Drive& drive, const std::vector<std::optional<Pose>>& given, const Odometry& odometry) {
+Result<std::vector<PoseDisagreement>> find_disagreements(const Drive& drive,
+                                                         const GivenPoses& given,
+                                                         const Odometry& odometry) {
   std::vector<PoseDisagreement> stretches;
   std::uint32_t last = 0;
   for (std::uint32_t first = 0; first + 1 < given.size(); ++first) {

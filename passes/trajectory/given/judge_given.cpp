@@ -26,8 +26,7 @@ std::size_t poses_of(const std::vector<PoseJump>& jumps) {
 }  // namespace
 
 Result<GivenVerdict> judge_given(const Drive& drive, const JumpLimits& limits,
-                                 const std::vector<std::optional<Pose>>& given,
-                                 const Odometry& odometry) {
+                                 const GivenPoses& given, const Odometry& odometry) {
   GivenVerdict verdict;
   SIGHTLINE_ASSIGN(verdict.jumps, find_jumps(drive, limits, given, odometry));
   SIGHTLINE_ASSIGN(verdict.disagreements,
@@ -35,8 +34,7 @@ Result<GivenVerdict> judge_given(const Drive& drive, const JumpLimits& limits,
   return verdict;
 }
 
-std::vector<std::optional<Pose>> without_jumps(std::vector<std::optional<Pose>> given,
-                                               const std::vector<PoseJump>& jumps) {
+GivenPoses without_jumps(GivenPoses given, const std::vector<PoseJump>& jumps) {
   for (const PoseJump& jump : jumps) {
     for (std::uint32_t k = jump.first; k <= jump.last; ++k) given[k].reset();
   }

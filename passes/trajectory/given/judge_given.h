@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,25 +11,21 @@
 #include "passes/trajectory/given/jumps.h"
 #include "passes/trajectory/given/sharpening.h"
 
-// What the scans say of the poses that came with them; part of estimate-trajectory.
-
 namespace sightline {
 
-// Where given poses (T_map_lidar, one a scan, none where there is none) are not as the scans show.
+// Where given poses are contradicted.
 struct GivenVerdict {
   std::vector<PoseJump> jumps;
   std::vector<PoseDisagreement> disagreements;  // of the other poses
 };
-// Errors: what reading a scan says.
+// Errors: those of reading a scan.
 Result<GivenVerdict> judge_given(const Drive& drive, const JumpLimits& limits,
-                                 const std::vector<std::optional<Pose>>& given,
-                                 const Odometry& odometry);
+                                 const GivenPoses& given, const Odometry& odometry);
 
-// The poses but those of jumps.
-std::vector<std::optional<Pose>> without_jumps(std::vector<std::optional<Pose>> given,
-                                               const std::vector<PoseJump>& jumps);
+// The poses without those of jumps.
+GivenPoses without_jumps(GivenPoses given, const std::vector<PoseJump>& jumps);
 
-// One sentence each, without its point; the first few places are named.
+// One sentence each, without its full stop; the first five places are named.
 std::string jumps_text(const std::vector<PoseJump>& jumps, const Drive& drive);
 std::string disagreements_text(const std::vector<PoseDisagreement>& found, const Drive& drive);
 std::string sharpening_text(const Sharpening& found, const std::vector<WayStretch>& stretches,

@@ -5,12 +5,12 @@
 #include <numbers>
 
 #include "formats/rotation.h"
-#include "passes/trajectory/given/beside_scans.h"
+#include "passes/trajectory/given/compare_motion.h"
 
 namespace sightline {
 namespace {
 
-// Of the motion and of the turn: a wrong scale is told as what it is, not as a jump at every scan.
+// Share of the motion and of the turn: a wrong scale is a disagreement, not a jump at every scan.
 constexpr double kAllowedShare = 0.1;
 // No drive goes so far between two scans, whether they can be matched or not.
 constexpr double kFarthestStep_m = 10'000.0;
@@ -20,8 +20,8 @@ using Part = std::vector<std::uint32_t>;
 
 class JumpFinder {
  public:
-  JumpFinder(const Drive& drive, const JumpLimits& limits,
-             const std::vector<std::optional<Pose>>& given, const Odometry& odometry)
+  JumpFinder(const Drive& drive, const JumpLimits& limits, const GivenPoses& given,
+             const Odometry& odometry)
       : drive_(drive), limits_(limits), given_(given), odometry_(odometry) {}
 
   Result<std::vector<PoseJump>> run() const {
@@ -73,8 +73,8 @@ class JumpFinder {
     return parts;
   }
 
-  // Believes the part, which then is the anchor of the next one, or adds a jump. `near` and `far`
-  // are its scans next to the anchor and farthest from it.
+  // Keeps the part, which is then the anchor of the next one, or adds a jump. `near` and `far` are
+  // its scans next to the anchor and farthest from it.
   void visit(const Part& part, std::uint32_t near, std::uint32_t far, std::uint32_t& anchor,
              std::vector<PoseJump>& jumps) const {
     if (!is_far(motion_between(given_, odometry_, anchor, near))) {
@@ -113,15 +113,14 @@ class JumpFinder {
 
   const Drive& drive_;
   const JumpLimits& limits_;
-  const std::vector<std::optional<Pose>>& given_;
+  const GivenPoses& given_;
   const Odometry& odometry_;
 };
 
 }  // namespace
 
 Result<std::vector<PoseJump>> find_jumps(const Drive& drive, const JumpLimits& limits,
-                                         const std::vector<std::optional<Pose>>& given,
-                                         const Odometry& odometry) {
+                                         const GivenPoses& given, const Odometry& odometry) {
   return JumpFinder(drive, limits, given, odometry).run();
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +10,7 @@
 
 namespace sightline {
 
-// Scans whose given poses are not where the other given poses and the scans put them.
+// Scans whose given poses are not where the other given poses and matching put them.
 struct PoseJump {
   std::uint32_t first = 0;  // scans, by their place in the drive
   std::uint32_t last = 0;
@@ -25,15 +24,14 @@ struct JumpLimits {
   double off_rad = 0.1;
 };
 
-// Given poses are cut where from one to the next they move otherwise than the scans by more than
-// the limits and a tenth of the motion, and the scans contradict that (is_contradicted). The
-// longest part is believed, and with it each further part that lies where odometry leads from the
-// nearest believed one; the others are jumps. Ascending. Errors: what reading a scan says.
+// Given poses are cut where from one to the next they move otherwise than matched scans by more
+// than the limits and a tenth of the motion, and the scans contradict that (is_contradicted). The
+// longest part is kept, and each further part that is where odometry leads from the nearest kept
+// one; the others are jumps. Ascending. Errors: those of reading a scan.
 Result<std::vector<PoseJump>> find_jumps(const Drive& drive, const JumpLimits& limits,
-                                         const std::vector<std::optional<Pose>>& given,
-                                         const Odometry& odometry);
+                                         const GivenPoses& given, const Odometry& odometry);
 
-// "scans 30 to 35 ... (file)": where, and how far off.
+// "scans 30 to 35 ... (file)": the scans, and how far off they are.
 std::string to_text(const PoseJump& jump, const Drive& drive);
 
 }  // namespace sightline

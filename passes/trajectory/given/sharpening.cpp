@@ -4,16 +4,16 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/base/parallel.h"
+#include "formats/base/parallel_results.h"
 #include "passes/map/sharpness/measure_sharpness.h"
-#include "passes/trajectory/given/beside_scans.h"
+#include "passes/trajectory/given/compare_motion.h"
 
 namespace sightline {
 namespace {
 
 constexpr double kStretch_m = 50.0;
 constexpr double kWindow_m = 10.0;
-// What good positions are off jumps from scan to scan; a drift goes on for longer than this.
+// Errors of good positions jump from scan to scan; a drift persists for longer than this.
 constexpr double kSlow_m = 3.0;
 // Matching is off by 0.04 degrees and less over 10 m, and by 2 cm where a street has corners; where
 // it has none, by 10 cm and more along the walls (measured on generated towns).
@@ -22,10 +22,10 @@ constexpr double kAllowed_m = 0.1;
 // Positions off by 2 cm and 0.04 degrees, as good ones are, cost 0.2 nat on a generated street,
 // most of it by their headings; refining exact poses gains up to 0.06.
 constexpr double kLeastGain_nat = 0.1;
-// The plane variance is that of trees and cars more than of walls, and says little below this.
+// The plane variance is more of trees and cars than of walls, and noise below this.
 constexpr double kVarianceNoise = 0.02;
 
-// Of one stretch, or of several.
+// Sums over one stretch, or several.
 struct Sums {
   double entropy_nat = 0.0;
   double entropy_points = 0.0;
@@ -38,15 +38,24 @@ struct Sums {
     variance_m2 += figures.mean_plane_variance_m2 * static_cast<double>(figures.plane_points);
     plane_points += static_cast<double>(figures.plane_points);
   }
-  [[nodiscard]] Laid mean() const {
+  [[nodiscard]] MeanSharpness mean() const {
     return {entropy_nat / std::max(entropy_points, 1.0), variance_m2 / std::max(plane_points, 1.0)};
   }
 };
 
+using Points = std::vector<Eigen::Vector3d>;
+
 struct SeenScan {
   std::uint32_t scan = 0;
-  std::vector<Eigen::Vector3d> points_m;
+  Points points_m;
 };
+
+Result<Points> near_points_m(const Drive& drive, std::uint32_t scan, double reach_m) {
+  SIGHTLINE_ASSIGN(ThinnedScan thinned, read_thinned(drive, scan, ThinnedFor::kMap));
+  std::erase_if(thinned.to_map_m,
+                [&](const Eigen::Vector3d& point_m) { return point_m.norm() > reach_m; });
+  return std::move(thinned.to_map_m);
+}
 
 // One scan in so much of the way, near returns only.
 Result<std::vector<SeenScan>> scans_of(const PassContext& ctx, const Drive& drive,
@@ -59,25 +68,17 @@ Result<std::vector<SeenScan>> scans_of(const PassContext& ctx, const Drive& driv
                              options.scan_step_m;
     if (is_far) taken.push_back({k, {}});
   }
-  std::vector<std::optional<Error>> errors(taken.size());
-  parallel_for(taken.size(), ctx.threads, [&](std::size_t i) {
-    Result<ThinnedScan> scan = read_thinned(drive, taken[i].scan, ThinnedFor::kMap);
-    if (!scan) {
-      errors[i] = scan.error();
-      return;
-    }
-    std::erase_if(scan->to_map_m,
-                  [&](const Eigen::Vector3d& point_m) { return point_m.norm() > options.reach_m; });
-    taken[i].points_m = std::move(scan->to_map_m);
-  });
-  for (const std::optional<Error>& error : errors) {
-    if (error) return *error;
-  }
+  SIGHTLINE_ASSIGN(std::vector<Points> near_m,
+                   parallel_results<Points>(taken.size(), ctx.threads, [&](std::size_t i) {
+                     return near_points_m(drive, taken[i].scan, options.reach_m);
+                   }));
+  for (std::size_t i = 0; i < taken.size(); ++i) taken[i].points_m = std::move(near_m[i]);
   return taken;
 }
 
 template <class PoseOf>
-SharpnessFigures laid_by(const std::vector<SeenScan>& scans, int threads, const PoseOf& pose_of) {
+SharpnessFigures sharpness_by(const std::vector<SeenScan>& scans, int threads,
+                              const PoseOf& pose_of) {
   std::vector<Eigen::Vector3d> points_m;
   for (const SeenScan& seen : scans) {
     const Pose T_map_lidar = pose_of(seen.scan);
@@ -86,10 +87,10 @@ SharpnessFigures laid_by(const std::vector<SeenScan>& scans, int threads, const 
   return sharpness_of(points_m, {}, threads);
 }
 
-// A refined pose moved to where the given ones are, in the doubtful direction, but for what these
-// jump from scan to scan: by the mean of the difference over 3 m before and after.
-Pose drifted(const WayStretch& stretch, const std::vector<std::optional<Pose>>& given,
-             const std::vector<Pose>& refined, std::uint32_t scan) {
+// A refined pose moved by the mean difference to the given ones over 3 m before and after, in the
+// doubtful direction: a drift without what jumps from scan to scan.
+Pose drifted(const WayStretch& stretch, const GivenPoses& given, const std::vector<Pose>& refined,
+             std::uint32_t scan) {
   const auto is_near = [&](std::uint32_t k) {
     return (refined[k].translation() - refined[scan].translation()).norm() <= kSlow_m;
   };
@@ -110,8 +111,7 @@ Pose drifted(const WayStretch& stretch, const std::vector<std::optional<Pose>>& 
   return moved;
 }
 
-void measure_motion(const std::vector<std::optional<Pose>>& given, const Odometry& odometry,
-                    WayStretch& stretch) {
+void measure_motion(const GivenPoses& given, const Odometry& odometry, WayStretch& stretch) {
   double along_m2 = 0.0;
   double aside_m2 = 0.0;
   double square_rad2 = 0.0;
@@ -139,8 +139,7 @@ void measure_motion(const std::vector<std::optional<Pose>>& given, const Odometr
 
 }  // namespace
 
-std::vector<WayStretch> stretches_of(const std::vector<std::optional<Pose>>& given,
-                                     const Odometry& odometry,
+std::vector<WayStretch> stretches_of(const GivenPoses& given, const Odometry& odometry,
                                      const std::vector<PoseDisagreement>& disagreements) {
   std::vector<WayStretch> stretches;
   for (std::uint32_t k = 0; k < given.size(); ++k) {
@@ -169,8 +168,7 @@ bool is_doubtful(const WayStretch& stretch) {
 
 Result<Sharpening> compare_sharpness(PassContext& ctx, const Drive& drive,
                                      const std::vector<WayStretch>& stretches,
-                                     const std::vector<std::optional<Pose>>& given,
-                                     const std::vector<Pose>& refined) {
+                                     const GivenPoses& given, const std::vector<Pose>& refined) {
   Sums all_given;
   Sums all_refined;
   Sums doubtful_given;
@@ -178,16 +176,16 @@ Result<Sharpening> compare_sharpness(PassContext& ctx, const Drive& drive,
   for (const WayStretch& stretch : stretches) {
     SIGHTLINE_ASSIGN(const std::vector<SeenScan> scans, scans_of(ctx, drive, stretch, refined));
     const SharpnessFigures as_given =
-        laid_by(scans, ctx.threads, [&](std::uint32_t k) -> Pose { return *given[k]; });
+        sharpness_by(scans, ctx.threads, [&](std::uint32_t k) -> Pose { return *given[k]; });
     const SharpnessFigures as_refined =
-        laid_by(scans, ctx.threads, [&](std::uint32_t k) -> Pose { return refined[k]; });
+        sharpness_by(scans, ctx.threads, [&](std::uint32_t k) -> Pose { return refined[k]; });
     all_given.add(as_given);
     all_refined.add(as_refined);
     if (!is_doubtful(stretch)) continue;
     doubtful_refined.add(as_refined);
     doubtful_given.add(stretch.turns_otherwise
                            ? as_given
-                           : laid_by(scans, ctx.threads, [&](std::uint32_t k) -> Pose {
+                           : sharpness_by(scans, ctx.threads, [&](std::uint32_t k) -> Pose {
                                return drifted(stretch, given, refined, k);
                              }));
   }

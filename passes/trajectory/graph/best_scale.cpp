@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "formats/base/parallel.h"
+#include "formats/base/parallel_results.h"
 #include "formats/base/portable_math.h"
 
 namespace sightline {
@@ -14,7 +14,7 @@ constexpr double kScaleStep = 0.005;
 constexpr int kScaleSteps = 8;  // to either side of 1
 constexpr double kMostDifference = 0.003;
 
-// By the scale in steps from 1; each is matched once.
+// Fits by scale, in steps from 1; each scale is matched once.
 class FitByScale {
  public:
   FitByScale(const std::vector<Eigen::Vector3d>& points_m, const MatchAtScale& match)
@@ -64,17 +64,16 @@ std::optional<double> best_scale(const std::vector<Eigen::Vector3d>& points_m,
 Result<std::vector<double>> ratios_of_scans(
     int threads, std::size_t count,
     const std::function<Result<std::optional<double>>(std::size_t)>& ratio_of) {
-  std::vector<Result<std::optional<double>>> told(count, std::optional<double>());
-  parallel_for(count, threads, [&](std::size_t i) { told[i] = ratio_of(i); });
+  SIGHTLINE_ASSIGN(const std::vector<std::optional<double>> measured,
+                   parallel_results<std::optional<double>>(count, threads, ratio_of));
   std::vector<double> ratios;
-  for (const Result<std::optional<double>>& ratio : told) {
-    if (!ratio) return ratio.error();
-    if (*ratio) ratios.push_back(**ratio);
+  for (const std::optional<double>& ratio : measured) {
+    if (ratio) ratios.push_back(*ratio);
   }
   return ratios;
 }
 
-double ratio_told_by(std::vector<double> ratios) {
+double common_ratio(std::vector<double> ratios) {
   if (ratios.size() < kLeastRatios) return 1.0;
   std::ranges::sort(ratios);
   const double off = ratios[ratios.size() / 2] - 1.0;

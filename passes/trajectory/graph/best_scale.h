@@ -8,13 +8,12 @@
 #include "formats/base/result.h"
 #include "formats/geometry.h"
 
-// At which scale a scan fits best what others saw; so two drives are compared on how far away
-// things are.
+// The scale at which a scan fits a map best, to compare how drives measure distances.
 
 namespace sightline {
 
-// What a match of a scan at one scale says; the better, the greater. It is sure where it is a place
-// that others may be judged by.
+// The match of a scan at one scale: the larger `fit`, the better. It is sure where others may be
+// judged by it.
 struct FitAtScale {
   double fit = 0.0;
   bool is_sure = false;
@@ -27,17 +26,18 @@ using MatchAtScale = std::function<FitAtScale(const std::vector<Eigen::Vector3d>
 std::optional<double> best_scale(const std::vector<Eigen::Vector3d>& points_m,
                                  const MatchAtScale& match);
 
-// What each of so many scans says, in their order; those that say nothing are left out. Shared by
+// The ratio of each of `count` scans, in their order; scans without one are left out. Shared by
 // `threads`. Error: the first of ratio_of.
 Result<std::vector<double>> ratios_of_scans(
     int threads, std::size_t count,
     const std::function<Result<std::optional<double>>(std::size_t)>& ratio_of);
 
-// What the ratios of several scans say together: their median where it is over 0.3 % off 1, and
-// three quarters of three scans or more are off that way by half as much; else 1. Scans of recorded
-// streets and of generated towns that agree are off by 0.3 % at most, their medians by 0.1 %.
-double ratio_told_by(std::vector<double> ratios);
-// Fewer ratios say nothing.
+// The common ratio of several scans: their median where it differs from 1 by more than 0.3 %, and
+// three quarters of three scans or more differ in that direction by half as much; else 1. Ratios of
+// scans of recorded streets and of generated towns are within 0.3 % of 1, their medians within 0.1
+// %.
+double common_ratio(std::vector<double> ratios);
+// Fewer ratios give 1.
 inline constexpr std::size_t kLeastRatios = 3;
 
 }  // namespace sightline

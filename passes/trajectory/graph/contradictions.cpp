@@ -15,7 +15,7 @@ constexpr std::size_t kWindow = 6;  // loops
 constexpr std::size_t kLeastOff = 3;
 constexpr double kMet_m = 0.25;
 
-// A loop, its later scan first, and how far the trajectory is from what it says.
+// A loop, its later scan first, and how far the trajectory is from it.
 struct JudgedLoop {
   std::uint32_t later = 0;
   std::uint32_t earlier = 0;
@@ -31,7 +31,7 @@ JudgedLoop judged(const GraphEdge& loop, const std::vector<Pose>& T_map_lidar) {
   return {std::max(loop.from, loop.to), std::min(loop.from, loop.to), off_m};
 }
 
-Contradiction told_of(std::span<const JudgedLoop> loops) {
+Contradiction contradiction_of(std::span<const JudgedLoop> loops) {
   const JudgedLoop& worst = *std::ranges::max_element(loops, {}, &JudgedLoop::off_m);
   return {loops.front().later,
           loops.back().later,
@@ -42,7 +42,7 @@ Contradiction told_of(std::span<const JudgedLoop> loops) {
           worst.off_m};
 }
 
-// Of loops between two pieces, ascending.
+// Adds the contradictions by loops between two pieces, ascending.
 void add_contradictions(std::span<const JudgedLoop> loops, std::vector<Contradiction>& found) {
   const std::size_t window = std::min(kWindow, loops.size());
   const std::size_t least = std::max(kLeastOff, (window + 1) / 2);
@@ -52,12 +52,12 @@ void add_contradictions(std::span<const JudgedLoop> loops, std::vector<Contradic
     const auto off = std::ranges::count_if(loops.subspan(first, window), &JudgedLoop::is_off);
     if (static_cast<std::size_t>(off) < least) continue;
     if (first > end || end == 0) {
-      if (end > 0) found.push_back(told_of(loops.subspan(begin, end - begin)));
+      if (end > 0) found.push_back(contradiction_of(loops.subspan(begin, end - begin)));
       begin = first;
     }
     end = first + window;
   }
-  if (end > 0) found.push_back(told_of(loops.subspan(begin, end - begin)));
+  if (end > 0) found.push_back(contradiction_of(loops.subspan(begin, end - begin)));
 }
 
 std::string drive_of(const Drive& drive, std::uint32_t scan) {
@@ -69,7 +69,7 @@ std::string drive_of(const Drive& drive, std::uint32_t scan) {
 std::vector<Contradiction> find_contradictions(const Odometry& odometry,
                                                const std::vector<GraphEdge>& loops,
                                                const std::vector<Pose>& T_map_lidar) {
-  // By pieces: the earlier one's number and the later one's.
+  // Loops by pieces: the earlier one's number and the later one's.
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<JudgedLoop>> between;
   for (const GraphEdge& loop : loops) {
     const JudgedLoop of_loop = judged(loop, T_map_lidar);

@@ -14,6 +14,7 @@
 #include "passes/trajectory/graph/best_scale.h"
 #include "passes/trajectory/local/first_places.h"
 #include "passes/trajectory/local/local_match.h"
+#include "passes/trajectory/local/stretch_of_drive.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
 namespace sightline {
@@ -39,23 +40,16 @@ struct MeetingsOfPair {
 // The trajectory as an odometry whose pieces are runs of scans of one part and piece.
 Odometry as_odometry(const Drive& drive, const Trajectory& trajectory) {
   Odometry odometry;
-  std::uint32_t run = 0;
-  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
-    const Pose T_map_lidar = trajectory.poses[i].T_map_vehicle * drive.sensor.T_vehicle_lidar;
-    const bool goes_on = i > 0 && drive.scans[i].part == drive.scans[i - 1].part &&
-                         trajectory.poses[i].piece == trajectory.poses[i - 1].piece;
-    if (i > 0 && !goes_on) ++run;
-    const double step_m =
-        goes_on ? (T_map_lidar.translation() - odometry.T_map_lidar.back().translation()).norm()
-                : 0.0;
-    odometry.driven_m.push_back((i > 0 ? odometry.driven_m.back() : 0.0) + step_m);
-    odometry.T_map_lidar.push_back(T_map_lidar);
-    odometry.piece.push_back(run);
+  const std::vector<Pose> T_map_lidar = sensor_poses(drive, trajectory);
+  for (std::size_t i = 0; i < T_map_lidar.size(); ++i) {
+    const bool begins = i > 0 && (drive.scans[i].part != drive.scans[i - 1].part ||
+                                  trajectory.poses[i].piece != trajectory.poses[i - 1].piece);
+    odometry.append_known(T_map_lidar[i], begins, trajectory.poses[i].overlap);
   }
   return odometry;
 }
 
-// The places of the scans of each part; those of others are not finite, and not found.
+// The places of the scans of each part; those of other parts are not finite, and are not found.
 std::vector<PointGrid> places_by_part(const Drive& drive, const Odometry& odometry) {
   std::vector<PointGrid> places;
   for (std::uint32_t part = 0; part <= drive.later_parts.size(); ++part) {
@@ -70,8 +64,8 @@ std::vector<PointGrid> places_by_part(const Drive& drive, const Odometry& odomet
   return places;
 }
 
-// Of each later part with those that it meets most: the work does not grow with the square of the
-// number of drives.
+// Each later part with the earlier ones that it meets most: the work does not grow with the square
+// of the number of drives.
 std::vector<MeetingsOfPair> pairs_that_meet(const Drive& drive, const Odometry& odometry,
                                             std::size_t from) {
   const std::vector<PointGrid> places = places_by_part(drive, odometry);
@@ -110,7 +104,7 @@ std::vector<Meeting> some_of(const std::vector<Meeting>& meetings) {
   return some;
 }
 
-// How large the later scan measures beside what the earlier drive saw around.
+// The ratio of distances of the later scan to those of a map of the earlier drive.
 Result<std::optional<double>> ratio_of(const Drive& drive, const Odometry& odometry,
                                        const ScanRange& earlier_run, const Meeting& meeting) {
   SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, earlier_run, meeting.earlier, 1));
@@ -141,7 +135,7 @@ Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& c
                        const ScanRange& earlier_run = runs[odometry.piece[meetings[i].earlier]];
                        return ratio_of(drive, odometry, earlier_run, meetings[i]);
                      }));
-    const double ratio = ratio_told_by(ratios);
+    const double ratio = common_ratio(ratios);
     if (ratio == 1.0) continue;
     found.push_back({pair.earlier, pair.later, ratio, static_cast<std::uint32_t>(ratios.size())});
   }
@@ -158,12 +152,15 @@ std::string to_text(const ScaleDifference& found, const Drive& drive) {
   return text;
 }
 
-void warn_of_scale_differences(const PassContext& ctx, const Drive& drive,
-                               const std::vector<ScaleDifference>& found) {
-  if (found.empty()) return;
+Result<void> warn_of_scale_differences(const PassContext& ctx, const Drive& drive,
+                                       const Trajectory& trajectory, std::size_t from) {
+  SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> found,
+                   find_scale_differences(ctx, drive, trajectory, from));
+  if (found.empty()) return {};
   ctx.warn(with_first_places("drives do not agree on how far away things are", found, drive) +
            ". The map may have its walls twice, the farther from the route the more: check the "
            "ranges of these sensors, or leave out the drive that is wrong");
+  return {};
 }
 
 }  // namespace sightline

@@ -10,34 +10,31 @@
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass_context.h"
 
-// Whether drives agree on how far away things are; part of estimate-trajectory.
-
 namespace sightline {
 
-// Two parts of a drive that do not.
+// Two parts of a drive that differ.
 struct ScaleDifference {
   std::uint32_t earlier = 0;
   std::uint32_t later = 0;
-  double ratio = 1.0;  // of what the later one measures to what the earlier one does
+  double ratio = 1.0;  // of the later one's distances to the earlier one's
   std::uint32_t scan_count = 0;
 };
 
-// Scans of a part that the trajectory lays beside an earlier part, four of each pair, evenly along
-// the way, are matched to what the earlier one saw there at scales of 0.96 to 1.04; each part with
-// the three earlier ones that it meets most. Told are pairs whose median of three scans or more is
-// over 0.3 % off 1, where three quarters of the scans are off that way by half as much. Scans of
-// recorded streets and of generated towns are off by 0.2 % at most, their medians by 0.1 %. A drive
-// whose sensor measures otherwise is joined all the same and puts its walls beside those of the
-// others; its loops, met in the middle, do not say so. `from`: scans before it are not judged, but
-// others are by them. Shared by ctx.threads. Error: what reading a scan says.
+// Compares each part of a drive with the three earlier parts that it meets most: four scans of each
+// pair, evenly along the common way, are matched to maps of the earlier part at scales of 0.96 to
+// 1.04 (best_scale). Pairs whose common_ratio is not 1 are returned. Such a drive is joined all the
+// same, and doubles walls; its loops, which match in the middle, do not show it. `from`: earlier
+// scans are not judged, but others are compared with them. Shared by ctx.threads. Error: that of
+// reading a scan.
 Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& ctx,
                                                             const Drive& drive,
                                                             const Trajectory& trajectory,
                                                             std::size_t from = 0);
 
 std::string to_text(const ScaleDifference& found, const Drive& drive);
-// One warning of all of them; none where there are none.
-void warn_of_scale_differences(const PassContext& ctx, const Drive& drive,
-                               const std::vector<ScaleDifference>& found);
+
+// One warning of all differences; none without any. Error: that of finding them.
+Result<void> warn_of_scale_differences(const PassContext& ctx, const Drive& drive,
+                                       const Trajectory& trajectory, std::size_t from = 0);
 
 }  // namespace sightline

@@ -7,24 +7,24 @@
 #include <span>
 #include <utility>
 
-#include "formats/base/parallel.h"
+#include "formats/base/parallel_results.h"
 #include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
 
-// One scan in this much of the way looks for an earlier visit.
+// One scan in this much of the way is compared with an earlier visit.
 constexpr double kCandidateStep_m = 5.0;
-// A return after less, within a piece, is what the local map of odometry saw already.
+// A return after less way within a piece is in odometry's local map already.
 constexpr double kShortestLoop_m = 80.0;
 // Visits of one place pass within this of each other, odometry's own drift aside.
 constexpr double kSamePlace_m = 8.0;
 constexpr double kDriftShare = 0.01;
 constexpr double kLargestDrift_m = 4.0;
-// The earlier visit's map: this much of the way before and after, one scan in so much.
+// The earlier visit's map: scans of this much of the way before and after, one in so much.
 constexpr double kVisitReach_m = 15.0;
 constexpr double kVisitStep_m = 1.5;
-// Candidates that are farther apart on either way, or behind so many, are looked for anew.
+// Candidates that are farther apart on either way, and every so many, are searched for anew.
 constexpr double kMostBetween_m = 15.0;
 constexpr std::size_t kLongestChain = 16;
 // Around where a scan is expected.
@@ -42,7 +42,7 @@ double drift_m(const Odometry& odometry, const Candidate& c) {
   return std::min(kDriftShare * way_m, kLargestDrift_m);
 }
 
-// The nearest earlier visit of where scan `later` was.
+// The nearest earlier visit of the place of scan `later`.
 std::optional<Candidate> candidate_of(const Odometry& odometry, const PointGrid& places,
                                       std::size_t later, std::size_t before) {
   const auto is_earlier_visit = [&](const NearPoint& point) {
@@ -75,7 +75,7 @@ std::vector<Candidate> candidates(const Odometry& odometry, const LoopSearch& se
   return found;
 }
 
-// Candidates that follow each other on both ways, each kCandidateStep_m behind the one before it.
+// Candidates that follow each other on both ways, each kCandidateStep_m after the one before it.
 using Chain = std::span<const Candidate>;
 
 bool are_neighbours(const Odometry& odometry, const Candidate& a, const Candidate& b) {
@@ -99,13 +99,13 @@ std::vector<Chain> chains_of(const Odometry& odometry, std::span<const Candidate
   return chains;
 }
 
-// The points of earlier visits, in the map frame as odometry has it, one after another along the
-// way: what two of them share is read once.
+// The points of earlier visits along the way, in the map frame of odometry: scans that two visits
+// share are read once.
 class Visits {
  public:
   Visits(const Drive& drive, const Odometry& odometry) : drive_(drive), odometry_(odometry) {}
 
-  // Of its piece alone: the later one may begin right behind it, and no scan confirms itself.
+  // From one piece alone: the later one may begin right behind it, and no scan confirms itself.
   Result<std::vector<Eigen::Vector3d>> points_m(std::size_t around) {
     const auto driven_m = std::span(odometry_.driven_m);
     const double first_m = driven_m[around] - kVisitReach_m;
@@ -143,9 +143,9 @@ class Visits {
   std::map<std::size_t, std::vector<Eigen::Vector3d>> kept_;  // in the sensor's frame
 };
 
-// The edges of a chain, where the scans match. The first is looked for as far as odometry may have
-// drifted, those behind it where the one before them was found, and, where they are not there, as
-// the first.
+// The edges of a chain, where the scans match. The first is searched for within the drift of
+// odometry, later ones where the one before them was found or, where they are not there, as the
+// first.
 Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odometry, Chain chain) {
   Visits visits(drive, odometry);
   std::vector<GraphEdge> edges;
@@ -185,14 +185,13 @@ Result<std::vector<GraphEdge>> find_loops(PassContext& ctx, const Drive& drive,
                                           const Odometry& odometry, const LoopSearch& search) {
   const std::vector<Candidate> list = candidates(odometry, search);
   const std::vector<Chain> chains = chains_of(odometry, list);
-  std::vector<Result<std::vector<GraphEdge>>> edges(chains.size(), std::vector<GraphEdge>());
-  parallel_for(chains.size(), ctx.threads,
-               [&](std::size_t i) { edges[i] = confirm(drive, odometry, chains[i]); });
-  std::vector<GraphEdge> loops;
-  for (const Result<std::vector<GraphEdge>>& of_chain : edges) {
-    if (!of_chain) return of_chain.error();
-    loops.insert(loops.end(), of_chain->begin(), of_chain->end());
-  }
+  using Edges = std::vector<GraphEdge>;
+  SIGHTLINE_ASSIGN(const std::vector<Edges> edges,
+                   parallel_results<Edges>(chains.size(), ctx.threads, [&](std::size_t i) {
+                     return confirm(drive, odometry, chains[i]);
+                   }));
+  Edges loops;
+  for (const Edges& of_chain : edges) loops.insert(loops.end(), of_chain.begin(), of_chain.end());
   return loops;
 }
 

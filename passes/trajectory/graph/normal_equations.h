@@ -9,8 +9,8 @@
 #include "passes/matching/match_score.h"
 #include "passes/trajectory/graph/pose_graph.h"
 
-// Normal equations over poses, in blocks of 6: steps of each pose along map axes, order dx dy dz wx
-// wy wz (m, rad).
+// Normal equations over poses, in blocks of 6: small motions of each pose along map axes, order dx
+// dy dz wx wy wz (m, rad). pose_graph.cpp explains why they exist beside Ceres.
 
 namespace sightline {
 
@@ -23,13 +23,13 @@ struct Equations {
 
 void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, Equations& all);
 
-// Edges and priors at these poses, each weighted by its sigmas and by Huber's weight of its
-// residual. Where there are no priors the first pose is held. What the equations held before takes
-// part, but for what it says of poses that the graph holds: these are no unknowns.
+// Adds edges and priors at these poses, each weighted by its sigmas and by Huber's weight of its
+// residual. Without priors the first pose is fixed. Earlier terms stay, except those of poses that
+// the graph holds: these are no unknowns.
 void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all);
 
-// The blocks that add_graph() adds to, as they are before; zero where there is none yet. Put back,
-// they save a second set of equations: that of before, but for what couples poses that are held.
+// The blocks that add_graph() changes, as they are before; zero where there is none yet. Put back,
+// they save a second set of equations: the earlier one, except for terms that couple held poses.
 std::map<BlockKey, Matrix6d> blocks_below_graph(const PoseGraph& graph,
                                                 const std::vector<Pose>& poses,
                                                 const Equations& all);

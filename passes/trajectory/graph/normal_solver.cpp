@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-// A block where it goes.
+// A block and its place in the matrix.
 struct PlacedBlock {
   std::uint32_t column = 0;
   std::uint32_t row = 0;  // <= column
@@ -23,8 +23,8 @@ std::vector<PlacedBlock> placed_blocks(const Equations& all,
   for (const auto& [key, block] : all.blocks) {
     const std::uint32_t row = place_of[key.first];
     const std::uint32_t column = place_of[key.second];
-    // What is below the diagonal stands above it as its transpose. Of a block on the diagonal the
-    // lower triangle is what counts.
+    // A block below the diagonal is stored above it as its transpose. Of a block on the diagonal
+    // the lower triangle counts.
     const bool is_turned = row >= column;
     placed.push_back({std::max(row, column), std::min(row, column), is_turned, &block});
   }
@@ -96,7 +96,7 @@ std::vector<std::uint32_t> elimination_places(const Equations& all) {
   return place_of;
 }
 
-// Written in place: triplets of a long street would take as much memory again as all else here.
+// Written in place: triplets of a long street would double the memory.
 Eigen::SparseMatrix<double> upper_matrix(const Equations& all,
                                          const std::vector<std::uint32_t>& place_of) {
   const std::vector<PlacedBlock> placed = placed_blocks(all, place_of);

@@ -11,18 +11,18 @@
 
 namespace sightline {
 
-// Solves normal equations by sparse Cholesky. The order of elimination is that of the poses, found
-// by approximate minimum degree (Amestoy, Davis, Duff, 1996): that of the unknowns, six for each
-// pose, would take four times the memory of all else here to find.
+// Solves normal equations by sparse Cholesky. The order of elimination is by pose, found by
+// approximate minimum degree (Amestoy, Davis, Duff, 1996): to find one by unknown, six for each
+// pose, would take four times the memory of everything else here.
 class NormalSolver {
  public:
   // Keeps the factors of the matrix; false where it is not positive definite.
   [[nodiscard]] bool factor(const Equations& all);
-  // What the matrix takes to `right`.
+  // The solution x of: matrix x = `right`.
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
-  // The blocks of all poses on the diagonal of the inverse, from the entries of the inverse where
-  // the factor has any (Takahashi, Fagan, Chin, 1973; Erisman and Tinney, 1975): time and memory
-  // are those of factoring, where solving for each pose would take the square of the poses.
+  // The blocks of all poses on the diagonal of the inverse, from its entries where the factor has
+  // any (Takahashi, Fagan, Chin, 1973; Erisman and Tinney, 1975): time and memory are those of
+  // factoring, where solving for each pose would take the square of the poses.
   [[nodiscard]] std::vector<Matrix6d> inverse_blocks() const;
 
  private:

@@ -9,32 +9,42 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
+#include "formats/base/parallel_results.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/graph/normal_equations.h"
 #include "passes/trajectory/graph/normal_solver.h"
 #include "passes/trajectory/graph/planes.h"
+#include "passes/trajectory/local/local_match.h"
 
 namespace sightline {
 namespace {
 
 constexpr double kTile_m = 64.0;
-// Planes farther from the sensor are seen by few rays.
+// Planes farther from the sensor are hit by few rays.
 constexpr double kReach_m = 45.0;
 constexpr int kMostRounds = 6;
-// Another round would move nothing that matters.
+// Shorter steps do not matter.
 constexpr double kStopStep_m = 0.001;
 constexpr double kStopStep_rad = 1e-5;
-// Scans whose points are kept at hand.
+// Scans whose points are kept in memory.
 constexpr std::size_t kCachedScans = 600;
 // Tiles whose equations are made side by side.
 constexpr std::size_t kTilesAtOnce = 8;
-// Planes of one wall are not independent: so many of them say as much as one would alone.
+// Planes of one wall are not independent: so many of them weigh as much as an independent one.
 constexpr double kDependentPlanes = 25.0;
 
 using Points = std::vector<Eigen::Vector3f>;
 
-// The latest scans that were asked for.
+Result<Points> near_points_m(const Drive& drive, std::uint32_t scan) {
+  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, scan, ThinnedFor::kMap));
+  Points points_m;
+  for (const Eigen::Vector3d& point_m : thinned.to_map_m) {
+    if (point_m.norm() <= kReach_m) points_m.push_back(point_m.cast<float>());
+  }
+  return points_m;
+}
+
+// The latest scans that were used.
 class ScanCache {
  public:
   ScanCache(const Drive& drive, const std::vector<std::uint32_t>& keys)
@@ -45,21 +55,11 @@ class ScanCache {
     for (const std::uint32_t key : wanted) {
       if (!points_[key]) missing.push_back(key);
     }
-    std::vector<std::optional<Error>> errors(missing.size());
-    parallel_for(missing.size(), threads, [&](std::size_t i) {
-      const Result<ThinnedScan> scan = read_thinned(drive_, keys_[missing[i]], ThinnedFor::kMap);
-      if (!scan) {
-        errors[i] = scan.error();
-        return;
-      }
-      Points& points = points_[missing[i]].emplace();
-      for (const Eigen::Vector3d& point_m : scan->to_map_m) {
-        if (point_m.norm() <= kReach_m) points.push_back(point_m.cast<float>());
-      }
-    });
-    for (const std::optional<Error>& error : errors) {
-      if (error) return *error;
-    }
+    SIGHTLINE_ASSIGN(std::vector<Points> read,
+                     parallel_results<Points>(missing.size(), threads, [&](std::size_t i) {
+                       return near_points_m(drive_, keys_[missing[i]]);
+                     }));
+    for (std::size_t i = 0; i < missing.size(); ++i) points_[missing[i]] = std::move(read[i]);
     order_.insert(order_.end(), missing.begin(), missing.end());
     for (std::size_t left = order_.size(); left > 0 && order_.size() > kCachedScans; --left) {
       const std::uint32_t oldest = order_.front();
@@ -81,7 +81,7 @@ class ScanCache {
   std::deque<std::uint32_t> order_;
 };
 
-// The keys that may see each tile.
+// The keys within reach of each tile.
 std::map<TileKey, std::vector<std::uint32_t>> keys_of_tiles(const std::vector<Pose>& poses) {
   std::map<TileKey, std::vector<std::uint32_t>> tiles;
   const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(kReach_m);
@@ -110,13 +110,13 @@ void add_tile(const PlaneEquations& tile, const std::vector<std::uint32_t>& keys
   }
 }
 
-std::vector<bool> held_keys(const PoseGraph& graph, std::size_t key_count) {
-  std::vector<bool> is_held(key_count, false);
-  for (const std::uint32_t key : graph.held) is_held[key] = true;
+std::vector<bool> held_keys(const KeyGraph& keys) {
+  std::vector<bool> is_held(keys.scans.size(), false);
+  for (const std::uint32_t key : keys.graph.held) is_held[key] = true;
   return is_held;
 }
 
-// What planes say of poses that are not held.
+// The terms of planes for poses that are not held.
 Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses,
                         const std::vector<bool>& is_held, ScanCache& cache, Equations& all) {
   const std::map<TileKey, std::vector<std::uint32_t>> tiles = keys_of_tiles(poses);
@@ -196,57 +196,68 @@ Equations no_equations(std::size_t pose_count) {
   return {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * pose_count))};
 }
 
-// All scans, moved as their keys were, with what planes at these poses say of their covariance.
-Result<Adjustment> weighed(const PoseGraph& graph, const std::vector<Pose>& start,
-                           const std::vector<std::uint32_t>& keys, const std::vector<Pose>& poses,
-                           Equations& planes, NormalSolver& solver) {
+// All scans, moved as their keys were, with the covariance by planes at these poses.
+Result<Adjustment> weighed(const KeyGraph& keys, const std::vector<Pose>& start,
+                           const std::vector<Pose>& poses, Equations& planes,
+                           NormalSolver& solver) {
   for (auto& [key, block] : planes.blocks) block /= kDependentPlanes;
-  add_graph(graph, poses, planes);
+  add_graph(keys.graph, poses, planes);
   if (!solver.factor(planes)) return no_solution();
-  return spread(start, keys, poses, solver.inverse_blocks());
+  return spread(start, keys.scans, poses, solver.inverse_blocks());
 }
 
-}  // namespace
-
-Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const PoseGraph& graph,
-                                    const std::vector<Pose>& start,
-                                    const std::vector<std::uint32_t>& keys) {
-  std::vector<Pose> poses = poses_of_keys(start, keys);
-  ScanCache cache(drive, keys);
-  NormalSolver solver;
-  Equations planes;
-  for (int round = 0; round < kMostRounds; ++round) {
-    planes = no_equations(poses.size());
-    SIGHTLINE_TRY(add_planes(ctx, poses, held_keys(graph, keys.size()), cache, planes));
-    const std::map<BlockKey, Matrix6d> of_planes_alone = blocks_below_graph(graph, poses, planes);
-    add_graph(graph, poses, planes);
-    if (!solver.factor(planes)) return no_solution();
-    const bool is_done = !moves_more(-solver.solve(planes.gradient), poses);
-    for (const auto& [key, block] : of_planes_alone) planes.blocks[key] = block;
-    if (is_done) break;
-  }
-  return weighed(graph, start, keys, poses, planes, solver);
-}
-
-Result<Adjustment> weigh_by_planes(PassContext& ctx, const Drive& drive, const PoseGraph& graph,
-                                   const std::vector<Pose>& start,
-                                   const std::vector<std::uint32_t>& keys) {
-  const std::vector<Pose> poses = poses_of_keys(start, keys);
-  ScanCache cache(drive, keys);
-  NormalSolver solver;
-  Equations planes = no_equations(poses.size());
-  SIGHTLINE_TRY(add_planes(ctx, poses, held_keys(graph, keys.size()), cache, planes));
-  SIGHTLINE_ASSIGN(Adjustment adjustment, weighed(graph, start, keys, poses, planes, solver));
-  adjustment.T_map_lidar = start;
-  return adjustment;
-}
-
+// The covariance of a point of the vehicle that is `arm_m` from the one it is known of, map axes:
+// a small motion (dt, w) there is dt + w x arm here.
 Matrix6d moved_by(const Eigen::Vector3d& arm_m, const Matrix6d& covariance) {
   Matrix6d by_motion = Matrix6d::Identity();
   by_motion.block<3, 3>(0, 3) << 0.0, arm_m.z(), -arm_m.y(), -arm_m.z(), 0.0, arm_m.x(), arm_m.y(),
       -arm_m.x(), 0.0;
   const Matrix6d there = by_motion * covariance * by_motion.transpose();
   return 0.5 * (there + there.transpose());
+}
+
+}  // namespace
+
+Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const KeyGraph& keys,
+                                    const std::vector<Pose>& start, PlaneUse use) {
+  std::vector<Pose> poses = poses_of_keys(start, keys.scans);
+  ScanCache cache(drive, keys.scans);
+  NormalSolver solver;
+  Equations planes;
+  bool is_done = false;
+  for (int round = 0; round < kMostRounds && !is_done; ++round) {
+    planes = no_equations(poses.size());
+    SIGHTLINE_TRY(add_planes(ctx, poses, held_keys(keys), cache, planes));
+    if (use == PlaneUse::kCovariance) break;
+    const std::map<BlockKey, Matrix6d> of_planes_alone =
+        blocks_below_graph(keys.graph, poses, planes);
+    add_graph(keys.graph, poses, planes);
+    if (!solver.factor(planes)) return no_solution();
+    is_done = !moves_more(-solver.solve(planes.gradient), poses);
+    for (const auto& [key, block] : of_planes_alone) planes.blocks[key] = block;
+  }
+  SIGHTLINE_ASSIGN(Adjustment adjustment, weighed(keys, start, poses, planes, solver));
+  if (use == PlaneUse::kCovariance) adjustment.T_map_lidar = start;
+  return adjustment;
+}
+
+std::vector<TrajectoryPose> vehicle_poses(const Drive& drive, const Adjustment& adjusted,
+                                          const Odometry& odometry,
+                                          const std::vector<std::uint32_t>& piece,
+                                          std::size_t first) {
+  std::vector<TrajectoryPose> poses;
+  const Pose T_lidar_vehicle = drive.sensor.T_vehicle_lidar.inverse();
+  for (std::size_t i = first; i < drive.scans.size(); ++i) {
+    const Pose& T_map_lidar = adjusted.T_map_lidar[i];
+    TrajectoryPose pose{drive.scans[i].recording_index, drive.scans[i].stamp_ns,
+                        T_map_lidar * T_lidar_vehicle};
+    const Eigen::Vector3d arm_m = pose.T_map_vehicle.translation() - T_map_lidar.translation();
+    pose.covariance = moved_by(arm_m, adjusted.covariance[i]);
+    pose.piece = piece[i];
+    pose.overlap = odometry.overlap[i];
+    poses.push_back(pose);
+  }
+  return poses;
 }
 
 }  // namespace sightline

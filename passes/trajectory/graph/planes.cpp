@@ -15,18 +15,18 @@ namespace sightline {
 namespace {
 
 constexpr double kCell_m = 1.0;
-// A plane's points may leave it by so much, its rest being rough or seen from wrong poses.
+// Thickness of a plane's points, by its roughness and by errors of poses.
 constexpr double kThickest_m = 0.08;
 // Ratio of the smallest to the middle eigenvalue: less is a plane.
 constexpr double kFlattest = 0.05;
-// Middle eigenvalue: what is narrower is a pole, a kerb or the reveal of a window.
+// Middle eigenvalue: narrower things are poles, kerbs or reveals of windows.
 constexpr double kNarrowest_m2 = 0.02;
 constexpr double kLeastPoints = 10.0;
-// Range noise and roughness of streets: a plane is not trusted to more.
+// Range noise and roughness of streets: no plane is more accurate.
 constexpr double kNoise_m = 0.02;
 // Points of one scan in one cell share their errors: together they count as so many.
 constexpr double kMostOfAScan = 10.0;
-// A scan that sees the cell's surface this far off sees something else (Cauchy's weight).
+// A scan whose points are this far off hit something else (Cauchy's weight).
 constexpr double kDoubted_m = 0.05;
 
 using Moments = Eigen::Matrix4d;
@@ -43,7 +43,7 @@ struct SeenCell {
   std::vector<Member> members;  // ascending by scan
 };
 
-// In the order in which cells are first met, which is that of scans and their points.
+// Cells in the order of scans and their points.
 std::vector<SeenCell> collect(std::span<const PlaneScan> scans, const Eigen::Vector2d& low_m,
                               const Eigen::Vector2d& high_m) {
   std::vector<SeenCell> cells;
@@ -108,9 +108,9 @@ struct Term {
   Matrix63 to_plane = Matrix63::Zero();  // B
 };
 
-// Leaves only the scans that see the plane from the side that most points are seen from: what is
-// seen from the other side is the back of the thing. Taken for one, both would draw the way before
-// it and the way after it together.
+// Keeps only the scans on the side of the plane with most points: those on the other side hit the
+// back of the thing. Taken as one plane, both would pull the way before it and the way after it
+// together.
 void keep_one_side(const Eigen::Vector3d& n, std::span<const PlaneScan> scans, SeenCell& cell) {
   const auto is_ahead = [&](const Member& member) {
     const Eigen::Vector3d seen_m = member.moments.block<3, 1>(1, 0) / member.moments(0, 0);
@@ -132,17 +132,17 @@ Moments sum_of(const SeenCell& cell) {
   return sum;
 }
 
-// Whether a cell may say something of a pose that is sought.
-bool tells(const SeenCell& cell, std::span<const PlaneScan> scans) {
+// Whether a cell constrains a pose that is not held.
+bool constrains(const SeenCell& cell, std::span<const PlaneScan> scans) {
   return cell.members.size() >= 2 && std::ranges::any_of(cell.members, [&](const Member& member) {
            return !scans[member.scan].is_held;
          });
 }
 
 void add_cell(SeenCell cell, std::span<const PlaneScan> scans, PlaneEquations& equations) {
-  if (!tells(cell, scans)) return;
+  if (!constrains(cell, scans)) return;
   keep_one_side(plane_of(sum_of(cell)).axes.col(0), scans, cell);
-  if (!tells(cell, scans)) return;
+  if (!constrains(cell, scans)) return;
   const Plane plane = plane_of(sum_of(cell));
   if (!plane.is_plane) return;
   const Eigen::Vector3d n = plane.axes.col(0);
@@ -178,7 +178,7 @@ void add_cell(SeenCell cell, std::span<const PlaneScan> scans, PlaneEquations& e
     of_plane += unknowns * moments * unknowns.transpose();
     gradient_of_plane += unknowns * moments * residual;
   }
-  // Where all points lie on one line the plane may turn about it.
+  // If all points are on one line, the plane may turn about it.
   of_plane.diagonal().array() += 1e-6 * of_plane.diagonal().maxCoeff();
   const Eigen::Matrix3d inverse = of_plane.inverse();
   const Eigen::Vector3d shift = inverse * gradient_of_plane;

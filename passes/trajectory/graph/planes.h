@@ -8,17 +8,17 @@
 #include "formats/geometry.h"
 #include "passes/matching/match_score.h"
 
-// Small planes that several scans saw, and what they say of the scans' poses together; part of
+// Small planes that several scans measured, as equations of the scans' poses; part of
 // estimate-trajectory.
 
 namespace sightline {
 
-// A scan of the adjustment: thinned points in the sensor's frame, in float to keep many at hand.
+// A scan of the adjustment: thinned points in the sensor's frame, in float to save memory.
 struct PlaneScan {
   std::uint32_t key = 0;  // which of the poses sought
   Pose T_map_lidar = Pose::Identity();
   const std::vector<Eigen::Vector3f>* points_m = nullptr;
-  // Where it is is known: it tells of planes, and has no rows and columns of its own.
+  // Its pose is fixed: it contributes to planes, and has no rows and columns of its own.
   bool is_held = false;
 };
 
@@ -29,11 +29,11 @@ struct PlaneEquations {
   Eigen::VectorXd gradient;  // of half the squared residuals
 };
 
-// Cells of 1 m within [low, high) in the plane that at least two scans, not all of them held, saw
-// as one plane. Residuals are the points' distances from it; the plane's own three unknowns are
-// eliminated (Schur), so that what couples the scans is left: Gauss-Newton for plane adjustment
-// (Zhou, Koppel, Kaess, "LiDAR SLAM with Plane Adjustment", 2021, in cells). Motions of a pose as
-// in match_score.h.
+// The planes in cells of 1 m within [low, high) that at least two scans, not all of them held,
+// measured. Residuals are the points' distances from the plane; its own three unknowns are
+// eliminated (Schur), so that terms between scans remain: Gauss-Newton for plane adjustment (Zhou,
+// Koppel, Kaess, "LiDAR SLAM with Plane Adjustment", 2021, in cells). Motions of a pose as in
+// match_score.h.
 PlaneEquations plane_equations(std::span<const PlaneScan> scans, const Eigen::Vector2d& low_m,
                                const Eigen::Vector2d& high_m);
 

@@ -12,10 +12,19 @@
 namespace sightline {
 namespace {
 
-// Ceres is asked only for what gives the same bits on every processor. Its own rotations and its
-// Levenberg-Marquardt call the C library's sines and powers, and its default sparse solver an
-// optimised BLAS that may choose kernels by processor: here stand rotations of our own, Powell's
-// dogleg and Eigen's sparse Cholesky.
+// Two solvers work on pose graphs. Ceres solves the graph of all scans first, from poses that loops
+// may move by metres: a trust region with damped steps. Planes (plane_adjustment.h) then refine key
+// scans near that solution by our own normal equations (normal_equations.h), which contain the
+// edges of the graph again. Ceres cannot take their place for two reasons. The terms of a tile are
+// blocks from which points and planes are already eliminated; Ceres would evaluate millions of
+// points in every trial step. And every pose needs a covariance, which follows from the Cholesky
+// factor in the time of factoring; ceres::Covariance would need the Jacobian of all points. The own
+// equations could solve the first graph too, but not with the same bits: every pose would change.
+//
+// Only parts of Ceres are used that give the same bits on every processor. Its own rotations and
+// its Levenberg-Marquardt call the C library's sines and powers, and its default sparse solver an
+// optimised BLAS that may choose kernels by processor. So rotations are our own, and the solver is
+// Powell's dogleg with Eigen's sparse Cholesky.
 
 // As Ceres holds it: position, unit quaternion w x y z.
 struct PoseBlock {
@@ -88,7 +97,7 @@ struct QuaternionSteps {
 };
 
 // Translation and rotation vector of T_found^-1 * T_expected, each over its sigma, where T_found is
-// what the poses say: T_from^-1 * T_to of an edge.
+// by the poses: T_from^-1 * T_to of an edge.
 template <class T>
 void weighted_difference(const T* rotation, const T* position_m, const PoseBlock& expected,
                          const double sigma_m, const double sigma_rad, T* residual) {
@@ -216,6 +225,18 @@ Result<GraphSolution> solve_pose_graph(const PoseGraph& graph, const std::vector
   for (const PoseBlock& block : blocks) solution.T_map_pose.push_back(to_pose(block));
   measure_residuals(graph, solution);
   return solution;
+}
+
+Trajectory solved_trajectory(const MapFrame& frame, const PoseGraph& graph,
+                             const GraphSolution& solution) {
+  Trajectory trajectory;
+  trajectory.frame = frame;
+  trajectory.odometry_edges = static_cast<std::uint32_t>(graph.odometry.size());
+  trajectory.loop_edges = static_cast<std::uint32_t>(graph.loops.size());
+  trajectory.prior_edges = static_cast<std::uint32_t>(graph.priors.size());
+  trajectory.rms_translation_residual_m = solution.rms_translation_m;
+  trajectory.rms_rotation_residual_rad = solution.rms_rotation_rad;
+  return trajectory;
 }
 
 }  // namespace sightline

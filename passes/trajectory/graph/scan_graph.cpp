@@ -17,43 +17,44 @@ constexpr double kStepSigma_rad = 0.0005;
 // Of a step that could not be matched and follows the given poses.
 constexpr double kUnmatchedSigma_m = 0.5;
 constexpr double kUnmatchedSigma_rad = 0.05;
-// Of a step through what the recording lacks: a scan matched to what was seen from far is off by as
-// much as the beams are aimed askew.
+// Of a step over a gap of the recording: a scan matched to what was measured from far away is off
+// by the errors of the beams' directions.
 constexpr double kFarSigma_m = 0.2;
 constexpr double kFarSigma_rad = 0.01;
-// Between scans that are adjusted; those between follow.
+// Between key scans; those between follow.
 constexpr double kKeyStep_m = 2.0;
 constexpr double kKeyTurn_rad = 0.1;
 
-// Errors of given poses vary slowly: those on one stretch of this length share theirs, and together
-// they say no more than one.
+// Errors of given poses vary slowly: poses within this length share theirs, and together weigh as
+// much as one.
 double shared_by(const EstimateTrajectoryOptions& options, double way_m, std::size_t poses) {
   return std::max(1.0, static_cast<double>(poses) * options.prior_correlation_m /
                            std::max(way_m, options.prior_correlation_m));
 }
 
-// Whether nothing is known of the step to a scan.
+// Whether the step to a scan is not known.
 bool begins_piece(const Odometry& odometry, std::size_t scan) {
   return scan > 0 && odometry.piece[scan] != odometry.piece[scan - 1];
 }
 
-}  // namespace
-
-std::vector<GraphPrior> priors_of(const EstimateTrajectoryOptions& options, double way_m,
-                                  const std::vector<std::optional<Pose>>& given,
+// Pose i is that of scans[i].
+std::vector<GraphPrior> priors_of(const EstimateTrajectoryOptions& options,
+                                  const Odometry& odometry, const GivenPoses& given,
                                   const std::vector<std::uint32_t>& scans) {
   std::vector<GraphPrior> priors;
   for (std::uint32_t i = 0; i < scans.size(); ++i) {
     const std::optional<Pose>& pose = given[scans[i]];
     if (pose) priors.push_back({i, *pose, options.prior_sigma_m, options.prior_sigma_deg});
   }
-  const double more = std::sqrt(shared_by(options, way_m, priors.size()));
+  const double more = std::sqrt(shared_by(options, odometry.driven_m.back(), priors.size()));
   for (GraphPrior& prior : priors) {
     prior.sigma_m *= more;
     prior.sigma_rad *= more * std::numbers::pi / 180.0;
   }
   return priors;
 }
+
+}  // namespace
 
 std::vector<std::uint32_t> all_scans(const Odometry& odometry) {
   std::vector<std::uint32_t> scans(odometry.T_map_lidar.size());
@@ -101,9 +102,11 @@ std::vector<GraphEdge> steps_of(const Odometry& odometry, const std::vector<std:
   return steps;
 }
 
-PoseGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
-                        std::vector<GraphPrior> priors, const std::vector<std::uint32_t>& keys) {
-  PoseGraph reduced;
+KeyGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
+                       std::vector<GraphPrior> priors, const std::vector<std::uint32_t>& keys) {
+  KeyGraph of_keys;
+  of_keys.scans = keys;
+  PoseGraph& reduced = of_keys.graph;
   reduced.odometry = steps_of(odometry, keys);
   reduced.priors = std::move(priors);
   const auto key_before = [&](std::uint32_t scan) {
@@ -121,7 +124,20 @@ PoseGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
     if (from != to) reduced.loops.push_back(loop);
   }
   for (const std::uint32_t scan : graph.held) reduced.held.push_back(key_before(scan));
-  return reduced;
+  return of_keys;
+}
+
+PoseGraph graph_of_scans(const EstimateTrajectoryOptions& options, const GivenPoses& given,
+                         const Odometry& odometry, const Connections& connections) {
+  const std::vector<std::uint32_t> scans = all_scans(odometry);
+  return {steps_of(odometry, scans), connections.edges(),
+          priors_of(options, odometry, given, scans), connections.pieces.held};
+}
+
+KeyGraph key_graph_of(const EstimateTrajectoryOptions& options, const GivenPoses& given,
+                      const Odometry& odometry, const PoseGraph& graph) {
+  const std::vector<std::uint32_t> keys = key_scans(odometry);
+  return graph_of_keys(graph, odometry, priors_of(options, odometry, given, keys), keys);
 }
 
 }  // namespace sightline

@@ -1,36 +1,36 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "passes/trajectory/following/odometry.h"
-#include "passes/trajectory/graph/pose_graph.h"
+#include "passes/trajectory/graph/connect_scans.h"
 #include "passes/trajectory/local/estimate_options.h"
-
-// What odometry and given poses say of a drive's scans, as a pose graph; part of
-// estimate-trajectory.
+#include "passes/trajectory/local/pose_graph_types.h"
 
 namespace sightline {
 
-// Priors on those of `scans` that have a given pose, on a way of so many metres; together they say
-// no more than independent ones every `prior_correlation_m` would. Poses are numbered as `scans`.
-std::vector<GraphPrior> priors_of(const EstimateTrajectoryOptions& options, double way_m,
-                                  const std::vector<std::optional<Pose>>& given,
-                                  const std::vector<std::uint32_t>& scans);
-
 std::vector<std::uint32_t> all_scans(const Odometry& odometry);
 
-// Scans far enough from each other to be worth adjusting: with the first and the last one of each
-// piece.
+// Scans every 2 m or 0.1 rad, with the first and the last one of each piece: those that planes
+// adjust.
 std::vector<std::uint32_t> key_scans(const Odometry& odometry);
 
 // Steps of odometry from each of `scans` to the next of its piece.
 std::vector<GraphEdge> steps_of(const Odometry& odometry, const std::vector<std::uint32_t>& scans);
 
-// A graph of all scans between keys only, with priors of these; loops move to the nearest key
+// The graph of all scans reduced to `keys`, with priors of these; loops move to the nearest key
 // before.
-PoseGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
-                        std::vector<GraphPrior> priors, const std::vector<std::uint32_t>& keys);
+KeyGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
+                       std::vector<GraphPrior> priors, const std::vector<std::uint32_t>& keys);
+
+// The graph of all scans: steps, joins and loops, and priors on given poses. Together, the priors
+// weigh as much as independent ones every `prior_correlation_m` of way.
+PoseGraph graph_of_scans(const EstimateTrajectoryOptions& options, const GivenPoses& given,
+                         const Odometry& odometry, const Connections& connections);
+
+// That graph reduced to key scans.
+KeyGraph key_graph_of(const EstimateTrajectoryOptions& options, const GivenPoses& given,
+                      const Odometry& odometry, const PoseGraph& graph);
 
 }  // namespace sightline

@@ -7,8 +7,6 @@
 
 #include "formats/drive/drive.h"
 
-// Part of estimate-trajectory.
-
 namespace sightline {
 
 // "what: a; b; c; ...": the first five of the places that were found, by their to_text().

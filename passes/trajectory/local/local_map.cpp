@@ -15,8 +15,8 @@ constexpr double kFineCell_m = 1.0;
 constexpr double kLeastPoints = 6.0;
 // lambda_1 of a valid ND ("NDT map" in schemas/definitions.md, v1).
 constexpr double kLeastExtent_m2 = 1e-6;
-// Standard deviations across and along the surface of a cell. The thinner a wall is taken to be,
-// the tighter it binds a scan, and the nearer a scan must be to be drawn by it.
+// Standard deviations across and along the surface of a cell. The thinner a wall, the more accurate
+// a match, and the nearer its start must be.
 constexpr double kThinnest_m = 0.05;
 constexpr double kSharplyThinnest_m = 0.01;
 constexpr double kAlong_m = 2.0;
@@ -24,9 +24,9 @@ constexpr double kAlong_m = 2.0;
 constexpr double kKeyframeStep_m = 1.0;
 constexpr double kKeyframeTurn_rad = 0.1;
 
-// A wall holds a point in its normal; along the wall the points of a cell end where the field of
-// view did, not where the wall does. Taken for shape, that end would tilt each scan a little,
-// always the same way.
+// A wall constrains a point along its normal; along the wall the points of a cell end where the
+// field of view ended. Taken as shape, that end would tilt each scan a little, always in one
+// direction.
 Eigen::Matrix3d information_per_m2(const Nd& nd, double thinnest_m) {
   Eigen::Vector3d variance_m2 = nd.eigenvalues_m2.cwiseMax(thinnest_m * thinnest_m);
   const double along_m2 = kAlong_m * kAlong_m;
@@ -88,7 +88,7 @@ std::vector<CellPart> coarse_parts(const std::vector<CellPart>& fine) {
   return parts_of(cells);
 }
 
-// As many points as were added were taken away again.
+// All points that were added were removed again.
 bool is_empty(const CellMoments& moments) { return !(moments.count > 0.5); }
 
 }  // namespace
@@ -119,7 +119,7 @@ void RollingCells::finish() {
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
     if (is_empty(cell.moments)) {
-      cell.moments = {};  // of what was added and taken away again, rounding would be left
+      cell.moments = {};  // without the rounding errors of adding and removing
       ++empty_count;
     }
     if (!std::exchange(cell.is_changed, false)) continue;
@@ -141,7 +141,7 @@ void RollingCells::finish() {
   std::erase_if(nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
   grid_.put(nds, surface_information_per_m2);
   grid_.finish();
-  // To number all others anew takes longer than to pass by a few.
+  // Renumbering all cells takes longer than skipping a few empty ones.
   if (4 * empty_count > cells_.size()) forget_empty_cells();
 }
 

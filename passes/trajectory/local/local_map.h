@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -14,27 +12,29 @@
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/grid/match_grid.h"
 
-// What odometry matches scans to; part of estimate-trajectory.
+// The map that odometry matches scans to; part of estimate-trajectory.
 
 namespace sightline {
 
-// What an ND says of a point beside it: as much as its cell's surface holds it, and no more.
+// The inverse covariance of a point beside an ND: tight across the surface of its cell, loose along
+// it.
 Eigen::Matrix3d surface_information_per_m2(const Nd& nd);
 
-// What some points sum up to in one cell.
+// The moments of some points in one cell.
 struct CellPart {
   CellKey key;
   CellMoments moments;
 };
 
-// Sums of cells that points come to and go from again, and the NDs of those that hold enough.
+// Moments of cells to which points are added and removed again, and the NDs of those with enough
+// points.
 class RollingCells {
  public:
   explicit RollingCells(double cell_m) : cell_m_(cell_m), grid_(cell_m) {}
 
-  // Sign 1 adds points, -1 takes away points that were added before.
+  // Sign 1 adds points, -1 removes points that were added before.
   void add(const std::vector<CellPart>& parts, double sign);
-  // To be called behind the last change: computes anew what changed since the last time.
+  // To be called after the last change: updates the NDs of cells that changed.
   void finish();
   [[nodiscard]] const MatchGrid& grid() const { return grid_.grid(); }
   [[nodiscard]] NdtMap nds() const;
@@ -55,24 +55,23 @@ class RollingCells {
   RollingMatchGrid grid_;
 };
 
-// Points as both grids take them: summed up once, by cell, they come and go without being looked at
-// again.
+// Moments of points by cell of both grids: computed once, then added and removed as a whole.
 struct GriddedPoints {
   std::vector<CellPart> coarse, fine;
 };
 GriddedPoints gridded(const std::vector<Eigen::Vector3d>& points_m);
 
-// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m; those once more, sharp.
+// NDs of points in cells of 2 m, with a wide basin, and of 1 m; the latter also with thin walls.
 class LocalGrids {
  public:
   LocalGrids();
   [[nodiscard]] const MatchGrid& coarse() const { return coarse_.grid(); }
   [[nodiscard]] const MatchGrid& fine() const { return fine_.grid(); }
-  // With walls as thin as they are seen, for the last centimetre. Made when it is first asked for:
-  // scans that given poses lead never do. Safe from several threads.
+  // With walls as thin as measured, for the last centimetre. Made on first use: scans that given
+  // poses lead to do not need it. Safe from several threads.
   [[nodiscard]] const MatchGrid& sharp() const;
 
-  // As of RollingCells.
+  // Sign 1 adds points, -1 removes them; finish() is called after the last change.
   void add(const GriddedPoints& points, double sign);
   void finish();
 
@@ -87,8 +86,8 @@ class LocalGrids {
 };
 LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m);
 
-// Whether the vehicle has come so far since the last scan of a local map that another one adds to
-// it.
+// Whether the vehicle has moved 1 m or 0.1 rad since the last scan of a local map, so that another
+// one adds to it.
 bool is_key_step(const Pose& T_map_last, const Pose& T_map_lidar);
 
 // The latest key scans, in the map frame.
@@ -96,10 +95,10 @@ class LocalMap {
  public:
   explicit LocalMap(double reach_m);
 
-  // Points of a scan in its own frame; those of scans more than the reach ago are forgotten.
+  // Points of a scan in its own frame; those of scans more than the reach ago are removed.
   void add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar, double driven_m);
-  // Whether a scan here would add to what is known.
-  [[nodiscard]] bool wants(const Pose& T_map_lidar) const {
+  // Whether a scan here is a key scan.
+  [[nodiscard]] bool needs(const Pose& T_map_lidar) const {
     return is_key_step(T_map_last_, T_map_lidar);
   }
   [[nodiscard]] const LocalGrids& grids() const { return grids_; }

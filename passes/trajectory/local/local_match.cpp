@@ -12,11 +12,10 @@ namespace {
 constexpr double kMatchLeaf_m = 0.5;
 // Leaf of the points that make local maps, so dense that a single scan fills cells.
 constexpr double kMapLeaf_m = 0.2;
-// Farther returns are sparse, and where the sensor turns, the least rigid.
+// Farther returns are sparse, and the most distorted where the sensor turns.
 constexpr double kFarthest_m = 70.0;
-// Below these a match is not believed. On streets the right pose has a likelihood of about 2 and a
-// wrong one, which looks alike only in part, 1 to 1.7; a sparse first scan leaves most points
-// without an ND near.
+// Limits of a good and of a sure match. On streets the right pose has a likelihood of about 2 and a
+// wrong one, similar only in part, 1 to 1.7; after a sparse first scan most points have no ND near.
 constexpr double kLeastLikelihood = 1.2;
 constexpr double kLeastScoredShare = 0.15;
 constexpr double kLeastSureLikelihood = 1.8;
@@ -26,7 +25,7 @@ constexpr double kSearchStep_m = 1.0;
 // wider.
 constexpr double kSameEnd_m = 0.05;
 constexpr double kSameTurn = 0.005;  // length of the difference of the rotations: 0.2 degrees
-// Thin walls that move a scan farther draw it to another place.
+// A longer move by thin walls leads to another place.
 constexpr double kMostSharpened_m = 0.2;
 constexpr double kShortestStep_m = 5e-4;
 constexpr double kShortestStep_rad = 1e-5;

@@ -14,7 +14,7 @@
 namespace sightline {
 namespace {
 
-// Those before `end_ns`, from `first` on, which moves behind them.
+// The rates before `end_ns`, from `first` on; moves `first` behind them.
 std::vector<TurnRate> rates_until(const std::vector<TurnRate>& rates, std::int64_t end_ns,
                                   std::size_t& first) {
   const std::size_t begin = first;
@@ -77,6 +77,20 @@ Drive joined_again(const Drive& drive, const std::vector<Drive>& parts) {
   joined.scans = std::move(scans);
   joined.turn_rates = std::move(rates);
   return joined;
+}
+
+Result<Drive> change_parts(const Drive& drive, const Trajectory& trajectory,
+                           const ChangePart& change) {
+  std::vector<Drive> parts = parts_of(drive);
+  const std::vector<Trajectory> poses = trajectories_of_parts(parts, trajectory);
+  bool is_changed = false;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    SIGHTLINE_ASSIGN(std::optional<Drive> changed, change(parts[i], poses[i]));
+    if (!changed) continue;
+    parts[i] = *std::move(changed);
+    is_changed = true;
+  }
+  return is_changed ? joined_again(drive, parts) : drive;
 }
 
 }  // namespace sightline

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <vector>
 
+#include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 
-// The drives that one drive was joined from (join-drives), each by itself: their scans may have
-// been measured by sensors that turn otherwise, by clocks of other vehicles, and be undistorted
-// already or not.
+// The drives that were joined into one (join-drives), each by itself: their scans may come from
+// other sensors, with other clocks, and be undistorted already or not.
 
 namespace sightline {
 
@@ -19,8 +21,15 @@ std::vector<Drive> parts_of(const Drive& drive);
 std::vector<Trajectory> trajectories_of_parts(const std::vector<Drive>& parts,
                                               const Trajectory& trajectory);
 
-// The drive with the scans, times and turn rates that its parts have now: parts_of(drive), of which
-// some were changed as they are read. Scans keep their number and order.
+// The drive with the scans, times and turn rates of its parts, which are parts_of(drive) with some
+// scans changed when they are read. Scans keep their number and order.
 Drive joined_again(const Drive& drive, const std::vector<Drive>& parts);
+
+// The drive with each part as `change` returns it; where it returns none for every part, the drive
+// as it is. Error: that of `change`.
+using ChangePart =
+    std::function<Result<std::optional<Drive>>(const Drive& part, const Trajectory& poses)>;
+Result<Drive> change_parts(const Drive& drive, const Trajectory& trajectory,
+                           const ChangePart& change);
 
 }  // namespace sightline

@@ -13,8 +13,8 @@ namespace {
 constexpr double kElsewhere_m = 1.0;
 constexpr double kElsewhere_rad = 5.0 * std::numbers::pi / 180.0;
 
-// Of turned starts: the headings asked, one point in so many that answers, how many headings of a
-// place are matched, and by how much less a place may be met to be preferred all the same.
+// Of turned starts: the headings that are tried, with 300 points; how many headings of a place are
+// matched; and by how much less overlap an earlier place is still preferred.
 constexpr int kTurns = 33;
 constexpr double kTurn_rad = 100.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kTurnedPoints = 300;
@@ -54,7 +54,7 @@ std::vector<Pose> best_turns(const UprightMap& upright, const std::vector<Eigen:
   return best;
 }
 
-// Where the starts lead, each place once. Left out is what is no good match.
+// The ends of matches from these starts, each place once; only good matches.
 std::vector<Candidate> ends_of(const std::vector<Pose>& starts, const LocalSurroundings& there,
                                const SoughtScan& scan) {
   LocalSearch search(there.grids, scan.to_match_m);

@@ -7,11 +7,9 @@
 #include "passes/trajectory/local/scan_overlap.h"
 #include "passes/trajectory/local/wider_starts.h"
 
-// Placing a scan of which little is known in a local map; part of estimate-trajectory.
-
 namespace sightline {
 
-// What a local map knows.
+// A local map: NDs for matching, upright points for the overlap.
 struct LocalSurroundings {
   const LocalGrids& grids;
   const UprightMap& upright;
@@ -26,8 +24,8 @@ struct SoughtScan {
 struct WidePlacement {
   LocalMatch match;
   double overlap = 0.0;
-  // Of the best place elsewhere, farther away than what a match may be off: a place is known only
-  // where no other is nearly as good.
+  // Of the best place more than a match's error away: a place is known only where no other is
+  // nearly as good.
   double overlap_elsewhere = 0.0;
 };
 
@@ -36,9 +34,9 @@ struct WidePlacement {
 std::optional<WidePlacement> place_widely(const LocalSurroundings& there, const SoughtScan& scan,
                                           const Pose& T_map_around, const WideSearch& options);
 
-// The same from given places at headings up to 100 degrees to either side: who turns quickly is
-// still about where he was. The first of the places from which nearly as much of the scan meets the
-// map as from any. None where no start ends in a good match.
+// Matches the scan from given places at headings up to 100 degrees to either side, for a vehicle
+// that turned quickly where it was. The first of the places whose overlap is within 0.03 of the
+// largest. None where no start ends in a good match.
 std::optional<WidePlacement> place_turned(const LocalSurroundings& there, const SoughtScan& scan,
                                           const std::vector<Pose>& T_map_places);
 

@@ -7,8 +7,7 @@
 
 namespace sightline {
 
-// What is known of two poses, or of one (a prior), and how well; sigmas are standard deviations of
-// each axis.
+// A measurement of one pose relative to another; sigmas are standard deviations of each axis.
 struct GraphEdge {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
@@ -16,6 +15,8 @@ struct GraphEdge {
   double sigma_m = 0.1;
   double sigma_rad = 0.01;
 };
+
+// A measurement of one pose in the map; sigmas are standard deviations of each axis.
 struct GraphPrior {
   std::uint32_t pose = 0;
   Pose T_map_pose = Pose::Identity();
@@ -25,10 +26,16 @@ struct GraphPrior {
 
 struct PoseGraph {
   std::vector<GraphEdge> odometry;
-  std::vector<GraphEdge> loops;    // doubted: Huber's loss beyond one sigma
-  std::vector<GraphPrior> priors;  // the same; without any the first pose stays where it is
-  // More poses that stay where they are: one of each part that nothing joins to the first.
+  std::vector<GraphEdge> loops;    // Huber's loss beyond one sigma
+  std::vector<GraphPrior> priors;  // Huber's loss too; without priors the first pose is fixed
+  // More poses that are fixed: one of each part that no edge joins to the first.
   std::vector<std::uint32_t> held = {};
+};
+
+// A graph of some of a drive's scans.
+struct KeyGraph {
+  PoseGraph graph;                   // pose i is that of scans[i]
+  std::vector<std::uint32_t> scans;  // ascending
 };
 
 }  // namespace sightline

@@ -5,19 +5,19 @@
 namespace sightline {
 namespace {
 
-// Of the columns in which returns stand above each other, and how far apart they must be. A kerb is
-// lower, and a road that climbs by half rises less in a column.
+// Columns with returns above each other, and the least height between these. A kerb is lower, and a
+// road that climbs by half rises less in a column.
 constexpr double kColumn_m = 0.5;
 constexpr double kLeastHeight_m = 0.4;
 // Beyond, rings are metres apart and one degree of heading is more than what counts as near.
 constexpr double kReach_m = 40.0;
-// Fewer say nothing of a place.
+// Fewer do not identify a place.
 constexpr std::size_t kLeastPoints = 30;
 // A point is near another when their cells touch in the plane: 0.15 m at least, 0.3 m on average.
 // In height cells are as long as the rings of sparse sensors are apart.
 constexpr double kCell_m = 0.15;
 constexpr double kLayer_m = 0.5;
-// Cells are remembered so long as this many are in use.
+// Empty cells are removed when so many are in use.
 constexpr std::size_t kMostCells = 2'000'000;
 
 struct Span {

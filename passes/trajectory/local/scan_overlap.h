@@ -9,8 +9,8 @@
 #include "formats/geometry.h"
 #include "formats/grid/flat_cell_map.h"
 
-// How much of what a scan sees is there in a local map; part of estimate-trajectory. Level returns
-// say nothing of a place, for every road is flat: only upright things count.
+// How much of a scan is found in a local map; part of estimate-trajectory. Level returns do not
+// identify a place, since every road is flat: only upright things count.
 
 namespace sightline {
 
@@ -22,17 +22,17 @@ std::vector<Eigen::Vector3d> upright_points(const std::vector<Eigen::Vector3d>& 
 // Where the upright points of the latest scans are, in the map frame.
 class UprightMap {
  public:
-  // Those of scans more than `reach_m` of way ago are forgotten.
+  // Points of scans more than `reach_m` of way ago are removed.
   explicit UprightMap(double reach_m) : reach_m_(reach_m) {}
 
   void add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar, double driven_m);
 
-  // Share of the points with one of the map within 0.3 m in the plane and about 1 m in height; none
-  // where there are too few to say.
+  // Share of the points that have a point of the map within 0.3 m in the plane and about 1 m in
+  // height; none for fewer than 30 points.
   [[nodiscard]] std::optional<double> overlap(const std::vector<Eigen::Vector3d>& points_m,
                                               const Pose& T_map_lidar) const;
 
-  // Every point that is remembered, map frame.
+  // All points, map frame.
   [[nodiscard]] std::vector<Eigen::Vector3d> points_m() const;
 
  private:

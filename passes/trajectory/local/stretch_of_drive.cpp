@@ -30,4 +30,21 @@ Drive stretch_of(const Drive& drive, std::size_t first, std::size_t count) {
   return stretch;
 }
 
+Trajectory stretch_of(const Trajectory& trajectory, std::size_t first, std::size_t count) {
+  Trajectory stretch = trajectory;
+  const auto begin = trajectory.poses.begin() + static_cast<std::ptrdiff_t>(first);
+  stretch.poses = {begin, begin + static_cast<std::ptrdiff_t>(count)};
+  const std::uint32_t first_piece = stretch.poses.empty() ? 0 : stretch.poses.front().piece;
+  for (TrajectoryPose& pose : stretch.poses) pose.piece -= first_piece;
+  return stretch;
+}
+
+std::vector<Pose> sensor_poses(const Drive& drive, const Trajectory& trajectory) {
+  std::vector<Pose> T_map_lidar;
+  for (const TrajectoryPose& pose : trajectory.poses) {
+    T_map_lidar.push_back(pose.T_map_vehicle * drive.sensor.T_vehicle_lidar);
+  }
+  return T_map_lidar;
+}
+
 }  // namespace sightline

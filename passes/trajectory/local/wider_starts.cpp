@@ -25,7 +25,7 @@ constexpr double kCell_m = 0.5;
 constexpr int kHeadings = 504;
 constexpr double kScanReach_m = 40.0;
 constexpr int kLevels = 6;  // squares of 1 to 32 cells
-// Thinned to so many: enough to tell places apart.
+// The scan is thinned to so many points: enough to distinguish places.
 constexpr std::size_t kMostPoints = 240;
 static_assert(kMostPoints < 256, "a byte counts them");
 constexpr std::size_t kMostStarts = 8;
@@ -38,8 +38,8 @@ struct Offset {
   std::int32_t y = 0;
 };
 
-// Heights are told in layers, one bit each, from this far below the sensor; what is lower or higher
-// counts to the first or last.
+// Heights are in layers, one bit each, from this far below the sensor; lower and higher points
+// count to the first and the last.
 constexpr int kLayers = 8;
 constexpr double kLayer_m = 1.0;
 constexpr double kLowest_m = -3.0;
@@ -268,7 +268,7 @@ class Search {
     return start;
   }
 
-  // Whether all that the node holds is next to a better start.
+  // Whether every place of the node is next to a better start.
   bool is_known(const Node& node, const std::vector<WiderStart>& found) const {
     if (found.empty()) return false;
     const double side_m = kCell_m * ((1 << node.level) - 1);

@@ -5,8 +5,6 @@
 
 #include "formats/geometry.h"
 
-// Where in a local map a scan may be of which little is known; part of estimate-trajectory.
-
 namespace sightline {
 
 struct WideSearch {

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <utility>
 
-#include "passes/trajectory/pieces/alike_places.h"
 #include "passes/trajectory/pieces/check_join.h"
+#include "passes/trajectory/pieces/place_recognition.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
 namespace sightline {
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kJoinSigma_m = 0.2;
 constexpr double kJoinSigma_rad = 0.01;
-// Pieces are laid this far apart besides the sensor's range.
+// Distance between pieces besides the sensor's range.
 constexpr double kApart_m = 64.0;
 
 // Joins the pieces of one odometry.
@@ -32,13 +32,13 @@ class Joiner {
     std::iota(part_.begin(), part_.end(), 0U);
   }
 
-  // By the first pose given of each piece.
-  void join_by_given(const std::vector<std::optional<Pose>>& given) {
+  // Joins pieces by the first given pose of each.
+  void join_by_given(const GivenPoses& given) {
     std::optional<std::uint32_t> first;
     for (std::uint32_t piece = 0; piece < ranges_.size(); ++piece) {
       for (std::uint32_t k = ranges_[piece].begin; k < ranges_[piece].end; ++k) {
         if (!given[k]) continue;
-        if (!stays(piece)) move(piece, *given[k] * odometry_.T_map_lidar[k].inverse());
+        if (!is_fixed(piece)) move(piece, *given[k] * odometry_.T_map_lidar[k].inverse());
         if (first) merge(*first, piece);
         if (!first) first = piece;
         break;
@@ -46,8 +46,8 @@ class Joiner {
     }
   }
 
-  Result<void> join_by_sight() {
-    AlikePlaces places(ctx_, drive_, odometry_, ranges_);
+  Result<void> join_by_scans() {
+    PlaceRecognition places(ctx_, drive_, odometry_, ranges_);
     for (std::uint32_t later = std::max(1U, fixed_); later < ranges_.size(); ++later) {
       SIGHTLINE_ASSIGN(const std::vector<Query> queries,
                        read_queries(drive_, odometry_, ranges_[later]));
@@ -55,27 +55,27 @@ class Joiner {
       for (const std::uint32_t middle : middles) {
         const std::uint32_t earlier = odometry_.piece[middle];
         if (part_[earlier] == part_[later]) continue;
-        if (stays(earlier) && stays(later)) continue;
+        if (is_fixed(earlier) && is_fixed(later)) continue;
         SIGHTLINE_TRY(join(middle, later, queries));
       }
     }
     return {};
   }
 
-  JoinedPieces lay_apart() {
+  JoinedPieces separate_rest() {
     JoinedPieces joined;
     joined.edges = std::move(edges_);
     const std::vector<std::uint32_t> numbers = piece_numbers();
     for (const std::uint32_t piece : odometry_.piece) joined.piece.push_back(numbers[piece]);
     double taken_m = -std::numeric_limits<double>::infinity();
-    std::vector<bool> is_laid(ranges_.size(), false);
+    std::vector<bool> is_placed(ranges_.size(), false);
     for (std::uint32_t piece = 0; piece < ranges_.size(); ++piece) {
-      if (is_laid[numbers[piece]]) continue;
-      is_laid[numbers[piece]] = true;
+      if (is_placed[numbers[piece]]) continue;
+      is_placed[numbers[piece]] = true;
       if (piece > 0) {
         joined.starts.push_back(odometry_.piece_starts[piece - 1]);
         joined.held.push_back(ranges_[piece].begin);
-        if (piece >= fixed_) lay_behind(piece, taken_m);
+        if (piece >= fixed_) move_behind(piece, taken_m);
       }
       taken_m = std::max(taken_m, extent_x_m(piece).second);
     }
@@ -83,7 +83,7 @@ class Joiner {
   }
 
  private:
-  // Joins a piece to an earlier one where it is found around this scan of it.
+  // Joins a piece to an earlier one if it is found around this scan of the earlier one.
   Result<void> join(std::uint32_t middle, std::uint32_t later, const std::vector<Query>& queries) {
     const std::uint32_t earlier = odometry_.piece[middle];
     SIGHTLINE_ASSIGN(const Visit visit,
@@ -101,9 +101,10 @@ class Joiner {
       edges_.push_back({middle, one.scan, odometry_.T_map_lidar[middle].inverse() * one.T_map_lidar,
                         kJoinSigma_m, kJoinSigma_rad});
     }
-    const bool later_stays =
-        stays(later) || (!stays(earlier) && first_joined_to(later) < first_joined_to(earlier));
-    if (later_stays) {
+    const bool is_later_fixed =
+        is_fixed(later) ||
+        (!is_fixed(earlier) && first_joined_to(later) < first_joined_to(earlier));
+    if (is_later_fixed) {
       move(earlier, T_earlier_later.inverse());
       merge(later, earlier);
     } else {
@@ -113,7 +114,7 @@ class Joiner {
     return {};
   }
 
-  // The first of those in whose frame a piece lies.
+  // The first of the pieces that a piece is joined to.
   [[nodiscard]] std::ptrdiff_t first_joined_to(std::uint32_t piece) const {
     return std::ranges::find(part_, part_[piece]) - part_.begin();
   }
@@ -126,12 +127,12 @@ class Joiner {
     return joined;
   }
 
-  // Whether a piece is joined to one that is not moved.
-  [[nodiscard]] bool stays(std::uint32_t piece) const {
+  // Whether a piece is joined to a fixed one.
+  [[nodiscard]] bool is_fixed(std::uint32_t piece) const {
     return std::find(part_.begin(), part_.begin() + fixed_, part_[piece]) != part_.begin() + fixed_;
   }
 
-  // Moves all that is joined to a piece.
+  // Moves a piece and all that are joined to it.
   void move(std::uint32_t piece, const Pose& T_new_old) {
     for (std::size_t k = 0; k < odometry_.T_map_lidar.size(); ++k) {
       if (part_[odometry_.piece[k]] != part_[piece]) continue;
@@ -143,7 +144,7 @@ class Joiner {
     std::ranges::replace(part_, std::uint32_t{part_[later]}, std::uint32_t{part_[earlier]});
   }
 
-  // Of the pieces that are left, in the order of their first scans.
+  // The numbers of pieces after joining, in the order of their first scans.
   [[nodiscard]] std::vector<std::uint32_t> piece_numbers() const {
     std::vector<std::uint32_t> numbers;
     std::uint32_t next = 0;
@@ -166,7 +167,7 @@ class Joiner {
     return extent_m;
   }
 
-  void lay_behind(std::uint32_t piece, double taken_m) {
+  void move_behind(std::uint32_t piece, double taken_m) {
     const std::uint32_t first = ranges_[piece].begin;
     Pose T_map_first = odometry_.T_map_lidar.front();
     move(piece, T_map_first * odometry_.T_map_lidar[first].inverse());
@@ -185,8 +186,8 @@ class Joiner {
   std::vector<GraphEdge> edges_;
 };
 
-// Where poses are given they hold the pieces that have some, and no other.
-void hold_what_is_loose(const std::vector<std::optional<Pose>>& given, JoinedPieces& joined) {
+// Given poses hold the pieces that have some; the first scan of each other piece is fixed.
+void hold_pieces_without_given(const GivenPoses& given, JoinedPieces& joined) {
   std::vector<bool> has_given(joined.held.size() + 1, false);
   for (std::size_t k = 0; k < given.size(); ++k) {
     if (given[k]) has_given[joined.piece[k]] = true;
@@ -202,16 +203,15 @@ void hold_what_is_loose(const std::vector<std::optional<Pose>>& given, JoinedPie
 
 }  // namespace
 
-Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive,
-                                 const std::vector<std::optional<Pose>>& given, Odometry& odometry,
-                                 const KnownPieces& known) {
+Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive, const GivenPoses& given,
+                                 Odometry& odometry, const KnownPieces& known) {
   Joiner joiner(ctx, drive, odometry, known);
   if (!odometry.piece_starts.empty()) {
     joiner.join_by_given(given);
-    SIGHTLINE_TRY(joiner.join_by_sight());
+    SIGHTLINE_TRY(joiner.join_by_scans());
   }
-  JoinedPieces joined = joiner.lay_apart();
-  hold_what_is_loose(given, joined);
+  JoinedPieces joined = joiner.separate_rest();
+  hold_pieces_without_given(given, joined);
   return joined;
 }
 

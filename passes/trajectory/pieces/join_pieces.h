@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "formats/base/result.h"
@@ -9,8 +8,6 @@
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/local/pose_graph_types.h"
-
-// What becomes of the pieces of an odometry; part of estimate-trajectory.
 
 namespace sightline {
 
@@ -21,21 +18,21 @@ struct JoinedPieces {
   std::vector<std::uint32_t> held;   // the first scan of each piece that is left, but the first
 };
 
-// What is known of the pieces beforehand.
+// Pieces whose places are known beforehand.
 struct KnownPieces {
-  // Of each a number; those of one number lie right to each other. Empty: nothing is known.
+  // Of each a number; pieces of one number are right relative to each other. Empty: none is known.
   std::vector<std::uint32_t> number;
   std::uint32_t fixed = 0;  // so many of the first pieces are not moved
+  std::size_t scans = 0;    // of these
 };
 
-// Joins pieces that saw the same place: several scans of the later one, each looked for in maps of
-// the earlier one at all headings, agree on where it lies, and scans all along it fit there. Pieces
+// Joins pieces that measured one place: several scans of the later one, each searched for in maps
+// of the earlier one at all headings, agree on its pose, and scans all along it fit there. Pieces
 // with given poses are joined by these. Moves the poses of joined pieces to the frame of the first,
-// and lays those that are left side by side along x, each as if it began at the map's origin, with
-// twice the sensor's range and more between them: nothing is known of how they lie to each other,
-// and no scan of one may touch the map of another. Error: what reading a scan says.
-Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive,
-                                 const std::vector<std::optional<Pose>>& given, Odometry& odometry,
-                                 const KnownPieces& known = {});
+// and separates the remaining pieces along x, each as if it began at the map's origin, with twice
+// the sensor's range and more between them: their relative poses are not known, and no scan of one
+// may touch the map of another. Error: that of reading a scan.
+Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive, const GivenPoses& given,
+                                 Odometry& odometry, const KnownPieces& known = {});
 
 }  // namespace sightline

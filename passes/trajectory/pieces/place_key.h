@@ -2,18 +2,17 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstddef>
 #include <vector>
 
 namespace sightline {
 
-// What a place looks like from all sides: of each ring of 2 m around the sensor, in how many of 60
-// directions something upright stands there (the ring key of Scan Context, Kim and Kim, IROS 2018,
-// by occupancy in place of height). It does not depend on the heading, and places that look alike
-// have keys that differ little: it says where to look first, never where a scan is.
+// The ring key of Scan Context (Kim and Kim, IROS 2018), by occupancy in place of height: of each
+// ring of 2 m around the sensor, in how many of 60 directions something upright is. It does not
+// depend on the heading, and similar places have similar keys: it decides where to search first,
+// not where a scan is.
 using PlaceKey = std::array<float, 20>;
 
-// Of a scan's upright points (scan_overlap.h), in the sensor's frame.
+// From a scan's upright points (scan_overlap.h), in the sensor's frame.
 PlaceKey place_key(const std::vector<Eigen::Vector3d>& upright_m);
 
 // Sum over the rings; 0 for equal keys.

@@ -5,21 +5,24 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
+#include "formats/base/parallel_results.h"
 #include "passes/trajectory/local/place_widely.h"
 
 namespace sightline {
 namespace {
 
-// Maps of an earlier piece, from its end back: one every so much of the way, of so much of the way
-// before and after, of one scan in so much.
+// Maps of an earlier piece, from its end back: one every so much of the way, from the scans of so
+// much of the way before and after, one in so much.
 constexpr double kVisitEvery_m = 25.0;
 constexpr double kVisitReach_m = 20.0;
 constexpr double kVisitStep_m = 1.5;
-// Scans of the later piece that are looked for: so far from its beginning, and as far from its end.
+// Scans of the later piece that are searched for: so far from its beginning, and so far from its
+// end.
 constexpr double kQueryWays_m[] = {0.0, 2.0, 5.0, 10.0, 20.0, 40.0};
 constexpr double kLastQueries_m[] = {0.0, 20.0};
 constexpr std::size_t kFewScans = 6;
-// What is believed of one scan; and how many must agree, of those that found a place.
+// The least overlap of one scan, and its margin over other places; how many scans must agree, and
+// which share of those that found a place.
 constexpr double kLeastOverlap = 0.4;
 constexpr double kClearly = 0.08;
 constexpr std::size_t kLeastAgreeing = 2;
@@ -37,7 +40,7 @@ std::vector<std::uint32_t> query_scans(const Odometry& odometry, const ScanRange
       at(odometry.driven_m[range.end - 1] - way_m);
     }
   }
-  // Who stands still has scans all the same.
+  // A vehicle that stands still has too few scans by way: its first ones are added.
   for (std::uint32_t k = range.begin; scans.size() < kFewScans && k < range.end; ++k) {
     scans.push_back(k);
   }
@@ -47,15 +50,6 @@ std::vector<std::uint32_t> query_scans(const Odometry& odometry, const ScanRange
 }
 
 }  // namespace
-
-std::vector<ScanRange> ranges_of(const std::vector<std::uint32_t>& piece) {
-  std::vector<ScanRange> ranges;
-  for (std::uint32_t k = 0; k < piece.size(); ++k) {
-    if (k == 0 || piece[k] != piece[k - 1]) ranges.push_back({k, k});
-    ranges.back().end = k + 1;
-  }
-  return ranges;
-}
 
 Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const ScanRange& range,
                          std::uint32_t middle, int threads) {
@@ -67,19 +61,19 @@ Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const Sca
     next_m = odometry.driven_m[k] + kVisitStep_m;
     scans.push_back(k);
   }
-  std::vector<Result<ThinnedScan>> read(scans.size(), ThinnedScan());
-  parallel_for(scans.size(), threads,
-               [&](std::size_t i) { read[i] = read_thinned(drive, scans[i], ThinnedFor::kMap); });
+  SIGHTLINE_ASSIGN(const std::vector<ThinnedScan> read,
+                   parallel_results<ThinnedScan>(scans.size(), threads, [&](std::size_t i) {
+                     return read_thinned(drive, scans[i], ThinnedFor::kMap);
+                   }));
   Visit visit;
   visit.middle = middle;
   std::vector<Eigen::Vector3d> points_m;
   const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, std::move(read[i]));
     const Pose& T_map_lidar = odometry.T_map_lidar[scans[i]];
-    for (const Eigen::Vector3d& point_m : scan.to_map_m) points_m.push_back(T_map_lidar * point_m);
-    visit.upright.add(upright_points(scan.to_map_m, level), T_map_lidar,
-                      odometry.driven_m[scans[i]]);
+    const std::vector<Eigen::Vector3d>& scan_m = read[i].to_map_m;
+    for (const Eigen::Vector3d& point_m : scan_m) points_m.push_back(T_map_lidar * point_m);
+    visit.upright.add(upright_points(scan_m, level), T_map_lidar, odometry.driven_m[scans[i]]);
   }
   visit.grids = local_grids(points_m);
   return visit;

@@ -8,9 +8,9 @@
 
 namespace sightline {
 
-// The drives of `drive` that were shipped in a map, without those named behind them. Errors:
+// The drives of `drive` that were shipped in a map, without those named after them. Errors:
 // mismatched-inputs (no drive is released, or a part of one; place: the drive), bad-value (a
-// released drive is named behind one that is not).
+// released drive is named after one that is not).
 Result<Drive> released_drive(PassContext& ctx, const NoOptions& options, const Drive& drive,
                              const ReleasedPoses& released);
 inline constexpr Pass kReleasedDrive{"released-drive", 1, "released-drive",
@@ -23,21 +23,19 @@ inline constexpr Pass kReleasedTrajectory{"released-trajectory", 1, "released-tr
                                           "Where these drives were", &released_trajectory};
 
 // Where the vehicle was at each scan of several drives, some of which were shipped in a map:
-// released poses stay to the bit, in their frame. The other drives, named behind the released ones,
-// are estimated by themselves first (estimate_trajectory), then laid onto what was released: by
-// given poses or by what they see, held by loops between both, in a graph in which released poses
-// do not move, and adjusted to the planes that both saw. Pieces that meet nothing are laid apart
-// (join_pieces). `straight`: undistort_scans() of released_drive() and released_trajectory().
-//
-// Errors: those of released_drive(), mismatched-inputs (`straight` is not of the released drives),
-// and those of estimate_trajectory.
+// released poses stay to the bit, in their frame. The other drives, named after the released ones,
+// are estimated by themselves (estimate_trajectory), then aligned to the released ones: joined by
+// given poses or by scans, held by loops between both, in a graph in which released poses are
+// fixed, and adjusted to common planes. Pieces that meet nothing are separated (join_pieces).
+// `straight`: undistort_scans() of released_drive() and released_trajectory(). Errors: those of
+// released_drive(), mismatched-inputs (`straight` is not of the released drives), and those of
+// estimate_trajectory.
 Result<Trajectory> extend_released(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                    const Drive& drive, const Drive& straight,
                                    const ReleasedPoses& released);
 inline constexpr Pass kExtendReleased = variant_of(kEstimateTrajectory, &extend_released);
 
-// The poses of a map, to be shipped beside it. Error: invalid-artifact (scans without an
-// identity).
+// The poses of a map, to be shipped with it. Error: invalid-artifact (scans without an identity).
 Result<ReleasedPoses> release_poses(PassContext& ctx, const NoOptions& options, const Drive& drive,
                                     const Trajectory& trajectory);
 inline constexpr Pass kReleasePoses{"release-poses", 1, "released-poses",

@@ -6,7 +6,7 @@
 
 #include "formats/base/portable_math.h"
 
-// Beams that fire together look a few degrees apart, and each scan lacks what gave no return. So
+// Beams that fire together point a few degrees apart, and each scan has gaps without a return. So
 // the azimuth is followed over blocks of points: the direction of a block is that of the sum of its
 // points' directions in the plane.
 
@@ -16,7 +16,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kBlock = 256;  // points; a few firings of a dense sensor
 constexpr std::size_t kLeastBlocks = 16;
-// Steps in the other direction: what little of a sweep may be out of order.
+// Share of steps in the other direction: a sweep may be slightly out of order.
 constexpr double kMostBackwards = 0.05;
 constexpr double kLeastTurn_rad = 300.0 * kPi / 180.0;
 constexpr double kMostTurn_rad = 450.0 * kPi / 180.0;
@@ -62,7 +62,7 @@ std::vector<double> sweep_times(std::span<const Eigen::Vector3d> points_m) {
   if (!is_sweep(turned)) return {};
   std::vector<double> times(points_m.size());
   for (std::size_t i = 0; i < points_m.size(); ++i) {
-    // Blocks stand for their middles.
+    // The azimuth of a block is that of its middle.
     const double at = std::clamp((static_cast<double>(i) - 0.5 * kBlock) / kBlock, 0.0,
                                  static_cast<double>(turned.size() - 1));
     const std::size_t block = std::min(static_cast<std::size_t>(at), turned.size() - 2);

@@ -12,11 +12,11 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kLeastPoints = 4096;
-// Scans in the order of time go round once or twice; sensors have more rings.
+// Scans in order of time turn once or twice; sensors have more rings.
 constexpr double kLeastRings = 8.0;
-// Steps against the direction of the rest: what noise near the axis turns around.
+// Share of steps in the other direction, by noise near the axis.
 constexpr double kMostBackwards = 0.05;
-// Beginnings nearer to each other are one.
+// Beginnings nearer to each other count as one.
 constexpr double kOneBeginning_rad = 10.0 * kPi / 180.0;
 
 double azimuth_rad(const Eigen::Vector3d& point_m) {

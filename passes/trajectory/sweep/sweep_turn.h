@@ -13,13 +13,13 @@ struct SweepTurn {
   bool is_clockwise = false;  // seen from above
 };
 
-// The turns that may have measured a scan whose file holds ring after ring, each point beside the
-// one before it, so that the order does not tell when: from where the rings begin, as they are
-// stored, and from behind (as cameras that look ahead are triggered) in both directions. Empty
-// where points are in another order. Points in the sensor's frame, metres.
+// The turns that may have measured a scan whose file contains ring after ring, each point beside
+// the one before it, so that their order does not give their times: from the azimuth where the
+// stored rings begin, and from behind (as cameras that look ahead are triggered) in both
+// directions. Empty where points are in another order. Points in the sensor's frame, metres.
 std::vector<SweepTurn> turns_of_rings(std::span<const Eigen::Vector3d> points_m);
 
-// When each point was measured, as the share of the scan's time, 0 to 1, by its azimuth.
+// The time of each point as the share of the scan's time, 0 to 1, by its azimuth.
 std::vector<double> turn_times(std::span<const Eigen::Vector3d> points_m, const SweepTurn& turn);
 
 }  // namespace sightline

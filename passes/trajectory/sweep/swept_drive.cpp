@@ -13,8 +13,8 @@ namespace sightline {
 namespace {
 
 constexpr std::int64_t kLongestSweep_ns = 100'000'000;  // 10 Hz; slower LiDARs are rare
-// Nothing on a street comes farther during one scan. Who seems to has stamps that were made up for
-// one scan in several.
+// A vehicle that seems to move farther during one scan has stamps that were made up for one scan in
+// several.
 constexpr double kFarthest_m = 4.0;
 constexpr std::int64_t kSweepsAStep = 10;
 
@@ -40,7 +40,7 @@ std::int64_t sweep_ns(const Drive& drive, const Trajectory& trajectory) {
 
 class SweptScanStore : public ScanStore {
  public:
-  // Without a turn the order of the points tells their times.
+  // Without a turn, times are by the order of the points.
   SweptScanStore(std::shared_ptr<const ScanStore> store, std::int64_t sweep_ns,
                  std::optional<SweepTurn> turn)
       : store_(std::move(store)), sweep_ns_(sweep_ns), turn_(turn) {}
@@ -83,10 +83,12 @@ Drive swept(const Drive& drive, std::int64_t sweep_ns, const std::optional<Sweep
 
 }  // namespace
 
+bool has_point_times(const Drive& drive) {
+  return std::ranges::any_of(drive.scans, &ScanInfo::has_point_times);
+}
+
 Result<std::vector<Drive>> swept_drives(const Drive& drive, const Trajectory& trajectory) {
-  const bool has_times =
-      std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
-  if (has_times || !drive.other_sensors.empty() || drive.scans.size() < 2) {
+  if (has_point_times(drive) || !drive.other_sensors.empty() || drive.scans.size() < 2) {
     return std::vector<Drive>();
   }
   SIGHTLINE_ASSIGN(const Scan first, drive.store->read(0));

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 
 #include "formats/rotation.h"
 
 // The mean of the rates over an interval is the difference of their integral at its ends, so one
-// walk through the rates serves all clocks. What is constantly wrong with the rates moves all means
-// alike and is taken away with the mean.
+// pass over the rates serves all clocks. A constant error of the rates shifts all means alike and
+// is removed with their mean.
 
 namespace sightline {
 namespace {
@@ -19,7 +18,7 @@ constexpr std::int64_t kLongestInterval_ns = 500'000'000;
 constexpr std::int64_t kLongestGap_ns = 50'000'000;
 constexpr std::size_t kLeastIntervals = 20;
 constexpr std::size_t kMostIntervals = 4000;  // each is compared by 201 clocks
-// Root mean square about the mean; poses that are off by 0.05 degrees seem to turn by 0.01 rad/s.
+// Root mean square about the mean; errors of 0.05 degrees in poses look like turning by 0.01 rad/s.
 constexpr double kLeastTurning_radps = 0.03;
 
 double seconds(std::int64_t duration_ns) { return 1e-9 * static_cast<double>(duration_ns); }
@@ -70,14 +69,14 @@ class Integral {
   std::vector<std::size_t> gaps_;  // up to each rate
 };
 
-// Between two poses, as they tell.
+// The turning between two poses.
 struct Interval {
   std::int64_t from_ns = 0;
   std::int64_t to_ns = 0;
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
 };
 
-// Those that the rates cover, whichever of the clocks is the right one.
+// The intervals that the rates cover by every clock.
 std::vector<Interval> intervals_of(const Trajectory& trajectory, const Integral& integral) {
   std::vector<Interval> intervals;
   for (std::size_t i = 1; i < trajectory.poses.size(); ++i) {
@@ -93,7 +92,7 @@ std::vector<Interval> intervals_of(const Trajectory& trajectory, const Integral&
   return intervals;
 }
 
-// Evenly over the drive, enough to tell.
+// Keeps enough intervals, evenly over the drive.
 void keep_some(std::vector<Interval>& intervals) {
   const std::size_t step = (intervals.size() + kMostIntervals - 1) / kMostIntervals;
   std::size_t kept = 0;
@@ -111,9 +110,9 @@ double spread(const std::vector<Eigen::Vector3d>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// What the rates do not tell of the poses' turning, if their clock is so far ahead.
-double untold(const std::vector<Interval>& intervals, const Integral& integral,
-              std::int64_t ahead_ns) {
+// The variance of the poses' turning that the rates do not explain, with their clock so far ahead.
+double unexplained(const std::vector<Interval>& intervals, const Integral& integral,
+                   std::int64_t ahead_ns) {
   std::vector<Eigen::Vector3d> differences;
   differences.reserve(intervals.size());
   for (const Interval& interval : intervals) {
@@ -133,15 +132,15 @@ TurnClock turn_clock(const Trajectory& trajectory, std::span<const TurnRate> rat
   std::vector<Interval> intervals = intervals_of(trajectory, integral);
   if (intervals.size() < kLeastIntervals) return clock;
   keep_some(intervals);
-  std::vector<Eigen::Vector3d> told;
-  for (const Interval& interval : intervals) told.push_back(interval.rate_radps);
-  const double turning = spread(told);
+  std::vector<Eigen::Vector3d> measured;
+  for (const Interval& interval : intervals) measured.push_back(interval.rate_radps);
+  const double turning = spread(measured);
   if (turning < kLeastTurning_radps * kLeastTurning_radps) return clock;
   clock.is_known = true;
-  const double as_is = untold(intervals, integral, 0);
+  const double as_is = unexplained(intervals, integral, 0);
   double least = as_is;
   for (std::int64_t ahead_ns = -kFarthest_ns; ahead_ns <= kFarthest_ns; ahead_ns += kStep_ns) {
-    const double left = untold(intervals, integral, ahead_ns);
+    const double left = unexplained(intervals, integral, ahead_ns);
     if (left >= least) continue;
     least = left;
     clock.ahead_ns = ahead_ns;

@@ -7,17 +7,15 @@
 #include "formats/drive/trajectory.h"
 #include "formats/drive/turn_rate.h"
 
-// Whether an inertial unit's clock is that of the scans.
-
 namespace sightline {
 
-// How turn rates lie to the turning that poses tell.
+// Turn rates compared with the turning of the poses.
 struct TurnClock {
-  bool is_known = false;      // the vehicle turned enough to tell
-  std::int64_t ahead_ns = 0;  // so much the rates' clock shows more than that of the poses
-  // Share of the poses' turning, squared and about its mean, that the rates tell: with the clocks
-  // as they are, and with the rates moved by ahead_ns. At most 1; below 0 where they tell less than
-  // nothing.
+  bool is_known = false;      // the vehicle turned enough
+  std::int64_t ahead_ns = 0;  // of the rates' clock, relative to that of the poses
+  // Share of the poses' turning, squared and about its mean, that the rates explain: with the
+  // clocks as they are, and with the rates moved by ahead_ns. At most 1; below 0 where rates and
+  // poses contradict each other.
   double explained_as_is = 0.0;
   double explained_moved = 0.0;
 };

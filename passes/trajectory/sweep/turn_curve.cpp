@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-// Half of a scan: what measures less often tells nothing of the turning within one.
+// Half of a scan: rarer rates do not measure the turning within one.
 constexpr std::int64_t kLongestStep_ns = 50'000'000;
 
 double share_of(std::int64_t time_ns, std::int64_t from_ns, std::int64_t to_ns) {
@@ -20,7 +20,7 @@ Eigen::Vector3d rate_between(const TurnRate& before, const TurnRate& after, std:
   return before.rate_rad_per_s + share * (after.rate_rad_per_s - before.rate_rad_per_s);
 }
 
-// While a rate goes evenly from one to another: exact to the second order in time.
+// The rotation while a rate changes linearly: exact to the second order in time.
 Eigen::Matrix3d turned(const Eigen::Vector3d& first_radps, const Eigen::Vector3d& last_radps,
                        std::int64_t duration_ns) {
   const Eigen::Vector3d turn_rad =

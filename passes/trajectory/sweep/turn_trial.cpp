@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "formats/text/table.h"
@@ -22,16 +21,16 @@ constexpr std::size_t kTrialScans = 60;
 constexpr std::int64_t kLongestInterval_ns = 1'500'000'000;
 // A turn that moves what is 50 m away by less than half a centimetre.
 constexpr double kLeastBend_rad = 1e-4;
-// Less than this is how well a clock is known from poses ten times a second.
+// A clock is known to this from poses ten times a second.
 constexpr std::int64_t kLeastAhead_ns = 10'000'000;
-// So much more of the turning that the old clock left untold must be told by another one.
-constexpr double kLeastShareTold = 0.2;
-// Rates that tell the truth gain 0.02 nat and more where poses are off by 1 cm and 0.05 degrees,
-// and those that do not lose 0.05.
+// Another clock must explain so much of the turning that the old one does not.
+constexpr double kLeastShareExplained = 0.2;
+// Right rates gain 0.02 nat and more where poses are off by 1 cm and 0.05 degrees, and wrong ones
+// lose 0.05.
 constexpr double kSharper_nat = 0.005;
 
-// Of each scan of the first sensor: how far the rates bend the turning to its next one away from an
-// even one. Of scans of other sensors 0.
+// Of each scan of the first sensor: how far the rates bend the turning to its next one from an even
+// one. Of scans of other sensors 0.
 std::vector<double> bends_rad(const Drive& drive, const Trajectory& trajectory) {
   std::vector<double> bends(trajectory.poses.size(), 0.0);
   const TrajectoryPose* from = nullptr;
@@ -59,7 +58,7 @@ struct Stretch {
   double bend_rad = 0.0;  // mean
 };
 
-// Where the scans of a row bend most.
+// The scans in a row that bend most.
 Stretch most_bent(const std::vector<double>& bends) {
   Stretch most;
   for (std::size_t end = 1; end <= bends.size(); ++end) {
@@ -75,19 +74,16 @@ Stretch most_bent(const std::vector<double>& bends) {
 Result<double> entropy_nat(PassContext& ctx, const Drive& drive, const Trajectory& trajectory,
                            const Stretch& stretch) {
   const Drive straight = stretch_of(undistorted(drive, trajectory), stretch.first, stretch.count);
-  Trajectory part = trajectory;
-  const auto begin = trajectory.poses.begin() + static_cast<std::ptrdiff_t>(stretch.first);
-  part.poses = {begin, begin + static_cast<std::ptrdiff_t>(stretch.count)};
-  const std::uint32_t first_piece = part.poses.front().piece;
-  for (TrajectoryPose& pose : part.poses) pose.piece -= first_piece;
+  const Trajectory part = stretch_of(trajectory, stretch.first, stretch.count);
   SIGHTLINE_ASSIGN(const Sharpness sharpness, measure_sharpness(ctx, {}, straight, part));
   return sharpness.of_map.mean_entropy_nat;
 }
 
-// Where another clock tells clearly more; and what to say of it.
+// How far the clock is ahead; 0 where another one does not explain clearly more.
 std::int64_t ahead_ns(const TurnClock& clock) {
-  const double untold = 1.0 - clock.explained_as_is;
-  const bool is_clear = clock.explained_moved - clock.explained_as_is > kLeastShareTold * untold;
+  const double unexplained = 1.0 - clock.explained_as_is;
+  const bool is_clear =
+      clock.explained_moved - clock.explained_as_is > kLeastShareExplained * unexplained;
   const bool is_far = std::abs(clock.ahead_ns) >= kLeastAhead_ns;
   return clock.is_known && is_clear && is_far && clock.explained_moved > 0.5 ? clock.ahead_ns : 0;
 }
@@ -101,7 +97,7 @@ Drive without_turns(Drive drive) {
   return drive;
 }
 
-Result<Drive> with_turns_that_pay(PassContext& ctx, const Drive& drive,
+Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
                                   const Trajectory& trajectory) {
   if (drive.turn_rates.empty()) return drive;
   const std::string name = "drive " + drive.name + ": ";

@@ -5,17 +5,14 @@
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass_context.h"
 
-// Whether the turn rates of a drive pay.
-
 namespace sightline {
 
-// A drive of one part with point times, with those turn rates that make its scans lie on each other
-// more sharply than even turning between poses does, both undistorted with the trajectory; without
-// any where they do not. Tried on the up to 60 scans in a row where the two differ most. Where the
-// rates fit the poses better with another clock (turn_clock), they are moved to that of the scans.
-// A warning says what was taken, what was moved and by how much; there is none where the drive has
-// no turn rates.
-Result<Drive> with_turns_that_pay(PassContext& ctx, const Drive& drive,
+// A drive of one part with point times, with its turn rates where its scans, undistorted with the
+// trajectory, are then sharper than by even turning between poses; else without. Tried on the up to
+// 60 scans in a row where the two differ most. Rates that fit the poses better with another clock
+// (turn_clock) are moved to that of the scans. Warns of what was used and moved; not where there
+// are no turn rates.
+Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
                                   const Trajectory& trajectory);
 
 // The drive without turn rates.

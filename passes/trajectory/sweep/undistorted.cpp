@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "formats/rotation.h"
@@ -15,13 +14,13 @@
 namespace sightline {
 namespace {
 
-// Steps of 1.2 s, five metres, still bend little.
+// Steps of 1.2 s or five metres still bend little.
 constexpr std::int64_t kLongestGap_ns = 1'500'000'000;
-// A step this much longer than those around it leads through what a recording lacks, whatever its
-// stamps say; shorter ones are how vehicles start.
+// A step this much longer than its neighbours crosses a gap of the recording, whatever its stamps
+// are; shorter ones occur when vehicles start.
 constexpr double kOutOfStep = 3.0;
 constexpr double kLeastLeap_m = 1.0;
-// What an offset of 32 bits can say.
+// The range of an offset of 32 bits.
 constexpr std::int64_t kFarthestPoint_ns = std::int64_t{1} << 31;
 
 // Even motion from one pose to the next: linear in position, about one axis in rotation.
@@ -63,7 +62,7 @@ Segment segment_between(const TrajectoryPose& from, const TrajectoryPose& to) {
   return segment;
 }
 
-// Whether a segment is out of keeping with those on both sides.
+// Whether a segment is much longer than those on both sides.
 bool is_leap(const std::vector<Segment>& segments, std::size_t i) {
   const double length_m = segments[i].step_m.norm();
   if (segments.size() < 2 || length_m <= kLeastLeap_m) return false;
@@ -90,21 +89,21 @@ class Motion {
     }
   }
 
-  // The segment that says how the vehicle moved at a time near `stamp_ns`: the one that holds it,
-  // else the nearest one that begins or ends at the stamp. nullptr: nothing is known.
+  // The segment of the motion at a time near `stamp_ns`: the one that contains it, else the nearest
+  // one that begins or ends at the stamp. nullptr: the motion is not known.
   [[nodiscard]] const Segment* segment_at(std::int64_t time_ns, std::int64_t stamp_ns) const {
     const auto behind = std::ranges::upper_bound(segments_, time_ns, {},
                                                  [](const Segment& s) { return s.from_ns; });
     const Segment* before = behind == segments_.begin() ? nullptr : &*std::prev(behind);
     if (before && time_ns <= before->to_ns) return before;
     const Segment* after = behind == segments_.end() ? nullptr : &*behind;
-    // A gap or an end: what bounds it on the side of the stamp goes on.
+    // At a gap or an end, the motion on the side of the stamp is extended.
     if (before && before->to_ns >= stamp_ns) return before;
     if (after && after->from_ns <= stamp_ns) return after;
     return nullptr;
   }
 
-  // All that segment_at() may give of the points of a scan, whose times are within
+  // All segments that segment_at() may return for points of a scan, whose times are within
   // kFarthestPoint_ns of the stamp.
   void put_around(std::int64_t stamp_ns, std::span<const TurnRate> rates,
                   ByteWriter& writer) const {
@@ -134,14 +133,14 @@ class Motion {
   std::vector<Segment> segments_;  // in order of time; none across a gap or between pieces
 };
 
-// Where the vehicle was while one scan was measured, with what turn rates tell of its turning
-// between two poses. Keeps references to both; curves are made as they are asked for.
+// Where the vehicle was during one scan, with its turning between two poses by turn rates. Keeps
+// references to both; curves are made on first use.
 class MotionOfScan {
  public:
   MotionOfScan(const Motion& motion, std::span<const TurnRate> rates)
       : motion_(motion), rates_(rates) {}
 
-  // T_map_vehicle at a time of a scan; nothing where that is not known.
+  // T_map_vehicle at a time of a scan; none where the motion is not known.
   std::optional<Pose> at(std::int64_t time_ns, std::int64_t stamp_ns) {
     const Segment* segment = motion_.segment_at(time_ns, stamp_ns);
     if (!segment) return std::nullopt;
@@ -211,8 +210,8 @@ class UndistortedScanStore : public ScanStore {
     return derived_digest("undistorted", *as_measured, writer.bytes());
   }
 
-  // Whether anything is known of how the vehicle moved at a scan.
-  [[nodiscard]] bool knows_motion(std::size_t index) const {
+  // Whether the motion at a scan is known.
+  [[nodiscard]] bool has_motion(std::size_t index) const {
     const std::int64_t stamp_ns = drive_.scans[index].stamp_ns;
     return motion_.segment_at(stamp_ns + 1, stamp_ns) != nullptr;
   }
@@ -246,7 +245,7 @@ std::size_t scans_without_motion(const Drive& drive, const Trajectory& trajector
   const UndistortedScanStore store(drive, trajectory);
   std::size_t still = 0;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (drive.scans[i].has_point_times && !store.knows_motion(i)) ++still;
+    if (drive.scans[i].has_point_times && !store.has_motion(i)) ++still;
   }
   return still;
 }

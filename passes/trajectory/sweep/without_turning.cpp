@@ -5,14 +5,13 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <utility>
 
 #include "passes/trajectory/sweep/turn_curve.h"
 
 namespace sightline {
 namespace {
 
-// What an offset of 32 bits can say.
+// The range of an offset of 32 bits.
 constexpr std::int64_t kFarthestPoint_ns = std::int64_t{1} << 31;
 
 class UnturnedScanStore : public ScanStore {

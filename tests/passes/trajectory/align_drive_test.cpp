@@ -46,7 +46,7 @@ TestDrive second_drive(const BoxWorld& world, bool turns) {
   return drive_through(world, poses, 0.5);
 }
 
-// As odometry tells it: from its own first pose.
+// The poses of odometry, from its own first pose.
 Trajectory own_trajectory(const TestDrive& drive) {
   Trajectory own = drive.truth;
   own.source = PoseSource::kEstimated;
@@ -106,7 +106,7 @@ TEST(AlignDrive, FindsASecondDriveInTheMapOfTheFirst) {
 }
 
 // Its errors would be those of no vehicle whose sensor is right.
-TEST(AlignDrive, TellsOfADriveThatMeasuresOtherwiseThanTheMap) {
+TEST(AlignDrive, WarnsOfADriveThatMeasuresOtherDistancesThanTheMap) {
   const BoxWorld world = random_street(20);
   const Place place = mapped(world);
   for (const double scale : {1.0, 1.001, 1.01, 0.99}) {
@@ -136,7 +136,7 @@ TEST(AlignDrive, TellsOfADriveThatMeasuresOtherwiseThanTheMap) {
   }
 }
 
-TEST(AlignDrive, LeavesGivenPosesUnlessItIsToldOtherwise) {
+TEST(AlignDrive, LeavesGivenPosesUnlessAskedToAlignThem) {
   const BoxWorld world = random_street(22);
   const Place place = mapped(world);
   const TestDrive drive = second_drive(world, false);
@@ -154,8 +154,8 @@ TEST(AlignDrive, LeavesGivenPosesUnlessItIsToldOtherwise) {
   EXPECT_NEAR(aligned->poses[3].T_map_vehicle.translation().y(), -0.4, 0.05);
 }
 
-// One of several drives is laid aside instead, beyond every site.
-TEST(AlignDrive, LaysALaterDriveAsideThatMatchesNowhere) {
+// One of several drives is moved beyond every site instead.
+TEST(AlignDrive, SeparatesALaterDriveThatMatchesNowhere) {
   const Place place = mapped(random_street(23));
   TestDrive drive = second_drive(random_street(99), false);
   drive.drive.store = memory_scan_store(std::vector<Scan>(6, {0, {{40.0, 40.0, 40.0}}}));

@@ -85,7 +85,7 @@ std::vector<std::filesystem::path> numbered(const std::filesystem::path& folder,
   return files;
 }
 
-// Where a quick ICP of somebody else puts the 154th scan relative to the first; good to some cm.
+// The 154th scan relative to the first by another program's quick ICP; good to some cm.
 TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
   const RealData data = real_data("kitti_0005");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
@@ -101,10 +101,10 @@ TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
   EXPECT_LT((end_m - icp_end_m).norm(), 0.3);
 }
 
-// A street once more, its scans in reverse: a sensor that turns about the other way, with its
-// points in the order in which they were measured. No way to undistort them is right, and what one
-// drive says of the other cannot all be met.
-TEST(EstimateTrajectorySlow, SaysWhereLoopsContradictOnARealStreet) {
+// A street once more, its scans in reverse: a sensor that turns in the other direction, with its
+// points in the order in which they were measured. No timing is right, so loops between the drives
+// contradict each other.
+TEST(EstimateTrajectorySlow, WarnsWhereLoopsContradictOnARealStreet) {
   const RealData data = real_data("pandar128_street");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   const std::vector<std::filesystem::path> files =

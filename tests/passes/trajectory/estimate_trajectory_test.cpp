@@ -96,7 +96,7 @@ TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
   EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
 }
 
-// The same poses where nobody asked for refinement.
+// Too fast poses, without refinement.
 TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowed) {
   TestDrive test = street_drive(3, 7, 0.69);
   for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
@@ -126,7 +126,7 @@ TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowe
   EXPECT_EQ(trajectory.error().place, "scan 0");
 }
 
-TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRight) {
+TEST(EstimateTrajectory, DoesNotWarnOfGivenPosesThatAreRight) {
   TestDrive test = street_drive(7, 6, 0.9);
   for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
     test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
@@ -137,7 +137,7 @@ TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRight) {
 }
 
 // Half a minute without scans, 300 m on in a street that looks like the one before.
-TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRightBehindAPause) {
+TEST(EstimateTrajectory, DoesNotWarnOfGivenPosesThatAreRightBehindAPause) {
   TestDrive test = street_drive(7, 12, 0.9);
   std::vector<Scan> scans;
   for (std::size_t i = 0; i < 12; ++i) {
@@ -158,7 +158,7 @@ TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRightBehindAPause) {
 }
 
 // As when a receiver is silent between houses.
-TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesAndSaysHowWellPosesAreKnown) {
+TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesWithCovariances) {
   TestDrive test = street_drive(8, 9, 1.0);
   for (const std::size_t i : {0U, 1U, 2U, 7U, 8U}) {
     test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;

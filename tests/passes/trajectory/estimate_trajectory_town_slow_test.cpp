@@ -89,7 +89,7 @@ TEST(EstimateTrajectoryInATown, BeginsAtFullSpeedInABareStreet) {
   EXPECT_LT(rmse_m(poses_of(*found), simulator->T_town_vehicle(), true), 0.05);
 }
 
-TEST(AlignDriveInATown, TellsASecondDriveWithoutPosesInTheMapOfTheFirst) {
+TEST(AlignDriveInATown, AlignsASecondDriveWithoutPosesToTheMapOfTheFirst) {
   const Result<town::Town> made = town::make_town({2, 100.0, false});
   ASSERT_TRUE(made.has_value());
   const town::DriveSimulator first = drive_through(*made, 0, 100.0);

@@ -159,7 +159,7 @@ TEST(UndistortScans, KeepsWhatHasNoTimesAndIsDoneOnlyOnce) {
             journey.drive.store);
 }
 
-TEST(UndistortScans, CanBeTurnedOffAndSaysSo) {
+TEST(UndistortScans, CanBeTurnedOffWithAWarning) {
   const Journey journey = drive_along({10.0, 0.3, 0.0}, 3);
   std::vector<std::string> warnings;
   PassContext ctx;

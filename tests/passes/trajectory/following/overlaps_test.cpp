@@ -17,7 +17,7 @@ std::vector<Pose> along_a_street(std::size_t count) {
   return poses;
 }
 
-// Who is led by given poses does not ask, and gets what who follows without them gets.
+// With given poses of all scans overlaps are computed later, and equal those without given poses.
 TEST(Overlaps, OfADriveThatWasLedAreThoseOfOneThatWasNot) {
   const std::vector<Pose> poses = along_a_street(90);
   const TestDrive test = drive_through(random_street(4), poses, 0.5);

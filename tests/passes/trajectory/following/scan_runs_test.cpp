@@ -79,7 +79,7 @@ Pose random_pose(Random& random) {
                  random.uniform(-3.0, 3.0));
 }
 
-// What one follower found, cut into runs that lie each in a frame of its own.
+// One odometry, cut into runs that each have a frame of their own.
 TEST(JoinedRuns, AreThatOfOneDrive) {
   Random random(5);
   Odometry whole;

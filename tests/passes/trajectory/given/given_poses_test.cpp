@@ -83,7 +83,7 @@ TEST(GivenPoses, OneThatIsFarOffIsRefusedByNameAndRepairedWhenAllowed) {
   }
 }
 
-TEST(GivenPoses, AFirstOneThatIsFarOffIsToldFromAllTheOthers) {
+TEST(GivenPoses, AFirstOneThatIsFarOffIsFound) {
   TestDrive test = given_drive(random_street(3), 5, 1.0);
   test.drive.scans[0].T_world_vehicle->translation().x() -= 50.0;
   expect_refused(test, "scan 0", "1 of 5 given poses of drive test: scan 0 (scan0.pcd) lies");
@@ -92,7 +92,7 @@ TEST(GivenPoses, AFirstOneThatIsFarOffIsToldFromAllTheOthers) {
   EXPECT_LT(largest_error_m(*repaired.trajectory, test.truth), 0.1);
 }
 
-TEST(GivenPoses, AJumpThatStaysIsToldOfTheShorterPart) {
+TEST(GivenPoses, AJumpThatLastsIsFoundInTheShorterPart) {
   TestDrive test = given_drive(random_street(4), 7, 1.0);
   for (const std::size_t i : {5U, 6U}) {
     test.drive.scans[i].T_world_vehicle->translation().y() -= 20.0;
@@ -118,8 +118,8 @@ TEST(GivenPoses, ASensorThatLooksBackwardsIsRefusedWithAWordOnAxes) {
       << to_string(outcome.trajectory.error());
 }
 
-// Two walls and nothing else: no scan tells how far the vehicle went, and matching stands still.
-TEST(GivenPoses, StayWhereScansCannotTell) {
+// Only two walls: scans do not show how far the vehicle moved, and matching finds no motion.
+TEST(GivenPoses, StayWhereScansCannotContradictThem) {
   BoxWorld walls;
   walls.boxes = {{{-200.0, 6.0, 0.0}, {200.0, 8.0, 6.0}},
                  {{-200.0, -8.0, 0.0}, {200.0, -6.0, 6.0}}};

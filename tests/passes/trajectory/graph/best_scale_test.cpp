@@ -43,13 +43,13 @@ TEST(BestScale, MatchesEachScaleOnce) {
   EXPECT_LE(tried.size(), 12U);
 }
 
-TEST(RatioToldBy, IsTheMedianOfScansThatAgree) {
-  EXPECT_EQ(ratio_told_by({1.01, 1.012, 1.008}), 1.01);
-  EXPECT_EQ(ratio_told_by({0.99, 0.992, 1.0, 0.988}), 0.992) << "three of four";
-  EXPECT_EQ(ratio_told_by({0.99, 0.992, 1.0, 1.001}), 1.0) << "two of four";
-  EXPECT_EQ(ratio_told_by({1.0029, 1.0029, 1.0029}), 1.0) << "too little to be told";
-  EXPECT_EQ(ratio_told_by({1.01, 1.01}), 1.0) << "too few";
-  EXPECT_EQ(ratio_told_by({}), 1.0);
+TEST(CommonRatio, IsTheMedianOfScansThatAgree) {
+  EXPECT_EQ(common_ratio({1.01, 1.012, 1.008}), 1.01);
+  EXPECT_EQ(common_ratio({0.99, 0.992, 1.0, 0.988}), 0.992) << "three of four";
+  EXPECT_EQ(common_ratio({0.99, 0.992, 1.0, 1.001}), 1.0) << "two of four";
+  EXPECT_EQ(common_ratio({1.0029, 1.0029, 1.0029}), 1.0) << "too little";
+  EXPECT_EQ(common_ratio({1.01, 1.01}), 1.0) << "too few";
+  EXPECT_EQ(common_ratio({}), 1.0);
 }
 
 }  // namespace

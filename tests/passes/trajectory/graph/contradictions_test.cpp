@@ -46,7 +46,7 @@ TEST(Contradictions, AreNotMadeByAFalseLoopAmongTrueOnes) {
   EXPECT_TRUE(pieces.found().empty());
 }
 
-TEST(Contradictions, AreToldWhereHalfOfSixLoopsAreOff) {
+TEST(Contradictions, AreFoundWhereHalfOfSixLoopsAreOff) {
   TwoPieces pieces;
   pieces.put_off(6, 0.5);
   pieces.put_off(8, -0.75);
@@ -80,8 +80,8 @@ TEST(Contradictions, DoNotDependOnTheOrderOfLoops) {
   EXPECT_EQ(found[0].off_count, 3U);
 }
 
-// A third drive that both earlier ones meet: loops to the one do not hide what those to the other
-// say.
+// A third drive that both earlier ones meet: loops to one do not hide contradictions with the
+// other.
 TEST(Contradictions, OfOnePairAreNotHiddenByLoopsToAnotherPiece) {
   TwoPieces pieces;
   for (std::uint32_t i = 0; i < kCount; ++i) {

@@ -45,7 +45,7 @@ std::vector<ScaleDifference> differences(const TestDrive& all, std::size_t from 
   return *found;
 }
 
-TEST(DriveScales, TellHowMuchMoreALaterDriveMeasures) {
+TEST(DriveScales, AreTheRatiosOfALaterDrivesDistances) {
   for (const double scale : {0.97, 0.992, 1.006, 1.01, 1.02}) {
     const std::vector<ScaleDifference> found = differences(drives({1.0, scale}));
     ASSERT_EQ(found.size(), 1U) << scale;
@@ -61,7 +61,7 @@ TEST(DriveScales, AreSilentWhereDrivesAgree) {
   EXPECT_TRUE(differences(drives({1.02})).empty());
 }
 
-TEST(DriveScales, TellThePairsOfTheDriveThatIsOff) {
+TEST(DriveScales, NameThePairsOfTheDriveThatDiffers) {
   const TestDrive all = drives({1.0, 1.01, 1.0});
   const std::vector<ScaleDifference> found = differences(all);
   ASSERT_EQ(found.size(), 2U);
@@ -81,13 +81,13 @@ TEST(DriveScales, JudgeNoScanBeforeThoseThatAreNew) {
   EXPECT_EQ(found[0].later, 2U);
 }
 
-TEST(DriveScales, SayNothingByFewerThanThreeScans) {
+TEST(DriveScales, NeedThreeScans) {
   EXPECT_TRUE(differences(drives({1.0, 1.02}, 4)).empty());
   EXPECT_EQ(differences(drives({1.0, 1.02}, 10)).size(), 1U);
 }
 
-// The later drive went through another street than its poses say.
-TEST(DriveScales, SayNothingByScansThatFitNowhere) {
+// The later drive went through another street than its poses.
+TEST(DriveScales, NeedScansThatFit) {
   for (const std::uint64_t street : {5U, 12U}) {
     TestDrive all = drives({1.0, 1.0});
     std::vector<Pose> poses;
@@ -112,7 +112,7 @@ TEST(DriveScales, DoNotDependOnThreads) {
 }
 
 // Its loops are met within 0.25 m.
-TEST(DriveScales, AreToldByTheTrajectory) {
+TEST(DriveScales, AreWarnedOfWithTheTrajectory) {
   for (const double scale : {1.0, 1.01}) {
     TestDrive all = drives({1.0, scale});
     for (ScanInfo& scan : all.drive.scans) scan.T_world_vehicle.reset();

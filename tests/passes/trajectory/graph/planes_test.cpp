@@ -44,7 +44,7 @@ class PlanesOfAStreet : public ::testing::Test {
   std::vector<Pose> poses_;
 };
 
-TEST_F(PlanesOfAStreet, HeldScansTellOfPlanesAndHaveNoRows) {
+TEST_F(PlanesOfAStreet, HeldScansContributeToPlanesAndHaveNoRows) {
   const PlaneEquations all = equations(std::vector<bool>(kCount, false));
   const std::vector<bool> is_held = {true, false, true, false, true};
   const PlaneEquations some = equations(is_held);
@@ -69,7 +69,7 @@ TEST_F(PlanesOfAStreet, HeldScansTellOfPlanesAndHaveNoRows) {
   }
 }
 
-TEST_F(PlanesOfAStreet, HeldScansAloneSayNothing) {
+TEST_F(PlanesOfAStreet, HeldScansAloneGiveNoEquations) {
   const PlaneEquations none = equations(std::vector<bool>(kCount, true));
   EXPECT_TRUE(none.hessian.isZero(0.0));
   EXPECT_TRUE(none.gradient.isZero(0.0));

@@ -15,8 +15,8 @@
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
 
-// Drives of several vehicles in one map: what is found out about the scans of one says nothing of
-// those of another.
+// Drives of several vehicles in one map: how the scans of one were measured is decided by its own
+// scans.
 
 namespace sightline {
 namespace {

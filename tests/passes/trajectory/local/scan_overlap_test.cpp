@@ -46,7 +46,7 @@ TEST(ScanOverlap, IsTheShareThatMeetsTheMap) {
   EXPECT_EQ(*map.overlap(wall_m, pose_at(0.0, 0.6, 0.0)), 0.0);
 }
 
-TEST(ScanOverlap, SaysNothingOfAHandfulOfReturns) {
+TEST(ScanOverlap, IsNoneForAHandfulOfReturns) {
   const std::vector<Eigen::Vector3d> wall_m = upright_points(wall_and_ground(), kLevel);
   UprightMap map(50.0);
   map.add(wall_m, Pose::Identity(), 0.0);

@@ -51,7 +51,7 @@ struct Street {
 
 // Two pieces that do not meet, and a third that passes both: whichever it is found in first, all
 // lie in the frame of the first piece, which is that of the map.
-TEST(JoinPieces, LaysAllInTheFrameOfTheFirst) {
+TEST(JoinPieces, MovesAllToTheFrameOfTheFirst) {
   for (const auto& [from_m, to_m] : {std::pair(-18.0, 75.0), std::pair(75.0, -18.0)}) {
     Street street({along(-20.0, 8.0), along(48.0, 76.0), along(from_m, to_m)});
     PassContext ctx;

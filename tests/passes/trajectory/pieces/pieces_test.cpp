@@ -29,12 +29,12 @@ std::vector<Pose> joined(std::vector<Pose> first, const std::vector<Pose>& then)
   return first;
 }
 
-struct Told {
+struct Outcome {
   Result<Trajectory> trajectory;
   std::vector<std::string> warnings;
 };
 
-Told run(const Drive& drive) {
+Outcome run(const Drive& drive) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.threads = 2;
@@ -63,22 +63,22 @@ std::uint32_t pieces_in(const Trajectory& trajectory) { return trajectory.poses.
 
 TEST(Pieces, AreNotMadeOfADriveThatCanBeFollowedAndEveryOverlapIsKept) {
   const TestDrive test = drive_through(random_street(2), along_street(0.0, 8), kAzimuthStep_deg);
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_TRUE(told.warnings.empty());
-  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
-  EXPECT_FALSE(told.trajectory->poses[0].overlap.has_value());
-  for (std::size_t i = 1; i < 8; ++i) EXPECT_GT(told.trajectory->poses[i].overlap.value(), 0.6);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_TRUE(outcome.warnings.empty());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_FALSE(outcome.trajectory->poses[0].overlap.has_value());
+  for (std::size_t i = 1; i < 8; ++i) EXPECT_GT(outcome.trajectory->poses[i].overlap.value(), 0.6);
 }
 
-// As a hole of 7 m in a recording whose stamps do not tell.
+// A hole of 7 m in a recording, which its stamps do not show.
 TEST(Pieces, AreNotMadeWhereWhatIsMissingIsFoundAgain) {
   const TestDrive test = drive_through(
       random_street(1), joined(along_street(-8.0, 6), along_street(4.0, 5)), kAzimuthStep_deg);
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
-  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.3);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.3);
 }
 
 TEST(Pieces, AreNotMadeByAQuickTurnOfTheHand) {
@@ -88,10 +88,10 @@ TEST(Pieces, AreNotMadeByAQuickTurnOfTheHand) {
         Eigen::AngleAxisd(std::numbers::pi / 3.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   }
   const TestDrive test = drive_through(random_street(5), poses, kAzimuthStep_deg);
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
-  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
 }
 
 // Another street without a pause: nothing that it sees was seen before.
@@ -105,25 +105,25 @@ TEST(Pieces, BeginWhereNothingOverlapsWithAWarningThatNamesScanTimeAndPlace) {
   }
   test = drive_of(scans, joined(along_street(0.0, 6), along_street(0.0, 6)));
   test.drive.sensor.azimuth_step_deg = kAzimuthStep_deg;
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_TRUE(validate(*told.trajectory).has_value());
-  ASSERT_EQ(pieces_in(*told.trajectory), 2u);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_TRUE(validate(*outcome.trajectory).has_value());
+  ASSERT_EQ(pieces_in(*outcome.trajectory), 2u);
   for (std::size_t i = 0; i < 12; ++i) {
-    EXPECT_EQ(told.trajectory->poses[i].piece, i < 6 ? 0u : 1u) << i;
+    EXPECT_EQ(outcome.trajectory->poses[i].piece, i < 6 ? 0u : 1u) << i;
   }
   for (const std::uint32_t piece : {0U, 1U}) {
-    EXPECT_LT(largest_error_m(*told.trajectory, test.truth, piece), 0.1);
+    EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, piece), 0.1);
   }
-  ASSERT_EQ(told.warnings.size(), 1u);
-  EXPECT_NE(told.warnings[0].find("begins at scan 6, 0.600 s, after 5."), std::string::npos)
-      << told.warnings[0];
-  EXPECT_NE(told.warnings[0].find("is not known"), std::string::npos);
+  ASSERT_EQ(outcome.warnings.size(), 1u);
+  EXPECT_NE(outcome.warnings[0].find("begins at scan 6, 0.600 s, after 5."), std::string::npos)
+      << outcome.warnings[0];
+  EXPECT_NE(outcome.warnings[0].find("is not known"), std::string::npos);
   // Farther than two sensors see.
-  const Eigen::Vector3d apart_m = told.trajectory->poses[6].T_map_vehicle.translation() -
-                                  told.trajectory->poses[5].T_map_vehicle.translation();
+  const Eigen::Vector3d apart_m = outcome.trajectory->poses[6].T_map_vehicle.translation() -
+                                  outcome.trajectory->poses[5].T_map_vehicle.translation();
   EXPECT_GT(apart_m.x(), 2.0 * test.drive.sensor.max_range_m);
-  EXPECT_FALSE(told.trajectory->poses[6].overlap.has_value());
+  EXPECT_FALSE(outcome.trajectory->poses[6].overlap.has_value());
 }
 
 // The same street, the next day, from where the first day ended: a piece, joined by what it sees.
@@ -137,12 +137,12 @@ TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
     scans.back().stamp_ns = test.drive.scans[i].stamp_ns;
   }
   test.drive.store = memory_scan_store(scans);
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
-  EXPECT_TRUE(told.warnings.empty());
-  EXPECT_GE(told.trajectory->loop_edges, 2u);
-  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.3);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_TRUE(outcome.warnings.empty());
+  EXPECT_GE(outcome.trajectory->loop_edges, 2u);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.3);
 }
 
 // Two drives through one street, the second right behind the first in time, from a place back.
@@ -157,11 +157,11 @@ TestDrive two_days() {
 
 TEST(Pieces, OfTwoDrivesAreJoinedByWhatTheySee) {
   const TestDrive test = two_days();
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
-  EXPECT_TRUE(told.warnings.empty());
-  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_TRUE(outcome.warnings.empty());
+  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
 }
 
 // Every scan with its true pose, those of the second drive off by 5 m.
@@ -173,18 +173,18 @@ TEST(Pieces, OfTwoDrivesWhosePosesContradictEachOtherAreJoinedByWhatTheySee) {
       if (test.drive.scans[i].part == 1) pose.translation() += off_m * Eigen::Vector3d(3, 4, 0);
       test.drive.scans[i].T_world_vehicle = pose;
     }
-    const Told told = run(test.drive);
-    ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-    EXPECT_EQ(pieces_in(*told.trajectory), 1u);
-    EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
-    ASSERT_EQ(told.warnings.size(), off_m > 0.0 ? 1u : 0u);
+    const Outcome outcome = run(test.drive);
+    ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+    EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+    EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
+    ASSERT_EQ(outcome.warnings.size(), off_m > 0.0 ? 1u : 0u);
     if (off_m == 0.0) continue;
-    EXPECT_NE(told.warnings[0].find("drive tuesday lies 5."), std::string::npos)
-        << told.warnings[0];
+    EXPECT_NE(outcome.warnings[0].find("drive tuesday lies 5."), std::string::npos)
+        << outcome.warnings[0];
   }
 }
 
-// The second drive was somewhere else: nothing wrong is joined, and it is named.
+// The second drive was somewhere else: it is not joined, and the warning names it.
 TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
   TestDrive test = drive_through(random_street(4), along_street(0.0, 8), 0.5);
   const TestDrive other = drive_through(random_street(9), along_street(0.0, 8), 0.5);
@@ -199,16 +199,16 @@ TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
   }
   test.drive.later_parts = {"elsewhere"};
   test.drive.store = memory_scan_store(scans);
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
-  ASSERT_EQ(told.warnings.size(), 1u);
-  EXPECT_NE(told.warnings[0].find("drive elsewhere was found nowhere in the drives before it"),
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
+  ASSERT_EQ(outcome.warnings.size(), 1u);
+  EXPECT_NE(outcome.warnings[0].find("drive elsewhere was found nowhere in the drives before it"),
             std::string::npos)
-      << told.warnings[0];
+      << outcome.warnings[0];
 }
 
-// The second drive begins in a street that looks like that of the first, and goes on in another.
+// The second drive begins in a street that looks like that of the first, and continues in another.
 TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
   constexpr double kAlikeUntil_m = 6.0;
   constexpr int kCount = 41;
@@ -228,9 +228,9 @@ TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
   test.drive.sensor.azimuth_step_deg = 0.5;
   for (std::size_t i = kCount; i < scans.size(); ++i) test.drive.scans[i].part = 1;
   test.drive.later_parts = {"tuesday"};
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
 }
 
 // The second drive begins where the first one ends and goes on: what a few metres say of forty is
@@ -244,13 +244,14 @@ TEST(Pieces, OfADriveThatOnlyTouchesAnotherAreNotJoined) {
   TestDrive test = drive_through(street, joined(first, second), 0.5);
   for (std::size_t i = kCount; i < test.drive.scans.size(); ++i) test.drive.scans[i].part = 1;
   test.drive.later_parts = {"tuesday"};
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
-  EXPECT_FALSE(told.warnings.empty());
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
+  EXPECT_FALSE(outcome.warnings.empty());
 }
 
-// The same street, but nothing to tell where along it: walls without any feature, after a pause.
+// A straight street after a pause: walls without any feature, so that the place along it is not
+// known.
 TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
   BoxWorld world;
   world.boxes = {{{-200.0, 6.0, 0.0}, {200.0, 8.0, 6.0}},
@@ -258,11 +259,12 @@ TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
   TestDrive test =
       drive_through(world, joined(along_street(0.0, 5), along_street(30.0, 5)), kAzimuthStep_deg);
   for (std::size_t i = 5; i < 10; ++i) test.drive.scans[i].stamp_ns += 60 * kSecond_ns;
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
-  ASSERT_EQ(told.warnings.size(), 1u);
-  EXPECT_NE(told.warnings[0].find("it comes 60.1 s after"), std::string::npos) << told.warnings[0];
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
+  ASSERT_EQ(outcome.warnings.size(), 1u);
+  EXPECT_NE(outcome.warnings[0].find("it comes 60.1 s after"), std::string::npos)
+      << outcome.warnings[0];
 }
 
 TEST(Pieces, AreRefusedWhereADriveIsMadeOfThem) {
@@ -274,13 +276,13 @@ TEST(Pieces, AreRefusedWhereADriveIsMadeOfThem) {
     lidar.translation().z() = 2.0;
     scans.push_back(scan_world(random_street(20 + i), lidar, kAzimuthStep_deg));
   }
-  const Told told = run(drive_of(scans, poses).drive);
-  ASSERT_FALSE(told.trajectory.has_value());
-  EXPECT_EQ(told.trajectory.error().code, ErrorCode::kTrajectoryLost);
-  EXPECT_EQ(told.trajectory.error().place, "scan 1");
-  EXPECT_NE(told.trajectory.error().message.find("of 5 scans do not follow those before them"),
+  const Outcome outcome = run(drive_of(scans, poses).drive);
+  ASSERT_FALSE(outcome.trajectory.has_value());
+  EXPECT_EQ(outcome.trajectory.error().code, ErrorCode::kTrajectoryLost);
+  EXPECT_EQ(outcome.trajectory.error().place, "scan 1");
+  EXPECT_NE(outcome.trajectory.error().message.find("of 5 scans do not follow those before them"),
             std::string::npos)
-      << told.trajectory.error().message;
+      << outcome.trajectory.error().message;
 }
 
 // Twice the time, twice the way: with the stamps of a recording that lacks every second scan.
@@ -291,10 +293,10 @@ TEST(Pieces, AreNotMadeByStepsThatTakeLonger) {
   for (std::size_t i = 4; i < 7; ++i) {
     test.drive.scans[i].stamp_ns += static_cast<std::int64_t>(i - 3) * kSecond_ns / 10;
   }
-  const Told told = run(test.drive);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
-  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
 }
 
 }  // namespace

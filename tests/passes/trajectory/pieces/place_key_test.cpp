@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "passes/trajectory/pieces/alike_places.h"
+#include "passes/trajectory/pieces/place_recognition.h"
 #include "tests/support/box_world.h"
 
 namespace sightline {
@@ -52,7 +52,7 @@ TEST(PlaceKey, IsNearestAtTheSamePlaceWhateverTheHeading) {
 }
 
 // One piece of 100 m in steps of 1 m, and a second one that passes a passage in its middle.
-TEST(AlikePlaces, TellsTheSamePlaceFirst) {
+TEST(PlaceRecognition, FindsTheSamePlaceFirst) {
   BoxWorld world = random_street(2);
   world.boxes.push_back({{14.0, 4.0, 0.0}, {26.0, 4.5, 6.0}});
   world.boxes.push_back({{14.0, -4.5, 0.0}, {26.0, -4.0, 6.0}});
@@ -71,7 +71,7 @@ TEST(AlikePlaces, TellsTheSamePlaceFirst) {
   for (const int threads : {1, 3}) {
     PassContext ctx;
     ctx.threads = threads;
-    AlikePlaces places(ctx, test.drive, odometry, pieces);
+    PlaceRecognition places(ctx, test.drive, odometry, pieces);
     const Result<std::vector<Query>> queries = read_queries(test.drive, odometry, pieces[1]);
     ASSERT_TRUE(queries.has_value());
     const Result<std::vector<std::uint32_t>> middles = places.before(1, *queries);

@@ -69,13 +69,13 @@ ReleasedPoses shipped(const TestDrive& all, std::size_t days) {
   return *release(first, *trajectory);
 }
 
-struct Told {
+struct Outcome {
   Result<Trajectory> trajectory;
   std::vector<std::string> warnings;
 };
 
-Told extend(const Drive& drive, const ReleasedPoses& released,
-            const EstimateTrajectoryOptions& options = {}) {
+Outcome extend(const Drive& drive, const ReleasedPoses& released,
+               const EstimateTrajectoryOptions& options = {}) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.threads = 2;
@@ -116,48 +116,48 @@ double largest_error_m(const Trajectory& found, const Trajectory& truth) {
   return largest_m;
 }
 
-TEST(ExtendReleased, KeepsReleasedPosesToTheBitAndLaysOtherDrivesOntoThem) {
+TEST(ExtendReleased, KeepsReleasedPosesToTheBitAndAlignsOtherDrivesToThem) {
   const TestDrive all = drives({{4, 0.0}, {4, 6.0}, {4, 12.0}});
   const ReleasedPoses released = shipped(all, 1);
-  const Told told = extend(all.drive, released);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  ASSERT_TRUE(validate(*told.trajectory).has_value());
-  EXPECT_TRUE(told.warnings.empty()) << told.warnings.front();
-  ASSERT_EQ(told.trajectory->poses.size(), 3 * kCount);
-  expect_kept(*told.trajectory, released);
-  EXPECT_EQ(told.trajectory->poses.back().piece, 0U);
-  EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.1);
+  const Outcome outcome = extend(all.drive, released);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  ASSERT_TRUE(validate(*outcome.trajectory).has_value());
+  EXPECT_TRUE(outcome.warnings.empty()) << outcome.warnings.front();
+  ASSERT_EQ(outcome.trajectory->poses.size(), 3 * kCount);
+  expect_kept(*outcome.trajectory, released);
+  EXPECT_EQ(outcome.trajectory->poses.back().piece, 0U);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, all.truth), 0.1);
 }
 
 TEST(ExtendReleased, NamesADriveThatMeasuresOtherwiseThanReleasedOnes) {
   const TestDrive all = drives({{4, 0.0}, {4, 2.0, 1.01}});
-  const Told told = extend(all.drive, shipped(all, 1));
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(told.trajectory->poses.back().piece, 0U);
-  ASSERT_EQ(told.warnings.size(), 1U);
-  EXPECT_NE(told.warnings[0].find("drive day 2 measures 1.0 % more than"), std::string::npos)
-      << told.warnings[0];
+  const Outcome outcome = extend(all.drive, shipped(all, 1));
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(outcome.trajectory->poses.back().piece, 0U);
+  ASSERT_EQ(outcome.warnings.size(), 1U);
+  EXPECT_NE(outcome.warnings[0].find("drive day 2 measures 1.0 % more than"), std::string::npos)
+      << outcome.warnings[0];
 }
 
 TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {
   const TestDrive all = drives({{4, 0.0}, {4, 4.0}});
   const ReleasedPoses released = shipped(all, 2);
-  const Told told = extend(all.drive, released);
-  ASSERT_TRUE(told.trajectory.has_value());
-  EXPECT_EQ(to_bytes(*told.trajectory), to_bytes(released.trajectory));
+  const Outcome outcome = extend(all.drive, released);
+  ASSERT_TRUE(outcome.trajectory.has_value());
+  EXPECT_EQ(to_bytes(*outcome.trajectory), to_bytes(released.trajectory));
   // One of two drives alone.
   Drive second = stretch_of(all.drive, kCount, kCount);
   for (ScanInfo& scan : second.scans) scan.part = 0;
   second.later_parts.clear();
-  const Told one = extend(second, released);
+  const Outcome one = extend(second, released);
   ASSERT_TRUE(one.trajectory.has_value());
   ASSERT_EQ(one.trajectory->poses.size(), kCount);
   EXPECT_EQ(one.trajectory->poses[0].T_map_vehicle.matrix(),
             released.trajectory.poses[kCount].T_map_vehicle.matrix());
 }
 
-// By what it is given, in the world in which what was released lies too.
-TEST(ExtendReleased, LaysADriveWithPosesWhereTheyPutIt) {
+// Joined by its given poses, in the world of the released ones.
+TEST(ExtendReleased, PlacesADriveByItsGivenPoses) {
   TestDrive all = drives({{4, 0.0}, {4, 8.0}});
   for (std::size_t i = 0; i < 2 * kCount; ++i) {
     Pose pose = all.truth.poses[i].T_map_vehicle;
@@ -166,14 +166,14 @@ TEST(ExtendReleased, LaysADriveWithPosesWhereTheyPutIt) {
   }
   const ReleasedPoses released = shipped(all, 1);
   ASSERT_NE(released.trajectory.source, PoseSource::kEstimated);
-  const Told told = extend(all.drive, released);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  expect_kept(*told.trajectory, released);
-  EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.1);
+  const Outcome outcome = extend(all.drive, released);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  expect_kept(*outcome.trajectory, released);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, all.truth), 0.1);
 }
 
-// Where no loop holds a drive, planes that both drives saw lay it.
-TEST(ExtendReleased, LaysADriveWithPosesByPlanesWhereNoLoopHoldsIt) {
+// A drive that no loop holds is adjusted to planes that both drives measured.
+TEST(ExtendReleased, AdjustsADriveWithPosesToPlanesWhereNoLoopHoldsIt) {
   TestDrive all = drives({{4, 0.0}, {4, 8.0}});
   for (std::size_t i = 0; i < 2 * kCount; ++i) {
     Pose pose = all.truth.poses[i].T_map_vehicle;
@@ -183,32 +183,32 @@ TEST(ExtendReleased, LaysADriveWithPosesByPlanesWhereNoLoopHoldsIt) {
   const ReleasedPoses released = shipped(all, 1);
   EstimateTrajectoryOptions options;
   options.closes_loops = false;
-  const Told told = extend(all.drive, released, options);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  expect_kept(*told.trajectory, released);
-  EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.05);
+  const Outcome outcome = extend(all.drive, released, options);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  expect_kept(*outcome.trajectory, released);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, all.truth), 0.05);
 }
 
-TEST(ExtendReleased, LaysApartWhatMeetsNothingAndNamesIt) {
+TEST(ExtendReleased, SeparatesADriveThatMeetsNoOtherAndNamesIt) {
   const TestDrive all = drives({{4, 0.0}, {9, 0.0}});
   const ReleasedPoses released = shipped(all, 1);
-  const Told told = extend(all.drive, released);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  expect_kept(*told.trajectory, released);
-  EXPECT_EQ(told.trajectory->poses.back().piece, 1U);
-  EXPECT_GT(told.trajectory->poses.back().T_map_vehicle.translation().x(),
+  const Outcome outcome = extend(all.drive, released);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  expect_kept(*outcome.trajectory, released);
+  EXPECT_EQ(outcome.trajectory->poses.back().piece, 1U);
+  EXPECT_GT(outcome.trajectory->poses.back().T_map_vehicle.translation().x(),
             2.0 * all.drive.sensor.max_range_m);
-  ASSERT_EQ(told.warnings.size(), 1U);
-  EXPECT_NE(told.warnings[0].find("drive day 2 was found nowhere"), std::string::npos)
-      << told.warnings[0];
+  ASSERT_EQ(outcome.warnings.size(), 1U);
+  EXPECT_NE(outcome.warnings[0].find("drive day 2 was found nowhere"), std::string::npos)
+      << outcome.warnings[0];
 }
 
 TEST(ExtendReleased, RefusesWhatIsNotWhatWasShipped) {
   const TestDrive all = drives({{4, 0.0}, {4, 6.0}});
   ReleasedPoses released = shipped(all, 1);
   const auto refused = [&](const Drive& drive) {
-    const Told told = extend(drive, released);
-    return told.trajectory ? Error{} : told.trajectory.error();
+    const Outcome outcome = extend(drive, released);
+    return outcome.trajectory ? Error{} : outcome.trajectory.error();
   };
   released.scans[3] = sha256("another scan");
   EXPECT_EQ(refused(all.drive).code, ErrorCode::kMismatchedInputs);
@@ -243,7 +243,7 @@ TEST(ReleasedPoses, ComeBackFromTheirFileAndNotFromADamagedOne) {
 
 // Scans whose files give no times, of a sensor that turns while its vehicle drives: those of the
 // faster drive are drawn out twice as far.
-TEST(ExtendReleased, LaysScansAsIfMeasuredAtOnceBesideTheReleasedOnes) {
+TEST(ExtendReleased, ComparesUndistortedScansWithTheReleasedOnes) {
   const auto swept = [](double speed_mps, int count) {
     std::vector<double> times_s;
     for (int i = 0; i < count; ++i) times_s.push_back(0.1 * i);
@@ -254,12 +254,12 @@ TEST(ExtendReleased, LaysScansAsIfMeasuredAtOnceBesideTheReleasedOnes) {
   PassContext ctx;
   const Drive both = *join_drives(ctx, {}, fast.drive, slow.drive);
   const ReleasedPoses released = *release(fast.drive, fast.truth);
-  const Told told = extend(both, released);
-  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
-  EXPECT_EQ(told.trajectory->poses.back().piece, 0U);
+  const Outcome outcome = extend(both, released);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(outcome.trajectory->poses.back().piece, 0U);
   Trajectory truth = fast.truth;
   for (const TrajectoryPose& pose : slow.truth.poses) truth.poses.push_back(pose);
-  EXPECT_LT(largest_error_m(*told.trajectory, truth), 0.03);
+  EXPECT_LT(largest_error_m(*outcome.trajectory, truth), 0.03);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ std::vector<Eigen::Vector3d> sweep(std::size_t count, double turn_rad) {
   return points_m;
 }
 
-TEST(SweepTimes, TellATurnByTheOrderOfItsPoints) {
+TEST(SweepTimes, FollowATurnByTheOrderOfItsPoints) {
   const std::vector<double> times = sweep_times(sweep(20000, 2.0 * std::numbers::pi));
   ASSERT_EQ(times.size(), 20000u);
   EXPECT_NEAR(times[5000], 0.25, 0.02);
@@ -27,7 +27,7 @@ TEST(SweepTimes, TellATurnByTheOrderOfItsPoints) {
   EXPECT_TRUE(std::ranges::is_sorted(times));
 }
 
-TEST(SweepTimes, SayNothingOfAnotherOrder) {
+TEST(SweepTimes, AreEmptyForAnotherOrder) {
   std::vector<Eigen::Vector3d> points_m = sweep(20000, 2.0 * std::numbers::pi);
   EXPECT_TRUE(sweep_times(std::span(points_m).first(100)).empty());
   EXPECT_TRUE(sweep_times(sweep(20000, 1.0)).empty());

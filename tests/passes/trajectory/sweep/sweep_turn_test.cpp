@@ -44,7 +44,7 @@ TEST(SweepTurn, IsOneOfTwoWhereRingsBeginBehind) {
   EXPECT_EQ(turns_of_rings(rings(16, -kPi + 0.01)).size(), 2u);
 }
 
-TEST(SweepTurn, IsNotToldByAnotherOrder) {
+TEST(SweepTurn, IsNotKnownByAnotherOrder) {
   EXPECT_TRUE(turns_of_rings({}).empty());
   EXPECT_TRUE(turns_of_rings(rings(4, 0.0)).empty());
   std::vector<Eigen::Vector3d> mixed_m = rings(16, 0.0);
@@ -59,7 +59,7 @@ TEST(SweepTurn, IsNotToldByAnotherOrder) {
   EXPECT_FALSE(turns_of_rings(sweep_world(world, still, 0.0, PointOrder::kRings).points_m).empty());
 }
 
-TEST(SweepTurn, TellsTimesByAzimuth) {
+TEST(SweepTurn, GivesTimesByAzimuth) {
   const std::vector<Eigen::Vector3d> ahead_left_behind_right = {
       {5.0, 0.0, 1.0}, {0.0, 5.0, 0.0}, {-5.0, 1e-9, 0.0}, {0.0, -5.0, -1.0}};
   const std::vector<double> clockwise = turn_times(ahead_left_behind_right, {kPi, true});
@@ -71,7 +71,7 @@ TEST(SweepTurn, TellsTimesByAzimuth) {
 }
 
 // Any begin and direction: times are shares, and rise with the turn.
-TEST(SweepTurn, TellsTimesThatRiseFromItsBeginning) {
+TEST(SweepTurn, GivesTimesThatRiseFromItsBeginning) {
   Random random(5);
   for (int i = 0; i < 200; ++i) {
     const SweepTurn turn{random.uniform(-kPi, kPi), i % 2 == 0};

@@ -9,8 +9,8 @@
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
 
-// Scans of a spinning sensor whose files give no times: when they are taken to have been measured,
-// and when that is believed.
+// Scans of a spinning sensor whose files give no times: which times they are given, and when these
+// are used.
 
 namespace sightline {
 namespace {
@@ -93,8 +93,8 @@ TEST(SweptDrive, IsNoneWhereScansHaveTimesOrSensorsDiffer) {
   EXPECT_TRUE(swept_drives(test.drive, test.truth)->empty());
 }
 
-// The property that undistorting by order stands on: whatever the order, points come to lie on what
-// they hit, and scans measured at once stay as they are.
+// The property behind undistorting by order: whatever the order, points get to where they were
+// measured, and scans measured at once stay as they are.
 TEST(UndistortByOrder, PutsPointsOnWhatTheyHitAndLeavesRigidScansAlone) {
   for (const PointOrder order : {PointOrder::kTime, PointOrder::kRings}) {
     PassContext ctx;
@@ -120,13 +120,14 @@ TEST(SweepTrial, CallsSharperOnlyWhatIsSoByMoreThanFiveHundredthsOfANat) {
   EXPECT_FALSE(is_sharper(-1.9, -2.0));
 }
 
-// An estimate that knows the truth, told from the first one by its loop edges.
+// An estimate that returns the truth; its loop edges differ from those of the first one.
 struct Estimates {
   Trajectory truth;
   int count = 0;
-  EstimatePoses estimate = [this](PassContext&, const Drive&) -> Result<Trajectory> {
-    Trajectory found = truth;
-    found.loop_edges = static_cast<std::uint32_t>(++count);
+  EstimatePoses estimate = [this](PassContext&, const Drive&) -> Result<Estimate> {
+    Estimate found{truth};
+    found.trajectory.loop_edges = static_cast<std::uint32_t>(++count);
+    found.contradictions.resize(found.trajectory.loop_edges);
     return found;
   };
 };
@@ -136,42 +137,45 @@ TEST(EstimateUndistorted, EstimatesTwiceMoreAndTakesThatWhereScansGetSharper) {
     PassContext ctx;
     const TestDrive test = street(order);
     Estimates again{test.truth};
-    const Result<Trajectory> found =
-        estimate_undistorted(ctx, test.drive, test.truth, again.estimate);
+    const Result<Estimate> found =
+        estimate_undistorted(ctx, test.drive, {test.truth}, again.estimate);
     ASSERT_TRUE(found.has_value());
     EXPECT_EQ(again.count, order == PointOrder::kTime ? 2 : 6);
-    EXPECT_GT(found->loop_edges, 0u);
-    EXPECT_EQ(found->loop_edges % 2, 0u);  // the second estimate of a way
+    EXPECT_GT(found->trajectory.loop_edges, 0u);
+    EXPECT_EQ(found->trajectory.loop_edges % 2, 0u);  // the second estimate of a timing
+    EXPECT_EQ(found->contradictions.size(), found->trajectory.loop_edges) << "of that estimate";
   }
 }
 
 TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereScansDoNotGetSharper) {
   PassContext ctx;
-  // Measured at once; and a vehicle that creeps, whose scans are hardly drawn out.
+  // Measured at once; and a vehicle that creeps, whose scans are hardly distorted.
   for (const TestDrive& test : {street(PointOrder::kTime, 0.0), street(PointOrder::kRings, 0.0),
                                 street(PointOrder::kTime, 0.1, 0.2)}) {
     Estimates again{test.truth};
-    const Result<Trajectory> found =
-        estimate_undistorted(ctx, test.drive, test.truth, again.estimate);
+    const Result<Estimate> found =
+        estimate_undistorted(ctx, test.drive, {test.truth}, again.estimate);
     ASSERT_TRUE(found.has_value());
     EXPECT_GE(again.count, 2);
-    EXPECT_EQ(found->loop_edges, 0u);
+    EXPECT_EQ(found->trajectory.loop_edges, 0u);
+    EXPECT_TRUE(found->contradictions.empty());
   }
 }
 
-TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereAnotherFailsOrNothingTellsTimes) {
+TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereAnotherFailsOrTimesAreNotKnown) {
   PassContext ctx;
   const TestDrive test = street(PointOrder::kTime);
-  const EstimatePoses fails = [](PassContext&, const Drive&) -> Result<Trajectory> {
+  const EstimatePoses fails = [](PassContext&, const Drive&) -> Result<Estimate> {
     return Error{ErrorCode::kTrajectoryLost, ""};
   };
-  const Result<Trajectory> kept = estimate_undistorted(ctx, test.drive, test.truth, fails);
+  const Result<Estimate> kept = estimate_undistorted(ctx, test.drive, {test.truth}, fails);
   ASSERT_TRUE(kept.has_value());
-  EXPECT_EQ(kept->loop_edges, 0u);
+  EXPECT_EQ(kept->trajectory.loop_edges, 0u);
   TestDrive two_sensors = test;
   two_sensors.drive.other_sensors = {test.drive.sensor};
   Estimates again{test.truth};
-  EXPECT_TRUE(estimate_undistorted(ctx, two_sensors.drive, test.truth, again.estimate).has_value());
+  EXPECT_TRUE(
+      estimate_undistorted(ctx, two_sensors.drive, {test.truth}, again.estimate).has_value());
   EXPECT_EQ(again.count, 0);
 }
 
@@ -180,10 +184,10 @@ TEST(EstimateUndistorted, ReturnsErrorsThatAreNotOfTheTrial) {
   PassContext ctx;
   const TestDrive test = street(PointOrder::kTime);
   for (const ErrorCode code : {ErrorCode::kCannotRead, ErrorCode::kTruncatedScan}) {
-    const EstimatePoses fails = [&](PassContext&, const Drive&) -> Result<Trajectory> {
-      return Error{code, "", "", ""};
+    const EstimatePoses fails = [&](PassContext&, const Drive&) -> Result<Estimate> {
+      return Error{code, ""};
     };
-    const Result<Trajectory> found = estimate_undistorted(ctx, test.drive, test.truth, fails);
+    const Result<Estimate> found = estimate_undistorted(ctx, test.drive, {test.truth}, fails);
     ASSERT_FALSE(found.has_value());
     EXPECT_EQ(found.error().code, code);
   }

@@ -44,7 +44,7 @@ TEST(TurnClock, FindsHowFarAClockIsAheadOrBehind) {
   }
 }
 
-TEST(TurnClock, SaysThatRatesOfAnotherVehicleTellNothing) {
+TEST(TurnClock, ExplainsNothingByRatesOfAnotherVehicle) {
   const VehicleMotion other = [](double time_s) {
     return pose_at(0.0, 0.0, 0.1 * std::sin(2.3 * time_s));
   };

@@ -35,21 +35,21 @@ TestDrive with_rates(std::vector<TurnRate> rates) {
 
 struct Outcome {
   Drive drive;
-  std::vector<std::string> said;
+  std::vector<std::string> warnings;
 };
 
 Outcome tried(const TestDrive& test) {
   Outcome outcome;
   PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { outcome.said.push_back(message); };
-  const Result<Drive> drive = with_turns_that_pay(ctx, test.drive, test.truth);
+  ctx.warning_sink = [&](const std::string& message) { outcome.warnings.push_back(message); };
+  const Result<Drive> drive = with_imu_if_sharper(ctx, test.drive, test.truth);
   EXPECT_TRUE(drive.has_value());
   if (drive) outcome.drive = *drive;
   return outcome;
 }
 
-// Root mean square of how far points of undistorted scans are from where they were measured; the
-// first and the last scan, of which the poses know one side alone, are left out.
+// Root mean square of how far points of undistorted scans are from where they were measured;
+// without the first and the last scan, which have poses on one side only.
 double error_m(const Drive& straight, const Trajectory& trajectory = jerky_drive().truth) {
   double sum_m2 = 0.0;
   std::size_t count = 0;
@@ -75,7 +75,7 @@ TEST(TurnTrial, PutsPointsWhereTheyWereMeasured) {
   for (const TestDrive& test :
        {with_rates(imu_of(jerky, 3.0)), with_rates(imu_of(jerky, 3.0, errors))}) {
     const Outcome outcome = tried(test);
-    EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("turn rates are used")));
+    EXPECT_THAT(outcome.warnings, ElementsAre(HasSubstr("turn rates are used")));
     EXPECT_EQ(outcome.drive.turn_rates.size(), test.drive.turn_rates.size());
     const Drive straight = undistorted(outcome.drive, test.truth);
     EXPECT_LT(error_m(straight), 0.002);
@@ -83,16 +83,16 @@ TEST(TurnTrial, PutsPointsWhereTheyWereMeasured) {
   }
 }
 
-TEST(TurnTrial, MovesRatesOfAnotherClockAndSaysByHowMuch) {
+TEST(TurnTrial, MovesRatesOfAnotherClockAndWarnsByHowMuch) {
   ImuErrors errors;
   errors.ahead_ns = 60'000'000;
   const Outcome outcome = tried(with_rates(imu_of(jerky, 3.0, errors)));
-  EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("is 0.06 s ahead of that of the scans"),
-                                        HasSubstr("turn rates are used")));
+  EXPECT_THAT(outcome.warnings, ElementsAre(HasSubstr("is 0.06 s ahead of that of the scans"),
+                                            HasSubstr("turn rates are used")));
   EXPECT_LT(error_m(undistorted(outcome.drive, jerky_drive().truth)), 0.002);
 }
 
-TEST(TurnTrial, DoesNotBelieveRatesThatLayScansLessSharply) {
+TEST(TurnTrial, RejectsRatesThatMakeScansLessSharp) {
   ImuErrors noisy;
   noisy.sigma_radps = 0.5;
   std::vector<TurnRate> other_axes = imu_of(jerky, 3.0);
@@ -103,19 +103,19 @@ TEST(TurnTrial, DoesNotBelieveRatesThatLayScansLessSharply) {
   for (const TestDrive& test :
        {with_rates(imu_of(jerky, 3.0, noisy)), with_rates(std::move(other_axes))}) {
     const Outcome outcome = tried(test);
-    EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("turn rates are not used")));
+    EXPECT_THAT(outcome.warnings, ElementsAre(HasSubstr("turn rates are not used")));
     EXPECT_TRUE(outcome.drive.turn_rates.empty());
   }
 }
 
 TEST(TurnTrial, AsksNothingWhereRatesAreNotThereOrCoverNoScan) {
   const Outcome none = tried(jerky_drive());
-  EXPECT_TRUE(none.said.empty());
+  EXPECT_TRUE(none.warnings.empty());
   EXPECT_EQ(none.drive.store, jerky_drive().drive.store);
   std::vector<TurnRate> later = imu_of(jerky, 1.0);
   for (TurnRate& rate : later) rate.stamp_ns += 100'000'000'000;
   const Outcome outcome = tried(with_rates(std::move(later)));
-  EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("they cover no scans")));
+  EXPECT_THAT(outcome.warnings, ElementsAre(HasSubstr("they cover no scans")));
   EXPECT_TRUE(outcome.drive.turn_rates.empty());
 }
 
@@ -148,11 +148,11 @@ TEST(TurnTrial, IsOfEachDriveForItself) {
     pose.stamp_ns = both.scans[truth.poses.size()].stamp_ns;
     truth.poses.push_back(pose);
   }
-  std::vector<std::string> said;
-  ctx.warning_sink = [&](const std::string& text) { said.push_back(text); };
+  std::vector<std::string> warnings;
+  ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
   const Result<Drive> straight = undistort_scans(ctx, {}, both, truth);
   ASSERT_TRUE(straight.has_value());
-  EXPECT_THAT(said,
+  EXPECT_THAT(warnings,
               ElementsAre(HasSubstr("drive mon: the clock of the turn rates is 0.06 s behind"),
                           HasSubstr("drive mon: turn rates are used"),
                           HasSubstr("drive tue: the clock of the turn rates is 0.06 s ahead"),
@@ -173,7 +173,7 @@ TEST(TurnTrial, PutsPointsOfOtherSensorsWhereTheyWereMeasured) {
                                                     test.truth.poses[k + 1].T_map_vehicle, 0.5);
   }
   const Outcome outcome = tried(test);
-  EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("turn rates are used")));
+  EXPECT_THAT(outcome.warnings, ElementsAre(HasSubstr("turn rates are used")));
   // Positions stay linear, now over 0.2 s.
   EXPECT_LT(error_m(undistorted(outcome.drive, test.truth), test.truth), 0.004);
 }

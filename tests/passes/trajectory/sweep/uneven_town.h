@@ -7,8 +7,8 @@
 #include "examples/town/drive/drive.h"
 #include "formats/drive/trajectory.h"
 
-// A generated town driven by somebody who steers to and fro, given poses that are off and an
-// inertial unit with bias and noise: how far undistorted points lie from where they were measured.
+// A generated town, driven with an unsteady wheel, with inaccurate given poses and an inertial unit
+// with bias and noise: how far undistorted points are from where they were measured.
 
 namespace sightline {
 

@@ -52,7 +52,7 @@ TEST(EstimateUnevenTown, IsNearerToTheTruthWithTurnRates) {
   EXPECT_LT(turned_m, 0.03);
 }
 
-// Scans that are drawn out unevenly speak against poses that are right.
+// Scans that are distorted unevenly contradict poses that are right.
 TEST(EstimateUnevenTown, KeepsGivenPosesWhereTurnRatesSpeakForThem) {
   UnevenTown town(60.0);
   EXPECT_THAT(estimated(town, PoseMode::kAuto).said, HasSubstr("disagree"));

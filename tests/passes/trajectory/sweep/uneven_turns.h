@@ -54,7 +54,7 @@ inline std::vector<TurnRate> imu_of(const VehicleMotion& motion, double last_s,
   return rates;
 }
 
-// The drive's scans with the times of their points; and what the vehicle's truth says of them.
+// The drive's scans with the times of their points, and the true poses.
 inline TestDrive timed_drive(const BoxWorld& world, const VehicleMotion& motion, int scans) {
   std::vector<double> times_s;
   for (int i = 0; i < scans; ++i) times_s.push_back(0.1 * i);
@@ -63,7 +63,7 @@ inline TestDrive timed_drive(const BoxWorld& world, const VehicleMotion& motion,
   for (int i = 0; i < scans; ++i) {
     timed.push_back(*test.drive.store->read(static_cast<std::size_t>(i)));
     for (const Eigen::Vector3d& point_m : timed.back().points_m) {
-      // The azimuth in the sensor's frame tells when: clockwise from behind (sweep_world).
+      // The azimuth in the sensor's frame gives the time: clockwise from behind (sweep_world).
       const double azimuth_deg = std::atan2(point_m.y(), point_m.x()) * 180.0 / std::numbers::pi;
       const double share = (180.0 - azimuth_deg) / 360.0;
       timed.back().time_offset_ns.push_back(static_cast<std::int32_t>(1e8 * (share - 0.5)));

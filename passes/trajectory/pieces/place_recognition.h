@@ -9,21 +9,19 @@
 #include "passes/trajectory/pieces/place_key.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
-// Where to look for a piece first; part of estimate-trajectory.
-
 namespace sightline {
 
-// The places of the pieces of one odometry, by what they look like. Refers to what it is made of.
-class AlikePlaces {
+// The places of the pieces of one odometry, by their ring keys (place_key.h). Refers to its
+// arguments.
+class PlaceRecognition {
  public:
-  AlikePlaces(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
-              std::span<const ScanRange> pieces)
+  PlaceRecognition(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
+                   std::span<const ScanRange> pieces)
       : ctx_(ctx), drive_(drive), odometry_(odometry), pieces_(pieces), keys_(pieces.size()) {}
 
-  // The places of all pieces before `later` (middles_of), those first that look most like one of
-  // the queries; where they look alike, those of the later piece, and of one piece from its end
-  // back. Reads a scan in 5 m of a piece when it is first asked about. Error: what reading a scan
-  // says.
+  // The places of all pieces before `later` (middles_of), in order of the least difference to one
+  // of the queries; of equal ones those of the later piece first, and of one piece from its end
+  // back. Reads a scan in 5 m of a piece on first use. Error: that of reading a scan.
   Result<std::vector<std::uint32_t>> before(std::uint32_t later, const std::vector<Query>& queries);
 
  private:
@@ -35,7 +33,7 @@ class AlikePlaces {
   const Drive& drive_;
   const Odometry& odometry_;
   std::span<const ScanRange> pieces_;
-  // By piece: scans and what their places look like.
+  // By piece: scans and the keys of their places.
   std::vector<std::vector<std::pair<std::uint32_t, PlaceKey>>> keys_;
 };
 

@@ -1,4 +1,4 @@
-#include "passes/trajectory/pieces/tell_pieces.h"
+#include "passes/trajectory/pieces/report_pieces.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -7,7 +7,7 @@
 namespace sightline {
 namespace {
 
-// More steps than this share that lead nowhere are no drive.
+// Largest share of steps that lead nowhere.
 constexpr double kMostLost = 0.25;
 
 std::string scan_text(const Drive& drive, std::uint32_t k) {
@@ -83,6 +83,15 @@ void warn_of_pieces(const PassContext& ctx, const Drive& drive, const Odometry& 
              ". How it lies to the pieces before is not known: it is "
              "laid apart from them, at " +
              place_text(odometry.T_map_lidar[start.scan].translation()));
+  }
+}
+
+void warn_of_unmatched(const PassContext& ctx, const Odometry& odometry) {
+  const auto unmatched = std::ranges::count(odometry.is_matched, false) -
+                         static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
+  if (unmatched > 0) {
+    ctx.warn(std::to_string(unmatched) +
+             " scans could not be matched to those before them and follow the given poses");
   }
 }
 

@@ -1,4 +1,4 @@
-#include "passes/trajectory/pieces/tied_pieces.h"
+#include "passes/trajectory/graph/connect_scans.h"
 
 #include <gtest/gtest.h>
 
@@ -25,19 +25,19 @@ std::vector<GraphEdge> both(std::vector<GraphEdge> a, const std::vector<GraphEdg
   return a;
 }
 
-TEST(TiedPieces, AreTiedByFiveLoops) {
+TEST(ConnectedPieces, AreTiedByFiveLoops) {
   const Odometry two = pieces(2);
-  EXPECT_FALSE(are_tied(two, edges(0, 1, 2), edges(0, 1, 4)));
-  EXPECT_TRUE(are_tied(two, edges(0, 1, 2), edges(1, 0, 5))) << "whichever is the later";
-  EXPECT_FALSE(are_tied(two, edges(0, 1, 2), edges(1, 1, 9))) << "loops within a piece";
-  EXPECT_TRUE(are_tied(two, {}, {})) << "nothing was joined";
+  EXPECT_FALSE(are_connected(two, edges(0, 1, 2), edges(0, 1, 4)));
+  EXPECT_TRUE(are_connected(two, edges(0, 1, 2), edges(1, 0, 5))) << "whichever is the later";
+  EXPECT_FALSE(are_connected(two, edges(0, 1, 2), edges(1, 1, 9))) << "loops within a piece";
+  EXPECT_TRUE(are_connected(two, {}, {})) << "nothing was joined";
 }
 
-TEST(TiedPieces, AreTiedByWayOfAThird) {
+TEST(ConnectedPieces, AreTiedByWayOfAThird) {
   const Odometry three = pieces(3);
   const std::vector<GraphEdge> joins = both(edges(0, 1, 2), edges(0, 2, 2));
-  EXPECT_TRUE(are_tied(three, joins, both(edges(2, 1, 5), edges(1, 0, 5))));
-  EXPECT_FALSE(are_tied(three, joins, edges(0, 1, 20))) << "the third hangs by its edge";
+  EXPECT_TRUE(are_connected(three, joins, both(edges(2, 1, 5), edges(1, 0, 5))));
+  EXPECT_FALSE(are_connected(three, joins, edges(0, 1, 20))) << "the third hangs by its edge";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "passes/trajectory/given/beside_scans.h"
+#include "passes/trajectory/given/compare_motion.h"
 
 #include "formats/rotation.h"
 #include "passes/trajectory/local/scan_overlap.h"
@@ -6,9 +6,9 @@
 namespace sightline {
 namespace {
 
-// Of upright returns: scans that see one street have 0.65 and more of them in common.
+// Overlap of upright returns; scans of one street have 0.65 and more.
 constexpr double kLeastOverlap = 0.35;
-// The given motion keeps less than this part of that.
+// A contradicted motion has less than this share of the matched one's overlap.
 constexpr double kContradictedShare = 0.9;
 
 }  // namespace
@@ -19,8 +19,8 @@ double MotionPair::off_rad() const {
   return rotation_angle_rad(matched.linear().transpose() * given.linear());
 }
 
-MotionPair motion_between(const std::vector<std::optional<Pose>>& given, const Odometry& odometry,
-                          std::uint32_t from, std::uint32_t to) {
+MotionPair motion_between(const GivenPoses& given, const Odometry& odometry, std::uint32_t from,
+                          std::uint32_t to) {
   return {from, to, given[from]->inverse() * *given[to],
           odometry.T_map_lidar[from].inverse() * odometry.T_map_lidar[to]};
 }

@@ -1,15 +1,15 @@
-#include "passes/trajectory/pieces/alike_places.h"
+#include "passes/trajectory/pieces/place_recognition.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "formats/base/parallel.h"
+#include "formats/base/parallel_results.h"
 
 namespace sightline {
 namespace {
 
-// One scan in so much of the way says what a place looks like, within so much of its middle.
+// A place has the keys of one scan in so much of the way, within so much of its middle.
 constexpr double kKeyEvery_m = 5.0;
 constexpr double kKeyReach_m = 15.0;
 
@@ -20,8 +20,8 @@ Result<PlaceKey> key_of(const Drive& drive, std::uint32_t scan) {
 
 }  // namespace
 
-Result<std::vector<std::uint32_t>> AlikePlaces::before(std::uint32_t later,
-                                                       const std::vector<Query>& queries) {
+Result<std::vector<std::uint32_t>> PlaceRecognition::before(std::uint32_t later,
+                                                            const std::vector<Query>& queries) {
   std::vector<PlaceKey> wanted;
   for (const Query& query : queries) wanted.push_back(place_key(query.upright_m));
   std::vector<std::pair<double, std::uint32_t>> places;
@@ -37,27 +37,19 @@ Result<std::vector<std::uint32_t>> AlikePlaces::before(std::uint32_t later,
   return middles;
 }
 
-Result<void> AlikePlaces::read_keys(std::uint32_t piece) {
+Result<void> PlaceRecognition::read_keys(std::uint32_t piece) {
   if (!keys_[piece].empty()) return {};
-  std::vector<std::uint32_t> scans;
-  double next_m = odometry_.driven_m[pieces_[piece].begin];
-  for (std::uint32_t k = pieces_[piece].begin; k < pieces_[piece].end; ++k) {
-    if (odometry_.driven_m[k] < next_m) continue;
-    next_m = odometry_.driven_m[k] + kKeyEvery_m;
-    scans.push_back(k);
-  }
-  std::vector<Result<PlaceKey>> keys(scans.size(), PlaceKey());
-  parallel_for(scans.size(), ctx_.threads,
-               [&](std::size_t i) { keys[i] = key_of(drive_, scans[i]); });
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    SIGHTLINE_ASSIGN(const PlaceKey key, keys[i]);
-    keys_[piece].emplace_back(scans[i], key);
-  }
+  const std::vector<std::uint32_t> scans = scans_every(odometry_, pieces_[piece], kKeyEvery_m);
+  SIGHTLINE_ASSIGN(const std::vector<PlaceKey> keys,
+                   parallel_results<PlaceKey>(scans.size(), ctx_.threads, [&](std::size_t i) {
+                     return key_of(drive_, scans[i]);
+                   }));
+  for (std::size_t i = 0; i < scans.size(); ++i) keys_[piece].emplace_back(scans[i], keys[i]);
   return {};
 }
 
-double AlikePlaces::least_difference(std::uint32_t piece, std::uint32_t middle,
-                                     const std::vector<PlaceKey>& wanted) const {
+double PlaceRecognition::least_difference(std::uint32_t piece, std::uint32_t middle,
+                                          const std::vector<PlaceKey>& wanted) const {
   double least = std::numeric_limits<double>::infinity();
   for (const auto& [scan, key] : keys_[piece]) {
     if (std::abs(odometry_.driven_m[scan] - odometry_.driven_m[middle]) > kKeyReach_m) continue;

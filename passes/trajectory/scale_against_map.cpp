@@ -1,4 +1,4 @@
-#include "passes/trajectory/scale_beside_map.h"
+#include "passes/trajectory/scale_against_map.h"
 
 #include <cstddef>
 #include <optional>
@@ -11,15 +11,15 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kScansAsked = 8;
+constexpr std::size_t kComparedScans = 8;
 
-std::vector<std::size_t> scans_to_ask(const std::vector<std::uint8_t>& is_matched) {
+std::vector<std::size_t> scans_to_compare(const std::vector<std::uint8_t>& is_matched) {
   std::vector<std::size_t> matched;
   for (std::size_t k = 0; k < is_matched.size(); ++k) {
     if (is_matched[k] != 0) matched.push_back(k);
   }
   std::vector<std::size_t> some;
-  for (const std::size_t i : evenly(matched.size(), kScansAsked)) some.push_back(matched[i]);
+  for (const std::size_t i : evenly(matched.size(), kComparedScans)) some.push_back(matched[i]);
   return some;
 }
 
@@ -36,15 +36,15 @@ Result<std::optional<double>> ratio_to_map(const MatchGrid& grid, const Drive& d
 
 }  // namespace
 
-Result<double> scale_beside_map(const PassContext& ctx, const MatchGrid& grid, const Drive& drive,
-                                const std::vector<Pose>& T_map_lidar,
-                                const std::vector<std::uint8_t>& is_matched) {
-  const std::vector<std::size_t> scans = scans_to_ask(is_matched);
+Result<double> scale_against_map(const PassContext& ctx, const MatchGrid& grid, const Drive& drive,
+                                 const std::vector<Pose>& T_map_lidar,
+                                 const std::vector<std::uint8_t>& is_matched) {
+  const std::vector<std::size_t> scans = scans_to_compare(is_matched);
   SIGHTLINE_ASSIGN(const std::vector<double> ratios,
                    ratios_of_scans(ctx.threads, scans.size(), [&](std::size_t i) {
                      return ratio_to_map(grid, drive, scans[i], T_map_lidar[scans[i]]);
                    }));
-  return ratio_told_by(ratios);
+  return common_ratio(ratios);
 }
 
 }  // namespace sightline

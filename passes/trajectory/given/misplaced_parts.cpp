@@ -1,4 +1,4 @@
-#include "passes/trajectory/given/parts_apart.h"
+#include "passes/trajectory/given/misplaced_parts.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -12,15 +12,15 @@
 namespace sightline {
 namespace {
 
-// So many scans of a part are asked, evenly over those that are near an earlier part.
+// So many scans of a part are compared, evenly over those near an earlier part.
 constexpr std::size_t kQueries = 8;
 // Poses of two frames are rarely farther apart than a street is wide; the search reaches as far.
 constexpr double kNear_m = 45.0;
-// What the earlier part saw around there.
+// The scans of the earlier part around there.
 constexpr double kVisitReach_m = 25.0;
 constexpr std::size_t kMostVisitScans = 30;
-// A scan meets what was seen there: steps of one street have 0.65 and more.
-constexpr double kMeets = 0.4;
+// Least overlap: steps of one street have 0.65 and more.
+constexpr double kLeastOverlap = 0.4;
 constexpr double kClearly = 0.15;
 constexpr double kElsewhere_m = 1.0;
 constexpr std::size_t kLeastElsewhere = 2;
@@ -35,8 +35,8 @@ enum class Verdict { kUnknown, kThere, kElsewhere };
 
 class PartJudge {
  public:
-  PartJudge(const Drive& drive, const std::vector<std::optional<Pose>>& given)
-      : drive_(drive), given_(given), is_apart_(drive.later_parts.size() + 1, false) {
+  PartJudge(const Drive& drive, const GivenPoses& given)
+      : drive_(drive), given_(given), is_misplaced_(drive.later_parts.size() + 1, false) {
     for (std::uint32_t k = 0; k < given.size(); ++k) {
       if (!given[k]) continue;
       scans_.push_back(k);
@@ -45,15 +45,15 @@ class PartJudge {
     places_ = PointGrid(places_m_, kNear_m);
   }
 
-  Result<std::vector<PartApart>> run() {
-    std::vector<PartApart> apart;
+  Result<std::vector<MisplacedPart>> run() {
+    std::vector<MisplacedPart> misplaced;
     for (std::uint32_t part = 1; part <= drive_.later_parts.size(); ++part) {
-      SIGHTLINE_ASSIGN(const std::optional<PartApart> found, judge(part));
+      SIGHTLINE_ASSIGN(const std::optional<MisplacedPart> found, judge(part));
       if (!found) continue;
-      is_apart_[part] = true;
-      apart.push_back(*found);
+      is_misplaced_[part] = true;
+      misplaced.push_back(*found);
     }
-    return apart;
+    return misplaced;
   }
 
  private:
@@ -63,7 +63,7 @@ class PartJudge {
       if (drive_.scans[later].part != part) continue;
       const auto is_earlier = [&](const NearPoint& near) {
         const std::uint32_t other = drive_.scans[scans_[near.index]].part;
-        return other < part && !is_apart_[other];
+        return other < part && !is_misplaced_[other];
       };
       const std::optional<NearPoint> near =
           places_.nearest(given_[later]->translation(), kNear_m, is_earlier);
@@ -76,21 +76,21 @@ class PartJudge {
     return some;
   }
 
-  Result<std::optional<PartApart>> judge(std::uint32_t part) const {
-    PartApart worst{part, 0, 0.0};
+  Result<std::optional<MisplacedPart>> judge(std::uint32_t part) const {
+    MisplacedPart worst{part, 0, 0.0};
     std::size_t there = 0;
     std::size_t elsewhere = 0;
     for (const Encounter& encounter : encounters(part)) {
       double off_m = 0.0;
-      SIGHTLINE_ASSIGN(const Verdict verdict, ask(encounter, off_m));
+      SIGHTLINE_ASSIGN(const Verdict verdict, compare(encounter, off_m));
       there += verdict == Verdict::kThere ? 1 : 0;
       elsewhere += verdict == Verdict::kElsewhere ? 1 : 0;
       if (verdict != Verdict::kElsewhere || off_m <= worst.off_m) continue;
       worst.worst = encounter.later;
       worst.off_m = off_m;
     }
-    if (elsewhere < kLeastElsewhere || elsewhere <= there) return std::optional<PartApart>();
-    return std::optional<PartApart>(worst);
+    if (elsewhere < kLeastElsewhere || elsewhere <= there) return std::optional<MisplacedPart>();
+    return std::optional<MisplacedPart>(worst);
   }
 
   // The scans of the earlier part around one, at most so many, as they are given.
@@ -107,7 +107,7 @@ class PartJudge {
     return some;
   }
 
-  Result<Verdict> ask(const Encounter& encounter, double& off_m) const {
+  Result<Verdict> compare(const Encounter& encounter, double& off_m) const {
     const Eigen::Matrix3d level = drive_.sensor.T_vehicle_lidar.linear();
     std::vector<Eigen::Vector3d> points_m;
     UprightMap upright(std::numeric_limits<double>::infinity());
@@ -121,11 +121,12 @@ class PartJudge {
     const std::vector<Eigen::Vector3d> upright_m = upright_points(sought.to_match_m, level);
     const Pose& T_map_given = *given_[encounter.later];
     const double here = upright.overlap(upright_m, T_map_given).value_or(0.0);
-    if (here >= kMeets) return Verdict::kThere;
+    if (here >= kLeastOverlap) return Verdict::kThere;
     const LocalGrids grids = local_grids(points_m);
     const std::optional<WidePlacement> wide =
         place_widely({grids, upright}, {sought.to_match_m, upright_m}, T_map_given, {});
-    if (!wide || wide->overlap < std::max({kMeets, here + kClearly, wide->overlap_elsewhere})) {
+    if (!wide ||
+        wide->overlap < std::max({kLeastOverlap, here + kClearly, wide->overlap_elsewhere})) {
       return Verdict::kUnknown;
     }
     off_m = (wide->match.T_map_lidar.translation() - T_map_given.translation()).norm();
@@ -133,8 +134,8 @@ class PartJudge {
   }
 
   const Drive& drive_;
-  const std::vector<std::optional<Pose>>& given_;
-  std::vector<bool> is_apart_;        // of each part
+  const GivenPoses& given_;
+  std::vector<bool> is_misplaced_;    // of each part
   std::vector<std::uint32_t> scans_;  // that have a given pose
   std::vector<Eigen::Vector3d> places_m_;
   PointGrid places_;  // of scans_
@@ -142,26 +143,25 @@ class PartJudge {
 
 }  // namespace
 
-Result<std::vector<PartApart>> find_parts_apart(const Drive& drive,
-                                                const std::vector<std::optional<Pose>>& given) {
-  if (drive.later_parts.empty()) return std::vector<PartApart>{};
+Result<std::vector<MisplacedPart>> find_misplaced_parts(const Drive& drive,
+                                                        const GivenPoses& given) {
+  if (drive.later_parts.empty()) return std::vector<MisplacedPart>{};
   return PartJudge(drive, given).run();
 }
 
-std::vector<std::optional<Pose>> without_parts(std::vector<std::optional<Pose>> given,
-                                               const Drive& drive,
-                                               const std::vector<PartApart>& parts) {
+GivenPoses without_parts(GivenPoses given, const Drive& drive,
+                         const std::vector<MisplacedPart>& parts) {
   for (std::size_t k = 0; k < given.size(); ++k) {
-    if (std::ranges::find(parts, drive.scans[k].part, &PartApart::part) != parts.end()) {
+    if (std::ranges::find(parts, drive.scans[k].part, &MisplacedPart::part) != parts.end()) {
       given[k].reset();
     }
   }
   return given;
 }
 
-std::string parts_text(const std::vector<PartApart>& parts, const Drive& drive) {
+std::string parts_text(const std::vector<MisplacedPart>& parts, const Drive& drive) {
   std::string text = "given poses do not lie in one frame: ";
-  for (const PartApart& found : parts) {
+  for (const MisplacedPart& found : parts) {
     char off[64];
     std::snprintf(off, sizeof off, "%.1f m", found.off_m);
     text += (found.part == parts.front().part ? "" : "; ") + std::string("drive ") +
