@@ -18,27 +18,6 @@
 namespace sightline {
 namespace {
 
-// Seconds of one core: for each scan of the step's drive, and for each million of its points.
-struct Rate {
-  double scan_s = 0.0;
-  double million_points_s = 0.0;
-};
-
-const std::map<std::string, Rate>& rates() {
-  static const std::map<std::string, Rate> kRates = {
-      {"add-mapping-error", {0.0, 0.0}},  {"build-ndt", {0.0, 0.06}},
-      {"build-surface", {0.0, 1.0}},      {"calibrate-plan", {0.0003, 0.0}},
-      {"cast-rays", {0.004, 0.0}},        {"cast-scans", {0.006, 0.15}},
-      {"compute-factors", {0.022, 0.0}},  {"estimate-trajectory", {0.0, 0.5}},
-      {"ingest", {0.0003, 0.0}},          {"measure-error", {0.018, 0.0}},
-      {"measure-sharpness", {0.0, 0.05}}, {"remove-moving", {0.0, 0.6}},
-      {"track-drive", {0.03, 0.3}},       {"train-model", {0.009, 0.0}},
-      {"undistort-scans", {0.0003, 0.01}}};
-  return kRates;
-}
-
-// Where poses are not given, odometry and loops.
-constexpr double kEstimation_s = 1.8;  // a million points
 // What threads wait for each other.
 constexpr double kUseOfThreads = 0.85;
 
@@ -119,13 +98,9 @@ const Size& size_for(const std::string& step, const std::map<std::string, Size>&
   return found == sizes.end() ? mapping : found->second;
 }
 
-double cpu_s(const std::string& step, const Size& size) {
-  const std::string pass = step.substr(0, step.find(':'));
-  const auto found = rates().find(pass);
-  if (found == rates().end()) return 0.0;
-  Rate rate = found->second;
-  if (pass == "estimate-trajectory" && !size.has_poses) rate.million_points_s = kEstimation_s;
-  return rate.scan_s * size.scans + rate.million_points_s * size.million_points;
+double cpu_s(const Cost& cost, const Size& size) {
+  const double unposed_s = size.has_poses ? 0.0 : cost.without_poses_s;
+  return cost.scan_s * size.scans + (cost.million_points_s + unposed_s) * size.million_points;
 }
 
 // Free memory of this machine; infinity where it does not say.
@@ -215,8 +190,9 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
   double missing_s = 0.0;
   for (const PlannedRun& run : planned_runs(plan, wanted, options, artifacts)) {
     const bool is_of_all = run.name.starts_with("estimate-trajectory");
-    const double needed_s = cpu_s(run.name, size_for(run.name, sizes, is_of_all ? mapping : used)) /
-                            cost.threads / (cost.threads > 1 ? kUseOfThreads : 1.0);
+    const Size& size = size_for(run.name, sizes, is_of_all ? mapping : used);
+    const double needed_s = cpu_s(plan.steps()[run.step].cost, size) / cost.threads /
+                            (cost.threads > 1 ? kUseOfThreads : 1.0);
     total_s += needed_s;
     missing_s += run.is_in_cache ? 0.0 : needed_s;
     cost.steps.push_back({run.name, run.is_in_cache, run.is_in_cache ? 0.0 : needed_s});

@@ -52,7 +52,9 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   own_poses.mode = EstimateTrajectoryOptions{}.mode;
   LocalizedDrive localized;
   localized.drive = plan.run_as(role, kIngest, plan.options(kIngest), input.recording);
-  const Wire<Trajectory> own = plan.run_as(role, kEstimateTrajectory, own_poses, localized.drive);
+  // Each by itself: no other drive is needed for it.
+  const Wire<Trajectory> own =
+      plan.run_as(role, kEstimateTrajectory.in(Stage::kDrives), own_poses, localized.drive);
   // By the drive's own motion, and before it is laid into the map, which is made of such scans: one
   // that is drawn out lies best on it where it has not been.
   localized.undistorted =

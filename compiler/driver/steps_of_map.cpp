@@ -133,7 +133,8 @@ void add_trajectory(const CompileConfig& config, CompilePlan& compile) {
     const Wire<Drive> shipped = plan.run(kReleasedDrive, compile.drive, compile.base);
     const Wire<Trajectory> stays = plan.run(kReleasedTrajectory, compile.drive, compile.base);
     // For the estimate scans are undistorted whatever the map is made of.
-    const Wire<Drive> straight = plan.run_as("released", kUndistortScans, {}, shipped, stays);
+    const Wire<Drive> straight =
+        plan.run_as("released", kUndistortScans.in(Stage::kGraph), {}, shipped, stays);
     const Wire<Trajectory> extended =
         plan.run_as("", kExtendReleased, plan.options(kEstimateTrajectory), compile.drive, straight,
                     compile.base);

@@ -13,7 +13,11 @@ std::size_t Plan::add_artifact(std::string name, const ArtifactType& type) {
 
 void Plan::add_step(PassStep step) {
   SIGHTLINE_CHECK(std::ranges::find(steps_, step.name, &PassStep::name) == steps_.end());
-  for (const std::size_t input : step.inputs) SIGHTLINE_CHECK(input < artifacts_.size());
+  for (const std::size_t input : step.inputs) {
+    SIGHTLINE_CHECK(input < artifacts_.size());
+    step.stage = std::max(step.stage, artifacts_[input].stage);
+  }
+  artifacts_[step.output].stage = step.stage;
   steps_.push_back(std::move(step));
 }
 

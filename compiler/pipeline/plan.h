@@ -15,7 +15,8 @@
 //   const Wire<SurfacePoints> points = plan.input<SurfacePoints>("points");
 //   const Wire<NdtMap> ndt = plan.run(kBuildNdt, points);
 //
-// A wire is of the artifact; a pass may take and make it in another form (step.h).
+// A parameter `const X&` of a pass takes a Wire<X>, `const X*` a Maybe<X>, and `Many<X>` a list of
+// wires. A wire is of the artifact; a pass may take and make it in another form (step.h).
 
 namespace sightline {
 
@@ -43,10 +44,47 @@ class Wire {
   std::size_t index_ = kNotConnected;
 };
 
+// An artifact of type X, or none: a wire that need not be connected.
+template <class X>
+class Maybe {
+ public:
+  Maybe() = default;
+  Maybe(Wire<X> wire) : wire_(wire) {}
+  [[nodiscard]] Wire<X> wire() const { return wire_; }
+
+ private:
+  Wire<X> wire_;
+};
+
+// What a plan connects to a parameter of a pass, and the artifacts that these are.
+template <class Parameter>
+struct WiresFor;
+template <class X>
+struct WiresFor<const X&> {
+  using Type = Wire<ArtifactOf<X>>;
+  static std::vector<AnyWire> all(const Type& wire) { return {wire}; }
+};
+template <class X>
+struct WiresFor<const X*> {
+  using Type = Maybe<ArtifactOf<X>>;
+  static std::vector<AnyWire> all(const Type& maybe) {
+    if (!maybe.wire().is_connected()) return {};
+    return {maybe.wire()};
+  }
+};
+template <class X>
+struct WiresFor<Many<X>> {
+  using Type = std::vector<Wire<ArtifactOf<X>>>;
+  static std::vector<AnyWire> all(const Type& wires) { return {wires.begin(), wires.end()}; }
+};
+template <class Parameter>
+using WiresOf = typename WiresFor<Parameter>::Type;
+
 // What is known of an artifact before it is made.
 struct PlannedArtifact {
   std::string name;  // unique in the plan, as `dump --what` takes it: "nds", "mapping/measured"
   const ArtifactType* type = nullptr;
+  Stage stage = Stage::kDrives;  // in which it is made
 };
 
 // The options of one pass that a configuration may set. The fields point into `options`.
@@ -68,29 +106,34 @@ class Plan {
   }
 
   // The options that the settings give to a pass.
-  template <class Output, class Options, class... Inputs>
-  [[nodiscard]] Options options(const Pass<Output, Options, Inputs...>& pass) const {
+  template <class Output, class Options, class... Parameters>
+  [[nodiscard]] Options options(const Pass<Output, Options, Parameters...>& pass) const {
     return settings_.options(pass);
   }
 
   // A step that runs `pass` with the options of the settings.
-  template <class Output, class Options, class... Inputs>
-  Wire<ArtifactOf<Output>> run(const Pass<Output, Options, Inputs...>& pass,
-                               Wire<ArtifactOf<Inputs>>... inputs) {
+  template <class Output, class Options, class... Parameters>
+  Wire<ArtifactOf<Output>> run(const Pass<Output, Options, Parameters...>& pass,
+                               const WiresOf<Parameters>&... inputs) {
     return run_as("", pass, options(pass), inputs...);
   }
 
   // A step "pass:label" that makes the artifact "label/table", with options of its own.
-  template <class Output, class Options, class... Inputs>
+  template <class Output, class Options, class... Parameters>
   Wire<ArtifactOf<Output>> run_as(std::string_view label,
-                                  const Pass<Output, Options, Inputs...>& pass,
+                                  const Pass<Output, Options, Parameters...>& pass,
                                   const std::type_identity_t<Options>& options,
-                                  Wire<ArtifactOf<Inputs>>... inputs) {
+                                  const WiresOf<Parameters>&... inputs) {
     add_section<Options>(pass.name, pass.help);
-    PassStep step = make_step(pass, options);
+    const std::vector<std::vector<AnyWire>> taken = {WiresFor<Parameters>::all(inputs)...};
+    std::vector<std::size_t> counts;
+    for (const std::vector<AnyWire>& wires : taken) counts.push_back(wires.size());
+    PassStep step = make_step(pass, options, counts);
+    for (const std::vector<AnyWire>& wires : taken) {
+      for (const AnyWire wire : wires) step.inputs.push_back(wire.index);
+    }
     step.name =
         label.empty() ? std::string(pass.name) : std::string(pass.name) + ":" + std::string(label);
-    step.inputs = {inputs.any().index...};
     const std::string name = label.empty() ? std::string(pass.table)
                                            : std::string(label) + "/" + std::string(pass.table);
     step.output = add_artifact(name, artifact_type<ArtifactOf<Output>>());
@@ -123,6 +166,7 @@ class Plan {
     if (!section.fields.empty()) sections_.push_back(std::move(section));
   }
   std::size_t add_artifact(std::string name, const ArtifactType& type);
+  // No step runs in an earlier stage than those that make its inputs.
   void add_step(PassStep step);
 
   PassSettings settings_;

@@ -70,8 +70,8 @@ std::vector<PlannedRun> planned_runs(const Plan& plan, const std::vector<AnyWire
   const ArtifactCache cache = ArtifactCache::to_look_at(options.cache_directory);
   std::vector<PlannedRun> runs;
   for (const Scheduled& scheduled : schedule(plan, wanted, options, artifacts, cache)) {
-    runs.push_back({plan.steps()[scheduled.step].name, !scheduled.runs(), scheduled.is_kept,
-                    scheduled.key.key});
+    runs.push_back({scheduled.step, plan.steps()[scheduled.step].name, !scheduled.runs(),
+                    scheduled.is_kept, scheduled.key.key});
   }
   return runs;
 }

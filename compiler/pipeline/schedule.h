@@ -31,6 +31,7 @@ std::vector<Scheduled> schedule(const Plan& plan, const std::vector<AnyWire>& wa
 
 // What run_plan() would do with one step.
 struct PlannedRun {
+  std::size_t step = 0;  // of the plan
   std::string name;
   bool is_in_cache = false;  // or not needed, since what it is needed for is
   bool is_kept = false;      // its output can be kept at all

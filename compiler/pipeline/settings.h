@@ -16,8 +16,8 @@ struct PassSettings {
   std::map<std::string, std::map<std::string, std::string>> own;  // by pass, by field
 
   // The options of a pass by these settings.
-  template <class Output, class Options, class... Inputs>
-  [[nodiscard]] Options options(const Pass<Output, Options, Inputs...>& pass) const {
+  template <class Output, class Options, class... Parameters>
+  [[nodiscard]] Options options(const Pass<Output, Options, Parameters...>& pass) const {
     Options options{};
     for (OptionField& field : option_fields(options)) set(pass.name, field);
     return options;

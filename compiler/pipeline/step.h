@@ -90,23 +90,48 @@ const ArtifactType& artifact_type() {
   return kType;
 }
 
+// What a parameter of a pass means: how many artifacts it takes, and of which type.
+template <class Parameter>
+struct ParameterOf;
+template <class X>
+struct ParameterOf<const X&> {
+  using Form = X;
+  static const X& from(const std::vector<const X*>& artifacts) { return *artifacts.front(); }
+};
+template <class X>
+struct ParameterOf<const X*> {
+  using Form = X;
+  static const X* from(const std::vector<const X*>& artifacts) {
+    return artifacts.empty() ? nullptr : artifacts.front();
+  }
+};
+template <class X>
+struct ParameterOf<Many<X>> {
+  using Form = X;
+  static Many<X> from(const std::vector<const X*>& artifacts) { return artifacts; }
+};
+template <class Parameter>
+using FormTaken = typename ParameterOf<Parameter>::Form;
+
 // One step of a plan: a pass with its options, and which of the plan's artifacts it takes and
 // makes.
 struct PassStep {
+  using Inputs = std::vector<std::shared_ptr<const void>>;
+
   std::string name;  // unique in the plan: "build-ndt", "ingest:localization"
   std::uint32_t version = 1;
+  Stage stage = Stage::kDrives;
+  Cost cost;
   std::vector<std::pair<std::string, std::string>> options;  // as texts, in the order of the fields
   std::vector<std::size_t> inputs;                           // indices of artifacts of the plan
+  std::vector<std::size_t> input_counts;  // [parameter of the pass]: of these, in their order
   std::size_t output = 0;
-  std::vector<const ArtifactType*> input_types;  // in the forms that the pass takes
+  std::vector<const ArtifactType*> input_types;  // [input]: in the form that the pass takes
   const ArtifactType* output_type = nullptr;     // in the form that it makes
-  std::function<Result<std::shared_ptr<const void>>(
-      PassContext&, const std::vector<std::shared_ptr<const void>>&)>
-      run;
-  // Gives an output that was loaded from the cache back what lies outside it, from the inputs: a
-  // step has it where its output has reattach(Output&, const Inputs&...). Else empty.
-  std::function<std::shared_ptr<const void>(std::shared_ptr<const void> loaded,
-                                            const std::vector<std::shared_ptr<const void>>&)>
+  std::function<Result<std::shared_ptr<const void>>(PassContext&, const Inputs&)> run;
+  // Restores what lies outside an output that was loaded from the cache, from the inputs: a step
+  // has it where its output has reattach(Output&, Parameters...). Else empty.
+  std::function<std::shared_ptr<const void>(std::shared_ptr<const void> loaded, const Inputs&)>
       reattach;
 };
 
@@ -126,46 +151,72 @@ std::vector<std::pair<std::string, std::string>> option_texts(Options options) {
   return texts;
 }
 
-template <class Output, class Options, class... Inputs, std::size_t... I>
-Result<std::shared_ptr<const void>> call(Result<Output> (*pass)(PassContext&, const Options&,
-                                                                const Inputs&...),
-                                         PassContext& ctx, const Options& options,
-                                         const std::vector<std::shared_ptr<const void>>& inputs,
-                                         std::index_sequence<I...>) {
-  SIGHTLINE_ASSIGN(Output output,
-                   pass(ctx, options, *static_cast<const Inputs*>(inputs[I].get())...));
-  return std::shared_ptr<const void>(std::make_shared<const Output>(std::move(output)));
-}
+// Inputs of a step, as the parameters of its pass.
+template <class... Parameters>
+class Arguments {
+ public:
+  Arguments(const PassStep::Inputs& inputs, const std::vector<std::size_t>& counts) {
+    fill(inputs, counts, std::index_sequence_for<Parameters...>{});
+  }
 
-template <class Output, class... Inputs, std::size_t... I>
-std::shared_ptr<const void> call_reattach(const void* loaded,
-                                          const std::vector<std::shared_ptr<const void>>& inputs,
-                                          std::index_sequence<I...>) {
-  Output output = *static_cast<const Output*>(loaded);
-  reattach(output, *static_cast<const Inputs*>(inputs[I].get())...);
-  return std::make_shared<const Output>(std::move(output));
-}
+  // What `call` returns for them.
+  template <class Call>
+  decltype(auto) apply(Call&& call) const {
+    return std::apply(
+        [&](const auto&... artifacts) -> decltype(auto) {
+          return call(ParameterOf<Parameters>::from(artifacts)...);
+        },
+        artifacts_);
+  }
+
+ private:
+  template <std::size_t... I>
+  void fill(const PassStep::Inputs& inputs, const std::vector<std::size_t>& counts,
+            std::index_sequence<I...>) {
+    auto next = inputs.begin();
+    const auto take = [&]<class X>(std::vector<const X*>& artifacts, std::size_t count) {
+      for (; count > 0; --count) artifacts.push_back(static_cast<const X*>((next++)->get()));
+    };
+    (take(std::get<I>(artifacts_), counts[I]), ...);
+  }
+
+  std::tuple<std::vector<const FormTaken<Parameters>*>...> artifacts_;
+};
 
 }  // namespace pipeline_detail
 
-// A step that runs `pass`; the plan names it and connects it.
-template <class Output, class Options, class... Inputs>
-PassStep make_step(const Pass<Output, Options, Inputs...>& pass, const Options& options) {
+// A step that runs `pass`; the plan names it and connects it. `counts`: how many artifacts each
+// parameter of the pass takes.
+template <class Output, class Options, class... Parameters>
+PassStep make_step(const Pass<Output, Options, Parameters...>& pass, const Options& options,
+                   const std::vector<std::size_t>& counts) {
+  using Arguments = pipeline_detail::Arguments<Parameters...>;
   PassStep step;
   step.version = pass.version;
+  step.stage = pass.stage;
+  step.cost = pass.cost;
   step.options = pipeline_detail::option_texts(options);
-  step.input_types = {&artifact_type<Inputs>()...};
+  step.input_counts = counts;
+  const std::vector<const ArtifactType*> types = {&artifact_type<FormTaken<Parameters>>()...};
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    step.input_types.insert(step.input_types.end(), counts[i], types[i]);
+  }
   step.output_type = &artifact_type<Output>();
-  step.run = [run = pass.run, options](PassContext& ctx,
-                                       const std::vector<std::shared_ptr<const void>>& artifacts) {
-    return pipeline_detail::call<Output, Options, Inputs...>(run, ctx, options, artifacts,
-                                                             std::index_sequence_for<Inputs...>{});
+  step.run = [run = pass.run, options, counts](
+                 PassContext& ctx,
+                 const PassStep::Inputs& inputs) -> Result<std::shared_ptr<const void>> {
+    SIGHTLINE_ASSIGN(Output output,
+                     Arguments(inputs, counts).apply([&](Parameters... taken) -> Result<Output> {
+                       return run(ctx, options, taken...);
+                     }));
+    return std::shared_ptr<const void>(std::make_shared<const Output>(std::move(output)));
   };
-  if constexpr (requires(Output & made, const Inputs&... taken) { reattach(made, taken...); }) {
-    step.reattach = [](std::shared_ptr<const void> loaded,
-                       const std::vector<std::shared_ptr<const void>>& artifacts) {
-      return pipeline_detail::call_reattach<Output, Inputs...>(
-          loaded.get(), artifacts, std::index_sequence_for<Inputs...>{});
+  if constexpr (requires(Output & made, Parameters... taken) { reattach(made, taken...); }) {
+    step.reattach = [counts](std::shared_ptr<const void> loaded,
+                             const PassStep::Inputs& inputs) -> std::shared_ptr<const void> {
+      Output output = *static_cast<const Output*>(loaded.get());
+      Arguments(inputs, counts).apply([&](Parameters... taken) { reattach(output, taken...); });
+      return std::make_shared<const Output>(std::move(output));
     };
   }
   return step;

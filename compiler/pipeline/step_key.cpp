@@ -32,12 +32,23 @@ std::string on_one_line(std::string_view text) {
   return line;
 }
 
+// Where inputs may be missing or repeated, how many each parameter of the pass has: a line, or
+// nothing.
+std::string counts_of_inputs(const PassStep& step) {
+  const auto is_one = [](std::size_t count) { return count == 1; };
+  if (std::ranges::all_of(step.input_counts, is_one)) return "";
+  std::string line = "inputs by parameter =";
+  for (const std::size_t count : step.input_counts) line += " " + std::to_string(count);
+  return line + "\n";
+}
+
 // Of how the step works and what its inputs hold. Their names are left out: equal contents give an
 // equal output, whichever recording of a configuration they come from.
 Digest digest_of(const Plan& plan, const PassStep& step, const Digest& way,
                  const std::function<Digest(std::size_t artifact)>& key_of_input) {
   DigestBuilder builder;
   builder.add(way);
+  builder.add(counts_of_inputs(step));
   for (const std::size_t input : step.inputs) {
     builder.add(plan.artifact({input}).type->name);
     builder.add(key_of_input(input));
@@ -66,6 +77,7 @@ StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
     key.record +=
         "input " + plan.artifact({input}).name + " = " + to_hex(key_of_input(input)) + "\n";
   }
+  key.record += counts_of_inputs(step);
   key.key = digest_of(plan, step, key.way, key_of_input);
   return key;
 }

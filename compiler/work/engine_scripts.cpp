@@ -1,7 +1,7 @@
 #include "compiler/work/engine_scripts.h"
 
-#include "compiler/work/stages.h"
 #include "formats/text/quoted_text.h"
+#include "passes/pass/stage.h"
 
 namespace sightline {
 namespace {

@@ -81,7 +81,7 @@ std::vector<AnyWire> outputs_of(const CompilePlan& compile, Stage stage) {
   std::vector<AnyWire> outputs;
   for (const std::size_t index : steps_for(plan, told_of(compile), [](AnyWire) { return false; })) {
     const PassStep& step = plan.steps()[index];
-    if (can_be_kept(plan, step) && stage_of(step) == stage) outputs.push_back({step.output});
+    if (can_be_kept(plan, step) && step.stage == stage) outputs.push_back({step.output});
   }
   return outputs;
 }
@@ -100,7 +100,7 @@ RunOptions options_in(const SharedWork& work, Stage stage) {
   options.cache_directory = work.store;
   options.may_run = [&plan = work.compile.plan, stage](const std::string& name) {
     return std::ranges::any_of(plan.steps(), [&](const PassStep& step) {
-      return step.name == name && stage_of(step) == stage;
+      return step.name == name && step.stage == stage;
     });
   };
   return options;
@@ -113,8 +113,7 @@ std::vector<StepState> states_of(const SharedWork& work) {
   for (const PlannedRun& run :
        planned_runs(plan, told_of(work.compile), options_in(work, Stage::kLink), work.artifacts)) {
     if (!run.is_kept) continue;
-    const auto step = std::ranges::find(plan.steps(), run.name, &PassStep::name);
-    StepState state{stage_of(*step), run.name, cache.has(run.name, run.key)};
+    StepState state{plan.steps()[run.step].stage, run.name, cache.has(run.name, run.key)};
     if (const auto parts = cache.part_count(run.name, run.key)) {
       state.parts = parts->all;
       state.parts_there = parts->there;

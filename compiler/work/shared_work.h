@@ -10,7 +10,6 @@
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/pipeline/runner.h"
 #include "compiler/work/plan_file.h"
-#include "compiler/work/stages.h"
 
 // A compile that several processes, on any number of machines, do together: each opens the plan,
 // does a share of a stage and leaves what it made in the store of the plan. There are no locks, and

@@ -24,7 +24,8 @@ std::vector<OptionField> option_fields(MeasureClearanceOptions& options);
 // Errors: mismatched-inputs (sites and map in different frames).
 Result<SiteColumn> measure_clearance(PassContext& ctx, const MeasureClearanceOptions& options,
                                      const NdtMap& map, const Sites& sites);
-inline constexpr Pass kMeasureClearance{"measure-clearance", 1, "clearance",
-                                        "Room beside the route", &measure_clearance};
+inline constexpr Pass kMeasureClearance =
+    Pass{"measure-clearance", 1, "clearance", "Room beside the route", &measure_clearance}.in(
+        Stage::kSites);
 
 }  // namespace sightline

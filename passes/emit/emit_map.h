@@ -70,7 +70,8 @@ Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, c
                               const AtRest<MeasuredError>& measured, const PackedModel& model,
                               const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
                               const Sharpness& sharpness, const Trajectory& mapping_trajectory);
-inline constexpr Pass kEmitMap{"emit-map", 12, "map", "The map file", &emit_map_step};
+inline constexpr Pass kEmitMap =
+    Pass{"emit-map", 12, "map", "The map file", &emit_map_step}.in(Stage::kLink);
 
 // The same of several drives: the map says which of them, and so which days, each tile is from.
 Result<MapFile> emit_map_of_drives(PassContext& ctx, const EmitMapOptions& options,

@@ -9,7 +9,9 @@ namespace sightline {
 // Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
 Result<PackedModel> pack_model_step(PassContext& ctx, const NoOptions& options,
                                     const ErrorModelAtRest& model);
-inline constexpr Pass kPackModel{"pack-model", 3, "packed-model",
-                                 "The error model as the map file carries it", &pack_model_step};
+inline constexpr Pass kPackModel =
+    Pass{"pack-model", 3, "packed-model", "The error model as the map file carries it",
+         &pack_model_step}
+        .in(Stage::kLearn);
 
 }  // namespace sightline

@@ -30,7 +30,9 @@ std::vector<OptionField> option_fields(FactorsOfSitesOptions& options);
 Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
                                              const TiledNds& nds, const TiledSurface& surface,
                                              const Sites& sites, const SensorProfile& sensor);
-inline constexpr Pass kComputeFactors{"compute-factors", 8, "map-factors", "Map factors",
-                                      &factors_of_sites};
+inline constexpr Pass kComputeFactors =
+    Pass{"compute-factors", 8, "map-factors", "Map factors", &factors_of_sites}
+        .in(Stage::kSites)
+        .with({.scan_s = 0.022});
 
 }  // namespace sightline

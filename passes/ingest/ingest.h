@@ -30,6 +30,8 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording);
 // After decode: gives the drive its scans back.
 void reattach(Drive& drive, const Recording& recording);
-inline constexpr Pass kIngest{"ingest", 4, "drive", "Reading drives", &ingest};
+inline constexpr Pass kIngest = Pass{"ingest", 4, "drive", "Reading drives", &ingest}
+                                    .in(Stage::kDrives)
+                                    .with({.scan_s = 0.0003});
 
 }  // namespace sightline

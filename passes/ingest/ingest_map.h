@@ -21,7 +21,8 @@ std::vector<OptionField> option_fields(IngestMapOptions& options);
 // wider than a grid), and those of point_map_store.
 Result<SurfacePoints> ingest_map(PassContext& ctx, const IngestMapOptions& options,
                                  const PointMap& map);
-inline constexpr Pass kIngestMap{"ingest-map", 1, "points", "Reading finished maps", &ingest_map};
+inline constexpr Pass kIngestMap =
+    Pass{"ingest-map", 1, "points", "Reading finished maps", &ingest_map}.in(Stage::kDrives);
 
 // Points on a square metre of surface that cells and patches need (schemas/definitions.md,
 // "Annotating a finished map"): 10 in a cell of 2 m, 3 in one of 0.5 m.

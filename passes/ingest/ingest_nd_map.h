@@ -21,7 +21,7 @@ std::vector<OptionField> option_fields(IngestNdMapOptions& options);
 // cell), invalid-artifact (a map wider than a grid).
 Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options,
                              const ForeignNds& map);
-inline constexpr Pass kIngestNdMap{"ingest-nd-map", 2, "nds", "NDs of somebody's NDT map",
-                                   &ingest_nd_map};
+inline constexpr Pass kIngestNdMap =
+    Pass{"ingest-nd-map", 2, "nds", "NDs of somebody's NDT map", &ingest_nd_map}.in(Stage::kDrives);
 
 }  // namespace sightline

@@ -16,7 +16,7 @@ namespace sightline {
 // sensor, or with the same one elsewhere on the vehicle, is left out with a warning that names it.
 Result<Drive> join_drives(PassContext& ctx, const NoOptions& options, const Drive& drive,
                           const Drive& later);
-inline constexpr Pass kJoinDrives{"join-drives", 1, "drives", "Several drives in one",
-                                  &join_drives};
+inline constexpr Pass kJoinDrives =
+    Pass{"join-drives", 1, "drives", "Several drives in one", &join_drives}.in(Stage::kGraph);
 
 }  // namespace sightline

@@ -19,7 +19,8 @@ namespace sightline {
 // drives).
 Result<Drive> join_sensors(PassContext& ctx, const NoOptions& options, const Drive& drive,
                            const Drive& other);
-inline constexpr Pass kJoinSensors{"join-sensors", 1, "joined-drive",
-                                   "Scans of several sensors in one drive", &join_sensors};
+inline constexpr Pass kJoinSensors =
+    Pass{"join-sensors", 1, "joined-drive", "Scans of several sensors in one drive", &join_sensors}
+        .in(Stage::kGraph);
 
 }  // namespace sightline

@@ -25,8 +25,9 @@ Result<AtRest<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions&
                                               const AtRest<MeasuredError>& own,
                                               const SensorProfile& mapping_sensor,
                                               const SensorProfile& localizing_sensor);
-inline constexpr Pass kAddMappingError{"add-mapping-error", 4, "factors",
-                                       "The factor from the mapping drive", &add_mapping_error};
+inline constexpr Pass kAddMappingError =
+    Pass{"add-mapping-error", 4, "factors", "The factor from the mapping drive", &add_mapping_error}
+        .in(Stage::kSites);
 
 // The same where a model is to learn from a drive that both makes the map and is localized in it:
 // its halves know too much of each other, so `mapping_error` is `virtual_error` everywhere.

@@ -46,7 +46,9 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
                                       const Drive& drive, const Trajectory& trajectory,
                                       const TiledNds& nds, const Sites& sites,
                                       const RangeTable& ranges);
-inline constexpr Pass kCalibratePlan{"calibrate-plan", 2, "plan",
-                                     "When a vehicle that tracks looks again", &calibrate_plan};
+inline constexpr Pass kCalibratePlan =
+    Pass{"calibrate-plan", 2, "plan", "When a vehicle that tracks looks again", &calibrate_plan}
+        .in(Stage::kLearn)
+        .with({.scan_s = 0.0003});
 
 }  // namespace sightline

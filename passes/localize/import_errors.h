@@ -30,8 +30,9 @@ std::vector<OptionField> option_fields(ImportErrorsOptions& options);
 Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions& options,
                                     const OutsideErrors& outside, const Drive& drive,
                                     const Trajectory& trajectory, const Sites& sites);
-inline constexpr Pass kImportErrors{"import-errors", 1, "measured",
-                                    "Errors of a localizer outside, measured elsewhere",
-                                    &import_errors};
+inline constexpr Pass kImportErrors =
+    Pass{"import-errors", 1, "measured", "Errors of a localizer outside, measured elsewhere",
+         &import_errors}
+        .in(Stage::kSites);
 
 }  // namespace sightline

@@ -15,8 +15,9 @@ namespace sightline {
 Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions& options, const Drive& first,
                                    const Drive& later, const MeasuredError& first_errors,
                                    const MeasuredError& later_errors);
-inline constexpr Pass kJoinErrors{"join-errors", 1, "measured-drives",
-                                  "What several drives found, together", &join_errors};
+inline constexpr Pass kJoinErrors =
+    Pass{"join-errors", 1, "measured-drives", "What several drives found, together", &join_errors}
+        .in(Stage::kLearn);
 
 // The same where some were joined before.
 Result<MeasuredDrives> join_more_errors(PassContext& ctx, const NoOptions& options,
@@ -31,7 +32,8 @@ inline constexpr Pass kJoinMoreErrors = variant_of(kJoinErrors, &join_more_error
 // where no drive is left.
 Result<MeasuredError> pool_errors(PassContext& ctx, const NoOptions& options,
                                   const MeasuredDrives& measured);
-inline constexpr Pass kPoolErrors{"pool-errors", 1, "measured-in-turn",
-                                  "Several drives, each at every n-th site", &pool_errors};
+inline constexpr Pass kPoolErrors = Pass{"pool-errors", 1, "measured-in-turn",
+                                         "Several drives, each at every n-th site", &pool_errors}
+                                        .in(Stage::kLearn);
 
 }  // namespace sightline

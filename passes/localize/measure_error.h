@@ -63,7 +63,9 @@ Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureError
                                             const Drive& localization_drive,
                                             const Trajectory& trajectory, const TiledNds& nds,
                                             const Sites& sites);
-inline constexpr Pass kMeasureError{"measure-error", 13, "measured",
-                                    "Localization error of a drive", &measure_error};
+inline constexpr Pass kMeasureError =
+    Pass{"measure-error", 13, "measured", "Localization error of a drive", &measure_error}
+        .in(Stage::kSites)
+        .with({.scan_s = 0.018});
 
 }  // namespace sightline

@@ -31,7 +31,8 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options);
 Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
                                              const TiledSurface& surface, const TiledNds& nds,
                                              const Sites& sites, const SensorProfile& sensor);
-inline constexpr Pass kSimulateError{"simulate-error", 3, "simulated",
-                                     "Localization error of simulated scans", &simulate_error};
+inline constexpr Pass kSimulateError =
+    Pass{"simulate-error", 3, "simulated", "Localization error of simulated scans", &simulate_error}
+        .in(Stage::kSites);
 
 }  // namespace sightline

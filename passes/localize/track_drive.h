@@ -30,7 +30,9 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options);
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory,
                                 const TiledNds& nds, const Sites& sites, const RangeTable& ranges);
-inline constexpr Pass kTrackDrive{"track-drive", 7, "tracks",
-                                  "Replaying a drive as a vehicle localizes", &track_drive};
+inline constexpr Pass kTrackDrive =
+    Pass{"track-drive", 7, "tracks", "Replaying a drive as a vehicle localizes", &track_drive}
+        .in(Stage::kSites)
+        .with({.scan_s = 0.03, .million_points_s = 0.3});
 
 }  // namespace sightline

@@ -13,7 +13,9 @@ namespace sightline {
 // empty-map (no ND).
 Result<TiledSurface> build_nd_surface(PassContext& ctx, const NoOptions& options,
                                       const NdtMap& map);
-inline constexpr Pass kBuildNdSurface{"build-nd-surface", 2, "surface",
-                                      "The surface that rays hit, of NDs alone", &build_nd_surface};
+inline constexpr Pass kBuildNdSurface =
+    Pass{"build-nd-surface", 2, "surface", "The surface that rays hit, of NDs alone",
+         &build_nd_surface}
+        .in(Stage::kTiles);
 
 }  // namespace sightline

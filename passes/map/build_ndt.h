@@ -24,7 +24,9 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options);
 // (the NDs of scans lie in a temporary file where memory does not hold them).
 Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                            const SurfacePoints& points);
-inline constexpr Pass kBuildNdt{"build-ndt", 2, "nds", "The NDT map", &build_ndt};
+inline constexpr Pass kBuildNdt = Pass{"build-ndt", 2, "nds", "The NDT map", &build_ndt}
+                                      .in(Stage::kTiles)
+                                      .with({.million_points_s = 0.06});
 
 // The same from plain points, for passes that match scans while the map grows. The points must be
 // finite and within 2^30 cells of the origin, the options a tiling. The order of points decides the

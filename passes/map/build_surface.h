@@ -25,7 +25,9 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 // cannot-write (a street that memory does not hold lies in a temporary file).
 Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                                    const SurfacePoints& points);
-inline constexpr Pass kBuildSurface{"build-surface", 6, "surface", "The surface that rays hit",
-                                    &build_surface};
+inline constexpr Pass kBuildSurface =
+    Pass{"build-surface", 6, "surface", "The surface that rays hit", &build_surface}
+        .in(Stage::kTiles)
+        .with({.million_points_s = 1.0});
 
 }  // namespace sightline

@@ -30,6 +30,7 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options);
 // drive-too-short (no pose chosen).
 Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, const Drive& drive,
                            const Trajectory& trajectory);
-inline constexpr Pass kChooseSites{"choose-sites", 4, "sites", "Places to annotate", &choose_sites};
+inline constexpr Pass kChooseSites =
+    Pass{"choose-sites", 4, "sites", "Places to annotate", &choose_sites}.in(Stage::kTiles);
 
 }  // namespace sightline

@@ -23,8 +23,9 @@ std::vector<OptionField> option_fields(CountDrivesOptions& options);
 Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& options,
                                 const Drive& drive, const Trajectory& trajectory,
                                 const SurfacePoints& points);
-inline constexpr Pass kCountDrives{"count-drives", 2, "tile-drives",
-                                   "Which drives, and so which days, each tile is from",
-                                   &count_drives};
+inline constexpr Pass kCountDrives =
+    Pass{"count-drives", 2, "tile-drives", "Which drives, and so which days, each tile is from",
+         &count_drives}
+        .in(Stage::kTiles);
 
 }  // namespace sightline

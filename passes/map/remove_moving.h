@@ -33,7 +33,9 @@ std::vector<OptionField> option_fields(RemoveMovingOptions& options);
 // empty-map (no return within range), and what reading a scan says.
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kRemoveMoving{"remove-moving", 6, "points", "What moved leaves the map",
-                                    &remove_moving};
+inline constexpr Pass kRemoveMoving =
+    Pass{"remove-moving", 6, "points", "What moved leaves the map", &remove_moving}
+        .in(Stage::kTiles)
+        .with({.million_points_s = 0.6});
 
 }  // namespace sightline

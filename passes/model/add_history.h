@@ -18,7 +18,9 @@ Result<FactorTable> add_history(PassContext& ctx, const NoOptions& options,
                                 const FactorTable& factors, const MeasuredDrives& measured,
                                 const PredictedError& predicted, const ErrorModel& model,
                                 const RecordingCards& recordings);
-inline constexpr Pass kAddHistory{"add-history", 2, "factors-with-history",
-                                  "What several drives measured, beside the factors", &add_history};
+inline constexpr Pass kAddHistory =
+    Pass{"add-history", 2, "factors-with-history",
+         "What several drives measured, beside the factors", &add_history}
+        .in(Stage::kLearn);
 
 }  // namespace sightline

@@ -42,8 +42,8 @@ namespace sightline {
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const AtRest<FactorTable>& factors);
-inline constexpr Pass kChooseRanges{"choose-ranges", 13, "ranges", "How far to look",
-                                    &choose_ranges};
+inline constexpr Pass kChooseRanges =
+    Pass{"choose-ranges", 13, "ranges", "How far to look", &choose_ranges}.in(Stage::kLearn);
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;
 // nothing under the mean rule.

@@ -27,8 +27,9 @@ std::vector<OptionField> option_fields(HistoryOfMapOptions& options);
 Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOptions& options,
                                       const CompiledMap& map, const Sites& sites,
                                       const SensorProfile& sensor, const MeasuredError& like);
-inline constexpr Pass kHistoryOfMap{"history-of-map", 1, "measured-drives",
-                                    "What drives found in a map before", &history_of_map};
+inline constexpr Pass kHistoryOfMap = Pass{"history-of-map", 1, "measured-drives",
+                                           "What drives found in a map before", &history_of_map}
+                                          .in(Stage::kLearn);
 
 // The same behind what localization drives found now: one, which is `now`, or several.
 Result<MeasuredDrives> history_of_map_and_drive(PassContext& ctx,

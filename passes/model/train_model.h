@@ -42,7 +42,9 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // buffer leaves a fold nothing to learn from; both name the place.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
-inline constexpr Pass kTrainModel{"train-model", 8, "model", "The error model", &train_model};
+inline constexpr Pass kTrainModel = Pass{"train-model", 8, "model", "The error model", &train_model}
+                                        .in(Stage::kLearn)
+                                        .with({.scan_s = 0.009});
 
 // The same from the one place that the model is for, without a warning that it knows no other.
 // Where that is too short, or no scan lies near a site, the model is that of

@@ -39,6 +39,9 @@ Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& option
 // The same from the sites of one block. The scene reaches as far as the options.
 Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const BlockScene& scene,
                                          const SensorProfile& sensor, int threads);
-inline constexpr Pass kCastScans{"cast-scans", 4, "virtual-scans", "Virtual scans", &cast_scans};
+inline constexpr Pass kCastScans =
+    Pass{"cast-scans", 4, "virtual-scans", "Virtual scans", &cast_scans}
+        .in(Stage::kSites)
+        .with({.scan_s = 0.006, .million_points_s = 0.15});
 
 }  // namespace sightline

@@ -34,7 +34,8 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites);
-inline constexpr Pass kAlignDrive{"align-drive", 6, "aligned",
-                                  "A second drive in the map of the first", &align_drive};
+inline constexpr Pass kAlignDrive =
+    Pass{"align-drive", 6, "aligned", "A second drive in the map of the first", &align_drive}.in(
+        Stage::kTiles);
 
 }  // namespace sightline

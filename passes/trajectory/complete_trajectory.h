@@ -13,7 +13,9 @@ namespace sightline {
 // two of them).
 Result<Trajectory> complete_trajectory(PassContext& ctx, const NoOptions& options,
                                        const Drive& drive, const Trajectory& first_sensor);
-inline constexpr Pass kCompleteTrajectory{"complete-trajectory", 2, "joined-trajectory",
-                                          "A pose for every sensor's scans", &complete_trajectory};
+inline constexpr Pass kCompleteTrajectory =
+    Pass{"complete-trajectory", 2, "joined-trajectory", "A pose for every sensor's scans",
+         &complete_trajectory}
+        .in(Stage::kTiles);
 
 }  // namespace sightline

@@ -21,7 +21,9 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // of reading a scan.
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive);
-inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 22, "trajectory",
-                                          "Where the vehicle was", &estimate_trajectory};
+inline constexpr Pass kEstimateTrajectory =
+    Pass{"estimate-trajectory", 22, "trajectory", "Where the vehicle was", &estimate_trajectory}
+        .in(Stage::kGraph)
+        .with({.million_points_s = 0.5, .without_poses_s = 1.3});
 
 }  // namespace sightline

@@ -25,7 +25,9 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options);
 // rates. Errors: mismatched-inputs (not one pose for each scan) and those of reading a scan.
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kUndistortScans{"undistort-scans", 5, "undistorted", "Motion during a scan",
-                                      &undistort_scans};
+inline constexpr Pass kUndistortScans =
+    Pass{"undistort-scans", 5, "undistorted", "Motion during a scan", &undistort_scans}
+        .in(Stage::kTiles)
+        .with({.scan_s = 0.0003, .million_points_s = 0.01});
 
 }  // namespace sightline

@@ -33,8 +33,9 @@ std::vector<OptionField> option_fields(ChooseScansOptions& options);
 Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& options,
                                 const Drive& drive, const Drive& undistorted,
                                 const Trajectory& trajectory, const ReleasedPoses& released);
-inline constexpr Pass kChooseScans{"choose-scans", 1, "laid-scans",
-                                   "Beside an earlier map: which scans show something new",
-                                   &choose_scans};
+inline constexpr Pass kChooseScans =
+    Pass{"choose-scans", 1, "laid-scans", "Beside an earlier map: which scans show something new",
+         &choose_scans}
+        .in(Stage::kTiles);
 
 }  // namespace sightline

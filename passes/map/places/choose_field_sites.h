@@ -18,7 +18,8 @@ namespace sightline {
 // (numbers that from or within cannot hold).
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
                                  const TiledSurface& surface, const SensorProfile& sensor);
-inline constexpr Pass kChooseFieldSites{"choose-field-sites", 1, "sites",
-                                        "Places to annotate everywhere", &choose_field_sites};
+inline constexpr Pass kChooseFieldSites =
+    Pass{"choose-field-sites", 1, "sites", "Places to annotate everywhere", &choose_field_sites}.in(
+        Stage::kTiles);
 
 }  // namespace sightline

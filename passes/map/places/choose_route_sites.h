@@ -28,7 +28,8 @@ std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options);
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
                                  const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor);
-inline constexpr Pass kChooseRouteSites{"choose-route-sites", 3, "sites",
-                                        "Places to annotate along a route", &choose_route_sites};
+inline constexpr Pass kChooseRouteSites =
+    Pass{"choose-route-sites", 3, "sites", "Places to annotate along a route", &choose_route_sites}
+        .in(Stage::kTiles);
 
 }  // namespace sightline

@@ -19,7 +19,9 @@ std::vector<OptionField> option_fields(MeasureSharpnessOptions& options);
 // mismatched-inputs (the trajectory is not of the drive) and what reading a scan says.
 Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kMeasureSharpness{"measure-sharpness", 4, "sharpness", "How sharp the map is",
-                                        &measure_sharpness};
+inline constexpr Pass kMeasureSharpness =
+    Pass{"measure-sharpness", 4, "sharpness", "How sharp the map is", &measure_sharpness}
+        .in(Stage::kTiles)
+        .with({.million_points_s = 0.05});
 
 }  // namespace sightline

@@ -40,8 +40,9 @@ Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions
                                      const ErrorModel& model, const Sites& sites,
                                      const AtRest<FactorTable>& factors,
                                      const RecordingCards& recordings);
-inline constexpr Pass kPredictError{"predict-error", 5, "predicted",
-                                    "What the model says of each site", &predict_error};
+inline constexpr Pass kPredictError =
+    Pass{"predict-error", 5, "predicted", "What the model says of each site", &predict_error}.in(
+        Stage::kLearn);
 
 // The same where an earlier drive was measured on this map: what it found within 6 m of a site is
 // among the site's features (schemas/definitions.md, "Measured history"). A model that was never

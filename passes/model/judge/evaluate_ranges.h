@@ -34,7 +34,8 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
                                    const Sites& sites, const PredictedError& predicted,
                                    const RangeTable& ranges, const AtRest<FactorTable>& factors,
                                    const MeasuredError& judged);
-inline constexpr Pass kEvaluateRanges{"evaluate-ranges", 3, "evaluation", "Judging the choice",
-                                      &evaluate_ranges};
+inline constexpr Pass kEvaluateRanges =
+    Pass{"evaluate-ranges", 3, "evaluation", "Judging the choice", &evaluate_ranges}.in(
+        Stage::kLearn);
 
 }  // namespace sightline

@@ -13,14 +13,16 @@ namespace sightline {
 // released drive is named after one that is not).
 Result<Drive> released_drive(PassContext& ctx, const NoOptions& options, const Drive& drive,
                              const ReleasedPoses& released);
-inline constexpr Pass kReleasedDrive{"released-drive", 1, "released-drive",
-                                     "The drives of an earlier map", &released_drive};
+inline constexpr Pass kReleasedDrive =
+    Pass{"released-drive", 1, "released-drive", "The drives of an earlier map", &released_drive}.in(
+        Stage::kGraph);
 
 // Their poses as they were released, in the frame of `drive`. Errors: those of released_drive().
 Result<Trajectory> released_trajectory(PassContext& ctx, const NoOptions& options,
                                        const Drive& drive, const ReleasedPoses& released);
-inline constexpr Pass kReleasedTrajectory{"released-trajectory", 1, "released-trajectory",
-                                          "Where these drives were", &released_trajectory};
+inline constexpr Pass kReleasedTrajectory = Pass{"released-trajectory", 1, "released-trajectory",
+                                                 "Where these drives were", &released_trajectory}
+                                                .in(Stage::kGraph);
 
 // Where the vehicle was at each scan of several drives, some of which were shipped in a map:
 // released poses stay to the bit, in their frame. The other drives, named after the released ones,
@@ -38,7 +40,8 @@ inline constexpr Pass kExtendReleased = variant_of(kEstimateTrajectory, &extend_
 // The poses of a map, to be shipped with it. Error: invalid-artifact (scans without an identity).
 Result<ReleasedPoses> release_poses(PassContext& ctx, const NoOptions& options, const Drive& drive,
                                     const Trajectory& trajectory);
-inline constexpr Pass kReleasePoses{"release-poses", 1, "released-poses",
-                                    "Poses that the next map keeps", &release_poses};
+inline constexpr Pass kReleasePoses =
+    Pass{"release-poses", 1, "released-poses", "Poses that the next map keeps", &release_poses}.in(
+        Stage::kTiles);
 
 }  // namespace sightline

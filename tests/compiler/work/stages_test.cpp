@@ -1,5 +1,3 @@
-#include "compiler/work/stages.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
@@ -49,7 +47,7 @@ TEST(Stages, NoStepTakesWhatALaterStageMakes) {
       const Plan plan = compile_plan(config, model).plan;
       std::map<std::size_t, Stage> made_in;
       for (const PassStep& step : plan.steps()) {
-        const Stage stage = stage_of(step);
+        const Stage stage = step.stage;
         for (const std::size_t input : step.inputs) {
           if (!made_in.contains(input)) continue;
           EXPECT_LE(made_in[input], stage) << step.name;
@@ -68,16 +66,10 @@ TEST(Stages, WaysToReadScansAndTheMapAloneAreKeptByNobody) {
     for (const PassStep& step : plan.steps()) {
       if (can_be_kept(plan, step)) continue;
       EXPECT_TRUE(step.name.starts_with("join-") || step.name.starts_with("undistort-scans") ||
-                  step.name == "released-drive" || stage_of(step) == Stage::kLink)
+                  step.name == "released-drive" || step.stage == Stage::kLink)
           << step.name;
     }
   }
-}
-
-TEST(Stages, HaveNames) {
-  for (const Stage stage : kWorkStages) EXPECT_EQ(stage_named(stage_name(stage)), stage);
-  EXPECT_EQ(stage_named("link"), Stage::kLink);
-  EXPECT_EQ(stage_named("nothing"), std::nullopt);
 }
 
 }  // namespace
