@@ -34,22 +34,8 @@ std::vector<Look> with_baselines(std::vector<Look> looks) {
 Wire<ErrorModel> add_model(CompilePlan& compile) {
   Plan& plan = compile.plan;
   if (compile.given_model.is_connected()) return compile.given_model;
-  if (compile.measured_drives.is_connected()) {
-    return plan.run(kTrainModelOfDrives, compile.sites, compile.factors, compile.measured_drives,
-                    compile.cards);
-  }
-  return plan.run(kTrainModelHere, compile.sites, compile.factors, compile.measured, compile.cards);
-}
-
-// What it says of each site, told what one drive measured here, or several.
-Wire<PredictedError> add_prediction_with_history(CompilePlan& compile) {
-  Plan& plan = compile.plan;
-  if (compile.measured_drives.is_connected()) {
-    return plan.run(kPredictErrorWithDrives, compile.model, compile.sites, compile.factors,
-                    compile.measured_drives, compile.cards);
-  }
-  return plan.run(kPredictErrorWithHistory, compile.model, compile.sites, compile.factors,
-                  compile.measured, compile.cards);
+  return plan.run(kTrainModelHere, compile.sites, compile.factors, compile.measured, compile.cards,
+                  compile.measured_drives);
 }
 
 // The model that annotates the map, and what it says of each site. Returns the factors as the map
@@ -63,11 +49,14 @@ Wire<FactorTable> add_choice(const CompileConfig& config, CompilePlan& compile) 
       compile.measured != compile.simulated || compile.measured_drives.is_connected();
   const bool has_history =
       is_given && is_measured && config.passes.options(kPredictError).history == HistoryUse::kAuto;
-  compile.predicted = has_history ? add_prediction_with_history(compile)
-                                  : plan.run(kPredictError, compile.model, compile.sites,
-                                             compile.factors, compile.cards);
-  // From here on every site's prediction comes from trees that never saw its place.
   const bool is_of_several = has_history && compile.measured_drives.is_connected();
+  Maybe<MeasuredError> history;
+  Maybe<MeasuredDrives> drives;
+  if (is_of_several) drives = compile.measured_drives;
+  if (has_history && !is_of_several) history = compile.measured;
+  compile.predicted = plan.run(kPredictError, compile.model, compile.sites, compile.factors,
+                               compile.cards, history, drives);
+  // From here on every site's prediction comes from trees that never saw its place.
   const Wire<FactorTable> factors =
       is_of_several ? plan.run(kAddHistory, compile.factors, compile.measured_drives,
                                compile.predicted, compile.model, compile.cards)
@@ -82,21 +71,14 @@ Wire<FactorTable> add_choice(const CompileConfig& config, CompilePlan& compile) 
 // What drives found in a compiled map before it is annotated anew, behind those that are localized
 // in it now. Only a model that is given hears them: one that learns here has no other drives to
 // learn it from.
-void add_history_of_map(const CompileConfig& config, CompilePlan& compile) {
+void add_history_of_map(CompilePlan& compile) {
   const Wire<CompiledMap>& map = compile.finished.compiled;
   if (!map.is_connected() || !compile.given_model.is_connected()) return;
   Plan& plan = compile.plan;
   const HistoryOfMapOptions options{plan.options(kMeasureError).site_radius_m};
-  const auto behind = [&](const auto& pass, const auto& now) {
-    return plan.run_as("", pass, options, map, compile.sites, compile.localizing_sensor, now);
-  };
-  if (compile.measured_drives.is_connected()) {
-    compile.measured_drives = behind(kHistoryOfMapAndDrives, compile.measured_drives);
-  } else if (config.localization.scans.empty()) {
-    compile.measured_drives = behind(kHistoryOfMap, compile.simulated);
-  } else {
-    compile.measured_drives = behind(kHistoryOfMapAndDrive, compile.measured);
-  }
+  compile.measured_drives =
+      plan.run_as("", kHistoryOfMap, options, map, compile.sites, compile.localizing_sensor,
+                  compile.measured, compile.measured_drives);
 }
 
 // Annotates a finished map.
@@ -112,24 +94,15 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
                             {plan, compile.ndt, compile.sites, measuring_options(config, plan)},
                             compile);
   }
-  add_history_of_map(config, compile);
+  add_history_of_map(compile);
   // From here on places that a drive passed have been measured; the others stay simulated.
   const Wire<FactorTable> factors = add_choice(config, compile);
   const Wire<PackedModel> packed_model = plan.run(kPackModel, compile.model);
   const FinishedMapInput& finished = compile.finished;
-  if (finished.compiled.is_connected()) {
-    compile.map = plan.run(kEmitMapAnew, compile.packed_nds, compile.sites, compile.predicted,
-                           compile.ranges, compile.measured, packed_model, factors,
-                           compile.localizing_sensor, compile.cards, finished.compiled);
-  } else if (finished.nds.is_connected()) {
-    compile.map = plan.run(kEmitNdMap, compile.packed_nds, compile.sites, compile.predicted,
-                           compile.ranges, compile.measured, packed_model, factors,
-                           compile.localizing_sensor, compile.cards, finished.nds);
-  } else {
-    compile.map = plan.run(kEmitAnnotatedMap, compile.packed_nds, compile.sites, compile.predicted,
-                           compile.ranges, compile.measured, packed_model, factors,
-                           compile.localizing_sensor, compile.cards);
-  }
+  compile.map =
+      plan.run(kEmitMap, compile.packed_nds, compile.sites, compile.predicted, compile.ranges,
+               compile.measured, packed_model, factors, compile.localizing_sensor, compile.cards,
+               {}, {}, {}, {}, {}, finished.compiled, finished.nds);
   return compile;
 }
 
@@ -180,14 +153,10 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
                                   localized.trajectory, compile.ndt, compile.sites, compile.ranges);
   EmitMapOptions emitting = plan.options(kEmitMap);
   emitting.mapping_scans = scan_shares(config).mapping;
-  const auto emit = [&](const auto& pass, const auto&... more) {
-    return plan.run_as("", pass, emitting, compile.drive, localized.drive, compile.packed_nds,
-                       compile.sites, compile.predicted, compile.ranges, compile.measured,
-                       packed_model, factors, compile.look_plan, compile.sharpness,
-                       compile.trajectory, more...);
-  };
-  const bool is_of_several = compile.tile_drives.is_connected();
-  compile.map = is_of_several ? emit(kEmitMapOfDrives, compile.tile_drives) : emit(kEmitMap);
+  compile.map = plan.run_as(
+      "", kEmitMap, emitting, compile.packed_nds, compile.sites, compile.predicted, compile.ranges,
+      compile.measured, packed_model, factors, localizing_sensor, compile.cards, compile.drive,
+      compile.trajectory, compile.sharpness, compile.look_plan, compile.tile_drives, {}, {});
   return compile;
 }
 

@@ -73,22 +73,20 @@ void add_localization_errors(const CompileConfig& config, const LocalizedDrive& 
   compile.measured = add_errors(config, "", first, on, compile.outside);
   MeasureErrorOptions measuring = on.measuring;
   measuring.may_be_elsewhere = true;
+  std::vector<Wire<Drive>> drives = {first.drive};
+  std::vector<Wire<MeasuredError>> errors = {compile.measured};
   for (std::size_t i = 0; i < config.later_localization.size(); ++i) {
     const std::string role = later_localization_role(i);
     compile.recordings.push_back(add_recording(plan, role, config.later_localization[i]));
     const LocalizedDrive later =
         add_drive(plan, compile.recordings.back(), on.ndt, on.sites, /*may_be_elsewhere=*/true);
-    const Wire<MeasuredError> errors = plan.run_as(
-        role, kMeasureError, measuring, later.undistorted, later.trajectory, on.ndt, on.sites);
-    Wire<MeasuredDrives>& joined = compile.measured_drives;
-    joined =
-        i == 0
-            ? plan.run_as(role, kJoinErrors, {}, first.drive, later.drive, compile.measured, errors)
-            : plan.run_as(role, kJoinMoreErrors, {}, first.drive, later.drive, joined, errors);
+    drives.push_back(later.drive);
+    errors.push_back(plan.run_as(role, kMeasureError, measuring, later.undistorted,
+                                 later.trajectory, on.ndt, on.sites));
   }
-  if (compile.measured_drives.is_connected()) {
-    compile.measured = plan.run(kPoolErrors, compile.measured_drives);
-  }
+  if (drives.size() == 1) return;
+  compile.measured_drives = plan.run(kJoinErrors, drives, errors);
+  compile.measured = plan.run(kPoolErrors, compile.measured_drives);
 }
 
 Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDrive& mapping,
@@ -108,9 +106,9 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
   const Wire<MeasuredError> own = plan.run_as("own", kMeasureError, options, mapping.undistorted,
                                               mapping.trajectory, compile.ndt, compile.sites);
   // A model that learnt one half of a drive from the other would believe it too much elsewhere.
-  if (learns_here) return plan.run(kAddOwnError, map_factors, own);
-  return plan.run(kAddMappingError, map_factors, own, compile.recordings.front().sensor,
-                  localizing_sensor);
+  Maybe<SensorProfile> mapping_sensor;
+  if (!learns_here) mapping_sensor = compile.recordings.front().sensor;
+  return plan.run(kAddMappingError, map_factors, own, mapping_sensor, localizing_sensor);
 }
 
 }  // namespace sightline

@@ -94,32 +94,31 @@ Wire<Drive> undistort_first_sensor(const CompileConfig& config, Wire<Trajectory>
 MappingDrive with_other_sensors(const CompileConfig& config, const MappingDrive& first,
                                 CompilePlan& compile) {
   Plan& plan = compile.plan;
-  MappingDrive joined = first;
+  std::vector<Wire<Drive>> others;
   for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
     if (config.other_sensors[i].scans.empty()) continue;
     const std::string role = other_sensor_section(i);
     compile.recordings.push_back(add_recording(plan, role, config.other_sensors[i]));
     const Wire<Drive> other =
         plan.run_as(role, kIngest, plan.options(kIngest), compile.recordings.back().recording);
-    joined.drive = plan.run_as(role, kJoinSensors, {}, joined.drive, other);
+    others.push_back(other);
   }
-  if (joined.drive != first.drive) {
-    joined.trajectory = plan.run(kCompleteTrajectory, joined.drive, first.trajectory);
-  }
-  return joined;
+  if (others.empty()) return first;
+  const Wire<Drive> joined = plan.run(kJoinSensors, first.drive, others);
+  return {joined, plan.run(kCompleteTrajectory, joined, first.trajectory)};
 }
 
 Wire<Drive> with_later_drives(const CompileConfig& config, Wire<Drive> drive,
                               CompilePlan& compile) {
   Plan& plan = compile.plan;
+  std::vector<Wire<Drive>> later;
   for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
     const std::string role = later_mapping_role(i);
     compile.recordings.push_back(add_recording(plan, role, config.later_mapping[i]));
-    const Wire<Drive> later =
-        plan.run_as(role, kIngest, plan.options(kIngest), compile.recordings.back().recording);
-    drive = plan.run_as(role, kJoinDrives, {}, drive, later);
+    later.push_back(
+        plan.run_as(role, kIngest, plan.options(kIngest), compile.recordings.back().recording));
   }
-  return drive;
+  return later.empty() ? drive : plan.run(kJoinDrives, drive, later);
 }
 
 void add_trajectory(const CompileConfig& config, CompilePlan& compile) {
@@ -198,7 +197,8 @@ void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
   }
   compile.simulated = plan.run_as("", kSimulateError, simulating, compile.surface, compile.ndt,
                                   compile.sites, compile.localizing_sensor);
-  compile.factors = plan.run(kAddSimulatedError, map_factors, compile.simulated);
+  compile.factors =
+      plan.run(kAddMappingError, map_factors, compile.simulated, {}, compile.localizing_sensor);
 }
 
 }  // namespace sightline

@@ -28,9 +28,11 @@ const std::vector<NamedVersion>& definitions() {
   return kDefinitions;
 }
 
-std::vector<NamedVersion> definitions_of_annotated() {
+bool is_finished(const EmitMapInputs& inputs) { return inputs.mapping == nullptr; }
+
+std::vector<NamedVersion> definitions_of(const EmitMapInputs& inputs) {
   std::vector<NamedVersion> all = definitions();
-  all.insert(all.begin(), {"annotating-a-finished-map", 2});
+  if (is_finished(inputs)) all.insert(all.begin(), {"annotating-a-finished-map", 2});
   return all;
 }
 
@@ -61,6 +63,17 @@ std::string derived_map_id(const RecordingCard& finished, const MapFrame& frame)
   return to_hex(builder.finish()).substr(0, 32);
 }
 
+std::string derived_map_id(const EmitMapInputs& inputs) {
+  return is_finished(inputs) ? derived_map_id(inputs.recordings.cards.front(), inputs.nds.frame)
+                             : derived_map_id(*inputs.mapping, inputs.nds.frame);
+}
+
+const std::string& world_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
+  if (inputs.earlier != nullptr) return inputs.earlier->world;
+  if (inputs.foreign != nullptr) return inputs.foreign->world;
+  return options.world;
+}
+
 bool is_printable(const std::string& text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
 }
@@ -88,7 +101,6 @@ bool is_of_models_localizer(const EmitMapInputs& inputs) {
   return inputs.measured.head().matching.localizer == inputs.model.record.localizer;
 }
 
-// Nobody drove there.
 bool is_simulated(const AtRest<MeasuredError>& measured) {
   return measured.head().reference == ErrorReference::kSimulated;
 }
@@ -96,7 +108,8 @@ bool is_simulated(const AtRest<MeasuredError>& measured) {
 MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
   const MeasuredError& measured = inputs.measured.head();
   MeasurementCard card;
-  card.mapping_drive = inputs.mapping.names_of_parts();
+  card.mapping_drive =
+      is_finished(inputs) ? inputs.recordings.cards.front().name : inputs.mapping->names_of_parts();
   card.mapping_scans = scan_selection_name(options.mapping_scans);
   // Of several drives the names of all.
   card.localization_drive = measured.drive;
@@ -138,6 +151,24 @@ bool must_add_measured(const EmitMapInputs& inputs) {
   return is_told && !has_measured_columns(inputs.factors.head());
 }
 
+void warn_of_simulated(const PassContext& ctx, const CompiledMap& map) {
+  const std::uint32_t simulated = simulated_site_count(map.ranges);
+  if (simulated == 0) return;
+  ctx.warn("simulated: no scan was ever seen at " + std::to_string(simulated) + " of " +
+           std::to_string(map.sites.sites.size()) +
+           " sites; what they answer rests on scans simulated in the map itself");
+}
+
+void warn_of_lost_history(const PassContext& ctx, const EmitMapInputs& inputs) {
+  if (inputs.earlier == nullptr || !has_measured_columns(inputs.earlier->factors) ||
+      has_measured_columns(inputs.factors.head())) {
+    return;
+  }
+  ctx.warn(
+      "what drives measured in the map before is not told in this one: a model that was made "
+      "elsewhere (--model) hears it, where sensor, ranges, looks and localizer are the same");
+}
+
 Error mismatched(const Error& error) {
   return {ErrorCode::kMismatchedInputs, error.message, "", error.place};
 }
@@ -148,12 +179,11 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   SIGHTLINE_TRY(check_options(options));
   SIGHTLINE_TRY(check_measured(inputs));
   CompiledMap map;
-  map.map_id =
-      options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.nds.frame) : options.map_id;
+  map.map_id = options.map_id.empty() ? derived_map_id(inputs) : options.map_id;
   map.version = options.version;
   map.release = static_cast<std::uint64_t>(options.release);
   map.writer = "sightline " + program_version();
-  map.world = options.world;
+  map.world = world_of(options, inputs);
   map.ndt = without_nds(inputs.nds);
   map.sites = inputs.sites;
   map.predicted = inputs.predicted;
@@ -161,14 +191,12 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   const bool has_plan = inputs.plan != nullptr && !map.ranges.of_samples.empty();
   if (has_plan) map.ranges.of_samples.front().plan = inputs.plan->plan;
   map.reach_m = options.reach_m;
-  map.sensor = inputs.localization.sensor;
+  map.sensor = inputs.sensor;
   map.measurement = card_of(options, inputs);
-  map.definitions = definitions();
+  map.definitions = definitions_of(inputs);
   map.model = inputs.model.record;
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
-  if (inputs.mapping_trajectory != nullptr) {
-    map.trajectory = quality_of(*inputs.mapping_trajectory);
-  }
+  if (inputs.trajectory != nullptr) map.trajectory = quality_of(*inputs.trajectory);
   if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
   map.quality.resize(map.ranges.promises.size());
   if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
@@ -183,6 +211,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
     ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
              std::to_string(map.sites.sites.size()) + " sites");
   }
+  if (is_finished(inputs)) warn_of_simulated(ctx, map);
   return map;
 }
 
@@ -225,88 +254,23 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
 
 Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
                          const EmitMapInputs& inputs) {
+  warn_of_lost_history(ctx, inputs);
   SIGHTLINE_ASSIGN(const CompiledMap answers, answers_of(ctx, options, inputs));
   return file_of(options, inputs, answers);
 }
 
-Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
-                                   const PackedNds& nds, const Sites& sites,
-                                   const PredictedError& predicted, const RangeTable& ranges,
-                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
-                                   const AtRest<FactorTable>& factors, const SensorProfile& sensor,
-                                   const RecordingCards& recordings) {
-  const RecordingCard& finished = recordings.cards.front();
-  EmitMapOptions options = wanted;
-  if (options.map_id.empty()) options.map_id = derived_map_id(finished, nds.frame);
-  Drive mapping;
-  mapping.name = finished.name;
-  mapping.sensor = sensor;
-  Drive localization = mapping;
-  localization.name = measured.head().drive;
-  const EmitMapInputs inputs{mapping, localization, nds,   sites,  predicted,
-                             ranges,  measured,     model, factors};
-  SIGHTLINE_ASSIGN(CompiledMap answers, answers_of(ctx, options, inputs));
-  answers.definitions = definitions_of_annotated();
-  const std::uint32_t simulated = simulated_site_count(answers.ranges);
-  if (simulated > 0) {
-    ctx.warn("simulated: no scan was ever seen at " + std::to_string(simulated) + " of " +
-             std::to_string(answers.sites.sites.size()) +
-             " sites; what they answer rests on scans simulated in the map itself");
-  }
-  return file_of(options, inputs, answers);
-}
-
-Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
+Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
                               const RangeTable& ranges, const AtRest<MeasuredError>& measured,
                               const PackedModel& model, const AtRest<FactorTable>& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
-                              const CompiledMap& earlier) {
-  if (has_measured_columns(earlier.factors) && !has_measured_columns(factors.head())) {
-    ctx.warn(
-        "what drives measured in the map before is not told in this one: a model that was made "
-        "elsewhere (--model) hears it, where sensor, ranges, looks and localizer are the same");
-  }
-  EmitMapOptions options = wanted;
-  options.world = earlier.world;
-  return emit_annotated_map(ctx, options, nds, sites, predicted, ranges, measured, model, factors,
-                            sensor, recordings);
-}
-
-Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
-                            const Sites& sites, const PredictedError& predicted,
-                            const RangeTable& ranges, const AtRest<MeasuredError>& measured,
-                            const PackedModel& model, const AtRest<FactorTable>& factors,
-                            const SensorProfile& sensor, const RecordingCards& recordings,
-                            const ForeignNds& finished) {
-  EmitMapOptions options = wanted;
-  options.world = finished.world;
-  return emit_annotated_map(ctx, options, nds, sites, predicted, ranges, measured, model, factors,
-                            sensor, recordings);
-}
-
-Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
-                              const Drive& localization, const PackedNds& nds, const Sites& sites,
-                              const PredictedError& predicted, const RangeTable& ranges,
-                              const AtRest<MeasuredError>& measured, const PackedModel& model,
-                              const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
-                              const Sharpness& sharpness, const Trajectory& mapping_trajectory) {
+                              const Drive* mapping, const Trajectory* trajectory,
+                              const Sharpness* sharpness, const CalibratedPlan* plan,
+                              const TileDrives* tile_drives, const CompiledMap* earlier,
+                              const ForeignNds* foreign) {
   return emit_map(ctx, options,
-                  {mapping, localization, nds, sites, predicted, ranges, measured, model, factors,
-                   &plan, &sharpness, &mapping_trajectory});
-}
-
-Result<MapFile> emit_map_of_drives(PassContext& ctx, const EmitMapOptions& options,
-                                   const Drive& mapping, const Drive& localization,
-                                   const PackedNds& nds, const Sites& sites,
-                                   const PredictedError& predicted, const RangeTable& ranges,
-                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
-                                   const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
-                                   const Sharpness& sharpness, const Trajectory& mapping_trajectory,
-                                   const TileDrives& tile_drives) {
-  return emit_map(ctx, options,
-                  {mapping, localization, nds, sites, predicted, ranges, measured, model, factors,
-                   &plan, &sharpness, &mapping_trajectory, &tile_drives});
+                  {nds, sites, predicted, ranges, measured, model, factors, sensor, recordings,
+                   mapping, trajectory, sharpness, plan, tile_drives, earlier, foreign});
 }
 
 }  // namespace sightline

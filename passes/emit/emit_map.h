@@ -36,9 +36,8 @@ struct EmitMapOptions {
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
 
+// What the passes before made.
 struct EmitMapInputs {
-  const Drive& mapping;
-  const Drive& localization;
   const PackedNds& nds;
   const Sites& sites;
   const PredictedError& predicted;
@@ -46,71 +45,44 @@ struct EmitMapInputs {
   AtRest<MeasuredError> measured;
   const PackedModel& model;
   AtRest<FactorTable> factors;
-  const CalibratedPlan* plan = nullptr;            // where vehicles that track are told one
-  const Sharpness* sharpness = nullptr;            // where it was measured
-  const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
-  const TileDrives* tile_drives = nullptr;         // where several drives made the map
+  const SensorProfile& sensor;       // that will localize
+  const RecordingCards& recordings;  // a finished map is the first of them
+  // Of the drives that made the map; null where a finished map was annotated.
+  const Drive* mapping = nullptr;
+  const Trajectory* trajectory = nullptr;  // for its quality
+  const Sharpness* sharpness = nullptr;
+  const CalibratedPlan* plan = nullptr;     // of vehicles that track
+  const TileDrives* tile_drives = nullptr;  // of several drives: which of them each tile is from
+  // The finished map, where it keeps its world: one that was compiled before, or an NDT map.
+  const CompiledMap* earlier = nullptr;
+  const ForeignNds* foreign = nullptr;
 };
 
-// Joins what the passes before it made into the file of a map, tile by tile. The map id names the
-// mapping drive's content and frame, so that compiling the same recording again gives another
-// release of the same map. Where predictions were told of an earlier drive, what it measured joins
-// the factors (passes/model/forest/measured_columns.h), unless it did before. Warns of sites that
-// were not measured, and where the model foretells the errors of another localizer than the one
-// that was measured, whose coverage is then left out. Errors: mismatched-inputs (sites, frames,
-// ranges or limits differ), bad-value (version or id empty or not printable), disk-full,
-// cannot-write (temporary files).
+// Joins what the passes before it made into the file of a map, tile by tile. The map id is a digest
+// of the mapping drive's content and frame, so that compiling the same recording again gives
+// another release of the same map; of a finished map (schemas/definitions.md, "Annotating a
+// finished map") it is a digest of that map. Where an earlier drive was an input of the
+// predictions, its errors join the factors (passes/model/forest/measured_columns.h), unless they
+// did before. A simulation is no measurement: no site counts as measured by it. Warns of sites that
+// were not measured or only simulated, where the model predicts the errors of another localizer
+// than the one that was measured, whose coverage is then left out, and where the errors of an
+// earlier map's drives are lost. Errors: mismatched-inputs (sites, frames, ranges or limits
+// differ), bad-value (version or id empty or not printable), disk-full, cannot-write (temporary
+// files).
 Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
                          const EmitMapInputs& inputs);
 
-// The same as a pass.
-Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
-                              const Drive& localization, const PackedNds& nds, const Sites& sites,
-                              const PredictedError& predicted, const RangeTable& ranges,
-                              const AtRest<MeasuredError>& measured, const PackedModel& model,
-                              const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
-                              const Sharpness& sharpness, const Trajectory& mapping_trajectory);
-inline constexpr Pass kEmitMap =
-    Pass{"emit-map", 12, "map", "The map file", &emit_map_step}.in(Stage::kLink);
-
-// The same of several drives: the map says which of them, and so which days, each tile is from.
-Result<MapFile> emit_map_of_drives(PassContext& ctx, const EmitMapOptions& options,
-                                   const Drive& mapping, const Drive& localization,
-                                   const PackedNds& nds, const Sites& sites,
-                                   const PredictedError& predicted, const RangeTable& ranges,
-                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
-                                   const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
-                                   const Sharpness& sharpness, const Trajectory& mapping_trajectory,
-                                   const TileDrives& tile_drives);
-inline constexpr Pass kEmitMapOfDrives = variant_of(kEmitMap, &emit_map_of_drives);
-
-// The same of a finished map that was annotated (schemas/definitions.md, "Annotating a finished
-// map"): `recordings` names it first, `measured` is of a drive through it or simulated, the sensor
-// the one that will localize. A simulation is no measurement: no site counts as measured by it.
-Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
-                                   const PackedNds& nds, const Sites& sites,
-                                   const PredictedError& predicted, const RangeTable& ranges,
-                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
-                                   const AtRest<FactorTable>& factors, const SensorProfile& sensor,
-                                   const RecordingCards& recordings);
-inline constexpr Pass kEmitAnnotatedMap = variant_of(kEmitMap, &emit_annotated_map);
-
-// The same of a compiled map that was annotated anew: its world stays.
-Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
+// The pass: emit_map() of its inputs.
+Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
                               const RangeTable& ranges, const AtRest<MeasuredError>& measured,
                               const PackedModel& model, const AtRest<FactorTable>& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
-                              const CompiledMap& earlier);
-inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
-
-// The same of somebody's NDT map, in the world that it says it lies in.
-Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
-                            const Sites& sites, const PredictedError& predicted,
-                            const RangeTable& ranges, const AtRest<MeasuredError>& measured,
-                            const PackedModel& model, const AtRest<FactorTable>& factors,
-                            const SensorProfile& sensor, const RecordingCards& recordings,
-                            const ForeignNds& finished);
-inline constexpr Pass kEmitNdMap = variant_of(kEmitMap, &emit_nd_map);
+                              const Drive* mapping, const Trajectory* trajectory,
+                              const Sharpness* sharpness, const CalibratedPlan* plan,
+                              const TileDrives* tile_drives, const CompiledMap* earlier,
+                              const ForeignNds* foreign);
+inline constexpr Pass kEmitMap =
+    Pass{"emit-map", 12, "map", "The map file", &emit_map_step}.in(Stage::kLink);
 
 }  // namespace sightline

@@ -29,7 +29,7 @@ Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
   // Nothing else would have been told.
   for (MeasuredError& drive : told.drives) drive.matching.localizer = model.card.localizer;
   // Which recordings made the map matters to a warning alone.
-  return predict_error_with_drives(ctx, options, model, map.sites, map.factors, told, {});
+  return predict_error(ctx, options, model, map.sites, map.factors, {}, nullptr, &told);
 }
 
 Result<void> compare_numbers(const PredictedError& stored, const PredictedError& again) {

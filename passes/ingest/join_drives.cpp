@@ -35,10 +35,8 @@ std::int64_t moved_ns(const PassContext& ctx, const Drive& drive, const Drive& l
   return least_ns - begin_ns;
 }
 
-}  // namespace
-
-Result<Drive> join_drives(PassContext& ctx, const NoOptions&, const Drive& drive,
-                          const Drive& later) {
+// `drive` with the scans of one more.
+Drive with_part(const PassContext& ctx, const Drive& drive, const Drive& later) {
   if (later.scans.empty()) return drive;
   if (drive.scans.empty()) return later;
   const std::string difference = difference_of_sensors(drive.sensor, later.sensor);
@@ -69,6 +67,15 @@ Result<Drive> join_drives(PassContext& ctx, const NoOptions&, const Drive& drive
   }
   return with_store(std::move(joined),
                     joined_scan_store({drive.store, later.store}, std::move(origins)));
+}
+
+}  // namespace
+
+Result<Drive> join_drives(PassContext& ctx, const NoOptions&, const Drive& first,
+                          Many<Drive> later) {
+  Drive joined = first;
+  for (const Drive* drive : later) joined = with_part(ctx, joined, *drive);
+  return joined;
 }
 
 }  // namespace sightline

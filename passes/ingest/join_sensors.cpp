@@ -41,10 +41,8 @@ Error no_common_time(const Drive& drive, const Drive& other) {
           "", "drive " + drive.name};
 }
 
-}  // namespace
-
-Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& drive,
-                           const Drive& other) {
+// `drive` with the scans of one more sensor.
+Result<Drive> with_sensor(const PassContext& ctx, const Drive& drive, const Drive& other) {
   const std::vector<std::int64_t> stamps_ns = stamps_of_first_sensor(drive);
   std::vector<std::pair<ScanInfo, ScanOrigin>> scans;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
@@ -82,6 +80,17 @@ Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& driv
   }
   return with_store(std::move(joined),
                     joined_scan_store({drive.store, other.store}, std::move(origins)));
+}
+
+}  // namespace
+
+Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& drive,
+                           Many<Drive> others) {
+  Drive joined = drive;
+  for (const Drive* other : others) {
+    SIGHTLINE_ASSIGN(joined, with_sensor(ctx, joined, *other));
+  }
+  return joined;
 }
 
 }  // namespace sightline

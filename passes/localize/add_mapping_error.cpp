@@ -127,19 +127,6 @@ Result<void> check_measured(const AtRest<FactorTable>& map_factors,
                     " and their ranges");
 }
 
-// Both tables. `samples`: of each measurement's of_samples.
-Result<FactorTable> with_errors(const FactorTable& map_factors, const MeasuredError& own,
-                                const OwnErrors& ranges, const OwnErrors& samples,
-                                bool has_mark = false) {
-  SIGHTLINE_ASSIGN(const std::size_t stand_in, stand_in_of(map_factors));
-  const Columns columns{map_factors, stand_in, has_mark};
-  FactorTable table = with_columns(columns, ranges);
-  for (const MeasuredError& own_samples : own.of_samples) {
-    table.of_samples.push_back(factors_of_samples(columns, own_samples.looks, samples));
-  }
-  return table;
-}
-
 // As evidence a simulated error counts twice: surface and NDs are of the same points, and where a
 // simulated scan ended within 10 cm, up to a quarter of a real drive's did not.
 constexpr double kEvidenceFactor = 2.0;
@@ -152,10 +139,48 @@ ErrorOf as_evidence(ErrorOf errors_m) {
   };
 }
 
-// Of the looks that take a sample, where there are any.
-ErrorOf sample_errors_of(const MeasuredError& measured, double ErrorRow::*error_m) {
-  return measured.of_samples.empty() ? ErrorOf(unknown)
-                                     : errors_of(measured.of_samples.front(), error_m);
+// How the errors of the map's own scans are used.
+enum class Use {
+  kNone,      // of another sensor than the one that will localize
+  kEvidence,  // a model learns from other scans of the same drive
+  kFactor,    // as evidence, and for models to learn from
+  kSimulated
+};
+
+OwnErrors errors_in(const MeasuredError& own, Use use) {
+  const ErrorOf error_m = errors_of(own, &ErrorRow::mean_m);
+  switch (use) {
+    case Use::kNone:
+      return {unknown, unknown};
+    case Use::kEvidence:
+      return {error_m, unknown};
+    case Use::kFactor:
+      return {error_m, errors_of(own, &ErrorRow::from_given_m)};
+    case Use::kSimulated:
+      break;
+  }
+  return {as_evidence(error_m), error_m};
+}
+
+// The factors of some sites with these errors, of ranges and of looks that take a sample.
+Result<FactorTable> with_errors(const FactorTable& map_factors, const MeasuredError& own, Use use) {
+  SIGHTLINE_ASSIGN(const std::size_t stand_in, stand_in_of(map_factors));
+  const Columns columns{map_factors, stand_in, use == Use::kSimulated};
+  FactorTable table = with_columns(columns, errors_in(own, use));
+  for (const MeasuredError& samples : own.of_samples) {
+    table.of_samples.push_back(factors_of_samples(columns, samples.looks, errors_in(samples, use)));
+  }
+  return table;
+}
+
+Use use_of(const PassContext& ctx, const MeasuredError& own, const SensorProfile* mapping_sensor,
+           const SensorProfile& localizing_sensor) {
+  if (own.reference == ErrorReference::kSimulated) return Use::kSimulated;
+  if (mapping_sensor == nullptr) return Use::kEvidence;
+  if (to_bytes(*mapping_sensor) == to_bytes(localizing_sensor)) return Use::kFactor;
+  ctx.warn("sensor " + mapping_sensor->name + " made the map and " + localizing_sensor.name +
+           " is to localize in it: mapping_error is what virtual scans tell");
+  return Use::kNone;
 }
 
 // All sites, stretch by stretch. `of_stretch`: the table of some sites in a row.
@@ -180,53 +205,14 @@ Result<AtRest<FactorTable>> stretch_by_stretch(std::size_t site_count,
 Result<AtRest<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions&,
                                               const AtRest<FactorTable>& map_factors,
                                               const AtRest<MeasuredError>& own,
-                                              const SensorProfile& mapping_sensor,
+                                              const SensorProfile* mapping_sensor,
                                               const SensorProfile& localizing_sensor) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
-  const bool is_one_sensor = to_bytes(mapping_sensor) == to_bytes(localizing_sensor);
-  if (!is_one_sensor) {
-    ctx.warn("sensor " + mapping_sensor.name + " made the map and " + localizing_sensor.name +
-             " is to localize in it: mapping_error is what virtual scans tell");
-  }
+  const Use use = use_of(ctx, own.head(), mapping_sensor, localizing_sensor);
   const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
     SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.sites(first, count));
-    SIGHTLINE_ASSIGN(const MeasuredError found, own.sites(first, count));
-    if (!is_one_sensor) {
-      return with_errors(factors, found, {unknown, unknown}, {unknown, unknown});
-    }
-    return with_errors(
-        factors, found,
-        {errors_of(found, &ErrorRow::mean_m), errors_of(found, &ErrorRow::from_given_m)},
-        {sample_errors_of(found, &ErrorRow::mean_m),
-         sample_errors_of(found, &ErrorRow::from_given_m)});
-  };
-  return stretch_by_stretch(map_factors.site_count(), of_stretch);
-}
-
-Result<AtRest<FactorTable>> add_own_error(PassContext&, const NoOptions&,
-                                          const AtRest<FactorTable>& map_factors,
-                                          const AtRest<MeasuredError>& own) {
-  SIGHTLINE_TRY(check_measured(map_factors, own));
-  const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
-    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.sites(first, count));
-    SIGHTLINE_ASSIGN(const MeasuredError found, own.sites(first, count));
-    return with_errors(factors, found, {errors_of(found, &ErrorRow::mean_m), unknown},
-                       {sample_errors_of(found, &ErrorRow::mean_m), unknown});
-  };
-  return stretch_by_stretch(map_factors.site_count(), of_stretch);
-}
-
-Result<AtRest<FactorTable>> add_simulated_error(PassContext&, const NoOptions&,
-                                                const AtRest<FactorTable>& map_factors,
-                                                const AtRest<MeasuredError>& simulated) {
-  SIGHTLINE_TRY(check_measured(map_factors, simulated));
-  const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
-    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.sites(first, count));
-    SIGHTLINE_ASSIGN(const MeasuredError found, simulated.sites(first, count));
-    const ErrorOf of_ranges = errors_of(found, &ErrorRow::mean_m);
-    const ErrorOf of_samples = sample_errors_of(found, &ErrorRow::mean_m);
-    return with_errors(factors, found, {as_evidence(of_ranges), of_ranges},
-                       {as_evidence(of_samples), of_samples}, /*has_mark=*/true);
+    SIGHTLINE_ASSIGN(const MeasuredError measured, own.sites(first, count));
+    return with_errors(factors, measured, use);
   };
   return stretch_by_stretch(map_factors.site_count(), of_stretch);
 }

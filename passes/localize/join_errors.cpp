@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "formats/base/check.h"
+
 namespace sightline {
 namespace {
 
@@ -62,21 +64,13 @@ std::size_t speaker_at(const MeasuredDrives& measured, std::size_t turn, std::si
 
 }  // namespace
 
-Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions&, const Drive& first,
-                                   const Drive& later, const MeasuredError& first_errors,
-                                   const MeasuredError& later_errors) {
+Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions&, Many<Drive> drives,
+                                   Many<MeasuredError> errors) {
+  SIGHTLINE_CHECK(drives.size() == errors.size());
   MeasuredDrives joined;
-  add(ctx, first, first, first_errors, joined);
-  add(ctx, first, later, later_errors, joined);
-  SIGHTLINE_TRY(check_joined(joined));
-  return joined;
-}
-
-Result<MeasuredDrives> join_more_errors(PassContext& ctx, const NoOptions&, const Drive& first,
-                                        const Drive& later, const MeasuredDrives& before,
-                                        const MeasuredError& later_errors) {
-  MeasuredDrives joined = before;
-  add(ctx, first, later, later_errors, joined);
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    add(ctx, *drives.front(), *drives[i], *errors[i], joined);
+  }
   SIGHTLINE_TRY(check_joined(joined));
   return joined;
 }

@@ -107,28 +107,17 @@ std::vector<OptionField> option_fields(HistoryOfMapOptions& options) {
 
 Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOptions& options,
                                       const CompiledMap& map, const Sites& sites,
-                                      const SensorProfile& sensor, const MeasuredError& like) {
+                                      const SensorProfile& sensor, const MeasuredError& measured,
+                                      const MeasuredDrives* now) {
   MeasuredDrives drives;
+  if (now != nullptr) {
+    drives = *now;
+    if (drives.drives.empty()) return drives;  // looks and localizer of errors here are unknown
+  } else if (measured.reference != ErrorReference::kSimulated) {
+    drives = {{measured}, {0}, 1};
+  }
+  const MeasuredError like = drives.drives.empty() ? measured : drives.drives.front();
   SIGHTLINE_TRY(add_those_of_map(ctx, options, map, sites, sensor, like, drives));
-  return drives;
-}
-
-Result<MeasuredDrives> history_of_map_and_drive(PassContext& ctx,
-                                                const HistoryOfMapOptions& options,
-                                                const CompiledMap& map, const Sites& sites,
-                                                const SensorProfile& sensor,
-                                                const MeasuredError& now) {
-  return history_of_map_and_drives(ctx, options, map, sites, sensor, {{now}, {0}, 1});
-}
-
-Result<MeasuredDrives> history_of_map_and_drives(PassContext& ctx,
-                                                 const HistoryOfMapOptions& options,
-                                                 const CompiledMap& map, const Sites& sites,
-                                                 const SensorProfile& sensor,
-                                                 const MeasuredDrives& now) {
-  MeasuredDrives drives = now;
-  if (now.drives.empty()) return drives;  // nothing says how errors are told here
-  SIGHTLINE_TRY(add_those_of_map(ctx, options, map, sites, sensor, now.drives.front(), drives));
   return drives;
 }
 

@@ -9,7 +9,7 @@
 #include "formats/map/compiled_map.h"
 #include "passes/pass/pass.h"
 
-// What drives found in a map before it is annotated anew, so that nothing measured is thrown away.
+// What drives measured in a map before it is annotated anew, so that it is not lost.
 
 namespace sightline {
 
@@ -18,32 +18,19 @@ struct HistoryOfMapOptions {
 };
 std::vector<OptionField> option_fields(HistoryOfMapOptions& options);
 
-// The drives that the map's predictions were told of (passes/model/forest/measured_columns.h), at
-// other sites of the same map: each site takes the rows of the nearest that the drive measured.
-// `like` says by which looks and which localizer errors are told here. A drive that was measured by
-// others, or by another sensor, is left out, and a warning says so. None where the map keeps none.
-// Their numbers are those behind `like`, a drive or nothing: no recording is named for them. Error:
-// mismatched-inputs where the sites are in another frame.
+// The drives that were inputs of the map's predictions (passes/model/forest/measured_columns.h), at
+// other sites of the same map: each site takes the rows of the nearest one that the drive measured.
+// They follow the drives that are localized in the map now: those of `now` where it is given, else
+// the drive of `measured`, or none where `measured` is simulated. All are by the looks and the
+// localizer of these, and by `sensor`: a drive of the map that was measured by others is left out,
+// and a warning says so. No recording is named for the drives of the map. Error: mismatched-inputs
+// where the sites are in another frame.
 Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOptions& options,
                                       const CompiledMap& map, const Sites& sites,
-                                      const SensorProfile& sensor, const MeasuredError& like);
+                                      const SensorProfile& sensor, const MeasuredError& measured,
+                                      const MeasuredDrives* now);
 inline constexpr Pass kHistoryOfMap = Pass{"history-of-map", 1, "measured-drives",
                                            "What drives found in a map before", &history_of_map}
                                           .in(Stage::kLearn);
-
-// The same behind what localization drives found now: one, which is `now`, or several.
-Result<MeasuredDrives> history_of_map_and_drive(PassContext& ctx,
-                                                const HistoryOfMapOptions& options,
-                                                const CompiledMap& map, const Sites& sites,
-                                                const SensorProfile& sensor,
-                                                const MeasuredError& now);
-inline constexpr Pass kHistoryOfMapAndDrive = variant_of(kHistoryOfMap, &history_of_map_and_drive);
-Result<MeasuredDrives> history_of_map_and_drives(PassContext& ctx,
-                                                 const HistoryOfMapOptions& options,
-                                                 const CompiledMap& map, const Sites& sites,
-                                                 const SensorProfile& sensor,
-                                                 const MeasuredDrives& now);
-inline constexpr Pass kHistoryOfMapAndDrives =
-    variant_of(kHistoryOfMap, &history_of_map_and_drives);
 
 }  // namespace sightline

@@ -255,24 +255,10 @@ Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
   return own;
 }
 
-}  // namespace
-
-Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const AtRest<FactorTable>& factors,
-                                    const AtRest<MeasuredError>& measured,
-                                    const RecordingCards& recordings) {
-  const PlaceInUse place{measured.head().drive, sites, factors, {measured}, recordings};
-  // A forest that learnt simulated errors foretells simulated errors.
-  if (measured.head().reference == ErrorReference::kSimulated) {
-    return own_evidence_of(wanted.limits_m, place);
-  }
-  return learn_here(ctx, wanted, place);
-}
-
-Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
-                                         const Sites& sites, const AtRest<FactorTable>& factors,
-                                         const MeasuredDrives& measured,
-                                         const RecordingCards& recordings) {
+Result<ErrorModel> learn_from_drives(PassContext& ctx, const TrainModelOptions& wanted,
+                                     const Sites& sites, const AtRest<FactorTable>& factors,
+                                     const MeasuredDrives& measured,
+                                     const RecordingCards& recordings) {
   if (measured.drives.empty()) {
     return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site"};
   }
@@ -282,6 +268,24 @@ Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptio
                      factors,
                      {measured.drives.begin(), measured.drives.end()},
                      without_left_out(recordings, measured)});
+}
+
+}  // namespace
+
+Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
+                                    const Sites& sites, const AtRest<FactorTable>& factors,
+                                    const AtRest<MeasuredError>& measured,
+                                    const RecordingCards& recordings,
+                                    const MeasuredDrives* drives) {
+  if (drives != nullptr) {
+    return learn_from_drives(ctx, wanted, sites, factors, *drives, recordings);
+  }
+  const PlaceInUse place{measured.head().drive, sites, factors, {measured}, recordings};
+  // A forest that learnt simulated errors predicts simulated errors.
+  if (measured.head().reference == ErrorReference::kSimulated) {
+    return own_evidence_of(wanted.limits_m, place);
+  }
+  return learn_here(ctx, wanted, place);
 }
 
 }  // namespace sightline

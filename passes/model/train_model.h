@@ -46,22 +46,16 @@ inline constexpr Pass kTrainModel = Pass{"train-model", 8, "model", "The error m
                                         .in(Stage::kLearn)
                                         .with({.scan_s = 0.009});
 
-// The same from the one place that the model is for, without a warning that it knows no other.
-// Where that is too short, or no scan lies near a site, the model is that of
-// passes/model/own_evidence_model.h, which a warning says; so it is where errors were simulated,
-// which teach nothing.
+// A model from the one place that it is for, without a warning that it knows no other. `measured`
+// is of the drive through that place. Where there are several, they are `drives`: each is a label
+// in its turn, so that a promise is about the next drive. Where the place is too short, or no scan
+// is near a site, the model is that of passes/model/own_evidence_model.h, which a warning says; so
+// it is where errors were simulated, which teach nothing. Errors: those of train_model.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
                                     const Sites& sites, const AtRest<FactorTable>& factors,
                                     const AtRest<MeasuredError>& measured,
-                                    const RecordingCards& recordings);
+                                    const RecordingCards& recordings,
+                                    const MeasuredDrives* drives = nullptr);
 inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);
-
-// The same of several drives through that place: each is a label in its turn, so that what it
-// promises is about the next drive.
-Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
-                                         const Sites& sites, const AtRest<FactorTable>& factors,
-                                         const MeasuredDrives& measured,
-                                         const RecordingCards& recordings);
-inline constexpr Pass kTrainModelOfDrives = variant_of(kTrainModel, &train_model_of_drives);
 
 }  // namespace sightline

@@ -180,15 +180,22 @@ int run(const std::string& file, int copies, const std::string& output) {
   const Sites own_sites = loaded<Sites>(sites);
   const PredictedError own_predicted = loaded<PredictedError>(predicted);
   const Drive mapping = loaded<Drive>(drive);
-  const Drive localization = loaded<Drive>(drive);
   const Trajectory own_trajectory = loaded<Trajectory>(trajectory);
   const PackedNds own_nds = *from_stored<PackedNds>(packed_nds);
   std::printf("read: %.0f MiB\n", peak_memory_mib());
   PassContext ctx;
-  const Result<MapFile> linked =
-      emit_map(ctx, {},
-               {mapping, localization, own_nds, own_sites, own_predicted, own_ranges, own_measured,
-                model, own_factors, nullptr, nullptr, &own_trajectory});
+  const Result<MapFile> linked = emit_map(ctx, {},
+                                          {.nds = own_nds,
+                                           .sites = own_sites,
+                                           .predicted = own_predicted,
+                                           .ranges = own_ranges,
+                                           .measured = own_measured,
+                                           .model = model,
+                                           .factors = own_factors,
+                                           .sensor = mapping.sensor,
+                                           .recordings = {},
+                                           .mapping = &mapping,
+                                           .trajectory = &own_trajectory});
   if (!linked) {
     std::fprintf(stderr, "%s\n", to_string(linked.error()).c_str());
     return EXIT_FAILURE;

@@ -14,7 +14,7 @@ Result<std::vector<LeftOutDrive>> leave_out_in_turn(const PassContext& ctx, cons
   std::vector<LeftOutDrive> left_out;
   std::vector<MeasuredError> drives = measured_of_columns(factors);
   if (drives.size() < 2 || !model.card.knows_history) return left_out;
-  // Columns are kept of drives by the model's localizer alone (predict_error_with_drives).
+  // Columns are kept of drives by the model's localizer alone (predict_error).
   for (MeasuredError& drive : drives) drive.matching.localizer = model.card.localizer;
   const std::vector<bool> is_independent = independence_of_columns(factors);
   PassContext quiet;  // what there is to warn of was said when all drives were told
@@ -27,8 +27,8 @@ Result<std::vector<LeftOutDrive>> leave_out_in_turn(const PassContext& ctx, cons
       if (other != i) others.drives.push_back(drives[other]);
     }
     SIGHTLINE_ASSIGN(PredictedError predicted,
-                     predict_error_with_drives(quiet, {.support_margin = support_margin}, model,
-                                               sites, factors, others, {}));
+                     predict_error(quiet, {.support_margin = support_margin}, model, sites, factors,
+                                   {}, nullptr, &others));
     left_out.push_back({std::move(predicted), drives[i]});
   }
   return left_out;

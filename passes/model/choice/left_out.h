@@ -20,7 +20,7 @@ struct LeftOutDrive {
 
 // Of the drives that lie in the factors' columns (passes/model/forest/measured_columns.h) each one
 // that is independent, in turn: n drives are n cases, as in training. None of fewer than two
-// drives, and of a model that knows no history. Errors: those of predict_error_with_drives.
+// drives, and of a model that knows no history. Errors: those of predict_error.
 Result<std::vector<LeftOutDrive>> leave_out_in_turn(const PassContext& ctx, const ErrorModel& model,
                                                     const Sites& sites, const FactorTable& factors,
                                                     double support_margin);

@@ -296,28 +296,6 @@ Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOp
   return std::move(ranges.predicted);
 }
 
-}  // namespace
-
-std::vector<OptionField> option_fields(PredictErrorOptions& options) {
-  return {number("support_margin", options.support_margin,
-                 "how far beyond the training's extremes a factor is still known, as a share of "
-                 "their spread",
-                 0.0, 10.0),
-          choice("history", options.history,
-                 "whether a model made elsewhere (--model) is told what the localization drive "
-                 "measured here",
-                 {"auto", "never"})};
-}
-
-Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
-                                     const ErrorModel& model, const Sites& sites,
-                                     const AtRest<FactorTable>& factors,
-                                     const RecordingCards& recordings) {
-  return predict_both(ctx, options, model, {sites, {factors}, recordings}, {});
-}
-
-namespace {
-
 // Where the model knows history, and these drives are of its localizer. `drives` is not empty.
 Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOptions& options,
                                     const ErrorModel& model, const Asked& asked,
@@ -356,31 +334,31 @@ Result<void> check_history(const Asked& asked, const MeasuredError& history) {
 
 }  // namespace
 
-Result<PredictedError> predict_error_with_history(PassContext& ctx,
-                                                  const PredictErrorOptions& options,
-                                                  const ErrorModel& model, const Sites& sites,
-                                                  const AtRest<FactorTable>& factors,
-                                                  const MeasuredError& history,
-                                                  const RecordingCards& recordings) {
-  const Asked asked{sites, {factors}, recordings};
-  SIGHTLINE_TRY(check_history(asked, history));
-  return predict_told(ctx, options, model, asked, {&history});
+std::vector<OptionField> option_fields(PredictErrorOptions& options) {
+  return {number("support_margin", options.support_margin,
+                 "how far beyond the training's extremes a factor is still known, as a share of "
+                 "their spread",
+                 0.0, 10.0),
+          choice("history", options.history,
+                 "whether a model made elsewhere (--model) is told what the localization drive "
+                 "measured here",
+                 {"auto", "never"})};
 }
 
-Result<PredictedError> predict_error_with_drives(PassContext& ctx,
-                                                 const PredictErrorOptions& options,
-                                                 const ErrorModel& model, const Sites& sites,
-                                                 const AtRest<FactorTable>& factors,
-                                                 const MeasuredDrives& history,
-                                                 const RecordingCards& recordings) {
+Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Sites& sites,
+                                     const AtRest<FactorTable>& factors,
+                                     const RecordingCards& recordings, const MeasuredError* history,
+                                     const MeasuredDrives* drives) {
   const Asked asked{sites, {factors}, recordings};
-  EarlierDrives drives;
-  for (const MeasuredError& drive : history.drives) {
-    SIGHTLINE_TRY(check_history(asked, drive));
-    drives.push_back(&drive);
+  EarlierDrives earlier;
+  if (history != nullptr) earlier.push_back(history);
+  if (drives != nullptr) {
+    for (const MeasuredError& drive : drives->drives) earlier.push_back(&drive);
   }
-  if (drives.empty()) return predict_both(ctx, options, model, asked, {});
-  return predict_told(ctx, options, model, asked, drives);
+  for (const MeasuredError* drive : earlier) SIGHTLINE_TRY(check_history(asked, *drive));
+  if (earlier.empty()) return predict_both(ctx, options, model, asked, {});
+  return predict_told(ctx, options, model, asked, earlier);
 }
 
 }  // namespace sightline

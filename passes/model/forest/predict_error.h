@@ -25,45 +25,31 @@ struct PredictErrorOptions {
 };
 std::vector<OptionField> option_fields(PredictErrorOptions& options);
 
-// What the model says of every site at every range: mean error, and P(error <= limit) for the
+// What the model predicts for every site at every range: mean error, and P(error <= limit) for the
 // model's limits. A site that the model was trained on (same place to a millimetre, same factors of
 // ranges and of looks that take a sample) gets its out-of-fold prediction, since the whole forest
-// remembers its error; all others the whole forest. A site is extrapolated at a range where more
-// than half of what the forest decides by lies outside the support (passes/model/forest/support.h).
-// `recordings` made this map. Sites that are not the model's own but lie within its buffer of them,
-// in a place that the model knows from one of these recordings or in coordinates of the world (more
-// than 100 km from where recordings without any begin), are counted in a warning: their prediction
-// may flatter.
-// Errors: mismatched-inputs where sites, factors and model differ in count, ranges or factors;
-// invalid-artifact for a factor that is not finite.
+// remembers its error; all others that of the whole forest. A site is extrapolated at a range where
+// more than half of what the forest decides by lies outside the support
+// (passes/model/forest/support.h). `recordings` made this map. Sites that are not the model's own
+// but lie within its buffer of them, in a place that the model knows from one of these recordings
+// or in coordinates of the world (more than 100 km from where recordings without any begin), are
+// counted in a warning: their predictions may be optimistic.
+//
+// Earlier drives on this map are `history`, one drive, or `drives`, several, or neither: what they
+// measured within 6 m of a site is among the site's features (schemas/definitions.md, "Measured
+// history"). A model that was trained without history ignores it, and so does one of another
+// localizer; a warning says so.
+//
+// Errors: mismatched-inputs where sites, factors, history and model differ in count, ranges or
+// factors; invalid-artifact for a factor that is not finite.
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
                                      const AtRest<FactorTable>& factors,
-                                     const RecordingCards& recordings);
+                                     const RecordingCards& recordings,
+                                     const MeasuredError* history = nullptr,
+                                     const MeasuredDrives* drives = nullptr);
 inline constexpr Pass kPredictError =
     Pass{"predict-error", 5, "predicted", "What the model says of each site", &predict_error}.in(
         Stage::kLearn);
-
-// The same where an earlier drive was measured on this map: what it found within 6 m of a site is
-// among the site's features (schemas/definitions.md, "Measured history"). A model that was never
-// told of history ignores it, and so does one of another localizer; a warning says so.
-Result<PredictedError> predict_error_with_history(PassContext& ctx,
-                                                  const PredictErrorOptions& options,
-                                                  const ErrorModel& model, const Sites& sites,
-                                                  const AtRest<FactorTable>& factors,
-                                                  const MeasuredError& history,
-                                                  const RecordingCards& recordings);
-inline constexpr Pass kPredictErrorWithHistory =
-    variant_of(kPredictError, &predict_error_with_history);
-
-// The same of several earlier drives; none is the same as no history.
-Result<PredictedError> predict_error_with_drives(PassContext& ctx,
-                                                 const PredictErrorOptions& options,
-                                                 const ErrorModel& model, const Sites& sites,
-                                                 const AtRest<FactorTable>& factors,
-                                                 const MeasuredDrives& history,
-                                                 const RecordingCards& recordings);
-inline constexpr Pass kPredictErrorWithDrives =
-    variant_of(kPredictError, &predict_error_with_drives);
 
 }  // namespace sightline

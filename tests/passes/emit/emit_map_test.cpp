@@ -23,13 +23,10 @@ using testing::HasSubstr;
 struct Workshop {
   explicit Workshop(const RandomMapOptions& options) : made(random_map(options)) {
     mapping.name = "first drive";
-    localization.name = "second drive";
-    for (Drive* drive : {&mapping, &localization}) {
-      drive->sensor = made.sensor;
-      drive->scans.resize(4);
-      for (std::uint32_t i = 0; i < 4; ++i) drive->scans[i].recording_index = i;
-    }
-    measured.drive = localization.name;
+    mapping.sensor = made.sensor;
+    mapping.scans.resize(4);
+    for (std::uint32_t i = 0; i < 4; ++i) mapping.scans[i].recording_index = i;
+    measured.drive = "second drive";
     measured.reference = ErrorReference::kFullRangeMatch;
     measured.looks = made.ranges.looks;
     measured.offsets = {{0.1, 0.2, 0.0, 0.01}};
@@ -42,10 +39,17 @@ struct Workshop {
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
     SIGHTLINE_ASSIGN(const PackedNds nds, pack_nds(made.ndt));
     SIGHTLINE_ASSIGN(const PackedModel packed_model, pack_model(record_of(model)));
-    SIGHTLINE_ASSIGN(const MapFile map,
-                     emit_map(ctx, options,
-                              {mapping, localization, nds, made.sites, made.predicted, made.ranges,
-                               measured, packed_model, made.factors}));
+    SIGHTLINE_ASSIGN(const MapFile map, emit_map(ctx, options,
+                                                 {.nds = nds,
+                                                  .sites = made.sites,
+                                                  .predicted = made.predicted,
+                                                  .ranges = made.ranges,
+                                                  .measured = measured,
+                                                  .model = packed_model,
+                                                  .factors = made.factors,
+                                                  .sensor = made.sensor,
+                                                  .recordings = recordings,
+                                                  .mapping = is_finished ? nullptr : &mapping}));
     EXPECT_TRUE(validate(map));
     EXPECT_EQ(map.foretold, model.card.localizer);
     SIGHTLINE_ASSIGN(file, map.bytes.read(0, map.bytes.size()));
@@ -54,7 +58,8 @@ struct Workshop {
 
   CompiledMap made;
   Drive mapping;
-  Drive localization;
+  RecordingCards recordings;
+  bool is_finished = false;  // not of drives: a finished map was annotated
   MeasuredError measured;
   ErrorModel model;
   std::vector<std::string> warnings;
@@ -139,6 +144,22 @@ TEST(EmitMap, KeepsAModelThatCanBeTakenOutOfTheFileAgain) {
 }
 
 // Four sites, ranges 10 and 20 m, one limit of 0.1 m; each number below is a quarter or a third.
+TEST(EmitMap, OfAFinishedMapNamesThatAndCountsNoSimulatedSite) {
+  Workshop workshop({.seed = 1});
+  const std::string id_of_drive = workshop.emit()->map_id;
+  workshop.is_finished = true;
+  workshop.recordings.cards = {{"map", "harbour.pcd", sha256("harbour")}};
+  workshop.measured.reference = ErrorReference::kSimulated;
+  const Result<CompiledMap> map = workshop.emit();
+  ASSERT_TRUE(map) << to_string(map.error());
+  EXPECT_EQ(map->measurement.mapping_drive, "harbour.pcd");
+  EXPECT_EQ(map->measurement.measured_site_count, 0u);
+  EXPECT_EQ(map->definitions.front().name, "annotating-a-finished-map");
+  EXPECT_NE(map->map_id, id_of_drive);
+  workshop.recordings.cards.front().digest = sha256("another harbour");
+  EXPECT_NE(workshop.emit()->map_id, map->map_id);
+}
+
 TEST(EmitMap, CountsQualityThatCanBeCheckedByHand) {
   Workshop workshop({.seed = 3, .site_count = 4, .ranges_m = {10.0, 20.0}, .limits_m = {0.1}});
   workshop.made.ranges.range_index = {0, 0, 1, 1};

@@ -53,8 +53,8 @@ CompiledMap annotated(const DrivenPlace& place, bool told) {
   map.factors = told ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
   map.factors = with_own_error(map.factors, place.drives[0]);
   const Result<PredictedError> predicted =
-      told ? predict_error_with_history(ctx, {}, model(), place.sites, place.factors,
-                                        place.drives[0], place.recordings)
+      told ? predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings,
+                           &place.drives[0])
            : predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings);
   EXPECT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
@@ -103,8 +103,8 @@ TEST(ProveAnnotation, MakesThemAgainWithWhatSeveralDrivesMeasured) {
   const MeasuredDrives told{{place.drives[0], place.drives[1], place.drives[3]}, {0, 1, 3}, 4};
   PassContext ctx;
   CompiledMap map = annotated(place, false);
-  const Result<PredictedError> predicted = predict_error_with_drives(
-      ctx, {}, model(), place.sites, place.factors, told, place.recordings);
+  const Result<PredictedError> predicted =
+      predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings, nullptr, &told);
   ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
   const Result<FactorTable> factors =

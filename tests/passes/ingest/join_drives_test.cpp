@@ -36,7 +36,7 @@ Joined join(const Drive& first, const Drive& later) {
   Joined joined;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& warning) { joined.warnings.push_back(warning); };
-  Result<Drive> drive = join_drives(ctx, {}, first, later);
+  Result<Drive> drive = join_drives(ctx, {}, first, {{&later}});
   EXPECT_TRUE(drive.has_value()) << to_string(drive.error());
   EXPECT_TRUE(validate(*drive).has_value());
   joined.drive = *std::move(drive);
@@ -124,8 +124,10 @@ TEST(JoinDrives, TakesTheFrameOfTheFirstThatHasPoses) {
 TEST(JoinDrives, ChainsOfRandomDrivesAreDrivesThatSurviveAFile) {
   Random random(7);
   for (int round = 0; round < 50; ++round) {
-    Drive all = day("0", static_cast<std::int64_t>(random.below(1000)) * kSecond_ns,
-                    1 + static_cast<int>(random.below(5)), 0.0);
+    const Drive first = day("0", static_cast<std::int64_t>(random.below(1000)) * kSecond_ns,
+                            1 + static_cast<int>(random.below(5)), 0.0);
+    Drive all = first;
+    std::vector<Drive> others;
     std::size_t scans = all.scans.size();
     for (int later = 1; later < 4; ++later) {
       const Drive next =
@@ -133,8 +135,14 @@ TEST(JoinDrives, ChainsOfRandomDrivesAreDrivesThatSurviveAFile) {
               static_cast<int>(random.below(5)), later);
       scans += next.scans.size();
       all = join(all, next).drive;
+      others.push_back(next);
     }
     ASSERT_EQ(all.scans.size(), scans);
+    PassContext ctx;
+    const Result<Drive> at_once =
+        join_drives(ctx, {}, first, {{&others[0], &others[1], &others[2]}});
+    ASSERT_TRUE(at_once.has_value());
+    ASSERT_EQ(to_bytes(*at_once), to_bytes(all));
     const Result<Drive> back = from_bytes<Drive>(to_bytes(all));
     ASSERT_TRUE(back.has_value());
     ASSERT_EQ(to_bytes(*back), to_bytes(all));

@@ -49,12 +49,12 @@ TEST(JoinSensors, KeepsTurnRatesOfTheFirstElseOfTheOther) {
   Drive rear = one_sensor("rear", {40, 150}, -1.0);
   rear.turn_rates = {{5, Eigen::Vector3d(1, 2, 3)}};
   PassContext ctx;
-  const Result<Drive> others = join_sensors(ctx, {}, front, rear);
+  const Result<Drive> others = join_sensors(ctx, {}, front, {{&rear}});
   ASSERT_TRUE(others.has_value());
   ASSERT_EQ(others->turn_rates.size(), 1U);
   EXPECT_EQ(others->turn_rates[0].stamp_ns, 5);
   front.turn_rates = {{7, Eigen::Vector3d(4, 5, 6)}};
-  const Result<Drive> own = join_sensors(ctx, {}, front, rear);
+  const Result<Drive> own = join_sensors(ctx, {}, front, {{&rear}});
   ASSERT_TRUE(own.has_value());
   ASSERT_EQ(own->turn_rates.size(), 1U);
   EXPECT_EQ(own->turn_rates[0].stamp_ns, 7);
@@ -66,7 +66,7 @@ TEST(JoinSensors, PutsScansInOrderOfTimeAndKeepsWhoseTheyAre) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& warning) { warnings.push_back(warning); };
-  const Result<Drive> joined = join_sensors(ctx, {}, front, rear);
+  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
   ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
   ASSERT_TRUE(validate(*joined).has_value());
   ASSERT_EQ(joined->scans.size(), 6U);
@@ -89,10 +89,9 @@ TEST(JoinSensors, PutsScansInOrderOfTimeAndKeepsWhoseTheyAre) {
 TEST(JoinSensors, TakesAThirdSensorAndLeavesOutScansInAGap) {
   const Drive front = one_sensor("front", {0, 100, 5000, 5100}, 1.0);
   PassContext ctx;
-  const Result<Drive> two = join_sensors(ctx, {}, front, one_sensor("rear", {50, 5050}, 2.0));
-  ASSERT_TRUE(two.has_value());
-  const Result<Drive> three =
-      join_sensors(ctx, {}, *two, one_sensor("roof", {50, 2500, 5000}, 3.0));
+  const Drive rear = one_sensor("rear", {50, 5050}, 2.0);
+  const Drive roof = one_sensor("roof", {50, 2500, 5000}, 3.0);
+  const Result<Drive> three = join_sensors(ctx, {}, front, {{&rear, &roof}});
   ASSERT_TRUE(three.has_value());
   ASSERT_TRUE(validate(*three).has_value());
   ASSERT_EQ(three->scans.size(), 8U);
@@ -103,8 +102,9 @@ TEST(JoinSensors, TakesAThirdSensorAndLeavesOutScansInAGap) {
 
 TEST(JoinSensors, RefusesClocksWithoutCommonTime) {
   PassContext ctx;
-  const Result<Drive> joined = join_sensors(ctx, {}, one_sensor("front", {0, 100}, 1.0),
-                                            one_sensor("rear", {1'000'000, 1'000'100}, 2.0));
+  const Drive front = one_sensor("front", {0, 100}, 1.0);
+  const Drive rear = one_sensor("rear", {1'000'000, 1'000'100}, 2.0);
+  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
   ASSERT_FALSE(joined.has_value());
   EXPECT_EQ(joined.error().code, ErrorCode::kMismatchedInputs);
   EXPECT_NE(joined.error().message.find("one clock"), std::string::npos);
@@ -120,7 +120,8 @@ TEST(CompleteTrajectory, InterpolatesTheScansOfOtherSensorsAtTheirTimes) {
   }
   const Drive front = one_sensor("front", front_ms, 1.0);
   PassContext ctx;
-  const Result<Drive> joined = join_sensors(ctx, {}, front, one_sensor("rear", rear_ms, -1.0));
+  const Drive rear = one_sensor("rear", rear_ms, -1.0);
+  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
   ASSERT_TRUE(joined.has_value());
   const Result<Trajectory> complete = complete_trajectory(ctx, {}, *joined, trajectory_of(front));
   ASSERT_TRUE(complete.has_value()) << to_string(complete.error());
@@ -139,7 +140,8 @@ TEST(CompleteTrajectory, InterpolatesTheScansOfOtherSensorsAtTheirTimes) {
 TEST(CompleteTrajectory, RefusesATrajectoryOfAnotherDrive) {
   const Drive front = one_sensor("front", {0, 100, 200}, 1.0);
   PassContext ctx;
-  const Result<Drive> joined = join_sensors(ctx, {}, front, one_sensor("rear", {40}, -1.0));
+  const Drive rear = one_sensor("rear", {40}, -1.0);
+  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
   ASSERT_TRUE(joined.has_value());
   Trajectory trajectory = trajectory_of(front);
   trajectory.poses.pop_back();

@@ -30,9 +30,9 @@ Told told(const SyntheticDrive& drive, const std::string& localizing_sensor = "v
   PassContext ctx;
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  Result<FactorTable> table =
-      whole_rows(add_mapping_error(ctx, {}, drive.factors, drive.measured,
-                                   *sensor_profile("vlp-16"), *sensor_profile(localizing_sensor)));
+  const SensorProfile mapping_sensor = *sensor_profile("vlp-16");
+  Result<FactorTable> table = whole_rows(add_mapping_error(
+      ctx, {}, drive.factors, drive.measured, &mapping_sensor, *sensor_profile(localizing_sensor)));
   return {std::move(table), std::move(warnings)};
 }
 
@@ -88,8 +88,8 @@ TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
 TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsEvidenceAndNothingToLearnFrom) {
   const SyntheticDrive drive = small_drive();
   PassContext ctx;
-  const Result<FactorTable> table =
-      whole_rows(add_own_error(ctx, {}, drive.factors, drive.measured));
+  const Result<FactorTable> table = whole_rows(add_mapping_error(
+      ctx, {}, drive.factors, drive.measured, nullptr, *sensor_profile("vlp-16")));
   ASSERT_TRUE(table.has_value());
   for_each_row(*table, drive.factors,
                [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
@@ -159,8 +159,8 @@ TEST(AddMappingError, WhatWasSimulatedStandsForBothAndSaysSo) {
   simulated.reference = ErrorReference::kSimulated;
   simulated.scan_of_site[2] = 2;
   PassContext ctx;
-  const Result<FactorTable> table =
-      whole_rows(add_simulated_error(ctx, {}, drive.factors, simulated));
+  const Result<FactorTable> table = whole_rows(
+      add_mapping_error(ctx, {}, drive.factors, simulated, nullptr, *sensor_profile("vlp-16")));
   ASSERT_TRUE(table.has_value()) << to_string(table.error());
   ASSERT_TRUE(validate(*table).has_value());
   EXPECT_TRUE(is_simulated(*table));

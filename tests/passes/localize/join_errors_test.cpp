@@ -33,15 +33,24 @@ struct Warned {
   }
 };
 
+template <class X>
+std::vector<const X*> pointers_to(const std::vector<X>& all) {
+  std::vector<const X*> pointers;
+  for (const X& one : all) pointers.push_back(&one);
+  return pointers;
+}
+
+Result<MeasuredDrives> join(PassContext& ctx, const std::vector<Drive>& drives,
+                            const std::vector<MeasuredError>& errors) {
+  return join_errors(ctx, {}, pointers_to(drives), pointers_to(errors));
+}
+
 TEST(JoinErrors, KeepsEachDriveAsItIs) {
   const DrivenPlace place = place_driven_often(1, 3, kSmall);
   Warned told;
-  const Drive first = drive_with("first");
-  const Result<MeasuredDrives> two =
-      join_errors(told.ctx, {}, first, drive_with("second"), place.drives[0], place.drives[1]);
-  ASSERT_TRUE(two.has_value()) << to_string(two.error());
   const Result<MeasuredDrives> three =
-      join_more_errors(told.ctx, {}, first, drive_with("third"), *two, place.drives[2]);
+      join(told.ctx, {drive_with("first"), drive_with("second"), drive_with("third")},
+           {place.drives[0], place.drives[1], place.drives[2]});
   ASSERT_TRUE(three.has_value()) << to_string(three.error());
   ASSERT_EQ(three->drives.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -54,19 +63,15 @@ TEST(JoinErrors, KeepsEachDriveAsItIs) {
 TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
   const DrivenPlace place = place_driven_often(1, 4, kSmall);
   Warned told;
-  const Drive first = drive_with("first");
   Drive raised = drive_with("raised");
   raised.sensor.T_vehicle_lidar.translation().z() += 0.5;
-  Result<MeasuredDrives> joined = join_errors(told.ctx, {}, first, drive_with("far"),
-                                              place.drives[0], nowhere(place.drives[1]));
+  const Result<MeasuredDrives> joined =
+      join(told.ctx,
+           {drive_with("first"), drive_with("far"), drive_with("other", "hdl-64e"), raised,
+            drive_with("last")},
+           {place.drives[0], nowhere(place.drives[1]), place.drives[2], place.drives[2],
+            place.drives[3]});
   ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
-  joined = join_more_errors(told.ctx, {}, first, drive_with("other", "hdl-64e"), *joined,
-                            place.drives[2]);
-  ASSERT_TRUE(joined.has_value());
-  joined = join_more_errors(told.ctx, {}, first, raised, *joined, place.drives[2]);
-  ASSERT_TRUE(joined.has_value());
-  joined = join_more_errors(told.ctx, {}, first, drive_with("last"), *joined, place.drives[3]);
-  ASSERT_TRUE(joined.has_value());
   EXPECT_EQ(joined->numbers, (std::vector<std::uint32_t>{0, 4}));
   EXPECT_EQ(joined->named_count, 5u);
   ASSERT_EQ(told.warnings.size(), 3u);
@@ -83,9 +88,8 @@ TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
 TEST(JoinErrors, GoesOnWithoutTheFirst) {
   const DrivenPlace place = place_driven_often(1, 2, kSmall);
   Warned told;
-  const Result<MeasuredDrives> joined =
-      join_errors(told.ctx, {}, drive_with("far"), drive_with("near"), nowhere(place.drives[0]),
-                  place.drives[1]);
+  const Result<MeasuredDrives> joined = join(told.ctx, {drive_with("far"), drive_with("near")},
+                                             {nowhere(place.drives[0]), place.drives[1]});
   ASSERT_TRUE(joined.has_value());
   EXPECT_EQ(joined->numbers, std::vector<std::uint32_t>{1});
 }
@@ -95,8 +99,8 @@ TEST(JoinErrors, RefusesErrorsOfOtherSites) {
   const DrivenPlace longer = place_driven_often(
       1, 2, {.site_count = 13, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
   Warned told;
-  const Result<MeasuredDrives> joined = join_errors(told.ctx, {}, drive_with("a"), drive_with("b"),
-                                                    place.drives[0], longer.drives[1]);
+  const Result<MeasuredDrives> joined =
+      join(told.ctx, {drive_with("a"), drive_with("b")}, {place.drives[0], longer.drives[1]});
   ASSERT_FALSE(joined.has_value());
   EXPECT_EQ(joined.error().code, ErrorCode::kMismatchedInputs);
 }

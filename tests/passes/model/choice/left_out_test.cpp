@@ -44,8 +44,8 @@ struct Street {
 FactorTable factors_of(const Street& street) {
   PassContext ctx;
   const Result<PredictedError> predicted =
-      predict_error_with_drives(ctx, {}, model(), street.place.sites, street.place.factors,
-                                street.told, street.place.recordings);
+      predict_error(ctx, {}, model(), street.place.sites, street.place.factors,
+                    street.place.recordings, nullptr, &street.told);
   EXPECT_TRUE(predicted.has_value());
   const Result<FactorTable> factors = add_history(ctx, {}, street.place.factors, street.told,
                                                   *predicted, model(), street.place.recordings);
@@ -69,8 +69,8 @@ TEST(LeftOut, EachDriveIsForetoldByTheOthersAlone) {
     MeasuredDrives others = street.told;
     others.drives.erase(others.drives.begin() + static_cast<std::ptrdiff_t>(i));
     PassContext ctx;
-    const Result<PredictedError> expected = predict_error_with_drives(
-        ctx, {}, model(), street.place.sites, street.place.factors, others, {});
+    const Result<PredictedError> expected = predict_error(
+        ctx, {}, model(), street.place.sites, street.place.factors, {}, nullptr, &others);
     EXPECT_EQ(to_bytes(left_out[i].predicted), to_bytes(*expected));
     EXPECT_EQ(left_out[i].measured.row(7, 1).mean_m, street.told.drives[i].row(7, 1).mean_m);
   }

@@ -90,8 +90,8 @@ TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   DrivenPlace place = place_driven_twice(9, kSmall);
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
   place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
-  const Result<PredictedError> told = predict_error_with_history(
-      ctx, {}, *model, place.sites, place.factors, place.drives[0], place.recordings);
+  const Result<PredictedError> told = predict_error(ctx, {}, *model, place.sites, place.factors,
+                                                    place.recordings, &place.drives[0]);
   const Result<PredictedError> map_only =
       predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings);
   ASSERT_TRUE(told.has_value() && map_only.has_value());
@@ -117,6 +117,12 @@ MeasuredDrives drives_of(const DrivenPlace& place, std::size_t count) {
   return drives;
 }
 
+Result<PredictedError> predict_with(PassContext& ctx, const ErrorModel& model,
+                                    const DrivenPlace& place, const MeasuredDrives& drives) {
+  return predict_error(ctx, {}, model, place.sites, place.factors, place.recordings, nullptr,
+                       &drives);
+}
+
 TEST(PredictError, OfOneDriveIsTheSameInAListOfOne) {
   PassContext ctx;
   TrainModelOptions options;
@@ -124,14 +130,12 @@ TEST(PredictError, OfOneDriveIsTheSameInAListOfOne) {
   const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(2, kSmall));
   ASSERT_TRUE(model.has_value());
   const DrivenPlace place = place_driven_twice(9, kSmall);
-  const Result<PredictedError> one = predict_error_with_history(
-      ctx, {}, *model, place.sites, place.factors, place.drives[0], place.recordings);
-  const Result<PredictedError> list = predict_error_with_drives(
-      ctx, {}, *model, place.sites, place.factors, drives_of(place, 1), place.recordings);
+  const Result<PredictedError> one = predict_error(ctx, {}, *model, place.sites, place.factors,
+                                                   place.recordings, &place.drives[0]);
+  const Result<PredictedError> list = predict_with(ctx, *model, place, drives_of(place, 1));
   ASSERT_TRUE(one.has_value() && list.has_value());
   EXPECT_EQ(to_bytes(*one), to_bytes(*list));
-  const Result<PredictedError> none =
-      predict_error_with_drives(ctx, {}, *model, place.sites, place.factors, {}, place.recordings);
+  const Result<PredictedError> none = predict_with(ctx, *model, place, {});
   ASSERT_TRUE(none.has_value());
   EXPECT_EQ(none->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
 }
@@ -167,8 +171,7 @@ TEST(PredictError, BelievesThreeDrivesMoreThanOne) {
     const DrivenPlace place = far_away(place_of_noisy_drives(seed));
     const DrivenPlace without_noise = place_driven_often(seed, 4, kSmall);
     const Result<PredictedError> told =
-        predict_error_with_drives(ctx, {}, *model, place.sites, place.factors,
-                                  drives_of(place, told_count), place.recordings);
+        predict_with(ctx, *model, place, drives_of(place, told_count));
     EXPECT_TRUE(told.has_value());
     double square = 0.0;
     for (std::size_t i = 0; i < told->mean_m.size(); ++i) {
@@ -193,9 +196,7 @@ TEST(PredictError, TakesThreeDrivesForAModelThatWasToldOfOne) {
   const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(2, kSmall));
   ASSERT_TRUE(model.has_value());
   const DrivenPlace place = far_away(place_of_noisy_drives(9));
-  EXPECT_TRUE(predict_error_with_drives(ctx, {}, *model, place.sites, place.factors,
-                                        drives_of(place, 3), place.recordings)
-                  .has_value());
+  EXPECT_TRUE(predict_with(ctx, *model, place, drives_of(place, 3)).has_value());
 }
 
 TEST(PredictError, RefusesADriveOfOtherSitesAmongSeveral) {
@@ -204,8 +205,7 @@ TEST(PredictError, RefusesADriveOfOtherSitesAmongSeveral) {
   MeasuredDrives drives = drives_of(place, 3);
   drives.drives[2].scan_of_site.pop_back();
   PassContext ctx;
-  const Result<PredictedError> told = predict_error_with_drives(
-      ctx, {}, model, place.sites, place.factors, drives, place.recordings);
+  const Result<PredictedError> told = predict_with(ctx, model, place, drives);
   ASSERT_FALSE(told.has_value());
   EXPECT_EQ(told.error().code, ErrorCode::kMismatchedInputs);
 }
@@ -217,7 +217,7 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<PredictedError> predicted =
-      predict_error_with_history(ctx, {}, model, drive.sites, drive.factors, drive.measured, {});
+      predict_error(ctx, {}, model, drive.sites, drive.factors, {}, &drive.measured);
   ASSERT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
@@ -237,7 +237,7 @@ TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<PredictedError> predicted =
-      predict_error_with_history(ctx, {}, *model, place.sites, place.factors, place.drives[0], {});
+      predict_error(ctx, {}, *model, place.sites, place.factors, {}, &place.drives[0]);
   ASSERT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);

@@ -36,7 +36,7 @@ TestDrive joined(const std::vector<TestDrive>& tests) {
   PassContext ctx;
   TestDrive all = tests.front();
   for (std::size_t i = 1; i < tests.size(); ++i) {
-    all.drive = *join_drives(ctx, {}, all.drive, tests[i].drive);
+    all.drive = *join_drives(ctx, {}, all.drive, {{&tests[i].drive}});
     for (const TrajectoryPose& pose : tests[i].truth.poses) {
       const std::size_t number = all.truth.poses.size();
       all.truth.poses.push_back({all.drive.scans[number].recording_index,

@@ -252,7 +252,7 @@ TEST(ExtendReleased, ComparesUndistortedScansWithTheReleasedOnes) {
   const TestDrive fast = swept(10.0, 30);
   const TestDrive slow = swept(5.0, 60);
   PassContext ctx;
-  const Drive both = *join_drives(ctx, {}, fast.drive, slow.drive);
+  const Drive both = *join_drives(ctx, {}, fast.drive, {{&slow.drive}});
   const ReleasedPoses released = *release(fast.drive, fast.truth);
   const Outcome outcome = extend(both, released);
   ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());

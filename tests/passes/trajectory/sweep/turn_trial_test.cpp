@@ -141,7 +141,7 @@ TEST(TurnTrial, IsOfEachDriveForItself) {
   first.drive.name = "mon";
   later.drive.name = "tue";
   PassContext ctx;
-  const Drive both = *join_drives(ctx, {}, first.drive, later.drive);
+  const Drive both = *join_drives(ctx, {}, first.drive, {{&later.drive}});
   Trajectory truth = first.truth;
   for (TrajectoryPose pose : later.truth.poses) {
     pose.recording_index = both.scans[truth.poses.size()].recording_index;
