@@ -81,12 +81,12 @@ void resolve(const std::filesystem::path& folder, bool are_several, RecordingOpt
 }
 
 void resolve_all(const std::filesystem::path& folder, CompileConfig& config) {
-  resolve(folder, !config.mapping_recordings.empty(), config.mapping);
-  resolve(folder, !config.localization_recordings.empty(), config.localization);
-  resolve(folder, false, config.evaluation);
-  for (RecordingOptions& sensor : config.other_sensors) resolve(folder, false, sensor);
-  for (RecordingOptions& later : config.later_mapping) resolve(folder, false, later);
-  for (RecordingOptions& later : config.later_localization) resolve(folder, false, later);
+  visit_recordings(config, [&](const RecordingRole& role, RecordingOptions& recording) {
+    const bool is_list =
+        (role.use == RecordingUse::kMapping && !config.mapping_recordings.empty()) ||
+        (role.use == RecordingUse::kLocalization && !config.localization_recordings.empty());
+    resolve(folder, is_list && !role.is_later(), recording);
+  });
   for (std::string* path :
        {&config.outside.file, &config.outside.evaluation_file, &config.map.points,
         &config.base_poses, &config.mapping_recordings, &config.localization_recordings}) {
@@ -131,7 +131,9 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
   for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
     if (!config.later_mapping[i].scans.empty()) continue;
     return Error{ErrorCode::kMissingKey,
-                 later_mapping_role(i) + ".scans: no folder of scans is named", file.string()};
+                 to_text(RecordingRole{RecordingUse::kMapping, i + 1}) +
+                     ".scans: no folder of scans is named",
+                 file.string()};
   }
   SIGHTLINE_TRY(check_localization(config, file));
   const Result<World> world = parse_world(config.annotation.world);
@@ -206,11 +208,9 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   }
   const Result<void> expanded = expand_all(config);
   if (!expanded) return in_file(expanded.error(), file.string());
-  for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
-    recording->world = config.annotation.world;
-  }
-  for (RecordingOptions& later : config.later_mapping) later.world = config.annotation.world;
-  for (RecordingOptions& later : config.later_localization) later.world = config.annotation.world;
+  visit_recordings(config, [&](const RecordingRole& role, RecordingOptions& recording) {
+    if (role.use != RecordingUse::kOtherSensor) recording.world = config.annotation.world;
+  });
   config.map.is_apollo = config.has_map() && is_apollo_map(config.map.points);
   config.map.is_compiled = config.has_map() && is_compiled_map(config.map.points);
   config.passes = settings_of(sections);
@@ -230,16 +230,12 @@ std::vector<EffectiveValue> effective_values(CompileConfig config) {
       values.push_back({section.name, field.name, to_text(field)});
     }
   }
-  for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
-    for (const OptionField& field : option_fields(config.later_mapping[i])) {
-      values.push_back({later_mapping_role(i), field.name, to_text(field)});
+  visit_recordings(config, [&](const RecordingRole& role, RecordingOptions& recording) {
+    if (!role.is_later()) return;
+    for (const OptionField& field : option_fields(recording)) {
+      values.push_back({to_text(role), field.name, to_text(field)});
     }
-  }
-  for (std::size_t i = 0; i < config.later_localization.size(); ++i) {
-    for (const OptionField& field : option_fields(config.later_localization[i])) {
-      values.push_back({later_localization_role(i), field.name, to_text(field)});
-    }
-  }
+  });
   for (const auto& [section, fields] : config.passes.own) {
     for (const auto& [key, value] : fields) values.push_back({section, key, value});
   }

@@ -102,11 +102,35 @@ struct CompileConfig {
   [[nodiscard]] bool imports_evaluation() const { return !outside.evaluation_file.empty(); }
 };
 
-// "mapping-2" of the first of other_sensors, and so on.
-std::string other_sensor_section(std::size_t index);
+// What a recording of a configuration is for.
+enum class RecordingUse { kMapping, kOtherSensor, kLocalization, kEvaluation };
 
-// "mapping[2]" of the first of later_mapping, and so on: how messages and maps call it.
-std::string later_mapping_role(std::size_t index);
+struct RecordingRole {
+  RecordingUse use = RecordingUse::kMapping;
+  std::size_t number = 0;  // among those of the same use
+  // One more of a section's list, which is no section of its own.
+  [[nodiscard]] bool is_later() const { return number > 0 && use != RecordingUse::kOtherSensor; }
+};
+
+// In messages and maps, and where it is one the section: "mapping", then "mapping[2]", ...;
+// "mapping-2", "mapping-3", ... of other sensors; "localization", "localization[2]", ...;
+// "evaluation".
+std::string to_text(const RecordingRole& role);
+
+// Calls visit(RecordingRole, RecordingOptions&) for every recording that a configuration has room
+// for, in the order of their uses and numbers; those without `scans` are not named.
+template <class Config, class Visit>
+void visit_recordings(Config& config, const Visit& visit) {
+  const auto visit_all = [&](RecordingUse use, std::size_t number, auto& all) {
+    for (auto& recording : all) visit(RecordingRole{use, number++}, recording);
+  };
+  visit(RecordingRole{RecordingUse::kMapping}, config.mapping);
+  visit_all(RecordingUse::kMapping, 1, config.later_mapping);
+  visit_all(RecordingUse::kOtherSensor, 0, config.other_sensors);
+  visit(RecordingRole{RecordingUse::kLocalization}, config.localization);
+  visit_all(RecordingUse::kLocalization, 1, config.later_localization);
+  visit(RecordingRole{RecordingUse::kEvaluation}, config.evaluation);
+}
 
 // The sections of the file that speak of drives and of what passes share, in its order.
 std::vector<ConfigSection> drive_sections(CompileConfig& config);
@@ -115,9 +139,6 @@ ConfigSection gate_section();
 
 // The localizer of import-errors. Error: bad-value.
 Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options);
-
-// "localization[2]" of the first of later_localization, and so on.
-std::string later_localization_role(std::size_t index);
 
 // Whether there is a compiled map, by its first bytes.
 bool is_compiled_map(const std::filesystem::path& path);

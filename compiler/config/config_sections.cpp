@@ -12,7 +12,7 @@ namespace {
 
 // Another sensor of the mapping drive: the keys of a drive but for those of its poses.
 ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
-  ConfigSection section{other_sensor_section(index),
+  ConfigSection section{to_text(RecordingRole{RecordingUse::kOtherSensor, index}),
                         "Another sensor on the vehicle of the mapping drive, in the same frame and "
                         "on the same clock",
                         option_fields(options)};
@@ -132,11 +132,19 @@ std::vector<OptionField> option_fields(AnnotationOptions& options) {
                  {"auto", "even-odd"})};
 }
 
-std::string other_sensor_section(std::size_t index) { return fmt::format("mapping-{}", index + 2); }
-
-std::string later_mapping_role(std::size_t index) { return fmt::format("mapping[{}]", index + 2); }
-
-std::string later_localization_role(std::size_t index) { return localization_role(index + 1); }
+std::string to_text(const RecordingRole& role) {
+  switch (role.use) {
+    case RecordingUse::kMapping:
+      return role.number == 0 ? "mapping" : fmt::format("mapping[{}]", role.number + 1);
+    case RecordingUse::kOtherSensor:
+      return fmt::format("mapping-{}", role.number + 2);
+    case RecordingUse::kLocalization:
+      return localization_role(role.number);
+    case RecordingUse::kEvaluation:
+      break;
+  }
+  return "evaluation";
+}
 
 std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   std::vector<ConfigSection> all = {

@@ -45,10 +45,10 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   InputFiles inputs;
   if (!file.empty()) inputs.files.push_back(file);
   if (!model.empty()) inputs.files.push_back(model);
-  std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
-  for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
-  for (const RecordingOptions& later : config.later_mapping) recordings.push_back(&later);
-  for (const RecordingOptions& later : config.later_localization) recordings.push_back(&later);
+  std::vector<const RecordingOptions*> recordings;
+  visit_recordings(config, [&](const RecordingRole& role, const RecordingOptions& recording) {
+    if (role.use != RecordingUse::kEvaluation) recordings.push_back(&recording);
+  });
   for (const RecordingOptions* recording : recordings) {
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 
-#include "formats/annotation/measured_drives.h"
 #include "formats/foreign/recording/same_recording.h"
 
 namespace sightline {
@@ -14,22 +13,12 @@ struct NamedDrive {
   RecordingPlace place;
 };
 
-std::vector<NamedDrive> mapping_drives(const CompileConfig& config) {
+std::vector<NamedDrive> drives_for(RecordingUse use, const CompileConfig& config) {
   std::vector<NamedDrive> drives;
-  if (!config.mapping.scans.empty()) drives.push_back({"mapping", place_of(config.mapping)});
-  for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
-    drives.push_back({later_mapping_role(i), place_of(config.later_mapping[i])});
-  }
-  return drives;
-}
-
-std::vector<NamedDrive> localization_drives(const CompileConfig& config) {
-  std::vector<NamedDrive> drives;
-  if (config.localization.scans.empty()) return drives;
-  drives.push_back({localization_role(0), place_of(config.localization)});
-  for (std::size_t i = 0; i < config.later_localization.size(); ++i) {
-    drives.push_back({later_localization_role(i), place_of(config.later_localization[i])});
-  }
+  visit_recordings(config, [&](const RecordingRole& role, const RecordingOptions& recording) {
+    if (role.use != use || recording.scans.empty()) return;
+    drives.push_back({to_text(role), place_of(recording)});
+  });
   return drives;
 }
 
@@ -64,8 +53,8 @@ void become_split(CompileConfig& config) {
 }  // namespace
 
 Result<void> settle_same_recordings(const std::filesystem::path& file, CompileConfig& config) {
-  const std::vector<NamedDrive> mapping = mapping_drives(config);
-  const std::vector<NamedDrive> localization = localization_drives(config);
+  const std::vector<NamedDrive> mapping = drives_for(RecordingUse::kMapping, config);
+  const std::vector<NamedDrive> localization = drives_for(RecordingUse::kLocalization, config);
   SIGHTLINE_TRY(check_named_once(mapping, file));
   SIGHTLINE_TRY(check_named_once(localization, file));
   const auto own = [&](const NamedDrive& drive) { return same_drive(mapping, drive.place); };
@@ -92,8 +81,8 @@ Result<void> settle_same_recordings(const std::filesystem::path& file, CompileCo
 
 void note_known_evaluation(CompileConfig& config) {
   const RecordingPlace place = place_of(config.evaluation);
-  const std::vector<NamedDrive> mapping = mapping_drives(config);
-  const std::vector<NamedDrive> localization = localization_drives(config);
+  const std::vector<NamedDrive> mapping = drives_for(RecordingUse::kMapping, config);
+  const std::vector<NamedDrive> localization = drives_for(RecordingUse::kLocalization, config);
   const bool is_split_drive =
       config.is_split() && !mapping.empty() && is_same_recording(mapping.front().place, place);
   if (is_split_drive) return;

@@ -10,8 +10,8 @@ namespace sightline {
 
 CompilePlan compile_plan(const CompileConfig& config, ModelSource model = ModelSource::kTrained);
 
-// The map, and what a compile tells of it.
-std::vector<AnyWire> told_of(const CompilePlan& compile);
+// The map, and what a compile reports of it.
+std::vector<AnyWire> reported_artifacts(const CompilePlan& compile);
 
 // Adds the steps that measure the evaluation drive on the map of the plan.
 Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile);

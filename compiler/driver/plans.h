@@ -35,6 +35,7 @@ enum class ModelSource { kTrained, kGiven };
 
 // One recording that a plan takes from outside.
 struct RecordingInput {
+  RecordingUse use = RecordingUse::kMapping;
   std::string role;  // section of the configuration: "mapping", "mapping-2", "localization", ...
   RecordingOptions options;
   Wire<Recording> recording;
@@ -56,10 +57,10 @@ struct FinishedMapInput {
   std::string world;  // that the map is said to lie in
   // At most one of these is connected; none where a drive makes the map.
   Wire<PointMap> points;
-  Wire<ForeignNds> nds;  // of somebody's NDT map
+  Wire<ForeignNds> nds;  // of an NDT map of another program
   Wire<CompiledMap> compiled;
   Wire<Route> route;           // not connected: everywhere
-  Wire<SensorProfile> sensor;  // that will localize, where no localization drive tells
+  Wire<SensorProfile> sensor;  // that will localize, where there is no localization drive
 };
 
 // A drive that is localized in a map.
@@ -95,15 +96,17 @@ struct CompilePlan {
   Wire<TiledSurface> surface;
   Wire<Sites> sites;
   Wire<DepthImages> depth;
+  Wire<SensorProfile> localizing_sensor;  // provided: of a recording, or of the finished map
   Wire<FactorTable> factors;
-  Wire<SensorProfile> localizing_sensor;  // of a finished map
-  Wire<MeasuredError> simulated;          // in a finished map
+  LocalizedDrive localized;       // the first; a split recording by its own poses
+  Wire<MeasuredError> simulated;  // in a finished map
   // Of the localization drive, of several each in turn; in a finished map without: simulated.
   Wire<MeasuredError> measured;
   // Of several localization drives, or with what a compiled map knew before; else not connected.
   Wire<MeasuredDrives> measured_drives;
   Wire<ErrorModel> model;  // given or trained
   Wire<PredictedError> predicted;
+  Wire<FactorTable> kept_factors;  // in the map, with what was an input of `predicted`
   Wire<RangeTable> ranges;
   Wire<CalibratedPlan> look_plan;
   Wire<Sharpness> sharpness;

@@ -95,7 +95,7 @@ Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& confi
 Result<void> foretell(const CompileFlags& flags, const CompileConfig& config,
                       const CompilePlan& compile, const ArtifactSet& artifacts) {
   const RunOptions options = run_options(flags.run, config);
-  ExpectedCost cost = expected_cost(compile.plan, told_of(compile), options, config, artifacts);
+  ExpectedCost cost = expected_cost(compile.plan, reported_artifacts(compile), options, config, artifacts);
   SIGHTLINE_ASSIGN(cost.places, try_places(compile, options, artifacts));
   print_text(to_text(cost, options.cache_directory));
   return {};
@@ -135,7 +135,7 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
     artifacts.provide(compile.given_model, std::move(model));
   }
   if (flags.is_dry) return foretell(flags, config, compile, artifacts);
-  std::vector<AnyWire> wanted = told_of(compile);
+  std::vector<AnyWire> wanted = reported_artifacts(compile);
   if (!flags.poses.empty()) wanted.push_back(compile.released);
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
                    run_steps(compile.plan, wanted, flags.run, config, artifacts));

@@ -40,7 +40,7 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
 // Whether the poses could be written there; before hours of work.
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,
                               const CompilePlan& compile);
-// Prints what the compile found; what told_of() names is in `artifacts`.
+// Prints what the compile found; the reported_artifacts() are in `artifacts`.
 Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts);
 
 }  // namespace sightline

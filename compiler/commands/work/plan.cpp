@@ -40,7 +40,7 @@ std::string cost_text(const SharedWork& work) {
   RunOptions options = options_in(work, Stage::kLink);
   options.threads = 1;
   return to_text(
-      expected_cost(work.compile.plan, told_of(work.compile), options, work.config, work.artifacts),
+      expected_cost(work.compile.plan, reported_artifacts(work.compile), options, work.config, work.artifacts),
       work.store);
 }
 

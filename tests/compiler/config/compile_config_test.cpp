@@ -100,6 +100,25 @@ TEST(CompileConfig, OfTheExampleIsValidByAnIndependentValidator) {
   EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cell_m: -1.0}"))));
 }
 
+TEST(CompileConfig, ListsEachRecordingOnceWithItsRole) {
+  CompileConfig config;
+  config.later_mapping.resize(2);
+  config.later_localization.resize(1);
+  std::vector<std::string> roles;
+  std::vector<std::string> later;
+  visit_recordings(config, [&](const RecordingRole& role, RecordingOptions& recording) {
+    recording.name = to_text(role);
+    roles.push_back(recording.name);
+    if (role.is_later()) later.push_back(recording.name);
+  });
+  EXPECT_EQ(roles, (std::vector<std::string>{"mapping", "mapping[2]", "mapping[3]", "mapping-2",
+                                             "mapping-3", "mapping-4", "localization",
+                                             "localization[2]", "evaluation"}));
+  EXPECT_EQ(later, (std::vector<std::string>{"mapping[2]", "mapping[3]", "localization[2]"}));
+  EXPECT_EQ(config.later_mapping[1].name, "mapping[3]");
+  EXPECT_EQ(config.other_sensors[0].name, "mapping-2");
+}
+
 TEST(CompileConfig, TakesAListOfDrivesThatMakeTheMap) {
   const Result<CompileConfig> config = load(
       "mapping:\n"
