@@ -6,6 +6,7 @@
 #include "formats/map/map_writer.h"
 #include "formats/map/repair/recover.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -21,10 +22,9 @@ TEST(DrivesSection, IsPartOfAMapAndChangesNoDigestThatAVehicleReliesOn) {
   CompiledMap map = bare;
   map.tile_drives = two_drives();
   const std::vector<std::byte> file = encode_map(map);
-  const Result<CompiledMap> back = read_map(file);
-  ASSERT_TRUE(back) << to_string(back.error());
-  EXPECT_EQ(back->tile_drives, map.tile_drives);
-  EXPECT_EQ(format_table(*dump(*back, "tile-drives"), TableFormat::kCsv),
+  const CompiledMap back = value_of(read_map(file));
+  EXPECT_EQ(back.tile_drives, map.tile_drives);
+  EXPECT_EQ(format_table(*dump(back, "tile-drives"), TableFormat::kCsv),
             "# tile_m: 64\n"
             "tile_x,tile_y,drive,day,scan_count,confirming_scan_count\n"
             "-1,2,monday,2026-05-04,3,0\n"
@@ -34,9 +34,8 @@ TEST(DrivesSection, IsPartOfAMapAndChangesNoDigestThatAVehicleReliesOn) {
   EXPECT_FALSE(read_map(bare_file)->tile_drives.has_value());
   EXPECT_TRUE(dump(bare, "tile-drives")->rows.empty());
   EXPECT_EQ(verify_map(file)->root_digest, verify_map(bare_file)->root_digest);
-  const Result<Recovered> recovered = recover_map(file);
-  ASSERT_TRUE(recovered) << to_string(recovered.error());
-  EXPECT_EQ(recovered->map.tile_drives, map.tile_drives);
+  const Recovered recovered = value_of(recover_map(file));
+  EXPECT_EQ(recovered.map.tile_drives, map.tile_drives);
 }
 
 TEST(DrivesSection, IsRefusedWhenCutShortAtEveryByte) {

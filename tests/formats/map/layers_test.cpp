@@ -7,6 +7,7 @@
 #include "formats/base/random.h"
 #include "formats/reader/map_layout.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -66,9 +67,8 @@ TEST(NdtLayer, RefusesACellOfAnotherTile) {
   const std::vector<std::uint32_t> rows = {0};
   NdtMap back = ndt;
   back.nds.clear();
-  const Result<void> read = decode_ndt_layer(encode_ndt_layer(ndt, rows), 1, {5, 0}, back);
-  ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().code, ErrorCode::kBadOrder);
+  EXPECT_EQ(failure_of(decode_ndt_layer(encode_ndt_layer(ndt, rows), 1, {5, 0}, back)).code,
+            ErrorCode::kBadOrder);
 }
 
 TEST(Tiles, HoldEveryNdAndEverySiteOnceInOrder) {

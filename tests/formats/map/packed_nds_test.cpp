@@ -9,6 +9,7 @@
 #include "formats/map/map_writer.h"
 #include "formats/map/packed_model.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -28,43 +29,37 @@ std::vector<std::byte> sealed(const PackedNds& nds) {
 TEST(PackedNds, AreThoseOfTheMapFile) {
   for (const int count : {0, 1, 7, 300}) {
     CompiledMap map = random_map({.seed = 3, .nd_count = count});
-    const Result<PackedNds> nds = pack_nds(map.ndt);
-    ASSERT_TRUE(nds);
-    EXPECT_EQ(nds->nd_count, map.ndt.nds.size());
-    EXPECT_TRUE(validate(*nds));
-    const Result<NdtMap> back = unpacked(*nds);
-    ASSERT_TRUE(back) << to_string(back.error());
-    EXPECT_EQ(text_of(*back), text_of(read_map(encode_map(map))->ndt));
+    const PackedNds nds = value_of(pack_nds(map.ndt));
+    EXPECT_EQ(nds.nd_count, map.ndt.nds.size());
+    EXPECT_TRUE(validate(nds));
+    const NdtMap back = value_of(unpacked(nds));
+    EXPECT_EQ(text_of(back), text_of(read_map(encode_map(map))->ndt));
     const CompiledMap whole = map;
     const FactorTable factors = map.factors;
-    const Result<PackedModel> model = pack_model(map.model);
-    ASSERT_TRUE(model);
-    map.model = model->record;
-    map.ndt = without_nds(*nds);
+    const PackedModel model = value_of(pack_model(map.model));
+    map.model = model.record;
+    map.ndt = without_nds(nds);
     map.factors = {};
     std::vector<std::byte> file;
-    ASSERT_TRUE(write_map({map, *nds, *model, factors}, write_to(file)));
+    ASSERT_TRUE(write_map({map, nds, model, factors}, write_to(file)));
     EXPECT_EQ(file, encode_map(whole));
   }
 }
 
 TEST(PackedNds, ComeBackFromTheirBytesAndFromAFile) {
-  const Result<PackedNds> nds = pack_nds(random_map({.seed = 4, .nd_count = 200}).ndt);
-  ASSERT_TRUE(nds);
-  const std::vector<std::byte> bytes = sealed(*nds);
-  const Result<PackedNds> back = from_stored<PackedNds>(StoredBytes(bytes));
-  ASSERT_TRUE(back) << to_string(back.error());
-  EXPECT_EQ(sealed(*back), bytes);
-  EXPECT_EQ(text_of(*unpacked(*back)), text_of(*unpacked(*nds)));
+  const PackedNds nds = value_of(pack_nds(random_map({.seed = 4, .nd_count = 200}).ndt));
+  const std::vector<std::byte> bytes = sealed(nds);
+  const PackedNds back = value_of(from_stored<PackedNds>(StoredBytes(bytes)));
+  EXPECT_EQ(sealed(back), bytes);
+  EXPECT_EQ(text_of(*unpacked(back)), text_of(*unpacked(nds)));
 }
 
 // Whatever byte is wrong, sealed anew so that only the decoder can see it: an error, or NDs that
 // hold together.
 TEST(PackedNds, RefuseDamageBelowTheSeal) {
-  const Result<PackedNds> nds = pack_nds(random_map({.seed = 5, .nd_count = 60}).ndt);
-  ASSERT_TRUE(nds);
+  const PackedNds nds = value_of(pack_nds(random_map({.seed = 5, .nd_count = 60}).ndt));
   std::vector<std::byte> payload;
-  ASSERT_TRUE(visit_payload(*nds, [&](std::span<const std::byte> piece) -> Result<void> {
+  ASSERT_TRUE(visit_payload(nds, [&](std::span<const std::byte> piece) -> Result<void> {
     payload.insert(payload.end(), piece.begin(), piece.end());
     return {};
   }));
@@ -88,13 +83,10 @@ TEST(PackedNds, RefuseDamageBelowTheSeal) {
 }
 
 TEST(PackedNds, RefuseTilesThatDoNotAscend) {
-  Result<PackedNds> nds = pack_nds(random_map({.seed = 6, .nd_count = 200}).ndt);
-  ASSERT_TRUE(nds);
-  ASSERT_GE(nds->tiles.size(), 2u);
-  std::swap(nds->tiles.front(), nds->tiles.back());
-  const Result<void> valid = validate(*nds);
-  ASSERT_FALSE(valid);
-  EXPECT_EQ(valid.error().code, ErrorCode::kInvalidArtifact);
+  PackedNds nds = value_of(pack_nds(random_map({.seed = 6, .nd_count = 200}).ndt));
+  ASSERT_GE(nds.tiles.size(), 2u);
+  std::swap(nds.tiles.front(), nds.tiles.back());
+  EXPECT_EQ(failure_of(validate(nds)).code, ErrorCode::kInvalidArtifact);
 }
 
 }  // namespace

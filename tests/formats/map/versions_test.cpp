@@ -13,6 +13,7 @@
 #include "formats/reader/reader.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/map/resealed.h"
+#include "tests/support/value_of.h"
 
 // Which maps a program reads that another version of it wrote. No version has been released, so
 // the older and the newer minor are made up here: program 1.2 before maps of 1.1 and 1.3.
@@ -64,26 +65,21 @@ std::vector<std::byte> map_of_1_3(const ContainerParts& parts) {
 // Header, directory and look-up, as this program and as program 1.2.
 void expect_opens(const std::vector<std::byte>& file) {
   for (const FormatVersion program : {kFormatVersion, kProgram}) {
-    const Result<MapFront> front = open_front(file, program);
-    ASSERT_TRUE(front) << to_string(front.error());
-    const Result<MapContainer> container = open_directory(*front);
-    EXPECT_TRUE(container) << to_string(container.error());
-    const Result<LookUp> look_up = LookUp::open(*front);
-    EXPECT_TRUE(look_up) << to_string(look_up.error());
+    const MapFront front = value_of(open_front(file, program));
+    require(open_directory(front));
+    const LookUp look_up = value_of(LookUp::open(front));
   }
 }
 
 // Every site of the map, as a vehicle asks for it.
 void expect_answers_of(const CompiledMap& map, const std::vector<std::byte>& file) {
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
   for (std::uint32_t site = 0; site < map.sites.sites.size(); ++site) {
     const Eigen::Vector3d p_m = map.sites.sites[site].p_map_m + map.sites.frame.origin_world_m;
-    const Result<RangeAnswer> answer =
-        reader->observation_range({p_m.x(), p_m.y(), p_m.z()}, map.ranges.promises[0].limit_m);
-    ASSERT_TRUE(answer) << to_string(answer.error());
-    EXPECT_EQ(answer->site, site);
-    EXPECT_EQ(answer->range_m, map.ranges.range_m(site, 0));
+    const RangeAnswer answer = value_of(
+        reader.observation_range({p_m.x(), p_m.y(), p_m.z()}, map.ranges.promises[0].limit_m));
+    EXPECT_EQ(answer.site, site);
+    EXPECT_EQ(answer.range_m, map.ranges.range_m(site, 0));
   }
 }
 
@@ -118,22 +114,20 @@ TEST(FormatVersion, OlderInItsMinorReadsWithoutWhatWasAddedSince) {
   const std::vector<std::byte> file = map_of_1_1();
   expect_opens(file);
   expect_answers_of(some_map(), file);
-  const Result<CompiledMap> map = read_map(file);
-  ASSERT_TRUE(map) << to_string(map.error());
-  EXPECT_FALSE(map->sharpness || map->trajectory);
-  EXPECT_EQ(map->ndt.nds.size(), some_map().ndt.nds.size());
+  const CompiledMap map = value_of(read_map(file));
+  EXPECT_FALSE(map.sharpness || map.trajectory);
+  EXPECT_EQ(map.ndt.nds.size(), some_map().ndt.nds.size());
 }
 
 TEST(FormatVersion, NewerInItsMinorReadsAndSkipsWhatIsOptionalAndUnknown) {
   const std::vector<std::byte> file = map_of_1_3(parts_of_1_3());
   expect_opens(file);
   expect_answers_of(some_map(), file);
-  const Result<MapSummary> summary = verify_map(file);
-  ASSERT_TRUE(summary) << to_string(summary.error());
-  EXPECT_EQ(summary->format, "1.3");
-  EXPECT_EQ(summary->root_digest, decode_header(encode_map(some_map()))->root_digest);
+  const MapSummary summary = value_of(verify_map(file));
+  EXPECT_EQ(summary.format, "1.3");
+  EXPECT_EQ(summary.root_digest, decode_header(encode_map(some_map()))->root_digest);
   for (const char* name : {"curbs", "access", "weather"}) {
-    EXPECT_EQ(std::ranges::count(summary->blocks, name, &MapSummary::Blocks::name), 1) << name;
+    EXPECT_EQ(std::ranges::count(summary.blocks, name, &MapSummary::Blocks::name), 1) << name;
   }
 }
 
@@ -168,10 +162,9 @@ TEST(FormatVersion, OfAnEarlierMajorIsRefusedAndTheMessageNamesWhoWroteIt) {
               HasSubstr("written by sightline test, format 0.9, this program reads 1.0: compile "
                         "again or use that version"));
   // Today's map before a program of a later major.
-  const Result<MapFront> front = open_front(encode_map(some_map()), {2, 4});
-  ASSERT_FALSE(front);
-  EXPECT_EQ(front.error().code, ErrorCode::kOldVersion);
-  EXPECT_THAT(front.error().message, HasSubstr("format 1.0, this program reads 2.4"));
+  const Error refused = failure_of(open_front(encode_map(some_map()), {2, 4}));
+  EXPECT_EQ(refused.code, ErrorCode::kOldVersion);
+  EXPECT_THAT(refused.message, HasSubstr("format 1.0, this program reads 2.4"));
 }
 
 TEST(FormatVersion, OfAnotherMajorIsRefusedAlsoWhereNothingElseCanBeRead) {

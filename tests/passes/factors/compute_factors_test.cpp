@@ -11,6 +11,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/pass/default_looks.h"
 #include "tests/passes/factors/plain_factors.h"
+#include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_nds.h"
 
@@ -67,12 +68,9 @@ Result<SeenFactors> compute(const PassContext& ctx, const FactorInputs& inputs,
 
 FactorTable must_compute(const FactorInputs& inputs, int threads = 1,
                          const std::vector<double>& ranges_m = default_ranges_m()) {
-  PassContext ctx;
-  ctx.threads = threads;
-  const Result<SeenFactors> seen = compute(ctx, inputs, ranges_m);
-  EXPECT_TRUE(seen.has_value());
-  EXPECT_TRUE(validate(seen->table).has_value());
-  return seen->table;
+  const SeenFactors seen = value_of(compute(TestContext(threads), inputs, ranges_m));
+  EXPECT_TRUE(validate(seen.table).has_value());
+  return seen.table;
 }
 
 double value(const FactorTable& table, std::size_t site, std::size_t range,
@@ -182,10 +180,8 @@ TEST(ComputeFactors, EqualsAPlainImplementationOnADrawnTown) {
        #...#
        #.@.#
 )");
-  PassContext ctx;
-  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, world.points));
-  ASSERT_TRUE(map.has_value());
-  FactorInputs inputs{*map, world.sites, {}, {}};
+  const NdtMap map = value_of(whole_nds(build_ndt(TestContext(), {}, world.points)));
+  FactorInputs inputs{map, world.sites, {}, {}};
   look_around(7, inputs);
   const FactorTable table = must_compute(inputs);
   for (std::size_t site = 0; site < world.sites.sites.size(); ++site) {
@@ -309,11 +305,10 @@ TEST(ComputeFactors, GivesAnEmptyPlaceTheValuesThatDefinitionsNameForIt) {
 
 TEST(ComputeFactors, CountsVirtualPointsThatLieInNoValidNd) {
   const FactorInputs inputs = random_inputs(14, 1);
-  const Result<SeenFactors> seen = compute(PassContext{}, inputs, default_ranges_m());
-  ASSERT_TRUE(seen.has_value());
-  EXPECT_EQ(seen->point_count, 300U);
-  EXPECT_GT(seen->unmatched_count, 0U);
-  EXPECT_LT(seen->unmatched_count, 300U);
+  const SeenFactors seen = value_of(compute(PassContext{}, inputs, default_ranges_m()));
+  EXPECT_EQ(seen.point_count, 300U);
+  EXPECT_GT(seen.unmatched_count, 0U);
+  EXPECT_LT(seen.unmatched_count, 300U);
 }
 
 ErrorCode code_of_failure(const FactorInputs& inputs,

@@ -4,6 +4,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_nds.h"
 #include "tests/support/whole_surface.h"
 
@@ -39,25 +40,21 @@ class IngestMapTest : public testing::Test {
 };
 
 TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
-  const Result<SurfacePoints> points = ingest_map(ctx_, {}, map_of_two(0.1));
-  ASSERT_TRUE(points.has_value()) << to_string(points.error());
-  ASSERT_TRUE(validate(*points).has_value());
+  const SurfacePoints points = value_of(ingest_map(ctx_, {}, map_of_two(0.1)));
+  ASSERT_TRUE(validate(points).has_value());
   EXPECT_TRUE(warnings_.empty()) << warnings_.front();
-  EXPECT_EQ(points->frame.origin_world_m, Eigen::Vector3d(128.0, 64.0, 0.0));
-  EXPECT_EQ(points->standing_count, 2U * 160U * 160U);
-  const Result<NdtMap> ndt = whole_nds(build_ndt(ctx_, {}, *points));
-  ASSERT_TRUE(ndt.has_value());
-  EXPECT_EQ(ndt->nds.size(), 16U * 8U);
-  EXPECT_EQ(ndt->point_count, points->standing_count);
+  EXPECT_EQ(points.frame.origin_world_m, Eigen::Vector3d(128.0, 64.0, 0.0));
+  EXPECT_EQ(points.standing_count, 2U * 160U * 160U);
+  const NdtMap ndt = value_of(whole_nds(build_ndt(ctx_, {}, points)));
+  EXPECT_EQ(ndt.nds.size(), 16U * 8U);
+  EXPECT_EQ(ndt.point_count, points.standing_count);
   // No ray opens what nobody looked through.
-  const Result<Surface> surface = whole(build_surface(ctx_, {}, *points));
-  ASSERT_TRUE(surface.has_value());
-  EXPECT_GE(surface->patches.size(), 64U * 32U);
+  const Surface surface = value_of(whole(build_surface(ctx_, {}, points)));
+  EXPECT_GE(surface.patches.size(), 64U * 32U);
   // What comes from the cache finds its pieces again.
-  Result<SurfacePoints> cached = from_bytes<SurfacePoints>(to_bytes(*points));
-  ASSERT_TRUE(cached.has_value()) << to_string(cached.error());
-  reattach(*cached, map_of_two(0.1));
-  EXPECT_EQ(to_bytes(*whole_nds(build_ndt(ctx_, {}, *cached))), to_bytes(*ndt));
+  SurfacePoints cached = value_of(from_bytes<SurfacePoints>(to_bytes(points)));
+  reattach(cached, map_of_two(0.1));
+  EXPECT_EQ(to_bytes(*whole_nds(build_ndt(ctx_, {}, cached))), to_bytes(ndt));
 }
 
 TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {
@@ -73,10 +70,8 @@ TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {
 TEST_F(IngestMapTest, RefusesAMapWiderThanAGrid) {
   const std::vector<PointXyzi> far = {{0.0F, 1.0F, 0.0F, 0.0F}, {3e9F, 1.0F, 0.0F, 0.0F}};
   ASSERT_TRUE(write_pcd_binary(folder_ / "far.pcd", far).has_value());
-  const Result<SurfacePoints> points =
-      ingest_map(ctx_, {}, *open_point_map(folder_ / "far.pcd", 1));
-  ASSERT_FALSE(points.has_value());
-  EXPECT_EQ(points.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(failure_of(ingest_map(ctx_, {}, *open_point_map(folder_ / "far.pcd", 1))).code,
+            ErrorCode::kInvalidArtifact);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -57,9 +58,8 @@ std::string las_with_a_withheld_point() {
 
 TEST_F(IngestTest, SaysHowManyPointsTheirFilesWithhold) {
   folder_.write("0.las", las_with_a_withheld_point());
-  const Result<Drive> drive = ingest(ctx_, {}, open());
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  EXPECT_EQ(drive->scans[0].point_count, 2U);
+  const Drive drive = value_of(ingest(ctx_, {}, open()));
+  EXPECT_EQ(drive.scans[0].point_count, 2U);
   ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_NE(warnings_[0].find("dropped 1 points that their files mark as withheld, kept 2"),
             std::string::npos)
@@ -69,34 +69,31 @@ TEST_F(IngestTest, SaysHowManyPointsTheirFilesWithhold) {
 TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
   write_ascii("0.pcd", 4, "1 2 3\nnan 0 0\n0 0 0\n4 5 6\n");
   write_ascii("1.pcd", 2, "0 0 0\n7 8 9\n");
-  const Result<Drive> drive = ingest(ctx_, {}, open());
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  ASSERT_EQ(drive->scans.size(), 2U);
-  EXPECT_EQ(drive->scans[0].point_count, 2U);
-  EXPECT_EQ(drive->scans[0].nonfinite_count, 1U);
-  EXPECT_EQ(drive->scans[0].zero_count, 1U);
-  EXPECT_EQ(drive->scans[1].point_count, 1U);
-  EXPECT_EQ(drive->scans[1].source, "1.pcd");
-  EXPECT_EQ(drive->scans[1].recording_index, 1U);
-  EXPECT_FALSE(drive->has_poses());
-  EXPECT_EQ(drive->frame, MapFrame{});
+  const Drive drive = value_of(ingest(ctx_, {}, open()));
+  ASSERT_EQ(drive.scans.size(), 2U);
+  EXPECT_EQ(drive.scans[0].point_count, 2U);
+  EXPECT_EQ(drive.scans[0].nonfinite_count, 1U);
+  EXPECT_EQ(drive.scans[0].zero_count, 1U);
+  EXPECT_EQ(drive.scans[1].point_count, 1U);
+  EXPECT_EQ(drive.scans[1].source, "1.pcd");
+  EXPECT_EQ(drive.scans[1].recording_index, 1U);
+  EXPECT_FALSE(drive.has_poses());
+  EXPECT_EQ(drive.frame, MapFrame{});
   ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_NE(warnings_[0].find("dropped 1 NaN or infinite points and 2 at (0,0,0), kept 3"),
             std::string::npos)
       << warnings_[0];
-  const Result<Scan> scan = drive->store->read(1);
-  ASSERT_TRUE(scan.has_value());
-  EXPECT_EQ(scan->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
+  const Scan scan = value_of(drive.store->read(1));
+  EXPECT_EQ(scan.points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
 }
 
 TEST_F(IngestTest, TheMapFrameBeginsNearTheFirstPoseAndPosesKeepTheirMillimetres) {
   write_ascii("1.pcd", 1, "1 2 3\n");
-  const Result<Drive> drive = ingest(
-      ctx_, {}, open("1 1223328152.391680 588348.947978 4141240.223859 -30.094324 0 0 0 1\n"));
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  EXPECT_EQ(drive->frame.origin_world_m, Eigen::Vector3d(588288.0, 4141184.0, -64.0));
-  EXPECT_EQ(drive->scans[0].stamp_ns, 1223328152391680000);
-  const Pose T_map_vehicle = rebase(*drive->scans[0].T_world_vehicle, {}, drive->frame);
+  const Drive drive = value_of(ingest(
+      ctx_, {}, open("1 1223328152.391680 588348.947978 4141240.223859 -30.094324 0 0 0 1\n")));
+  EXPECT_EQ(drive.frame.origin_world_m, Eigen::Vector3d(588288.0, 4141184.0, -64.0));
+  EXPECT_EQ(drive.scans[0].stamp_ns, 1223328152391680000);
+  const Pose T_map_vehicle = rebase(*drive.scans[0].T_world_vehicle, {}, drive.frame);
   EXPECT_TRUE(T_map_vehicle.translation().isApprox(Eigen::Vector3d(60.947978, 56.223859, 33.905676),
                                                    1e-10));
 }
@@ -113,12 +110,11 @@ TEST_F(IngestTest, GivesTheSameDriveForAnyNumberOfThreads) {
     ASSERT_TRUE(write_pcd_binary(folder_ / (std::to_string(i) + ".pcd"), points).has_value());
   }
   const Recording recording = open();
-  const Result<Drive> one = ingest(ctx_, {}, recording);
+  const Drive one = value_of(ingest(ctx_, {}, recording));
   ctx_.threads = 4;
-  const Result<Drive> four = ingest(ctx_, {}, recording);
-  ASSERT_TRUE(one.has_value() && four.has_value());
-  EXPECT_TRUE(validate(*one).has_value());
-  EXPECT_EQ(to_bytes(*one), to_bytes(*four));
+  const Drive four = value_of(ingest(ctx_, {}, recording));
+  EXPECT_TRUE(validate(one).has_value());
+  EXPECT_EQ(to_bytes(one), to_bytes(four));
 }
 
 TEST_F(IngestTest, RefusesTheFirstBadScanWhateverTheThreads) {
@@ -128,21 +124,20 @@ TEST_F(IngestTest, RefusesTheFirstBadScanWhateverTheThreads) {
   const Recording recording = open();
   for (const int threads : {1, 2, 4}) {
     ctx_.threads = threads;
-    const Result<Drive> drive = ingest(ctx_, {}, recording);
-    ASSERT_FALSE(drive.has_value());
-    EXPECT_EQ(drive.error().code, ErrorCode::kTruncatedScan);
-    EXPECT_EQ(drive.error().file, (folder_ / "2.pcd").string());
+    const Error refused = failure_of(ingest(ctx_, {}, recording));
+    EXPECT_EQ(refused.code, ErrorCode::kTruncatedScan);
+    EXPECT_EQ(refused.file, (folder_ / "2.pcd").string());
   }
 }
 
 TEST_F(IngestTest, RefusesTimesThatRunBackwardsAndNamesTheScan) {
   write_ascii("1.pcd", 1, "1 2 3\n");
   write_ascii("2.pcd", 1, "1 2 3\n");
-  const Result<Drive> drive = ingest(ctx_, {}, open("2 10 0 0 0 0 0 0 1\n1 11 0 0 0 0 0 0 1\n"));
-  ASSERT_FALSE(drive.has_value());
-  EXPECT_EQ(drive.error().code, ErrorCode::kTimeRunsBackwards);
-  EXPECT_EQ(drive.error().file, (folder_ / "2.pcd").string());
-  EXPECT_EQ(drive.error().place, "scan 1");
+  const Error refused =
+      failure_of(ingest(ctx_, {}, open("2 10 0 0 0 0 0 0 1\n1 11 0 0 0 0 0 0 1\n")));
+  EXPECT_EQ(refused.code, ErrorCode::kTimeRunsBackwards);
+  EXPECT_EQ(refused.file, (folder_ / "2.pcd").string());
+  EXPECT_EQ(refused.place, "scan 1");
 }
 
 TEST_F(IngestTest, WarnsOfTheFirstGapInTimeAndNamesItsScans) {
@@ -154,9 +149,8 @@ TEST_F(IngestTest, WarnsOfTheFirstGapInTimeAndNamesItsScans) {
   RecordingOptions options;
   options.scans = folder_.path().string();
   options.stamps = folder_.write("times.txt", stamps).string();
-  const Result<Recording> recording = open_recording(options);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  ASSERT_TRUE(ingest(ctx_, {}, *recording).has_value());
+  const Recording recording = value_of(open_recording(options));
+  ASSERT_TRUE(ingest(ctx_, {}, recording).has_value());
   ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_NE(warnings_[0].find("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
                               "and scan 5 (5.pcd)"),
@@ -170,11 +164,10 @@ TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
       "property float z\nproperty float time\nend_header\n";
   folder_.write("0.ply", header + "1 2 3 0\n4 5 6 0.05\n");
   folder_.write("1.ply", header + "1 2 3 0\n4 5 6 1e12\n");
-  const Result<Drive> drive = ingest(ctx_, {}, open());
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  EXPECT_TRUE(drive->scans[0].has_point_times);
-  EXPECT_FALSE(drive->scans[1].has_point_times);
-  EXPECT_EQ(drive->store->read(0)->time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
+  const Drive drive = value_of(ingest(ctx_, {}, open()));
+  EXPECT_TRUE(drive.scans[0].has_point_times);
+  EXPECT_FALSE(drive.scans[1].has_point_times);
+  EXPECT_EQ(drive.store->read(0)->time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
   ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_NE(warnings_[0].find("1 scans have point times"), std::string::npos) << warnings_[0];
 }
@@ -199,11 +192,10 @@ TEST_F(IngestTest, RefusesScansThatMostlyLieFartherThanALidarSees) {
   EXPECT_NE(warnings_[0].find("1 scans have most of their points beyond 2 km"), std::string::npos)
       << warnings_[0];
   write_ascii("2.pcd", 3, "12010 -3410 110\n15 20 30\n-8750 2100 -1800\n");
-  const Result<Drive> drive = ingest(ctx_, {}, open());
-  ASSERT_FALSE(drive.has_value());
-  EXPECT_EQ(drive.error().code, ErrorCode::kUnsupportedFormat);
-  EXPECT_EQ(drive.error().file, (folder_ / "1.pcd").string());
-  EXPECT_NE(drive.error().message.find("millimetres"), std::string::npos) << drive.error().message;
+  const Error refused = failure_of(ingest(ctx_, {}, open()));
+  EXPECT_EQ(refused.code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(refused.file, (folder_ / "1.pcd").string());
+  EXPECT_NE(refused.message.find("millimetres"), std::string::npos) << refused.message;
 }
 
 TEST(IngestOptionFields, ReadBackAsTheyArePrinted) {

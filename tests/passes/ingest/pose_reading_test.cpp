@@ -11,6 +11,7 @@
 #include "passes/ingest/ingest.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/box_world.h"
+#include "tests/support/value_of.h"
 
 // Poses whose quaternions begin with w, and times in milliseconds.
 
@@ -83,52 +84,45 @@ class PoseReadingStraight : public PoseReading {
 };
 
 TEST_F(PoseReading, TakesQuaternionsThatBeginWithWWhereTheScansSaySoAndNamesThem) {
-  const Result<Drive> drive = ingested(true);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  expect_the_poses(*drive);
+  const Drive drive = value_of(ingested(true));
+  expect_the_poses(drive);
   EXPECT_NE(warnings_.find("they are read as w x y z"), std::string::npos) << warnings_;
 }
 
 TEST_F(PoseReadingWestward, TakesThemOfAnyHeading) {
-  const Result<Drive> drive = ingested(true);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  expect_the_poses(*drive);
+  const Drive drive = value_of(ingested(true));
+  expect_the_poses(drive);
   EXPECT_NE(warnings_.find("they are read as w x y z"), std::string::npos) << warnings_;
 }
 
 // Upside down, a straight drive lays its scans on each other as well.
 TEST_F(PoseReadingStraight, TakesThemWhereTheGroundWouldBeOverhead) {
-  const Result<Drive> drive = ingested(true);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  expect_the_poses(*drive);
+  const Drive drive = value_of(ingested(true));
+  expect_the_poses(drive);
   EXPECT_NE(warnings_.find("they are read as w x y z"), std::string::npos) << warnings_;
 }
 
 TEST_F(PoseReadingStraight, LeavesThemWhereTheGroundIsBelow) {
-  const Result<Drive> drive = ingested(false);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  expect_the_poses(*drive);
+  const Drive drive = value_of(ingested(false));
+  expect_the_poses(drive);
   EXPECT_EQ(warnings_, "");
 }
 
 TEST_F(PoseReading, LeavesQuaternionsThatEndWithW) {
-  const Result<Drive> drive = ingested(false);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  expect_the_poses(*drive);
+  const Drive drive = value_of(ingested(false));
+  expect_the_poses(drive);
   EXPECT_EQ(warnings_, "");
 }
 
 TEST_F(PoseReadingWestward, LeavesThemOfAnyHeading) {
-  const Result<Drive> drive = ingested(false);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  expect_the_poses(*drive);
+  const Drive drive = value_of(ingested(false));
+  expect_the_poses(drive);
   EXPECT_EQ(warnings_, "");
 }
 
 TEST_F(PoseReading, TakesTimesInMillisecondsAndNamesThem) {
-  const Result<Drive> drive = ingested(false, 100.0);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  EXPECT_EQ(drive->scans[5].stamp_ns, 500'000'000);
+  const Drive drive = value_of(ingested(false, 100.0));
+  EXPECT_EQ(drive.scans[5].stamp_ns, 500'000'000);
   EXPECT_NE(warnings_.find("they are read as milliseconds"), std::string::npos) << warnings_;
 }
 

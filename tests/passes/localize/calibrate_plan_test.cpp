@@ -6,6 +6,7 @@
 #include "tests/passes/localize/mapped_street.h"
 #include "tests/support/artifact_checks.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -18,10 +19,8 @@ CalibratePlanOptions half_metre_voxels() {
 
 Result<CalibratedPlan> calibrate(const CalibratePlanOptions& options, const RangeTable& ranges,
                                  int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
-  return calibrate_plan(ctx, options, street().second.drive, street().second.truth, street().map,
-                        street().sites, ranges);
+  return calibrate_plan(TestContext(threads), options, street().second.drive, street().second.truth,
+                        street().map, street().sites, ranges);
 }
 
 // Good ones with doubts 0.01, 0.02, .. 1.
@@ -64,18 +63,16 @@ TEST(CalibratePlan, LearnsNothingFromAFewScans) {
 }
 
 TEST(CalibratePlan, MatchesEveryScanFromWhereTheTwoBeforeItForetellIt) {
-  const Result<CalibratedPlan> calibrated = calibrate(half_metre_voxels(), ranges_with_looks({}));
-  ASSERT_TRUE(calibrated) << to_string(calibrated.error());
-  ASSERT_TRUE(calibrated->plan);
-  EXPECT_TRUE(validate(*calibrated));
-  expect_survives_disk(*calibrated);
-  EXPECT_EQ(calibrated->scan_count, 16U) << "all but the first two of 18";
-  ASSERT_GE(calibrated->good_count, 10U);
-  EXPECT_EQ(calibrated->learnt_doubted_share, 0.0) << "every box has even walls";
-  EXPECT_EQ(calibrated->plan, usual_plan()) << "and so what was learnt in towns holds here";
-  const Result<CalibratedPlan> again = calibrate(half_metre_voxels(), ranges_with_looks({}), 3);
-  ASSERT_TRUE(again);
-  EXPECT_EQ(to_bytes(*again), to_bytes(*calibrated)) << "whatever the number of threads";
+  const CalibratedPlan calibrated = value_of(calibrate(half_metre_voxels(), ranges_with_looks({})));
+  ASSERT_TRUE(calibrated.plan);
+  EXPECT_TRUE(validate(calibrated));
+  expect_survives_disk(calibrated);
+  EXPECT_EQ(calibrated.scan_count, 16U) << "all but the first two of 18";
+  ASSERT_GE(calibrated.good_count, 10U);
+  EXPECT_EQ(calibrated.learnt_doubted_share, 0.0) << "every box has even walls";
+  EXPECT_EQ(calibrated.plan, usual_plan()) << "and so what was learnt in towns holds here";
+  const CalibratedPlan again = value_of(calibrate(half_metre_voxels(), ranges_with_looks({}), 3));
+  EXPECT_EQ(to_bytes(again), to_bytes(calibrated)) << "whatever the number of threads";
 }
 
 TEST(CalibratePlan, FindsAgainWhatDependsOnNothingNew) {
@@ -108,19 +105,16 @@ TEST(CalibratePlan, FindsAgainWhatDependsOnNothingNew) {
 }
 
 TEST(CalibratePlan, HasNoPlanWithoutLooks) {
-  const Result<CalibratedPlan> calibrated = calibrate(half_metre_voxels(), street().ranges);
-  ASSERT_TRUE(calibrated);
-  EXPECT_FALSE(calibrated->plan);
-  EXPECT_TRUE(validate(*calibrated));
-  expect_survives_disk(*calibrated);
+  const CalibratedPlan calibrated = value_of(calibrate(half_metre_voxels(), street().ranges));
+  EXPECT_FALSE(calibrated.plan);
+  EXPECT_TRUE(validate(calibrated));
+  expect_survives_disk(calibrated);
 }
 
 TEST(CalibratePlan, RefusesWhatDoesNotBelongTogether) {
   RangeTable fewer = ranges_with_looks({});
   fewer.site_count = 3;
-  const Result<CalibratedPlan> calibrated = calibrate(half_metre_voxels(), fewer);
-  ASSERT_FALSE(calibrated);
-  EXPECT_EQ(calibrated.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(failure_of(calibrate(half_metre_voxels(), fewer)).code, ErrorCode::kMismatchedInputs);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "passes/localize/measure_error.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -69,46 +70,43 @@ Result<MeasuredError> import(const World& world, const OutsideErrors& outside,
 
 TEST(ImportErrors, GivesEachSiteTheErrorsOfItsScanOverAllStarts) {
   std::vector<std::string> warnings;
-  const Result<MeasuredError> measured = import(straight_world(4), errors_of({1, 5}), &warnings);
-  ASSERT_TRUE(measured) << to_string(measured.error());
-  EXPECT_TRUE(validate(*measured));
-  EXPECT_EQ(measured->scan_of_site, (std::vector<std::int64_t>{1, -1, 5, -1}));
-  EXPECT_EQ(measured->matching.localizer, (LocalizerProfile{"my-ndt", 2, {{"leaf_m", "0.5"}}}));
-  EXPECT_EQ(measured->matching.site_step, 2u) << "every second site was measured";
-  const ErrorRow& row = measured->row(0, 0);  // 0.30, 0.33, 0.36
+  const MeasuredError measured = value_of(import(straight_world(4), errors_of({1, 5}), &warnings));
+  EXPECT_TRUE(validate(measured));
+  EXPECT_EQ(measured.scan_of_site, (std::vector<std::int64_t>{1, -1, 5, -1}));
+  EXPECT_EQ(measured.matching.localizer, (LocalizerProfile{"my-ndt", 2, {{"leaf_m", "0.5"}}}));
+  EXPECT_EQ(measured.matching.site_step, 2u) << "every second site was measured";
+  const ErrorRow& row = measured.row(0, 0);  // 0.30, 0.33, 0.36
   EXPECT_NEAR(row.mean_m, 0.33, 1e-15);
   EXPECT_NEAR(row.median_m, 0.33, 1e-15);
   EXPECT_NEAR(row.p90_m, 0.354, 1e-15);
   EXPECT_NEAR(row.max_m, 0.36, 1e-15);
   EXPECT_EQ(row.lost_share, 0.0);
-  EXPECT_NEAR(measured->row(2, 1).lost_share, 2.0 / 3.0, 1e-15) << "0.50, 0.53 and 0.56 m";
-  EXPECT_EQ(measured->row(1, 0).mean_m, 0.0);
+  EXPECT_NEAR(measured.row(2, 1).lost_share, 2.0 / 3.0, 1e-15) << "0.50, 0.53 and 0.56 m";
+  EXPECT_EQ(measured.row(1, 0).mean_m, 0.0);
   EXPECT_TRUE(warnings.empty());
 }
 
 TEST(ImportErrors, MovesWithTheFrameAndNeverNamesAFartherScan) {
   World world = straight_world(30);
-  const Result<MeasuredError> here = import(world, errors_of({1, 21, 41}));
+  const MeasuredError here = value_of(import(world, errors_of({1, 21, 41})));
   world.trajectory.frame.origin_world_m.x() -= 64.0;
   for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().x() += 64.0;
-  const Result<MeasuredError> moved = import(world, errors_of({1, 21, 41}));
-  ASSERT_TRUE(here && moved);
-  EXPECT_EQ(to_bytes(*here), to_bytes(*moved));
+  const MeasuredError moved = value_of(import(world, errors_of({1, 21, 41})));
+  EXPECT_EQ(to_bytes(here), to_bytes(moved));
   for (std::size_t site = 0; site < 30; ++site) {
-    EXPECT_EQ(here->scan_of_site[site],
+    EXPECT_EQ(here.scan_of_site[site],
               site % 10 == 0 ? static_cast<std::int64_t>(2 * site + 1) : -1);
   }
-  EXPECT_EQ(here->matching.site_step, 10u);
+  EXPECT_EQ(here.matching.site_step, 10u);
 }
 
 TEST(ImportErrors, AScanStandsForAllThatLiesBetweenItAndTheNext) {
   ImportErrorsOptions options = two_ranges();
   options.site_radius_m = 1.5;  // three sites take each scan
-  const Result<MeasuredError> measured =
-      import(straight_world(30), errors_of({11, 31, 51}), nullptr, options);
-  ASSERT_TRUE(measured) << to_string(measured.error());
-  EXPECT_EQ(std::ranges::count(measured->scan_of_site, 31), 3);
-  EXPECT_EQ(measured->matching.site_step, 10u);
+  const MeasuredError measured =
+      value_of(import(straight_world(30), errors_of({11, 31, 51}), nullptr, options));
+  EXPECT_EQ(std::ranges::count(measured.scan_of_site, 31), 3);
+  EXPECT_EQ(measured.matching.site_step, 10u);
 }
 
 TEST(ImportErrors, CountsTheScansThatNoSiteTakes) {
@@ -123,13 +121,11 @@ TEST(ImportErrors, CountsTheScansThatNoSiteTakes) {
 TEST(ImportErrors, RefusesAtTheLineWhatDoesNotBelongToTheDriveOrTheRanges) {
   const World world = straight_world(4);
   const auto refused = [&](const OutsideErrors& outside, const char* place, const char* message) {
-    const Result<MeasuredError> measured = import(world, outside);
-    ASSERT_FALSE(measured) << message;
-    EXPECT_EQ(measured.error().code, ErrorCode::kMismatchedInputs);
-    EXPECT_EQ(measured.error().place, place) << to_string(measured.error());
-    EXPECT_EQ(measured.error().file, "errors.csv");
-    EXPECT_NE(measured.error().message.find(message), std::string::npos)
-        << to_string(measured.error());
+    const Error measured = failure_of(import(world, outside), message);
+    EXPECT_EQ(measured.code, ErrorCode::kMismatchedInputs);
+    EXPECT_EQ(measured.place, place) << to_string(measured);
+    EXPECT_EQ(measured.file, "errors.csv");
+    EXPECT_NE(measured.message.find(message), std::string::npos) << to_string(measured);
   };
   refused(errors_of({1, 9}), "line 8", "found scan 9, expected one of the 4 scans");
   OutsideErrors outside = errors_of({1, 3});
@@ -153,19 +149,15 @@ TEST(ImportErrors, RefusesAtTheLineWhatDoesNotBelongToTheDriveOrTheRanges) {
 TEST(ImportErrors, RefusesScansThatMadeTheMap) {
   ImportErrorsOptions options = two_ranges();
   options.scans = ScanSelection::kEven;  // all scans of this drive are odd
-  const Result<MeasuredError> measured =
-      import(straight_world(4), errors_of({1}), nullptr, options);
-  ASSERT_FALSE(measured);
-  EXPECT_NE(measured.error().message.find("since the others made the map"), std::string::npos)
-      << to_string(measured.error());
+  const Error refused = failure_of(import(straight_world(4), errors_of({1}), nullptr, options));
+  EXPECT_NE(refused.message.find("since the others made the map"), std::string::npos)
+      << to_string(refused);
 }
 
 TEST(ImportErrors, RefusesADriveThatIsNowhereNear) {
   World world = straight_world(4);
   for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().y() = 50.0;
-  const Result<MeasuredError> measured = import(world, errors_of({1}));
-  ASSERT_FALSE(measured);
-  EXPECT_EQ(measured.error().code, ErrorCode::kNoOverlap);
+  EXPECT_EQ(failure_of(import(world, errors_of({1}))).code, ErrorCode::kNoOverlap);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "passes/map/build_surface.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_nds.h"
 #include "tests/support/whole_rows.h"
 #include "tests/support/whole_surface.h"
@@ -69,10 +70,9 @@ SimulateErrorOptions few_looks() {
 }
 
 Result<MeasuredError> simulated(const SimulateErrorOptions& options, int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
   const Scene& at = scene();
-  return whole_rows(simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor));
+  return whole_rows(
+      simulate_error(TestContext(threads), options, at.surface, at.map, at.sites, at.sensor));
 }
 
 // Times are the only numbers that differ from run to run.
@@ -83,18 +83,17 @@ MeasuredError without_times(MeasuredError measured) {
 }
 
 TEST(SimulateError, FindsEverySiteAgainAndSaysThatNobodyMeasured) {
-  const Result<MeasuredError> found = simulated(few_looks());
-  ASSERT_TRUE(found.has_value()) << to_string(found.error());
-  ASSERT_TRUE(validate(*found).has_value());
-  EXPECT_EQ(found->reference, ErrorReference::kSimulated);
-  EXPECT_EQ(found->drive, "simulated");
-  EXPECT_EQ(found->matching.localizer.name, "searching");
-  ASSERT_EQ(found->rows.size(), 4U * 2U);
-  ASSERT_EQ(found->of_samples.size(), 1U);
+  const MeasuredError found = value_of(simulated(few_looks()));
+  ASSERT_TRUE(validate(found).has_value());
+  EXPECT_EQ(found.reference, ErrorReference::kSimulated);
+  EXPECT_EQ(found.drive, "simulated");
+  EXPECT_EQ(found.matching.localizer.name, "searching");
+  ASSERT_EQ(found.rows.size(), 4U * 2U);
+  ASSERT_EQ(found.of_samples.size(), 1U);
   for (std::size_t site = 0; site < 4; ++site) {
-    EXPECT_LT(found->row(site, 1).mean_m, 0.1);
-    EXPECT_GT(found->row(site, 1).mean_m, 0.0) << "noise and relief are never 0";
-    EXPECT_LT(found->of_samples[0].row(site, 0).mean_m, 0.2);
+    EXPECT_LT(found.row(site, 1).mean_m, 0.1);
+    EXPECT_GT(found.row(site, 1).mean_m, 0.0) << "noise and relief are never 0";
+    EXPECT_LT(found.of_samples[0].row(site, 0).mean_m, 0.2);
   }
 }
 
@@ -109,10 +108,9 @@ TEST(SimulateError, ErrorsGrowWithTheDisturbance) {
   for (const double noise_m : {0.0, 0.1, 0.4}) {
     SimulateErrorOptions options = few_looks();
     options.range_noise_m = options.relief_m = noise_m;
-    const Result<MeasuredError> found = simulated(options);
-    ASSERT_TRUE(found.has_value());
+    const MeasuredError found = value_of(simulated(options));
     double sum_m = 0.0;
-    for (std::size_t site = 0; site < 4; ++site) sum_m += found->row(site, 1).mean_m;
+    for (std::size_t site = 0; site < 4; ++site) sum_m += found.row(site, 1).mean_m;
     EXPECT_GT(sum_m, before_m) << noise_m;
     before_m = sum_m;
   }
@@ -159,11 +157,10 @@ TEST(SimulateError, RefusesWhatItCannotStandFor) {
   SimulateErrorOptions options = few_looks();
   options.matching.localizer = LocalizerKind::kPclNdt;
   EXPECT_EQ(simulated(options).error().code, ErrorCode::kBadValue);
-  PassContext ctx;
   Sites elsewhere = scene().sites;
   elsewhere.frame.origin_world_m.x() = 64.0;
-  EXPECT_EQ(whole_rows(simulate_error(ctx, few_looks(), scene().surface, scene().map, elsewhere,
-                                      scene().sensor))
+  EXPECT_EQ(whole_rows(simulate_error(TestContext(), few_looks(), scene().surface, scene().map,
+                                      elsewhere, scene().sensor))
                 .error()
                 .code,
             ErrorCode::kMismatchedInputs);
@@ -176,14 +173,12 @@ TEST(SimulateError, TakesWhatTheSensorSeesOfATurnAlone) {
   const auto points_of = [&](double view_deg, double turned_rad) {
     Scene at = scene();
     at.sensor.azimuth_view_deg = view_deg;
-    PassContext ctx;
     for (Site& site : at.sites.sites) {
       site.T_map_vehicle.rotate(Eigen::AngleAxisd(turned_rad, Eigen::Vector3d::UnitZ()));
     }
-    const Result<MeasuredError> found =
-        whole_rows(simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor));
-    EXPECT_TRUE(found.has_value());
-    return found->row(0, 1).point_count;
+    const MeasuredError found = value_of(whole_rows(
+        simulate_error(TestContext(), options, at.surface, at.map, at.sites, at.sensor)));
+    return found.row(0, 1).point_count;
   };
   const std::uint32_t whole = points_of(360.0, 0.0);
   std::uint32_t sum = 0;

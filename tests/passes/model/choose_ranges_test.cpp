@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/passes/model/honest_model.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -26,52 +27,47 @@ std::vector<double> chosen_m(const RangeTable& table, std::size_t limit) {
 TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
   ChooseRangesOptions options = with(RiskControl::kFixed);
   options.dilation_m = 1.0;
-  const Result<RangeTable> table = choose(five_sites(), options);
-  ASSERT_TRUE(table.has_value()) << to_string(table.error());
-  ASSERT_TRUE(validate(*table).has_value());
-  EXPECT_EQ(chosen_m(*table, 0), (std::vector<double>{10, 20, 20, 30, 30}));
-  EXPECT_EQ(table->flags[3 * 2], 0);
-  EXPECT_EQ(table->flags[4 * 2], kUnmet);
-  EXPECT_EQ(table->promises[0].method, "fixed");
-  EXPECT_NEAR(table->promises[0].calibration_miss_share, 0.2, 1e-12);
+  const RangeTable table = value_of(choose(five_sites(), options));
+  ASSERT_TRUE(validate(table).has_value());
+  EXPECT_EQ(chosen_m(table, 0), (std::vector<double>{10, 20, 20, 30, 30}));
+  EXPECT_EQ(table.flags[3 * 2], 0);
+  EXPECT_EQ(table.flags[4 * 2], kUnmet);
+  EXPECT_EQ(table.promises[0].method, "fixed");
+  EXPECT_NEAR(table.promises[0].calibration_miss_share, 0.2, 1e-12);
 }
 
 TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
   ChooseRangesOptions options;
   options.selection = Selection::kMean;
-  const Result<RangeTable> table = choose(five_sites(), options);
-  ASSERT_TRUE(table.has_value());
-  EXPECT_EQ(chosen_m(*table, 0), (std::vector<double>{10, 10, 20, 10, 30}));
-  EXPECT_EQ(chosen_m(*table, 1), (std::vector<double>{10, 10, 10, 10, 10}));
-  EXPECT_EQ(table->flags[4 * 2], kUnmet);
-  EXPECT_EQ(table->dilation_m, 0.0);
-  EXPECT_EQ(table->selection, Selection::kMean);
-  EXPECT_FALSE(table->promises[0].is_earned);
+  const RangeTable table = value_of(choose(five_sites(), options));
+  EXPECT_EQ(chosen_m(table, 0), (std::vector<double>{10, 10, 20, 10, 30}));
+  EXPECT_EQ(chosen_m(table, 1), (std::vector<double>{10, 10, 10, 10, 10}));
+  EXPECT_EQ(table.flags[4 * 2], kUnmet);
+  EXPECT_EQ(table.dilation_m, 0.0);
+  EXPECT_EQ(table.selection, Selection::kMean);
+  EXPECT_FALSE(table.promises[0].is_earned);
 }
 
 TEST(ChooseRanges, FallsBackToTheMostProbableRangeAndSaysSo) {
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  TestContext ctx;
   const ErrorModel model = five_sites();
   ASSERT_TRUE(choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold,
                             model, demanding_factors(model))
                   .has_value());
-  ASSERT_EQ(warnings.size(), 2u);
-  EXPECT_EQ(warnings[0],
+  ASSERT_EQ(ctx.warnings.size(), 2u);
+  EXPECT_EQ(ctx.warnings[0],
             "no range is good enough for 0.1 m at 1 of 5 sites: they take the most probable one, "
             "and are flagged");
 }
 
 TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
   for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kLearnThenTest}) {
-    const Result<RangeTable> table = choose(honest_model(1, 18), with(risk_control));
-    ASSERT_TRUE(table.has_value());
-    EXPECT_FALSE(table->promises[0].is_earned);
-    EXPECT_LE(table->promises[0].calibration_miss_share, 0.05);
-    EXPECT_NE(table->promises[0].statement.find("nothing is promised: 18 blocks of 60 m"),
+    const RangeTable table = value_of(choose(honest_model(1, 18), with(risk_control)));
+    EXPECT_FALSE(table.promises[0].is_earned);
+    EXPECT_LE(table.promises[0].calibration_miss_share, 0.05);
+    EXPECT_NE(table.promises[0].statement.find("nothing is promised: 18 blocks of 60 m"),
               std::string::npos)
-        << table->promises[0].statement;
+        << table.promises[0].statement;
   }
   EXPECT_NE(choose(honest_model(1, 18), with(RiskControl::kConformal))
                 ->promises[0]
@@ -131,14 +127,13 @@ FactorTable simulated_factors(const ErrorModel& model) {
 }
 
 TEST(ChooseRanges, SaysSimulatedWhereNoScanWasEverSeen) {
-  PassContext ctx;
   ErrorModel model = honest_model(1, 60);
   PredictedError predicted = model.out_of_fold;
   std::ranges::fill(predicted.out_of_fold, std::uint8_t{0});
   predicted.out_of_fold[0] = 1;  // a drive was measured here
   const ChooseRangesOptions options = with(RiskControl::kConformal);
   const auto chosen = [&] {
-    return *choose_ranges(ctx, options, sites_of(model), predicted, model,
+    return *choose_ranges(TestContext(), options, sites_of(model), predicted, model,
                           simulated_factors(model));
   };
   const RangeTable table = chosen();
@@ -154,12 +149,11 @@ TEST(ChooseRanges, SaysSimulatedWhereNoScanWasEverSeen) {
 }
 
 TEST(ChooseRanges, PromisesNothingOfSimulatedPlacesByAModelThatNeverSawSuch) {
-  PassContext ctx;
   ErrorModel model = honest_model(1, 60);
   const ChooseRangesOptions options = with(RiskControl::kConformal);
   ASSERT_TRUE(choose(model, options)->promises[0].is_earned);
   const auto promise = [&] {
-    return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model,
+    return choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model,
                          simulated_factors(model))
         ->promises[0];
   };
@@ -175,12 +169,11 @@ TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
   ErrorModel model = honest_model(1, 60);
   for (double& error_m : model.measured_mean_m) error_m += 0.1;
   for (double& mean_m : model.out_of_fold.mean_m) mean_m += 0.1;
-  const Result<RangeTable> table = choose(model, with(RiskControl::kConformal));
-  ASSERT_TRUE(table.has_value());
-  EXPECT_FALSE(table->promises[0].is_earned);
-  EXPECT_NE(table->promises[0].statement.find("no range reached 0.1 m anywhere, the least error"),
+  const RangeTable table = value_of(choose(model, with(RiskControl::kConformal)));
+  EXPECT_FALSE(table.promises[0].is_earned);
+  EXPECT_NE(table.promises[0].statement.find("no range reached 0.1 m anywhere, the least error"),
             std::string::npos)
-      << table->promises[0].statement;
+      << table.promises[0].statement;
 }
 
 TEST(ChooseRanges, SaysWhatAModelPromisesBeforeThereIsAMap) {
@@ -209,16 +202,15 @@ TEST(ChooseRanges, KeepsMissesWithinWhatItCalibrated) {
     const ErrorModel model = honest_model(seed, 48);
     for (const RiskControl risk_control :
          {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
-      const Result<RangeTable> table = choose(model, with(risk_control));
-      ASSERT_TRUE(table.has_value());
+      const RangeTable table = value_of(choose(model, with(risk_control)));
       for (std::size_t limit = 0; limit < 2; ++limit) {
         double missed = 0.0;
-        for (std::size_t site = 0; site < table->site_count; ++site) {
-          const double error_m = model.measured(site, table->range_index[site * 2 + limit]);
+        for (std::size_t site = 0; site < table.site_count; ++site) {
+          const double error_m = model.measured(site, table.range_index[site * 2 + limit]);
           missed += error_m > model.out_of_fold.limits_m[limit] ? 1.0 : 0.0;
         }
-        const double share = missed / table->site_count;
-        EXPECT_NEAR(share, table->promises[limit].calibration_miss_share, 1e-9);
+        const double share = missed / table.site_count;
+        EXPECT_NEAR(share, table.promises[limit].calibration_miss_share, 1e-9);
         EXPECT_LE(share, 0.05);
       }
     }
@@ -232,10 +224,9 @@ TEST(ChooseRanges, ALargerAlphaNeverLooksFurther) {
        {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
     std::vector<double> before_m(model.sites.size(), 50.0);
     for (const double alpha : {0.1, 0.2, 0.4}) {
-      const Result<RangeTable> table = choose(model, with(risk_control, alpha));
-      ASSERT_TRUE(table.has_value());
-      EXPECT_EQ(table->promises[0].is_earned, risk_control != RiskControl::kEmpirical);
-      const std::vector<double> now_m = chosen_m(*table, 0);
+      const RangeTable table = value_of(choose(model, with(risk_control, alpha)));
+      EXPECT_EQ(table.promises[0].is_earned, risk_control != RiskControl::kEmpirical);
+      const std::vector<double> now_m = chosen_m(table, 0);
       for (std::size_t i = 0; i < now_m.size(); ++i) EXPECT_LE(now_m[i], before_m[i]);
       before_m = now_m;
     }
@@ -246,10 +237,9 @@ TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     for (const RiskControl risk_control :
          {RiskControl::kConformal, RiskControl::kEmpirical, RiskControl::kFixed}) {
-      const Result<RangeTable> table = choose(honest_model(seed, 20), with(risk_control));
-      ASSERT_TRUE(table.has_value());
-      for (std::size_t i = 0; i < table->site_count; ++i) {
-        EXPECT_LE(table->range_m(i, 1), table->range_m(i, 0));
+      const RangeTable table = value_of(choose(honest_model(seed, 20), with(risk_control)));
+      for (std::size_t i = 0; i < table.site_count; ++i) {
+        EXPECT_LE(table.range_m(i, 1), table.range_m(i, 0));
       }
     }
   }
@@ -273,14 +263,13 @@ TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
     model.out_of_fold.has_history[i] = 1;
     model.sites[i].run = 1;
   }
-  const Result<RangeTable> table = choose(model, with(RiskControl::kEmpirical));
-  ASSERT_TRUE(table.has_value()) << to_string(table.error());
-  const LimitPromise& promise = table->promises[0];
+  const RangeTable table = value_of(choose(model, with(RiskControl::kEmpirical)));
+  const LimitPromise& promise = table.promises[0];
   EXPECT_GT(promise.probability_threshold, 0.85);
   EXPECT_LE(promise.probability_threshold, 0.95);
   EXPECT_GT(promise.history_threshold, 0.45);
   EXPECT_LE(promise.history_threshold, 0.55);
-  EXPECT_EQ(chosen_m(*table, 0), std::vector<double>(400, 20.0));
+  EXPECT_EQ(chosen_m(table, 0), std::vector<double>(400, 20.0));
   EXPECT_EQ(promise.block_count, 2u);
   EXPECT_NE(promise.statement.find("elsewhere"), std::string::npos);
 }
@@ -289,9 +278,7 @@ TEST(ChooseRanges, RefusesHistoryThatTheModelKnowsNothingOf) {
   const ErrorModel model = five_sites();
   PredictedError told = model.out_of_fold;
   told.has_history[2] = 1;
-  const Result<RangeTable> table = choose(model, {}, told);
-  ASSERT_FALSE(table.has_value());
-  EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(failure_of(choose(model, {}, told)).code, ErrorCode::kMismatchedInputs);
 }
 
 TEST(ChooseRanges, RefusesInputsThatDoNotBelongTogether) {

@@ -6,6 +6,7 @@
 #include "formats/base/random.h"
 #include "passes/model/choose_ranges.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/test_context.h"
 
 // A long model to calibrate on, and what choose_ranges makes of it.
 
@@ -38,8 +39,8 @@ inline ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
 // With own scans that ask for the longest range everywhere.
 inline Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options,
                                  const PredictedError& predicted) {
-  PassContext ctx;
-  return choose_ranges(ctx, options, sites_of(model), predicted, model, demanding_factors(model));
+  return choose_ranges(TestContext(), options, sites_of(model), predicted, model,
+                       demanding_factors(model));
 }
 
 inline Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {

@@ -7,6 +7,7 @@
 #include "passes/model/train_model.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -32,29 +33,26 @@ struct ShortDrive {
 
 TEST(OwnEvidenceModel, EveryShortDriveGetsItsOwnStaticAnswerFlaggedAndWithoutAPromise) {
   ShortDrive street;
-  const Result<ErrorModel> model = street.trained();
-  ASSERT_TRUE(model.has_value()) << to_string(model.error());
-  ASSERT_TRUE(validate(*model).has_value()) << to_string(validate(*model).error());
+  const ErrorModel model = value_of(street.trained());
+  ASSERT_TRUE(validate(model).has_value()) << to_string(validate(model).error());
   ASSERT_EQ(street.warnings.size(), 1u);
   EXPECT_NE(street.warnings[0].find("too little to learn from"), std::string::npos);
   const SyntheticDrive& drive = street.drive;
-  const Result<PredictedError> predicted =
-      predict_error(street.ctx, {}, *model, drive.sites, drive.factors, synthetic_recordings(0));
-  ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
-  EXPECT_NEAR(predicted->probability(3, 0, 0), 0.5, 1e-12) << "share of its own scans at 10 m";
-  EXPECT_NEAR(predicted->mean(3, 0), 0.175, 1e-12);
-  EXPECT_EQ(predicted->probability(3, 1, 0), 1.0);
-  const Result<RangeTable> table =
-      choose_ranges(street.ctx, {}, drive.sites, *predicted, *model, drive.factors);
-  ASSERT_TRUE(table.has_value()) << to_string(table.error());
+  const PredictedError predicted = value_of(
+      predict_error(street.ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0)));
+  EXPECT_NEAR(predicted.probability(3, 0, 0), 0.5, 1e-12) << "share of its own scans at 10 m";
+  EXPECT_NEAR(predicted.mean(3, 0), 0.175, 1e-12);
+  EXPECT_EQ(predicted.probability(3, 1, 0), 1.0);
+  const RangeTable table =
+      value_of(choose_ranges(street.ctx, {}, drive.sites, predicted, model, drive.factors));
   for (std::size_t site = 0; site < 20; ++site) {
-    EXPECT_EQ(table->range_m(site, 0), 20.0);
-    EXPECT_EQ(table->flags_of(site, 0), kStatic);
+    EXPECT_EQ(table.range_m(site, 0), 20.0);
+    EXPECT_EQ(table.flags_of(site, 0), kStatic);
   }
-  EXPECT_FALSE(table->promises[0].is_earned);
-  EXPECT_NE(table->promises[0].statement.find("nothing is promised: the drive is too short"),
+  EXPECT_FALSE(table.promises[0].is_earned);
+  EXPECT_NE(table.promises[0].statement.find("nothing is promised: the drive is too short"),
             std::string::npos)
-      << table->promises[0].statement;
+      << table.promises[0].statement;
 }
 
 TEST(OwnEvidenceModel, TellsLooksApartThatReachEquallyFar) {
@@ -76,16 +74,14 @@ TEST(OwnEvidenceModel, TellsLooksApartThatReachEquallyFar) {
     }
   }
   factors = with_number;
-  const Result<ErrorModel> model = street.trained();
-  ASSERT_TRUE(model.has_value()) << to_string(model.error());
-  ASSERT_TRUE(validate(*model).has_value()) << to_string(validate(*model).error());
-  const Result<PredictedError> predicted =
-      predict_error(street.ctx, {}, *model, street.drive.sites, factors, synthetic_recordings(0));
-  ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
-  EXPECT_NEAR(predicted->probability(3, 0, 0), 0.5, 1e-12) << "half of its scans, not all";
-  EXPECT_NEAR(predicted->mean(3, 0), 0.175, 1e-12);
-  EXPECT_NEAR(predicted->mean(3, 1), 0.06, 1e-12);
-  EXPECT_NEAR(predicted->mean(3, 2), 0.04, 1e-12);
+  const ErrorModel model = value_of(street.trained());
+  ASSERT_TRUE(validate(model).has_value()) << to_string(validate(model).error());
+  const PredictedError predicted = value_of(
+      predict_error(street.ctx, {}, model, street.drive.sites, factors, synthetic_recordings(0)));
+  EXPECT_NEAR(predicted.probability(3, 0, 0), 0.5, 1e-12) << "half of its scans, not all";
+  EXPECT_NEAR(predicted.mean(3, 0), 0.175, 1e-12);
+  EXPECT_NEAR(predicted.mean(3, 1), 0.06, 1e-12);
+  EXPECT_NEAR(predicted.mean(3, 2), 0.04, 1e-12);
 }
 
 TEST(OwnEvidenceModel, AlsoWhereNoScanLiesNearASite) {
@@ -97,22 +93,19 @@ TEST(OwnEvidenceModel, AlsoWhereNoScanLiesNearASite) {
 
 TEST(OwnEvidenceModel, SurvivesTheDisk) {
   ShortDrive street;
-  const Result<ErrorModel> model = street.trained();
-  ASSERT_TRUE(model.has_value());
-  const Result<ErrorModel> read = from_bytes<ErrorModel>(to_bytes(*model));
-  ASSERT_TRUE(read.has_value()) << to_string(read.error());
-  EXPECT_EQ(to_bytes(*read), to_bytes(*model));
+  const ErrorModel model = value_of(street.trained());
+  const ErrorModel read = value_of(from_bytes<ErrorModel>(to_bytes(model)));
+  EXPECT_EQ(to_bytes(read), to_bytes(model));
 }
 
 TEST(OwnEvidenceModel, OfOneRangeHasATreeOfOneLeaf) {
   SyntheticDrive drive =
       synthetic_drive(1, {.site_count = 2, .ranges_m = {10.0}, .has_paper_factors = false});
   drive.factors = factors_with_own_error({10.0}, {{0.05}, {0.2}});
-  const Result<ErrorModel> model = model_of_own_evidence(drive.sites, drive.factors, drive.measured,
-                                                         synthetic_recordings(0), {0.1});
-  ASSERT_TRUE(model.has_value());
-  ASSERT_TRUE(validate(*model).has_value());
-  EXPECT_NEAR(model->out_of_fold.probability(0, 0, 0), 0.5, 1e-12);
+  const ErrorModel model = value_of(model_of_own_evidence(
+      drive.sites, drive.factors, drive.measured, synthetic_recordings(0), {0.1}));
+  ASSERT_TRUE(validate(model).has_value());
+  EXPECT_NEAR(model.out_of_fold.probability(0, 0, 0), 0.5, 1e-12);
 }
 
 TEST(OwnEvidenceModel, RefusesFactorsThatTellNothingOfTheMapsOwnScans) {
@@ -129,12 +122,9 @@ TEST(TrainModel, NamesThePlaceThatIsTooShort) {
   DrivenPlaces places = places_driven_twice(
       1, {.site_count = 20, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
   places.places[0].name = "market/street.yaml";
-  PassContext ctx;
-  const Result<ErrorModel> model = train_model(ctx, {}, places);
-  ASSERT_FALSE(model.has_value());
-  EXPECT_EQ(model.error().code, ErrorCode::kDriveTooShort);
-  EXPECT_NE(to_string(model.error()).find("market/street.yaml"), std::string::npos)
-      << to_string(model.error());
+  const Error refused = failure_of(train_model(TestContext(), {}, places));
+  EXPECT_EQ(refused.code, ErrorCode::kDriveTooShort);
+  EXPECT_NE(to_string(refused).find("market/street.yaml"), std::string::npos) << to_string(refused);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "passes/model/forest/predict_error.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/test_context.h"
 #include "tests/support/train_on_place.h"
 
 // Looks that take a sample are learnt, predicted and chosen by the same code as ranges, each table
@@ -47,18 +48,12 @@ SyntheticDrive by_both() {
 ErrorModel model_of(const SyntheticDrive& drive) {
   TrainModelOptions options;
   options.trees = 20;
-  PassContext ctx;
-  Result<ErrorModel> model = train_on_place(ctx, options, place_of(drive));
-  EXPECT_TRUE(model.has_value()) << to_string(model.error());
-  return std::move(*model);
+  return value_of(train_on_place(TestContext(), options, place_of(drive)));
 }
 
 PredictedError predicted_by(const ErrorModel& model, const SyntheticDrive& drive) {
-  PassContext ctx;
-  Result<PredictedError> predicted =
-      predict_error(ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0));
-  EXPECT_TRUE(predicted.has_value()) << to_string(predicted.error());
-  return std::move(*predicted);
+  return value_of(
+      predict_error(TestContext(), {}, model, drive.sites, drive.factors, synthetic_recordings(0)));
 }
 
 TEST(Samples, AreLearntBesideTheRangesAndChangeNothingOfThem) {
@@ -111,16 +106,14 @@ TEST(Samples, AreChosenFromTheirOwnPredictions) {
   const ErrorModel model = model_of(drive);
   const PredictedError predicted = predicted_by(model, drive);
   PassContext ctx;
-  const Result<RangeTable> table =
-      choose_ranges(ctx, {}, drive.sites, predicted, model, drive.factors);
-  ASSERT_TRUE(table.has_value()) << to_string(table.error());
-  ASSERT_TRUE(validate(*table).has_value());
-  ASSERT_EQ(table->of_samples.size(), 1U);
-  const Result<RangeTable> alone =
-      choose_ranges(ctx, {}, drive.sites, predicted.of_samples.front(), model.of_samples.front(),
-                    drive.factors.of_samples.front());
-  ASSERT_TRUE(alone.has_value());
-  EXPECT_EQ(to_bytes(table->of_samples.front()), to_bytes(*alone));
+  const RangeTable table =
+      value_of(choose_ranges(ctx, {}, drive.sites, predicted, model, drive.factors));
+  ASSERT_TRUE(validate(table).has_value());
+  ASSERT_EQ(table.of_samples.size(), 1U);
+  const RangeTable alone =
+      value_of(choose_ranges(ctx, {}, drive.sites, predicted.of_samples.front(),
+                             model.of_samples.front(), drive.factors.of_samples.front()));
+  EXPECT_EQ(to_bytes(table.of_samples.front()), to_bytes(alone));
 }
 
 TEST(Samples, ThatTheModelKnowsNothingOfAreRefused) {
@@ -128,11 +121,10 @@ TEST(Samples, ThatTheModelKnowsNothingOfAreRefused) {
   ErrorModel model = model_of(drive);
   const PredictedError predicted = predicted_by(model, drive);
   model.of_samples.clear();
-  PassContext ctx;
-  const Result<RangeTable> table =
-      choose_ranges(ctx, {}, drive.sites, predicted, model, drive.factors);
-  ASSERT_FALSE(table.has_value());
-  EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(
+      failure_of(choose_ranges(TestContext(), {}, drive.sites, predicted, model, drive.factors))
+          .code,
+      ErrorCode::kMismatchedInputs);
 }
 
 TEST(Samples, KeepToTheirOwnTable) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "passes/map/build_surface.h"
+#include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_surface.h"
 
@@ -21,24 +22,19 @@ const char* const kStreet = R"(
 )";
 
 Surface surface_of(const ToyWorld& world, double tile_m = 64.0) {
-  PassContext ctx;
   BuildSurfaceOptions options;
   options.tile_m = tile_m;
-  const Result<Surface> surface = whole(build_surface(ctx, options, world.points));
-  EXPECT_TRUE(surface.has_value());
-  return *surface;
+  return value_of(whole(build_surface(TestContext(), options, world.points)));
 }
 
 DepthImages must_cast(const Surface& surface, const Sites& sites, int threads = 1,
                       const CastRaysOptions& options = {}, double view_deg = 360.0) {
-  PassContext ctx;
-  ctx.threads = threads;
   SensorProfile sensor;
   sensor.azimuth_view_deg = view_deg;
-  const Result<DepthImages> images = cast_rays(ctx, options, surface, sites, sensor);
-  EXPECT_TRUE(images.has_value());
-  EXPECT_TRUE(validate(*images).has_value());
-  return *images;
+  const DepthImages images =
+      value_of(cast_rays(TestContext(threads), options, surface, sites, sensor));
+  EXPECT_TRUE(validate(images).has_value());
+  return images;
 }
 
 // Image cell by whole degrees of azimuth and elevation.
@@ -103,10 +99,8 @@ TEST(CastRays, RefusesASurfaceInAnotherFrame) {
   const ToyWorld world = draw_world(kStreet);
   Surface surface = surface_of(world);
   surface.frame.origin_world_m.x() = 64.0;
-  PassContext ctx;
-  const Result<DepthImages> images = cast_rays(ctx, {}, surface, world.sites, SensorProfile());
-  ASSERT_FALSE(images.has_value());
-  EXPECT_EQ(images.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(failure_of(cast_rays(TestContext(), {}, surface, world.sites, SensorProfile())).code,
+            ErrorCode::kMismatchedInputs);
 }
 
 TEST(CastRays, RefusesElevationsBeyondThePoleAndNearBeyondFar) {

@@ -9,6 +9,7 @@
 
 #include "passes/map/build_surface.h"
 #include "passes/matching/scan_preparation.h"
+#include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_surface.h"
 
@@ -31,20 +32,15 @@ SensorProfile five_beams() {
 }
 
 Surface surface_of(const ToyWorld& world) {
-  PassContext ctx;
-  const Result<Surface> surface = whole(build_surface(ctx, {}, world.points));
-  EXPECT_TRUE(surface.has_value());
-  return *surface;
+  return value_of(whole(build_surface(TestContext(), {}, world.points)));
 }
 
 VirtualScans must_cast(const Surface& surface, const Sites& sites, const SensorProfile& sensor,
                        int threads = 1, const CastScansOptions& options = {}) {
-  PassContext ctx;
-  ctx.threads = threads;
-  const Result<VirtualScans> scans = cast_scans(ctx, options, surface, sites, sensor);
-  EXPECT_TRUE(scans.has_value());
-  EXPECT_TRUE(validate(*scans).has_value());
-  return *scans;
+  const VirtualScans scans =
+      value_of(cast_scans(TestContext(threads), options, surface, sites, sensor));
+  EXPECT_TRUE(validate(scans).has_value());
+  return scans;
 }
 
 TEST(CastScans, FindsOneBeamsHitsOnAWallAndTheGroundByHand) {
@@ -140,7 +136,6 @@ TEST(CastScans, OfASensorThatLooksAheadAreThoseOfItsViewAtEachHeading) {
   const VirtualScans scans = must_cast(surface, sites, sensor);
   const std::vector<Eigen::Vector3d> directions = beam_directions(five_beams());
   std::vector<std::vector<Eigen::Vector3d>> expected(sites.sites.size());
-  PassContext ctx;
   const TakeDistances take = [&](std::size_t site, std::span<const double> distance_m) {
     for (std::size_t i = 0; i < directions.size(); ++i) {
       const double azimuth_rad = std::atan2(directions[i].y(), directions[i].x());
@@ -151,7 +146,7 @@ TEST(CastScans, OfASensorThatLooksAheadAreThoseOfItsViewAtEachHeading) {
       }
     }
   };
-  ASSERT_TRUE(cast_at_sites(ctx, surface, sites, {directions, 0.5, 50.0}, take));
+  ASSERT_TRUE(cast_at_sites(TestContext(), surface, sites, {directions, 0.5, 50.0}, take));
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
     const std::vector<Eigen::Vector3d> thinned = voxel_subsample(expected[site], scans.leaf_m);
     EXPECT_GT(thinned.size(), 5U);
@@ -212,8 +207,7 @@ TEST(CastScans, MissNoVoxelThatNeighbouringAzimuthsMeet) {
       ++compared;
     }
   };
-  PassContext ctx;
-  ASSERT_TRUE(cast_at_sites(ctx, surface, world.sites, {directions, 0.5, 50.0}, take));
+  ASSERT_TRUE(cast_at_sites(TestContext(), surface, world.sites, {directions, 0.5, 50.0}, take));
   EXPECT_GT(compared, 1000U);
 }
 

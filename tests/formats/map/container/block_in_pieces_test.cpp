@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -49,12 +50,11 @@ void expect_as_whole(const std::vector<std::byte>& raw) {
   }
   if (whole.codec != BlockCodec::kZstd) return;
   std::vector<std::byte> back;
-  const Result<void> unpacked = visit_unpacked_zstd(
-      pieces->bytes, raw.size(), [&](std::span<const std::byte> piece) -> Result<void> {
-        back.insert(back.end(), piece.begin(), piece.end());
-        return {};
-      });
-  EXPECT_TRUE(unpacked);
+  require(visit_unpacked_zstd(pieces->bytes, raw.size(),
+                              [&](std::span<const std::byte> piece) -> Result<void> {
+                                back.insert(back.end(), piece.begin(), piece.end());
+                                return {};
+                              }));
   EXPECT_TRUE(back == raw) << raw.size();
 }
 

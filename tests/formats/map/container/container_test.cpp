@@ -11,6 +11,7 @@
 #include "map_generated.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/map/resealed.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -40,10 +41,8 @@ std::string refusal(const std::vector<std::byte>& file, ErrorCode code) {
 }
 
 void expect_reads(const std::vector<std::byte>& file) {
-  const Result<CompiledMap> map = read_map(file);
-  EXPECT_TRUE(map.has_value()) << to_string(map.error());
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  EXPECT_TRUE(reader.has_value()) << to_string(reader.error());
+  require(read_map(file));
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
 }
 
 const CompiledMap& small_map() {

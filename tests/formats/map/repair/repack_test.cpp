@@ -7,6 +7,7 @@
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -23,51 +24,43 @@ std::string csv(const CompiledMap& map, const char* name) {
 
 TEST(StripMap, DropsWhatEngineersNeedAndChangesNoOtherDigest) {
   const std::vector<std::byte> file = encode_map(random_map({.seed = 1}));
-  const Result<Repacked> stripped = strip_map(file);
-  ASSERT_TRUE(stripped) << to_string(stripped.error());
+  const Repacked stripped = value_of(strip_map(file));
   const Result<MapSummary> before = verify_map(file);
-  const Result<MapSummary> after = verify_map(stripped->file);
-  ASSERT_TRUE(after) << to_string(after.error());
-  EXPECT_EQ(after->root_digest, before->root_digest);
-  EXPECT_EQ(after->model_digest, before->model_digest);
-  EXPECT_THAT(block_names(*after), testing::ElementsAre("contents", "look-up", "ndt", "range"));
-  EXPECT_LT(after->file_size, before->file_size);
-  const Result<CompiledMap> whole = read_map(file);
-  const Result<CompiledMap> left = read_map(stripped->file);
-  ASSERT_TRUE(whole && left);
+  const MapSummary after = value_of(verify_map(stripped.file));
+  EXPECT_EQ(after.root_digest, before->root_digest);
+  EXPECT_EQ(after.model_digest, before->model_digest);
+  EXPECT_THAT(block_names(after), testing::ElementsAre("contents", "look-up", "ndt", "range"));
+  EXPECT_LT(after.file_size, before->file_size);
+  const CompiledMap whole = value_of(read_map(file));
+  const CompiledMap left = value_of(read_map(stripped.file));
   for (const char* name : {"nds", "sites", "predicted", "ranges"}) {
-    EXPECT_EQ(csv(*left, name), csv(*whole, name));
+    EXPECT_EQ(csv(left, name), csv(whole, name));
   }
-  EXPECT_TRUE(left->factors.factors.empty());
-  EXPECT_TRUE(left->model.bytes.empty());
+  EXPECT_TRUE(left.factors.factors.empty());
+  EXPECT_TRUE(left.model.bytes.empty());
 }
 
 TEST(StripMap, OfAStrippedMapChangesNothing) {
-  const Result<Repacked> once = strip_map(encode_map(random_map({.seed = 2})));
-  ASSERT_TRUE(once);
-  const Result<Repacked> twice = strip_map(once->file);
-  ASSERT_TRUE(twice);
-  EXPECT_EQ(twice->file, once->file);
-  EXPECT_THAT(twice->told, testing::ElementsAre("there was nothing to drop"));
+  const Repacked once = value_of(strip_map(encode_map(random_map({.seed = 2}))));
+  const Repacked twice = value_of(strip_map(once.file));
+  EXPECT_EQ(twice.file, once.file);
+  EXPECT_THAT(twice.told, testing::ElementsAre("there was nothing to drop"));
 }
 
 TEST(StripMap, KeepsWhatIsOptionalAndUnknown) {
   ContainerParts parts = parts_of(random_map({.seed = 3}));
   parts.sections.push_back({"kerbs", 3, false, 1, true, std::vector<std::byte>(100)});
   std::ranges::sort(parts.sections, {}, &BlockParts::name);
-  const Result<Repacked> stripped = strip_map(assemble(parts));
-  ASSERT_TRUE(stripped) << to_string(stripped.error());
-  const Result<MapSummary> after = verify_map(stripped->file);
-  ASSERT_TRUE(after);
-  EXPECT_THAT(block_names(*after), testing::Contains("kerbs"));
+  const Repacked stripped = value_of(strip_map(assemble(parts)));
+  const MapSummary after = value_of(verify_map(stripped.file));
+  EXPECT_THAT(block_names(after), testing::Contains("kerbs"));
 }
 
 TEST(StripMap, CopiesNoDamage) {
   std::vector<std::byte> file = encode_map(random_map({.seed = 4}));
   file[file.size() / 2] ^= std::byte{4};
-  const Result<Repacked> stripped = strip_map(file);
-  ASSERT_FALSE(stripped);
-  EXPECT_EQ(error_class(stripped.error().code), ErrorClass::kCorrupt);
+  const Error refused = failure_of(strip_map(file));
+  EXPECT_EQ(error_class(refused.code), ErrorClass::kCorrupt);
 }
 
 }  // namespace

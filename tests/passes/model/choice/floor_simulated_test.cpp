@@ -8,6 +8,7 @@
 #include "passes/model/choice/floor.h"
 #include "passes/model/choose_ranges.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/test_context.h"
 
 // What a place takes where simulation alone decides.
 
@@ -121,10 +122,9 @@ RangeTable chosen_of_simulation(bool takes_samples) {
                      {.range_m = 100.0, .return_count = 650, .point_count = 40}};
     model.out_of_fold.looks = factors.looks;
   }
-  PassContext ctx;
   ChooseRangesOptions options;
   options.alpha = 0.05;
-  return *choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model, factors);
+  return *choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors);
 }
 
 TEST(Floor, OfSimulationRangesDifferByPlaceAndLooksDoNot) {

@@ -5,6 +5,7 @@
 #include "formats/base/random.h"
 #include "passes/model/choose_ranges.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -249,13 +250,11 @@ TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
     ChooseRangesOptions options;
     options.risk_control = RiskControl::kFixed;
     options.probability_threshold = 0.975;
-    PassContext ctx;
-    const Result<RangeTable> table =
-        choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model, factors);
-    ASSERT_TRUE(table.has_value());
-    ASSERT_TRUE(validate(*table).has_value());
-    choices.push_back(chosen_m(*table, 0));
-    EXPECT_FALSE(table->promises[0].is_earned);
+    const RangeTable table = value_of(
+        choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors));
+    ASSERT_TRUE(validate(table).has_value());
+    choices.push_back(chosen_m(table, 0));
+    EXPECT_FALSE(table.promises[0].is_earned);
   }
   EXPECT_EQ(choices[0], choices[1]);
   EXPECT_EQ(choices[0], std::vector<double>(60, 20.0));

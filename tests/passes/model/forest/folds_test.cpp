@@ -6,6 +6,7 @@
 #include <map>
 
 #include "formats/base/random.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -48,13 +49,12 @@ CutRoute cut(std::size_t count, std::uint32_t fold_count) {
 }
 
 TEST(Folds, CutTheRouteIntoAsManyBlocksAsFit) {
-  const Result<RouteBlocks> blocks = cut_route(straight_route(200), all_labelled(200), 60.0, 2);
-  ASSERT_TRUE(blocks.has_value());
-  EXPECT_EQ(blocks->block_count, 3u);
-  EXPECT_EQ(blocks->labelled_route_m, 200.0);
-  EXPECT_EQ(blocks->block_of_site[66], 0u);
-  EXPECT_EQ(blocks->block_of_site[67], 1u);
-  EXPECT_EQ(blocks->block_of_site[199], 2u);
+  const RouteBlocks blocks = value_of(cut_route(straight_route(200), all_labelled(200), 60.0, 2));
+  EXPECT_EQ(blocks.block_count, 3u);
+  EXPECT_EQ(blocks.labelled_route_m, 200.0);
+  EXPECT_EQ(blocks.block_of_site[66], 0u);
+  EXPECT_EQ(blocks.block_of_site[67], 1u);
+  EXPECT_EQ(blocks.block_of_site[199], 2u);
 }
 
 TEST(Folds, GiveEachBlockItsLengthOfLabelledRoute) {
@@ -63,14 +63,13 @@ TEST(Folds, GiveEachBlockItsLengthOfLabelledRoute) {
     const std::size_t count = 150 + random.below(400);
     std::vector<std::uint8_t> has_label(count);
     for (std::uint8_t& label : has_label) label = random.uniform() < 0.9 ? 1 : 0;
-    const Result<RouteBlocks> blocks = cut_route(straight_route(count), has_label, 60.0, 2);
-    ASSERT_TRUE(blocks.has_value());
-    EXPECT_TRUE(std::is_sorted(blocks->block_of_site.begin(), blocks->block_of_site.end()));
+    const RouteBlocks blocks = value_of(cut_route(straight_route(count), has_label, 60.0, 2));
+    EXPECT_TRUE(std::is_sorted(blocks.block_of_site.begin(), blocks.block_of_site.end()));
     std::map<std::uint32_t, int> labelled_in_block;
     for (std::size_t i = 0; i < count; ++i) {
-      labelled_in_block[blocks->block_of_site[i]] += has_label[i];
+      labelled_in_block[blocks.block_of_site[i]] += has_label[i];
     }
-    ASSERT_EQ(labelled_in_block.size(), blocks->block_count);
+    ASSERT_EQ(labelled_in_block.size(), blocks.block_count);
     for (const auto& [block, labelled] : labelled_in_block) EXPECT_GE(labelled, 60);
   }
 }
@@ -122,21 +121,18 @@ TEST(Folds, KnowThatAnotherPlaceIsElsewhereWhateverItsCoordinates) {
 }
 
 TEST(Folds, RefuseADriveTooShortAndSayWhatIsNeeded) {
-  const Result<RouteBlocks> blocks = cut_route(straight_route(119), all_labelled(119), 60.0, 2);
-  ASSERT_FALSE(blocks.has_value());
-  EXPECT_EQ(blocks.error().code, ErrorCode::kDriveTooShort);
-  EXPECT_NE(blocks.error().message.find("119 m"), std::string::npos);
-  EXPECT_NE(blocks.error().message.find("120 m"), std::string::npos);
-  const Result<RouteBlocks> one = cut_route(straight_route(30), all_labelled(30), 60.0, 1);
-  ASSERT_TRUE(one.has_value());
-  EXPECT_EQ(one->block_count, 1u);
+  const Error refused = failure_of(cut_route(straight_route(119), all_labelled(119), 60.0, 2));
+  EXPECT_EQ(refused.code, ErrorCode::kDriveTooShort);
+  EXPECT_NE(refused.message.find("119 m"), std::string::npos);
+  EXPECT_NE(refused.message.find("120 m"), std::string::npos);
+  const RouteBlocks one = value_of(cut_route(straight_route(30), all_labelled(30), 60.0, 1));
+  EXPECT_EQ(one.block_count, 1u);
 }
 
 TEST(Folds, RefuseARouteWithoutLabels) {
-  const Result<RouteBlocks> blocks =
-      cut_route(straight_route(200), std::vector<std::uint8_t>(200, 0), 60.0, 2);
-  ASSERT_FALSE(blocks.has_value());
-  EXPECT_EQ(blocks.error().code, ErrorCode::kNoTrainingRows);
+  EXPECT_EQ(
+      failure_of(cut_route(straight_route(200), std::vector<std::uint8_t>(200, 0), 60.0, 2)).code,
+      ErrorCode::kNoTrainingRows);
 }
 
 }  // namespace

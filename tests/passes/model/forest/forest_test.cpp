@@ -8,6 +8,7 @@
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/growing/grow_trees.h"
 #include "passes/model/forest/growing/labelled_tree.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -63,24 +64,22 @@ double brute_force_within(const RegressionForest& forest, const float* row, doub
 TEST(Forest, KeepsEachLabelInOneLeafOfEachTreeAndEnoughInEach) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Problem problem = random_problem(seed, 200, 4);
-    const Result<RegressionForest> forest =
-        grow_forest(problem.features, problem.training, {10, 5, 0.4}, seed, 1);
-    ASSERT_TRUE(forest.has_value());
-    const Result<void> valid = validate(*forest);
-    ASSERT_TRUE(valid.has_value()) << to_string(valid.error());
+    const RegressionForest forest =
+        value_of(grow_forest(problem.features, problem.training, {10, 5, 0.4}, seed, 1));
+    require(validate(forest));
     const LabelledRows sorted = sorted_by_label(problem.training);
-    for (const RegressionTree& tree : forest->trees) {
+    for (const RegressionTree& tree : forest.trees) {
       std::map<std::uint32_t, int> rows_in_leaf;
-      const std::vector<std::uint32_t> leaves = leaves_of_labels(*forest, tree);
+      const std::vector<std::uint32_t> leaves = leaves_of_labels(forest, tree);
       for (const std::uint32_t leaf : leaves) ++rows_in_leaf[leaf];
       EXPECT_EQ(rows_in_leaf.size(), tree.leaf_count());
       for (const auto& [leaf, count] : rows_in_leaf) EXPECT_GE(count, 5);
       std::vector<std::uint32_t> found(leaves.size());
-      find_leaves(tree.nodes, training_rows(*forest), found);
+      find_leaves(tree.nodes, training_rows(forest), found);
       EXPECT_EQ(found, leaves);
     }
     for (std::size_t i = 0; i < sorted.rows.size(); ++i) {
-      EXPECT_TRUE(std::equal(training_rows(*forest)[i], training_rows(*forest)[i] + 4,
+      EXPECT_TRUE(std::equal(training_rows(forest)[i], training_rows(forest)[i] + 4,
                              problem.features.row(sorted.rows[i])));
     }
   }
@@ -91,10 +90,9 @@ TEST(Forest, TellsWhatOtherValuesOfOneFeatureWouldChange) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     Problem problem = random_problem(seed, seed == 4 ? 6 : 300, 6);
     for (std::size_t i = 0; i < problem.features.row_count; ++i) problem.features.at(i, 5) = 1.0F;
-    Result<LabelledTrees> trees =
-        grow_labelled_trees(problem.features, problem.training, {20, 5, 0.4}, seed, 1);
-    ASSERT_TRUE(trees.has_value());
-    const PreparedForest forest(std::move(*trees), {0.5}, 1);
+    LabelledTrees trees =
+        value_of(grow_labelled_trees(problem.features, problem.training, {20, 5, 0.4}, seed, 1));
+    const PreparedForest forest(std::move(trees), {0.5}, 1);
     const std::vector<std::uint32_t> rows = {3, 1, 0, 5, 4, 2};
     Random random(seed);
     std::vector<float> others;
@@ -114,16 +112,15 @@ TEST(Forest, TellsWhatOtherValuesOfOneFeatureWouldChange) {
 
 TEST(Forest, AnswersForAnyLimitFromItsLeafLabels) {
   const Problem problem = random_problem(5, 150, 3);
-  const Result<RegressionForest> forest =
-      grow_forest(problem.features, problem.training, {9, 5, 0.4}, 1, 1);
-  ASSERT_TRUE(forest.has_value());
+  const RegressionForest forest =
+      value_of(grow_forest(problem.features, problem.training, {9, 5, 0.4}, 1, 1));
   const std::vector<double> limits = {0.2, 1.0, 1.7, 100.0};
   const ForestPrediction predicted =
-      PreparedForest(*forest, limits, 1).predict(problem.features, problem.training.rows, 1);
+      PreparedForest(forest, limits, 1).predict(problem.features, problem.training.rows, 1);
   for (std::size_t i = 0; i < 150; ++i) {
     for (std::size_t limit = 0; limit < limits.size(); ++limit) {
       EXPECT_NEAR(predicted.within[i * limits.size() + limit],
-                  brute_force_within(*forest, problem.features.row(i), limits[limit]), 1e-12);
+                  brute_force_within(forest, problem.features.row(i), limits[limit]), 1e-12);
     }
     EXPECT_EQ(predicted.within[i * limits.size() + 3], 1.0);
   }
@@ -150,17 +147,16 @@ TEST(Forest, GrowsATreeOnSomeRowsAndLabelsItWithAll) {
   const Problem problem = random_problem(3, 600, 4);
   ForestOptions options{10, 5, 0.4};
   options.tree_rows = 60;
-  const Result<RegressionForest> forest =
-      grow_forest(problem.features, problem.training, options, 1, 1);
-  ASSERT_TRUE(forest.has_value());
-  ASSERT_TRUE(validate(*forest).has_value());
-  EXPECT_EQ(forest->labels.size(), 600u);
-  for (const RegressionTree& tree : forest->trees) {
+  const RegressionForest forest =
+      value_of(grow_forest(problem.features, problem.training, options, 1, 1));
+  ASSERT_TRUE(validate(forest).has_value());
+  EXPECT_EQ(forest.labels.size(), 600u);
+  for (const RegressionTree& tree : forest.trees) {
     EXPECT_LE(tree.leaf_count(), 30u);  // of 600 rows it would have a hundred
     EXPECT_GE(tree.leaf_count(), 4u);
-    EXPECT_EQ(leaves_of_labels(*forest, tree).size(), 600u);
+    EXPECT_EQ(leaves_of_labels(forest, tree).size(), 600u);
   }
-  EXPECT_NE(forest->trees[0], forest->trees[1]);
+  EXPECT_NE(forest.trees[0], forest.trees[1]);
 }
 
 TEST(Forest, LearnsAStepItCanSee) {
@@ -168,14 +164,13 @@ TEST(Forest, LearnsAStepItCanSee) {
   for (std::uint32_t i = 0; i < 200; ++i) {
     problem.training.labels[i] = problem.features.row(i)[0] < 0.0F ? 1.0 : 2.0;
   }
-  const Result<RegressionForest> forest =
-      grow_forest(problem.features, problem.training, {20, 5, 1.0}, 1, 1);
-  ASSERT_TRUE(forest.has_value());
+  const RegressionForest forest =
+      value_of(grow_forest(problem.features, problem.training, {20, 5, 1.0}, 1, 1));
   FeatureRows asked;
   asked.names = {"factor"};
   asked.row_count = 2;
   asked.values = {-1.0F, 1.0F};
-  const ForestPrediction predicted = PreparedForest(*forest, {1.5}, 1).predict(asked, {0, 1}, 1);
+  const ForestPrediction predicted = PreparedForest(forest, {1.5}, 1).predict(asked, {0, 1}, 1);
   // A bootstrap sample may lack the rows next to the step.
   EXPECT_NEAR(predicted.mean[0], 1.0, 0.02);
   EXPECT_NEAR(predicted.mean[1], 2.0, 0.02);
@@ -189,15 +184,14 @@ TEST(Forest, TakesConstantFeaturesAndFewRows) {
   for (const std::size_t row_count : {std::size_t{40}, std::size_t{3}}) {
     problem.training.rows.resize(row_count);
     problem.training.labels.resize(row_count);
-    const Result<RegressionForest> forest =
-        grow_forest(problem.features, problem.training, {5, 5, 0.4}, 1, 1);
-    ASSERT_TRUE(forest.has_value());
-    ASSERT_TRUE(validate(*forest).has_value());
-    for (const RegressionTree& tree : forest->trees) EXPECT_EQ(tree.leaf_count(), 1u);
-    const double mean = std::accumulate(forest->labels.begin(), forest->labels.end(), 0.0) /
+    const RegressionForest forest =
+        value_of(grow_forest(problem.features, problem.training, {5, 5, 0.4}, 1, 1));
+    ASSERT_TRUE(validate(forest).has_value());
+    for (const RegressionTree& tree : forest.trees) EXPECT_EQ(tree.leaf_count(), 1u);
+    const double mean = std::accumulate(forest.labels.begin(), forest.labels.end(), 0.0) /
                         static_cast<double>(row_count);
     const ForestPrediction predicted =
-        PreparedForest(*forest, {}, 1).predict(problem.features, {0}, 1);
+        PreparedForest(forest, {}, 1).predict(problem.features, {0}, 1);
     EXPECT_NEAR(predicted.mean[0], mean, 1e-12);
   }
 }

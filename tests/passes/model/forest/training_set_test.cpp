@@ -9,6 +9,7 @@
 
 #include "passes/model/forest/history.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -18,10 +19,9 @@ const SyntheticOptions kSmall = {
 
 TEST(TrainingSet, TakesTheLabelFromAnotherDriveThanTheHistory) {
   const DrivenPlaces places = places_driven_twice(1, kSmall);
-  const Result<TrainingSet> training_set = make_training_set({}, places);
-  ASSERT_TRUE(training_set.has_value()) << to_string(training_set.error());
-  ASSERT_EQ(training_set->sites.size(), 4u * 130u);
-  const std::size_t width = training_set->features.names.size();
+  const TrainingSet training_set = value_of(make_training_set({}, places));
+  ASSERT_EQ(training_set.sites.size(), 4u * 130u);
+  const std::size_t width = training_set.features.names.size();
   const DrivenPlace& place = places.places[0];
   // Cases: drive 0 alone, 0 told of 1, 1 alone, 1 told of 0.
   const std::size_t label_drive[] = {0, 0, 1, 1};
@@ -30,9 +30,9 @@ TEST(TrainingSet, TakesTheLabelFromAnotherDriveThanTheHistory) {
   for (std::size_t c = 0; c < 4; ++c) {
     for (std::size_t i = 0; i < 130; ++i) {
       const std::size_t site = c * 130 + i;
-      EXPECT_EQ(training_set->labels[site * 2], place.drives[label_drive[c]].row(i, 0).mean_m);
-      EXPECT_EQ(training_set->sites[site].has_history, c % 2);
-      const float told = training_set->features.row(site * 2)[own_log];
+      EXPECT_EQ(training_set.labels[site * 2], place.drives[label_drive[c]].row(i, 0).mean_m);
+      EXPECT_EQ(training_set.sites[site].has_history, c % 2);
+      const float told = training_set.features.row(site * 2)[own_log];
       const double expected =
           c % 2 == 0 ? 0.0 : std::log(place.drives[history_drive[c]].row(i, 0).mean_m);
       EXPECT_EQ(told, static_cast<float>(expected));
@@ -45,11 +45,10 @@ TEST(TrainingSet, TellsEachDriveWhatOthersFoundAndNeverItself) {
   for (const std::size_t drive_count : {std::size_t{3}, std::size_t{7}}) {
     DrivenPlaces places;
     places.places.push_back(place_driven_often(1, drive_count, kSmall));
-    const Result<TrainingSet> training_set = make_training_set({}, places);
-    ASSERT_TRUE(training_set.has_value()) << to_string(training_set.error());
-    EXPECT_EQ(training_set->history_kind, HistoryKind::kOfSeveral);
-    ASSERT_EQ(training_set->sites.size(), 2 * drive_count * 130);
-    const std::vector<std::string>& names = training_set->features.names;
+    const TrainingSet training_set = value_of(make_training_set({}, places));
+    EXPECT_EQ(training_set.history_kind, HistoryKind::kOfSeveral);
+    ASSERT_EQ(training_set.sites.size(), 2 * drive_count * 130);
+    const std::vector<std::string>& names = training_set.features.names;
     const auto column = [&](const char* name) {
       return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
     };
@@ -57,10 +56,10 @@ TEST(TrainingSet, TellsEachDriveWhatOthersFoundAndNeverItself) {
     for (std::size_t c = 0; c < 2 * drive_count; ++c) {
       const std::size_t label = c / 2;
       const std::size_t site = c * 130 + 17;
-      EXPECT_EQ(training_set->labels[site * 2], places.places[0].drives[label].row(17, 0).mean_m);
-      EXPECT_EQ(training_set->sites[site].drive, label);
-      EXPECT_EQ(training_set->sites[site].has_history, c % 2);
-      const float* row = training_set->features.row(site * 2);
+      EXPECT_EQ(training_set.labels[site * 2], places.places[0].drives[label].row(17, 0).mean_m);
+      EXPECT_EQ(training_set.sites[site].drive, label);
+      EXPECT_EQ(training_set.sites[site].has_history, c % 2);
+      const float* row = training_set.features.row(site * 2);
       const auto told_count = static_cast<std::size_t>(row[column("history_drives")]);
       if (c % 2 == 0) {
         EXPECT_EQ(told_count, 0u);
@@ -80,14 +79,13 @@ TEST(TrainingSet, TellsEachDriveWhatOthersFoundAndNeverItself) {
 }
 
 TEST(TrainingSet, HoldsOutTheSameStretchInEveryCase) {
-  const Result<TrainingSet> training_set = make_training_set({}, places_driven_twice(2, kSmall));
-  ASSERT_TRUE(training_set.has_value());
-  EXPECT_EQ(training_set->folds.block_count(), 4u);
+  const TrainingSet training_set = value_of(make_training_set({}, places_driven_twice(2, kSmall)));
+  EXPECT_EQ(training_set.folds.block_count(), 4u);
   std::set<std::uint32_t> runs;
-  for (std::size_t i = 0; i < training_set->sites.size(); ++i) {
-    const TrainedSite& site = training_set->sites[i];
+  for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
+    const TrainedSite& site = training_set.sites[i];
     runs.insert(site.run);
-    EXPECT_EQ(site.block, training_set->sites[i / (4 * 130) * 4 * 130 + i % 130].block);
+    EXPECT_EQ(site.block, training_set.sites[i / (4 * 130) * 4 * 130 + i % 130].block);
   }
   EXPECT_EQ(runs.size(), 8u);  // no case runs into the next
 }
@@ -95,13 +93,12 @@ TEST(TrainingSet, HoldsOutTheSameStretchInEveryCase) {
 TEST(TrainingSet, RefusesDrivesOfDifferentLocalizers) {
   DrivenPlaces places = places_driven_twice(2, kSmall);
   places.places[1].drives[1].matching.localizer = {"pcl-ndt", 3, {{"voxel_m", "3"}}};
-  const Result<TrainingSet> training_set = make_training_set({}, places);
-  ASSERT_FALSE(training_set.has_value());
-  EXPECT_EQ(training_set.error().code, ErrorCode::kMismatchedInputs);
-  EXPECT_EQ(training_set.error().place, "place place 2");
-  EXPECT_NE(training_set.error().message.find("'again' was localized by pcl-ndt v3 (voxel_m=3)"),
+  const Error refused = failure_of(make_training_set({}, places));
+  EXPECT_EQ(refused.code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(refused.place, "place place 2");
+  EXPECT_NE(refused.message.find("'again' was localized by pcl-ndt v3 (voxel_m=3)"),
             std::string::npos)
-      << training_set.error().message;
+      << refused.message;
 }
 
 // A localizer that takes its time is measured at every tenth site: the route is as long all the
@@ -117,21 +114,19 @@ TEST(TrainingSet, CountsTheRouteThatAMeasuredSiteStandsFor) {
   }
   EXPECT_EQ(make_training_set({}, places).error().code, ErrorCode::kDriveTooShort);
   drive.matching.site_step = 10;
-  const Result<TrainingSet> training_set = make_training_set({}, places);
-  ASSERT_TRUE(training_set.has_value()) << to_string(training_set.error());
-  EXPECT_EQ(training_set->folds.labelled_route_m, 130.0);
-  EXPECT_EQ(labelled_rows(*training_set, std::vector<std::uint8_t>(130, 0), 100000).rows.size(),
+  const TrainingSet training_set = value_of(make_training_set({}, places));
+  EXPECT_EQ(training_set.folds.labelled_route_m, 130.0);
+  EXPECT_EQ(labelled_rows(training_set, std::vector<std::uint8_t>(130, 0), 100000).rows.size(),
             13u * 2u)
       << "it learns from what was measured alone";
 }
 
 TEST(TrainingSet, HoldsOutWholePlacesWhereThereAreTwo) {
-  const Result<TrainingSet> three = make_training_set({}, places_driven_twice(3, kSmall));
-  ASSERT_TRUE(three.has_value());
-  EXPECT_EQ(three->held_out, HoldOut::kPlaces);
-  EXPECT_EQ(three->folds.fold_count, 3u);
-  for (const TrainedSite& site : three->sites) {
-    EXPECT_EQ(three->folds.fold_of_block[site.block], site.place);
+  const TrainingSet three = value_of(make_training_set({}, places_driven_twice(3, kSmall)));
+  EXPECT_EQ(three.held_out, HoldOut::kPlaces);
+  EXPECT_EQ(three.folds.fold_count, 3u);
+  for (const TrainedSite& site : three.sites) {
+    EXPECT_EQ(three.folds.fold_of_block[site.block], site.place);
   }
   EXPECT_EQ(make_training_set({}, places_driven_twice(2, kSmall))->held_out, HoldOut::kPlaces);
   TrainingSetOptions blocks;
@@ -142,11 +137,10 @@ TEST(TrainingSet, HoldsOutWholePlacesWhereThereAreTwo) {
 TEST(TrainingSet, HoldsPlacesOfOneRecordingOutTogether) {
   DrivenPlaces places = places_driven_twice(3, kSmall);
   places.places[2].recordings.cards[0].digest = places.places[0].recordings.cards[1].digest;
-  const Result<TrainingSet> training_set = make_training_set({}, places);
-  ASSERT_TRUE(training_set.has_value());
-  EXPECT_EQ(training_set->folds.fold_count, 2u);
-  for (const TrainedSite& site : training_set->sites) {
-    EXPECT_EQ(training_set->folds.fold_of_block[site.block], site.place % 2);
+  const TrainingSet training_set = value_of(make_training_set({}, places));
+  EXPECT_EQ(training_set.folds.fold_count, 2u);
+  for (const TrainedSite& site : training_set.sites) {
+    EXPECT_EQ(training_set.folds.fold_of_block[site.block], site.place % 2);
   }
 }
 
@@ -162,27 +156,23 @@ TEST(TrainingSet, HoldsOutDrivesWhereOnePlaceWasDrivenTwice) {
   EXPECT_EQ(make_training_set({}, split)->held_out, HoldOut::kBlocks);
   TrainingSetOptions drives;
   drives.hold_out = HoldOut::kDrives;
-  const Result<TrainingSet> refused = make_training_set(drives, once);
-  ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().code, ErrorCode::kNoTrainingRows);
+  EXPECT_EQ(failure_of(make_training_set(drives, once)).code, ErrorCode::kNoTrainingRows);
 }
 
 TEST(TrainingSet, KnowsNoHistoryWherePlacesWereDrivenOnce) {
   DrivenPlaces places = places_driven_twice(2, kSmall);
   for (DrivenPlace& place : places.places) place.drives.pop_back();
-  const Result<TrainingSet> training_set = make_training_set({}, places);
-  ASSERT_TRUE(training_set.has_value());
-  EXPECT_FALSE(training_set->knows_history);
-  for (const std::string& name : training_set->features.names)
+  const TrainingSet training_set = value_of(make_training_set({}, places));
+  EXPECT_FALSE(training_set.knows_history);
+  for (const std::string& name : training_set.features.names)
     EXPECT_FALSE(is_history_feature(name));
 }
 
 TEST(TrainingSet, ThinsByWholeSites) {
-  const Result<TrainingSet> training_set = make_training_set({}, places_driven_twice(1, kSmall));
-  ASSERT_TRUE(training_set.has_value());
-  const std::vector<std::uint8_t> none(training_set->sites.size(), 0);
-  EXPECT_EQ(labelled_rows(*training_set, none, 100000).rows.size(), 4u * 130u * 2u);
-  const LabelledRows thin = labelled_rows(*training_set, none, 300);
+  const TrainingSet training_set = value_of(make_training_set({}, places_driven_twice(1, kSmall)));
+  const std::vector<std::uint8_t> none(training_set.sites.size(), 0);
+  EXPECT_EQ(labelled_rows(training_set, none, 100000).rows.size(), 4u * 130u * 2u);
+  const LabelledRows thin = labelled_rows(training_set, none, 300);
   EXPECT_LE(thin.rows.size(), 300u);
   EXPECT_GE(thin.rows.size(), 200u);
   for (std::size_t i = 0; i < thin.rows.size(); i += 2) {
@@ -194,9 +184,7 @@ TEST(TrainingSet, ThinsByWholeSites) {
 TEST(TrainingSet, NamesThePlaceOfANumberThatIsNone) {
   DrivenPlaces places = places_driven_twice(2, kSmall);
   places.places[1].drives[0].rows[5].mean_m = std::numeric_limits<double>::quiet_NaN();
-  const Result<TrainingSet> training_set = make_training_set({}, places);
-  ASSERT_FALSE(training_set.has_value());
-  EXPECT_EQ(training_set.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(failure_of(make_training_set({}, places)).code, ErrorCode::kInvalidArtifact);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -57,14 +59,13 @@ Trial make_trial() {
 
 TEST(EvaluateLooks, JudgesTheMapsLooksBesideTheSameLookEverywhere) {
   const Trial trial = make_trial();
-  const Result<LookEvaluation> evaluation = evaluate_looks(trial.ranges, trial.judged);
-  ASSERT_TRUE(evaluation) << evaluation.error().message;
-  EXPECT_TRUE(validate(*evaluation));
-  const LookRuleScore& map = evaluation->score(0, LookRule::kMap);
+  const LookEvaluation evaluation = value_of(evaluate_looks(trial.ranges, trial.judged));
+  EXPECT_TRUE(validate(evaluation));
+  const LookRuleScore& map = evaluation.score(0, LookRule::kMap);
   EXPECT_DOUBLE_EQ(map.coverage, 0.75);
   EXPECT_DOUBLE_EQ(map.time_ratio, 0.15);
   EXPECT_DOUBLE_EQ(map.work_ratio, 0.15);
-  const LookRuleScore& same = evaluation->score(0, LookRule::kSameEverywhere);
+  const LookRuleScore& same = evaluation.score(0, LookRule::kSameEverywhere);
   EXPECT_DOUBLE_EQ(same.coverage, 0.75);
   EXPECT_DOUBLE_EQ(same.time_ratio, 0.2) << "80 points everywhere";
 }
@@ -114,9 +115,8 @@ TEST(EvaluateLooks, CallsARuleDearerThatIs) {
 TEST(EvaluateLooks, RefusesADriveThatWasMeasuredAtOtherLooks) {
   Trial trial = make_trial();
   trial.judged.of_samples.front().looks.front() = sample(41);
-  const Result<LookEvaluation> evaluation = evaluate_looks(trial.ranges, trial.judged);
-  ASSERT_FALSE(evaluation);
-  EXPECT_EQ(evaluation.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(failure_of(evaluate_looks(trial.ranges, trial.judged)).code,
+            ErrorCode::kMismatchedInputs);
 }
 
 TEST(EvaluateLooks, IsEncodedAndBack) {

@@ -4,6 +4,7 @@
 
 #include "formats/base/random.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -55,16 +56,14 @@ Trial four_sites() {
 }
 
 Result<Evaluation> evaluate(const Trial& trial, const EvaluateRangesOptions& options = {}) {
-  PassContext ctx;
-  return evaluate_ranges(ctx, options, trial.sites, trial.predicted, trial.ranges, trial.factors,
-                         trial.judged);
+  return evaluate_ranges(TestContext(), options, trial.sites, trial.predicted, trial.ranges,
+                         trial.factors, trial.judged);
 }
 
 TEST(EvaluateRanges, CountsCoverageBesideTime) {
-  const Result<Evaluation> evaluation = evaluate(four_sites());
-  ASSERT_TRUE(evaluation.has_value()) << to_string(evaluation.error());
-  ASSERT_TRUE(validate(*evaluation).has_value());
-  const RuleScore& map = evaluation->score(0, Rule::kMap);  // errors 0.05, 0.06, 0.02, 0.30
+  const Evaluation evaluation = value_of(evaluate(four_sites()));
+  ASSERT_TRUE(validate(evaluation).has_value());
+  const RuleScore& map = evaluation.score(0, Rule::kMap);  // errors 0.05, 0.06, 0.02, 0.30
   EXPECT_NEAR(map.coverage, 0.75, 1e-12);
   EXPECT_NEAR(map.mean_error_m, 0.43 / 4.0, 1e-12);
   EXPECT_NEAR(map.p95_error_m, 0.06 + 0.85 * 0.24, 1e-12);
@@ -77,11 +76,10 @@ TEST(EvaluateRanges, CountsCoverageBesideTime) {
 }
 
 TEST(EvaluateRanges, PutsTheOtherRulesBesideTheMap) {
-  const Result<Evaluation> evaluation = evaluate(four_sites());
-  ASSERT_TRUE(evaluation.has_value());
+  const Evaluation evaluation = value_of(evaluate(four_sites()));
   const auto chosen = [&](Rule rule) {
     std::vector<std::size_t> indices;
-    for (std::size_t i = 0; i < 4; ++i) indices.push_back(evaluation->chosen(0, rule, i));
+    for (std::size_t i = 0; i < 4; ++i) indices.push_back(evaluation.chosen(0, rule, i));
     return indices;
   };
   using Indices = std::vector<std::size_t>;
@@ -91,10 +89,10 @@ TEST(EvaluateRanges, PutsTheOtherRulesBesideTheMap) {
   EXPECT_EQ(chosen(Rule::kStaticEqualCoverage), (Indices{2, 2, 2, 2}));
   EXPECT_EQ(chosen(Rule::kStaticLongest), (Indices{2, 2, 2, 2}));
   EXPECT_EQ(chosen(Rule::kOracle), (Indices{0, 0, 2, 2}));
-  EXPECT_NEAR(evaluation->score(0, Rule::kMean).coverage, 0.5, 1e-12);
-  EXPECT_NEAR(evaluation->score(0, Rule::kOracle).coverage, 0.75, 1e-12);
-  EXPECT_NEAR(evaluation->score(0, Rule::kOracle).unmet_share, 0.25, 1e-12);
-  EXPECT_NEAR(evaluation->score(0, Rule::kStaticLongest).time_ratio, 1.0, 1e-12);
+  EXPECT_NEAR(evaluation.score(0, Rule::kMean).coverage, 0.5, 1e-12);
+  EXPECT_NEAR(evaluation.score(0, Rule::kOracle).coverage, 0.75, 1e-12);
+  EXPECT_NEAR(evaluation.score(0, Rule::kOracle).unmet_share, 0.25, 1e-12);
+  EXPECT_NEAR(evaluation.score(0, Rule::kStaticLongest).time_ratio, 1.0, 1e-12);
 }
 
 TEST(EvaluateRanges, FillsThePapersFirstTable) {
@@ -150,10 +148,9 @@ TEST(EvaluateRanges, AWorstStretchLiesInOneRun) {
 }
 
 TEST(EvaluateRanges, ScoresEachTypeOfStreet) {
-  const Result<Evaluation> evaluation = evaluate(four_sites());
-  ASSERT_TRUE(evaluation.has_value());
-  ASSERT_EQ(evaluation->streets.size(), 2 * kRuleCount);
-  const StreetScore& canyon = evaluation->streets[1];  // of the map: errors 0.02, 0.30
+  const Evaluation evaluation = value_of(evaluate(four_sites()));
+  ASSERT_EQ(evaluation.streets.size(), 2 * kRuleCount);
+  const StreetScore& canyon = evaluation.streets[1];  // of the map: errors 0.02, 0.30
   EXPECT_EQ(canyon.street, StreetType::kCanyon);
   EXPECT_EQ(canyon.site_count, 2u);
   EXPECT_NEAR(canyon.site_share, 0.5, 1e-12);
@@ -161,20 +158,19 @@ TEST(EvaluateRanges, ScoresEachTypeOfStreet) {
   EXPECT_NEAR(canyon.mean_error_m, 0.16, 1e-12);
   EXPECT_NEAR(canyon.time_ratio, 1.0, 1e-12);
   for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
-    const StreetScore& a = evaluation->streets[2 * rule];
-    const StreetScore& b = evaluation->streets[2 * rule + 1];
+    const StreetScore& a = evaluation.streets[2 * rule];
+    const StreetScore& b = evaluation.streets[2 * rule + 1];
     EXPECT_NEAR(a.coverage * a.site_share + b.coverage * b.site_share,
-                evaluation->score(0, static_cast<Rule>(rule)).coverage, 1e-12);
+                evaluation.score(0, static_cast<Rule>(rule)).coverage, 1e-12);
   }
 }
 
 TEST(EvaluateRanges, SaysNothingOfStreetsWhereTheMapHoldsNoFactors) {
   Trial trial = four_sites();
   trial.factors = {};
-  const Result<Evaluation> evaluation = evaluate(trial);
-  ASSERT_TRUE(evaluation.has_value());
-  EXPECT_TRUE(evaluation->streets.empty());
-  EXPECT_EQ(evaluation->sites[0].street, StreetType::kUnknown);
+  const Evaluation evaluation = value_of(evaluate(trial));
+  EXPECT_TRUE(evaluation.streets.empty());
+  EXPECT_EQ(evaluation.sites[0].street, StreetType::kUnknown);
 }
 
 TEST(EvaluateRanges, JudgesOnlySitesWithAScan) {
@@ -191,11 +187,10 @@ TEST(EvaluateRanges, NoRuleBeatsTheOracle) {
     Trial trial = four_sites();
     for (ErrorRow& row : trial.judged.rows) row.mean_m = random.uniform(0.0, 0.2);
     for (double& mean_m : trial.predicted.mean_m) mean_m = random.uniform(0.0, 0.2);
-    const Result<Evaluation> evaluation = evaluate(trial);
-    ASSERT_TRUE(evaluation.has_value());
-    const RuleScore& oracle = evaluation->score(0, Rule::kOracle);
+    const Evaluation evaluation = value_of(evaluate(trial));
+    const RuleScore& oracle = evaluation.score(0, Rule::kOracle);
     for (std::size_t i = 0; i < kRuleCount; ++i) {
-      const RuleScore& score = evaluation->score(0, static_cast<Rule>(i));
+      const RuleScore& score = evaluation.score(0, static_cast<Rule>(i));
       EXPECT_LE(score.coverage, oracle.coverage + 1e-12);
       EXPECT_LE(score.worst_coverage, score.coverage + 1e-12);
     }

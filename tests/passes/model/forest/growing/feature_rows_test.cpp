@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tests/support/synthetic_drive.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -19,11 +20,10 @@ FactorTable small_table() {
 }
 
 TEST(FeatureRows, HoldTheNamedFactorsAndTheRange) {
-  const Result<FeatureRows> rows = gather_features(small_table(), {"b"});
-  ASSERT_TRUE(rows.has_value());
-  EXPECT_EQ(rows->names, (std::vector<std::string>{"b", "range_m"}));
-  EXPECT_EQ(rows->row_count, 4u);
-  EXPECT_EQ(rows->values, (std::vector<float>{2, 10, 4, 15, 6, 10, 8, 15}));
+  const FeatureRows rows = value_of(gather_features(small_table(), {"b"}));
+  EXPECT_EQ(rows.names, (std::vector<std::string>{"b", "range_m"}));
+  EXPECT_EQ(rows.row_count, 4u);
+  EXPECT_EQ(rows.values, (std::vector<float>{2, 10, 4, 15, 6, 10, 8, 15}));
 }
 
 TEST(FeatureRows, KnowTheElevenFactorsOfThePaper) {
@@ -42,10 +42,9 @@ TEST(FeatureRows, GiveASiteItsOwnDigest) {
 }
 
 TEST(FeatureRows, RefuseAMissingFactorByName) {
-  const Result<FeatureRows> rows = gather_features(small_table(), {"a", "crlb_max"});
-  ASSERT_FALSE(rows.has_value());
-  EXPECT_EQ(rows.error().code, ErrorCode::kMismatchedInputs);
-  EXPECT_NE(rows.error().message.find("crlb_max"), std::string::npos);
+  const Error refused = failure_of(gather_features(small_table(), {"a", "crlb_max"}));
+  EXPECT_EQ(refused.code, ErrorCode::kMismatchedInputs);
+  EXPECT_NE(refused.message.find("crlb_max"), std::string::npos);
 }
 
 TEST(FeatureRows, RefuseWhatIsNotAFiniteFloatAndSayWhere) {
@@ -53,10 +52,9 @@ TEST(FeatureRows, RefuseWhatIsNotAFiniteFloatAndSayWhere) {
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
     FactorTable table = small_table();
     table.values[7] = bad;
-    const Result<FeatureRows> rows = gather_features(table, {"b"});
-    ASSERT_FALSE(rows.has_value());
-    EXPECT_EQ(rows.error().code, ErrorCode::kInvalidArtifact);
-    EXPECT_EQ(rows.error().place, "site 1, range 15 m");
+    const Error refused = failure_of(gather_features(table, {"b"}));
+    EXPECT_EQ(refused.code, ErrorCode::kInvalidArtifact);
+    EXPECT_EQ(refused.place, "site 1, range 15 m");
   }
 }
 
