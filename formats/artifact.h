@@ -8,20 +8,22 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/result.h"
+#include "formats/record/codec.h"
 #include "formats/text/table.h"
 
 // What every artifact has, found by overload (X is the artifact's struct, all in its own pair of
 // files formats/x.{h,cpp}):
 //
+//   SIGHTLINE_FIELDS(X, ...)                               // record/fields.h: its encoding
 //   template <> struct ArtifactTraits<X> {
 //     static constexpr std::string_view kName = "x";       // kebab-case, also in messages
 //     static constexpr std::uint32_t kVersion = 1;         // of the encoding
 //   };
 //   Result<void> validate(const X&);                       // every invariant the struct promises
 //   Table dump(const X&);                                  // every number there is
-//   void encode(const X&, ByteWriter&);
-//   void decode(ByteReader&, X&);                          // reader.fail() where bytes make no
-//   sense
+//
+// Where fields alone do not say how it is encoded it has encode(const X&, ByteWriter&) and
+// decode(ByteReader&, X&) of its own; decode calls reader.fail() where bytes make no sense.
 //
 // In memory an artifact never changes once made. On disk (the cache) it lies in an envelope that
 // names its type and version and carries a checksum.

@@ -88,12 +88,4 @@ void decode(ByteReader& reader, Pose& pose) {
   }
 }
 
-void encode(const MapFrame& frame, ByteWriter& writer) {
-  for (int axis = 0; axis < 3; ++axis) writer.put(frame.origin_world_m[axis]);
-}
-
-void decode(ByteReader& reader, MapFrame& frame) {
-  for (int axis = 0; axis < 3; ++axis) reader.get(frame.origin_world_m[axis]);
-}
-
 }  // namespace sightline

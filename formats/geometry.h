@@ -6,6 +6,7 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/result.h"
+#include "formats/record/fields.h"
 #include "formats/text/table.h"
 
 // Poses, frames, and how they are written.
@@ -20,10 +21,9 @@ using Pose = Eigen::Isometry3d;
 // begins and subtraction is exact. Axes are parallel to the world's, z up, metres.
 struct MapFrame {
   Eigen::Vector3d origin_world_m = Eigen::Vector3d::Zero();
-  friend bool operator==(const MapFrame& a, const MapFrame& b) {
-    return a.origin_world_m == b.origin_world_m;
-  }
+  friend bool operator==(const MapFrame&, const MapFrame&) = default;
 };
+SIGHTLINE_FIELDS(MapFrame, origin_world_m)
 
 // The multiple of tile_m at or below `near_world_m` on each axis.
 MapFrame frame_near(const Eigen::Vector3d& near_world_m, double tile_m);
@@ -45,7 +45,5 @@ void append_cells(const Pose& pose, std::vector<Cell>& row);
 
 void encode(const Pose& pose, ByteWriter& writer);  // 3 + 9 doubles, exact
 void decode(ByteReader& reader, Pose& pose);
-void encode(const MapFrame& frame, ByteWriter& writer);
-void decode(ByteReader& reader, MapFrame& frame);
 
 }  // namespace sightline

@@ -37,23 +37,4 @@ Table dump(const CalibratedPlan& calibrated) {
   return table;
 }
 
-void encode(const CalibratedPlan& calibrated, ByteWriter& writer) {
-  writer.put<std::uint8_t>(calibrated.plan ? 1 : 0);
-  if (calibrated.plan) encode(*calibrated.plan, writer);
-  writer.put(calibrated.scan_count);
-  writer.put(calibrated.good_count);
-  writer.put(calibrated.learnt_doubted_share);
-  writer.put(calibrated.doubted_share);
-}
-
-void decode(ByteReader& reader, CalibratedPlan& calibrated) {
-  const auto has_plan = reader.get<std::uint8_t>();
-  if (has_plan > 1) reader.fail();
-  if (has_plan == 1) decode(reader, calibrated.plan.emplace());
-  reader.get(calibrated.scan_count);
-  reader.get(calibrated.good_count);
-  reader.get(calibrated.learnt_doubted_share);
-  reader.get(calibrated.doubted_share);
-}
-
 }  // namespace sightline

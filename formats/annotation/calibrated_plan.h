@@ -5,6 +5,7 @@
 
 #include "formats/artifact.h"
 #include "formats/drive/look_plan.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -18,16 +19,15 @@ struct CalibratedPlan {
   double learnt_doubted_share = 0.0;
   double doubted_share = 0.0;
 };
+SIGHTLINE_FIELDS(CalibratedPlan, plan, scan_count, good_count, learnt_doubted_share, doubted_share)
 
 template <>
 struct ArtifactTraits<CalibratedPlan> {
   static constexpr std::string_view kName = "calibrated-plan";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const CalibratedPlan& calibrated);
 Table dump(const CalibratedPlan& calibrated);
-void encode(const CalibratedPlan& calibrated, ByteWriter& writer);
-void decode(ByteReader& reader, CalibratedPlan& calibrated);
 
 }  // namespace sightline

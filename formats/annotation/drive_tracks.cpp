@@ -5,6 +5,7 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/statistics.h"
+#include "formats/record/cells.h"
 #include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
@@ -28,7 +29,7 @@ double ratio_to_longest(const DriveTracks& tracks, std::size_t rule, double Trac
 // Whether a rule of that number, or the one before it, stands where it should.
 bool is_in_place(const DriveTracks& tracks, std::size_t number) {
   const TrackRule& rule = tracks.rules[number];
-  if (rule.choice > TrackChoice::kNobody || rule.is_static() != (rule.limit_m == 0.0)) return false;
+  if (rule.is_static() != (rule.limit_m == 0.0)) return false;
   if (!std::isfinite(rule.limit_m) || rule.limit_m < 0.0 || !validate(rule.look)) return false;
   if (number < tracks.limits_m.size()) {
     return rule.choice == TrackChoice::kRange && rule.limit_m == tracks.limits_m[number];
@@ -57,11 +58,6 @@ Result<void> validate_rules(const DriveTracks& tracks) {
 }
 
 }  // namespace
-
-std::string_view track_choice_name(TrackChoice choice) {
-  constexpr std::string_view kNames[] = {"map", "look", "plan", "static"};
-  return kNames[static_cast<std::size_t>(choice)];
-}
 
 bool is_judged_at(const TrackRule& rule, double limit_m) {
   return rule.is_static() || rule.limit_m == limit_m;
@@ -133,26 +129,19 @@ Result<void> validate(const DriveTracks& tracks) {
 Table dump(const DriveTracks& tracks) {
   Table table;
   table.name = "continuous-localization";
-  const bool is_known = tracks.reference == ErrorReference::kKnownPose;
   table.facts = {{"drive", tracks.drive},
-                 {"reference", std::string(is_known ? "known-pose" : "full-range-match")},
+                 {"reference", cell_of(tracks.reference)},
                  {"scan_count", static_cast<std::int64_t>(tracks.scans.size())},
                  {"lost_beyond_m", tracks.lost_beyond_m}};
-  table.columns = {"rule",         "limit_m",      "static_range_m", "look",
-                   "coverage",     "mean_error_m", "p95_error_m",    "max_error_m",
-                   "mean_range_m", "time_ratio",   "work_ratio",     "mean_time_ms",
-                   "track_count",  "lost_count",   "second_share"};
+  table.columns = {"rule", "limit_m", "static_range_m", "look"};
+  append_columns<TrackScore>(table.columns);
   for (const double limit_m : tracks.limits_m) {
     for (std::size_t i = 0; i < tracks.rules.size(); ++i) {
       const TrackRule& rule = tracks.rules[i];
       if (!is_judged_at(rule, limit_m)) continue;
-      const TrackScore score = score_track(tracks, i, limit_m);
-      table.rows.push_back({std::string(track_choice_name(rule.choice)), limit_m,
-                            rule.static_range_m(), rule.is_static() ? to_text(rule.look) : "",
-                            score.coverage, score.mean_error_m, score.p95_error_m,
-                            score.max_error_m, score.mean_range_m, score.time_ratio,
-                            score.work_ratio, score.mean_time_ms, std::int64_t{score.track_count},
-                            std::int64_t{score.lost_count}, score.second_share});
+      table.rows.push_back({cell_of(rule.choice), limit_m, rule.static_range_m(),
+                            rule.is_static() ? to_text(rule.look) : ""});
+      append_cells(score_track(tracks, i, limit_m), table.rows.back());
     }
   }
   return table;
@@ -173,71 +162,12 @@ std::vector<Table> tables(const DriveTracks& tracks) {
         return std::int64_t{(step.flags & bit) != 0 ? 1 : 0};
       };
       scans.rows.push_back({std::int64_t{scan.recording_index}, scan.p_x_map_m, scan.p_y_map_m,
-                            std::string(track_choice_name(of.choice)), of.limit_m,
-                            of.is_static() ? to_text(of.look) : "", step.range_m, step.error_m,
-                            step.time_ms, step.work, flag(kTrackBegins), flag(kTrackLost),
-                            flag(kTrackSecondLook)});
+                            cell_of(of.choice), of.limit_m, of.is_static() ? to_text(of.look) : "",
+                            step.range_m, step.error_m, step.time_ms, step.work, flag(kTrackBegins),
+                            flag(kTrackLost), flag(kTrackSecondLook)});
     }
   }
   return {dump(tracks), scans};
-}
-
-void encode(const DriveTracks& tracks, ByteWriter& writer) {
-  writer.put_string(tracks.drive);
-  writer.put(tracks.reference);
-  writer.put(tracks.lost_beyond_m);
-  writer.put_array(tracks.limits_m);
-  writer.put<std::uint64_t>(tracks.rules.size());
-  for (const TrackRule& rule : tracks.rules) {
-    writer.put(rule.choice);
-    writer.put(rule.limit_m);
-    encode(std::vector<Look>{rule.look}, writer);
-  }
-  writer.put<std::uint64_t>(tracks.scans.size());
-  for (const TrackedScan& scan : tracks.scans) {
-    writer.put(scan.recording_index);
-    writer.put(scan.p_x_map_m);
-    writer.put(scan.p_y_map_m);
-  }
-  writer.put<std::uint64_t>(tracks.steps.size());
-  for (const TrackStep& step : tracks.steps) {
-    for (const double number : {step.range_m, step.error_m, step.time_ms, step.work}) {
-      writer.put(number);
-    }
-    writer.put(step.flags);
-  }
-}
-
-void decode(ByteReader& reader, DriveTracks& tracks) {
-  reader.get_string(tracks.drive);
-  reader.get(tracks.reference);
-  reader.get(tracks.lost_beyond_m);
-  reader.get_array(tracks.limits_m);
-  tracks.rules.resize(reader.get_count(1 + 2 * sizeof(double)));
-  for (TrackRule& rule : tracks.rules) {
-    reader.get(rule.choice);
-    reader.get(rule.limit_m);
-    std::vector<Look> look;
-    decode(reader, look);
-    if (look.size() != 1) {
-      reader.fail();
-      return;
-    }
-    rule.look = look.front();
-  }
-  tracks.scans.resize(reader.get_count(4 + 2 * sizeof(double)));
-  for (TrackedScan& scan : tracks.scans) {
-    reader.get(scan.recording_index);
-    reader.get(scan.p_x_map_m);
-    reader.get(scan.p_y_map_m);
-  }
-  tracks.steps.resize(reader.get_count(4 * sizeof(double) + 1));
-  for (TrackStep& step : tracks.steps) {
-    for (double* number : {&step.range_m, &step.error_m, &step.time_ms, &step.work}) {
-      reader.get(*number);
-    }
-    reader.get(step.flags);
-  }
 }
 
 std::string to_text(const DriveTracks& tracks) {

@@ -8,6 +8,8 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 // A drive replayed as a vehicle lives it: each pose starts from what the poses found before
 // foretell (schemas/definitions.md, "Continuous localization"). One replay for each way to choose
@@ -24,7 +26,8 @@ enum class TrackChoice : std::uint8_t {
   kPlan,   // the map its plan: a cheap look, and a dearer one where a test doubts it
   kNobody  // the same is taken everywhere
 };
-std::string_view track_choice_name(TrackChoice choice);  // "map", "look", "plan", "static"
+template <>
+inline constexpr auto kNamesOf<TrackChoice> = enum_names("map", "look", "plan", "static");
 
 struct TrackRule {
   TrackChoice choice = TrackChoice::kNobody;
@@ -35,6 +38,7 @@ struct TrackRule {
   // 0 where the map chooses.
   [[nodiscard]] double static_range_m() const { return is_static() ? look.range_m : 0.0; }
 };
+SIGHTLINE_FIELDS(TrackRule, choice, limit_m, look)
 
 // Static ones are judged at any limit, the map's at that which it chooses for.
 bool is_judged_at(const TrackRule& rule, double limit_m);
@@ -46,6 +50,7 @@ struct TrackedScan {
   double p_x_map_m = 0.0;  // the sensor's origin at the reference pose
   double p_y_map_m = 0.0;
 };
+SIGHTLINE_FIELDS(TrackedScan, recording_index, p_x_map_m, p_y_map_m)
 
 // Flags of a step.
 inline constexpr std::uint8_t kTrackBegins = 1;      // started from outside
@@ -60,6 +65,7 @@ struct TrackStep {
   double work = 0.0;
   std::uint8_t flags = 0;
 };
+SIGHTLINE_FIELDS(TrackStep, range_m, error_m, time_ms, work, flags)
 
 struct DriveTracks {
   std::string drive;
@@ -77,6 +83,7 @@ struct DriveTracks {
     return steps[rule * scans.size() + scan];
   }
 };
+SIGHTLINE_FIELDS(DriveTracks, drive, reference, lost_beyond_m, limits_m, rules, scans, steps)
 
 // One replay at one limit. Ratios are to the longest static range.
 struct TrackScore {
@@ -92,12 +99,14 @@ struct TrackScore {
   std::uint32_t lost_count = 0;
   double second_share = 0.0;  // of scans at which a second look followed
 };
+SIGHTLINE_FIELDS(TrackScore, coverage, mean_error_m, p95_error_m, max_error_m, mean_range_m,
+                 time_ratio, work_ratio, mean_time_ms, track_count, lost_count, second_share)
 TrackScore score_track(const DriveTracks& tracks, std::size_t rule, double limit_m);
 
 template <>
 struct ArtifactTraits<DriveTracks> {
   static constexpr std::string_view kName = "drive-tracks";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 Result<void> validate(const DriveTracks& tracks);
@@ -105,8 +114,6 @@ Table dump(const DriveTracks& tracks);  // scores: the map's at their limits, st
 // "continuous-localization" and "continuous-localization-scans"
 // (schemas/evaluation.schema.json).
 std::vector<Table> tables(const DriveTracks& tracks);
-void encode(const DriveTracks& tracks, ByteWriter& writer);
-void decode(ByteReader& reader, DriveTracks& tracks);
 
 // For people: a table for each limit.
 std::string to_text(const DriveTracks& tracks);

@@ -68,31 +68,4 @@ Table dump(const DrivenPlaces& places) {
   return table;
 }
 
-void encode(const DrivenPlaces& places, ByteWriter& writer) {
-  writer.put<std::uint64_t>(places.places.size());
-  for (const DrivenPlace& place : places.places) {
-    writer.put_string(place.name);
-    encode(place.sites, writer);
-    encode(place.factors, writer);
-    writer.put<std::uint64_t>(place.drives.size());
-    for (const MeasuredError& drive : place.drives) encode(drive, writer);
-    encode(place.recordings, writer);
-  }
-}
-
-void decode(ByteReader& reader, DrivenPlaces& places) {
-  // A place holds a name, sites, factors, drives and recordings, each with counts of eight bytes.
-  constexpr std::size_t kBytesPerPlace = 5 * sizeof(std::uint64_t);
-  constexpr std::size_t kBytesPerDrive = 4 * sizeof(std::uint64_t);
-  places.places.resize(reader.get_count(kBytesPerPlace));
-  for (DrivenPlace& place : places.places) {
-    reader.get_string(place.name);
-    decode(reader, place.sites);
-    decode(reader, place.factors);
-    place.drives.resize(reader.get_count(kBytesPerDrive));
-    for (MeasuredError& drive : place.drives) decode(reader, drive);
-    decode(reader, place.recordings);
-  }
-}
-
 }  // namespace sightline

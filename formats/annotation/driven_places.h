@@ -9,6 +9,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/artifact.h"
 #include "formats/drive/recording_cards.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -21,11 +22,13 @@ struct DrivenPlace {
   std::vector<MeasuredError> drives;  // at least one; of these sites, at the factors' ranges
   RecordingCards recordings;          // that map and errors were made from
 };
+SIGHTLINE_FIELDS(DrivenPlace, name, sites, factors, drives, recordings)
 
 // All that an error model is trained on.
 struct DrivenPlaces {
   std::vector<DrivenPlace> places;  // at least one; all with the same ranges and factors
 };
+SIGHTLINE_FIELDS(DrivenPlaces, places)
 
 template <>
 struct ArtifactTraits<DrivenPlaces> {
@@ -38,7 +41,5 @@ struct ArtifactTraits<DrivenPlaces> {
 // place is named.
 Result<void> validate(const DrivenPlaces& places);
 Table dump(const DrivenPlaces& places);  // one row per drive
-void encode(const DrivenPlaces& places, ByteWriter& writer);
-void decode(ByteReader& reader, DrivenPlaces& places);
 
 }  // namespace sightline

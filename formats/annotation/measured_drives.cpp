@@ -70,19 +70,4 @@ Table dump(const MeasuredDrives& measured) {
   return table;
 }
 
-void encode(const MeasuredDrives& measured, ByteWriter& writer) {
-  writer.put(measured.named_count);
-  writer.put_array(measured.numbers);
-  writer.put<std::uint64_t>(measured.drives.size());
-  for (const MeasuredError& drive : measured.drives) encode(drive, writer);
-}
-
-void decode(ByteReader& reader, MeasuredDrives& measured) {
-  constexpr std::size_t kBytesPerDrive = 4 * sizeof(std::uint64_t);
-  reader.get(measured.named_count);
-  reader.get_array(measured.numbers);
-  measured.drives.resize(reader.get_count(kBytesPerDrive));
-  for (MeasuredError& drive : measured.drives) decode(reader, drive);
-}
-
 }  // namespace sightline

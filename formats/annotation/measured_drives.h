@@ -6,6 +6,7 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 #include "formats/drive/recording_cards.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -16,11 +17,12 @@ struct MeasuredDrives {
   std::vector<std::uint32_t> numbers;
   std::uint32_t named_count = 0;
 };
+SIGHTLINE_FIELDS(MeasuredDrives, drives, numbers, named_count)
 
 template <>
 struct ArtifactTraits<MeasuredDrives> {
   static constexpr std::string_view kName = "measured-drives";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 // Section and number of a localization drive, from 0 on: "localization", "localization[2]", ...
@@ -33,7 +35,5 @@ RecordingCards without_left_out(const RecordingCards& recordings, const Measured
 Result<void> validate(const MeasuredDrives& measured);
 // One row per drive; the errors are those of each drive's own table.
 Table dump(const MeasuredDrives& measured);
-void encode(const MeasuredDrives& measured, ByteWriter& writer);
-void decode(ByteReader& reader, MeasuredDrives& measured);
 
 }  // namespace sightline

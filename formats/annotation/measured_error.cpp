@@ -5,11 +5,10 @@
 #include <optional>
 
 #include "formats/annotation/of_samples.h"
+#include "formats/record/finite.h"
 
 namespace sightline {
 namespace {
-
-constexpr std::size_t kBytesPerOffset = 4 * sizeof(double);
 
 // The numbers of a row but point_count, with the names they are printed under, in the order of dump
 // and encoding.
@@ -34,16 +33,14 @@ constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
 static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kEncodedErrorRow);
 
 Result<void> validate_setup(const MeasuredError& measured) {
-  if (reference_name(measured.reference).empty()) {
+  if (name_of(measured.reference).empty()) {
     return invalid_artifact("found an unknown reference", "");
   }
   SIGHTLINE_TRY(validate(measured.matching.localizer));
   if (measured.matching.site_step == 0) return invalid_artifact("found a step of 0 sites", "");
   SIGHTLINE_TRY(validate(measured.looks));
   for (std::size_t i = 0; i < measured.offsets.size(); ++i) {
-    const InitialOffset& offset = measured.offsets[i];
-    if (!std::isfinite(offset.x_m) || !std::isfinite(offset.y_m) || !std::isfinite(offset.z_m) ||
-        !std::isfinite(offset.yaw_rad)) {
+    if (!are_finite(measured.offsets[i])) {
       return invalid_artifact("found an offset that is not finite", "offset " + std::to_string(i));
     }
   }
@@ -107,13 +104,7 @@ void encode_head(const MeasuredError& measured, ByteWriter& writer) {
   writer.put(measured.matching.site_step);
   writer.put(measured.reference);
   encode(measured.looks, writer);
-  writer.put<std::uint64_t>(measured.offsets.size());
-  for (const InitialOffset& offset : measured.offsets) {
-    writer.put(offset.x_m);
-    writer.put(offset.y_m);
-    writer.put(offset.z_m);
-    writer.put(offset.yaw_rad);
-  }
+  encode(measured.offsets, writer);
   writer.put_array(measured.scan_of_site);
 }
 
@@ -126,13 +117,7 @@ void decode_head(ByteReader& reader, MeasuredError& measured) {
   reader.get(measured.matching.site_step);
   reader.get(measured.reference);
   decode(reader, measured.looks);
-  measured.offsets.resize(reader.get_count(kBytesPerOffset));
-  for (InitialOffset& offset : measured.offsets) {
-    reader.get(offset.x_m);
-    reader.get(offset.y_m);
-    reader.get(offset.z_m);
-    reader.get(offset.yaw_rad);
-  }
+  decode(reader, measured.offsets);
   reader.get_array(measured.scan_of_site);
 }
 
@@ -218,18 +203,6 @@ void append_rows(const MeasuredError& measured, Table& table) {
 
 }  // namespace
 
-std::string_view reference_name(ErrorReference reference) {
-  switch (reference) {
-    case ErrorReference::kKnownPose:
-      return "known-pose";
-    case ErrorReference::kFullRangeMatch:
-      return "full-range-match";
-    case ErrorReference::kSimulated:
-      return "simulated";
-  }
-  return "";
-}
-
 std::string_view reference_text(ErrorReference reference) {
   switch (reference) {
     case ErrorReference::kKnownPose:
@@ -250,14 +223,14 @@ Table dump(const MeasuredError& measured) {
   Table table;
   table.name = "measured";
   table.facts.emplace_back("drive", measured.drive);
-  table.facts.emplace_back("scans", std::string(scan_selection_name(measured.matching.scans)));
+  table.facts.emplace_back("scans", std::string(name_of(measured.matching.scans)));
   table.facts.emplace_back("localizer", measured.matching.localizer.name);
   table.facts.emplace_back("localizer_version", std::int64_t{measured.matching.localizer.version});
   table.facts.emplace_back("localizer_parameters", parameters_text(measured.matching.localizer));
   table.facts.emplace_back("coarse_cells", std::int64_t{measured.matching.coarse_cells});
   table.facts.emplace_back("leaf_m", measured.matching.leaf_m);
   table.facts.emplace_back("site_step", std::int64_t{measured.matching.site_step});
-  table.facts.emplace_back("reference", std::string(reference_name(measured.reference)));
+  table.facts.emplace_back("reference", std::string(name_of(measured.reference)));
   table.facts.emplace_back("offset_count", static_cast<std::int64_t>(measured.offsets.size()));
   for (std::size_t k = 0; k < measured.offsets.size(); ++k) {
     const std::string name = "offset_" + std::to_string(k) + "_";

@@ -13,6 +13,8 @@
 #include "formats/drive/localizer_profile.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -23,12 +25,14 @@ struct InitialOffset {
   double z_m = 0.0;
   double yaw_rad = 0.0;
 };
+SIGHTLINE_FIELDS(InitialOffset, x_m, y_m, z_m, yaw_rad)
 
 // What the errors were measured against. kSimulated: the places at which scans were simulated,
 // which nobody measured.
 enum class ErrorReference : std::uint8_t { kKnownPose, kFullRangeMatch, kSimulated };
-// "known-pose", "full-range-match", "simulated"; empty for a value that is none.
-std::string_view reference_name(ErrorReference reference);
+template <>
+inline constexpr auto kNamesOf<ErrorReference> = enum_names("known-pose", "full-range-match",
+                                                            "simulated");
 // For people: "known poses", "the match at full range", "the places of simulated scans".
 std::string_view reference_text(ErrorReference reference);
 

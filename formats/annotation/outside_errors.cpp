@@ -51,33 +51,4 @@ Table dump(const OutsideErrors& outside) {
   return table;
 }
 
-void encode(const OutsideErrors& outside, ByteWriter& writer) {
-  writer.put_string(outside.file);
-  encode(outside.localizer, writer);
-  writer.put(outside.reference);
-  writer.put<std::uint64_t>(outside.errors.size());
-  for (const OutsideError& error : outside.errors) {
-    writer.put(error.scan);
-    writer.put(error.range_m);
-    writer.put(error.start);
-    writer.put(error.error_m);
-    writer.put(error.line);
-  }
-}
-
-void decode(ByteReader& reader, OutsideErrors& outside) {
-  constexpr std::size_t kBytesPerError = 3 * sizeof(std::uint32_t) + 2 * sizeof(double);
-  reader.get_string(outside.file);
-  decode(reader, outside.localizer);
-  reader.get(outside.reference);
-  outside.errors.resize(reader.get_count(kBytesPerError));
-  for (OutsideError& error : outside.errors) {
-    reader.get(error.scan);
-    reader.get(error.range_m);
-    reader.get(error.start);
-    reader.get(error.error_m);
-    reader.get(error.line);
-  }
-}
-
 }  // namespace sightline

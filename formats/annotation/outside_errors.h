@@ -7,6 +7,7 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 #include "formats/drive/localizer_profile.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -18,6 +19,7 @@ struct OutsideError {
   double error_m = 0.0;     // 3D distance from the reference
   std::uint32_t line = 0;   // of the file that names it, from 1
 };
+SIGHTLINE_FIELDS(OutsideError, scan, range_m, start, error_m, line)
 
 // What a file of import-errors says of one drive.
 struct OutsideErrors {
@@ -26,6 +28,7 @@ struct OutsideErrors {
   ErrorReference reference = ErrorReference::kKnownPose;
   std::vector<OutsideError> errors;  // ascending (scan, range_m, start), each once
 };
+SIGHTLINE_FIELDS(OutsideErrors, file, localizer, reference, errors)
 
 template <>
 struct ArtifactTraits<OutsideErrors> {
@@ -36,7 +39,5 @@ struct ArtifactTraits<OutsideErrors> {
 // Error: invalid-artifact, at the line.
 Result<void> validate(const OutsideErrors& outside);
 Table dump(const OutsideErrors& outside);
-void encode(const OutsideErrors& outside, ByteWriter& writer);
-void decode(ByteReader& reader, OutsideErrors& outside);
 
 }  // namespace sightline

@@ -72,14 +72,13 @@ Result<void> validate_own(const PredictedError& predicted) {
 
 const std::vector<Look>& looks_of(const PredictedError& predicted) { return predicted.looks; }
 
-void encode_own(const PredictedError& predicted, ByteWriter& writer) {
-  encode_predictions(predicted, writer);
-  writer.put(predicted.support_margin);
-}
-
-void decode_own(ByteReader& reader, PredictedError& predicted) {
-  decode_predictions(reader, predicted);
-  reader.get(predicted.support_margin);
+// Calls use(field) for what a model keeps.
+template <class Predictions, class Use>
+void visit_predictions(Predictions& predicted, const Use& use) {
+  const auto visit = [&](std::string_view name, auto& field) {
+    if (name != "support_margin" && name != "of_samples") use(field);
+  };
+  fields(visit, predicted);
 }
 
 void append_rows(const PredictedError& predicted, Table& table) {
@@ -120,33 +119,11 @@ Table dump(const PredictedError& predicted) {
 }
 
 void encode_predictions(const PredictedError& predicted, ByteWriter& writer) {
-  encode(predicted.looks, writer);
-  writer.put_array(predicted.limits_m);
-  writer.put(predicted.site_count);
-  writer.put_array(predicted.mean_m);
-  writer.put_array(predicted.within_probability);
-  writer.put_array(predicted.extrapolated);
-  writer.put_array(predicted.out_of_fold);
-  writer.put_array(predicted.has_history);
+  visit_predictions(predicted, [&](const auto& field) { FieldWriter(writer).put(field); });
 }
 
 void decode_predictions(ByteReader& reader, PredictedError& predicted) {
-  decode(reader, predicted.looks);
-  reader.get_array(predicted.limits_m);
-  reader.get(predicted.site_count);
-  reader.get_array(predicted.mean_m);
-  reader.get_array(predicted.within_probability);
-  reader.get_array(predicted.extrapolated);
-  reader.get_array(predicted.out_of_fold);
-  reader.get_array(predicted.has_history);
-}
-
-void encode(const PredictedError& predicted, ByteWriter& writer) {
-  encode_both(predicted, writer, encode_own);
-}
-
-void decode(ByteReader& reader, PredictedError& predicted) {
-  decode_both(reader, predicted, decode_own);
+  visit_predictions(predicted, [&](auto& field) { FieldReader(reader).get(field); });
 }
 
 }  // namespace sightline

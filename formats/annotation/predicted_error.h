@@ -6,6 +6,7 @@
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -14,8 +15,7 @@ struct PredictedError {
   std::vector<Look> looks;       // from the cheapest to the dearest
   std::vector<double> limits_m;  // ascending
   std::uint32_t site_count = 0;
-  double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
-  std::vector<double> mean_m;    // [site][look]: predicted mean error
+  std::vector<double> mean_m;              // [site][look]: predicted mean error
   std::vector<double> within_probability;  // [site][look][limit]: P(error <= limit)
   // [site][look]: 1 where what the forest decides by lies outside what the model saw.
   std::vector<std::uint8_t> extrapolated;
@@ -23,6 +23,7 @@ struct PredictedError {
   std::vector<std::uint8_t> out_of_fold;
   // [site]: 1 where errors that an earlier drive measured near it were among the features.
   std::vector<std::uint8_t> has_history;
+  double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
   // The same of the looks that take a sample, the same sites and drive: none or one, without its
   // own.
   std::vector<PredictedError> of_samples;
@@ -40,19 +41,19 @@ struct PredictedError {
     return within_probability[probability_shape().index(site, range, limit)];
   }
 };
+SIGHTLINE_FIELDS(PredictedError, looks, limits_m, site_count, mean_m, within_probability,
+                 extrapolated, out_of_fold, has_history, support_margin, of_samples)
 
 template <>
 struct ArtifactTraits<PredictedError> {
   static constexpr std::string_view kName = "predicted-error";
-  static constexpr std::uint32_t kVersion = 5;
+  static constexpr std::uint32_t kVersion = 6;
 };
 
 Result<void> validate(const PredictedError& predicted);
 Table dump(const PredictedError& predicted);
-void encode(const PredictedError& predicted, ByteWriter& writer);
-void decode(ByteReader& reader, PredictedError& predicted);
 
-// The predictions without support_margin, as a model keeps its own.
+// The predictions without support_margin and of_samples, as a model keeps its own.
 void encode_predictions(const PredictedError& predicted, ByteWriter& writer);
 void decode_predictions(ByteReader& reader, PredictedError& predicted);
 

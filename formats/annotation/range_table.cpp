@@ -4,6 +4,7 @@
 #include <string>
 
 #include "formats/annotation/of_samples.h"
+#include "formats/record/cells.h"
 
 namespace sightline {
 namespace {
@@ -90,18 +91,9 @@ void append_rows(const RangeTable& table, Table& out) {
 void append_promises(const RangeTable& table, const std::string& prefix, Table& out) {
   for (const LimitPromise& promise : table.promises) {
     const std::string limit = prefix + "limit_" + format_double(promise.limit_m) + "_m_";
-    out.facts.emplace_back(limit + "method", promise.method);
-    out.facts.emplace_back(limit + "probability_threshold", promise.probability_threshold);
-    out.facts.emplace_back(limit + "history_threshold", promise.history_threshold);
-    out.facts.emplace_back(limit + "alpha", promise.alpha);
-    out.facts.emplace_back(limit + "delta", promise.delta);
-    out.facts.emplace_back(limit + "block_count", std::int64_t{promise.block_count});
-    out.facts.emplace_back(limit + "place_count", std::int64_t{promise.place_count});
-    out.facts.emplace_back(limit + "drive_count", std::int64_t{promise.drive_count});
-    out.facts.emplace_back(limit + "scope", std::string(promise_scope_name(promise.scope)));
-    out.facts.emplace_back(limit + "is_earned", std::int64_t{promise.is_earned ? 1 : 0});
-    out.facts.emplace_back(limit + "calibration_miss_share", promise.calibration_miss_share);
-    out.facts.emplace_back(limit + "statement", promise.statement);
+    visit_cells(promise, [&](const std::string& name, const Cell& cell) {
+      if (name != "limit_m") out.facts.emplace_back(limit + name, cell);
+    });
   }
 }
 
@@ -128,67 +120,6 @@ Result<void> validate_own(const RangeTable& table) {
 
 const std::vector<Look>& looks_of(const RangeTable& table) { return table.looks; }
 
-void encode_own(const RangeTable& table, ByteWriter& writer) {
-  encode(table.looks, writer);
-  writer.put(table.selection);
-  writer.put(table.dilation_m);
-  writer.put<std::uint8_t>(table.extrapolated_takes_static ? 1 : 0);
-  writer.put<std::uint64_t>(table.promises.size());
-  for (const LimitPromise& promise : table.promises) {
-    writer.put(promise.limit_m);
-    writer.put(promise.probability_threshold);
-    writer.put(promise.history_threshold);
-    writer.put(promise.alpha);
-    writer.put(promise.delta);
-    writer.put(promise.block_count);
-    writer.put(promise.place_count);
-    writer.put(promise.drive_count);
-    writer.put(promise.scope);
-    writer.put<std::uint8_t>(promise.is_earned ? 1 : 0);
-    writer.put(promise.calibration_miss_share);
-    writer.put_string(promise.method);
-    writer.put_string(promise.statement);
-  }
-  writer.put(table.site_count);
-  writer.put_array(table.range_index);
-  writer.put_array(table.flags);
-  writer.put<std::uint8_t>(table.plan ? 1 : 0);
-  if (table.plan) encode(*table.plan, writer);
-}
-
-void decode_own(ByteReader& reader, RangeTable& table) {
-  constexpr std::size_t kBytesPerPromise =
-      6 * sizeof(double) + 3 * 4 + 2 + 2 * sizeof(std::uint64_t);
-  decode(reader, table.looks);
-  reader.get(table.selection);
-  reader.get(table.dilation_m);
-  table.extrapolated_takes_static = reader.get<std::uint8_t>() != 0;
-  table.promises.resize(reader.get_count(kBytesPerPromise));
-  for (LimitPromise& promise : table.promises) {
-    reader.get(promise.limit_m);
-    reader.get(promise.probability_threshold);
-    reader.get(promise.history_threshold);
-    reader.get(promise.alpha);
-    reader.get(promise.delta);
-    reader.get(promise.block_count);
-    reader.get(promise.place_count);
-    reader.get(promise.drive_count);
-    reader.get(promise.scope);
-    const auto is_earned = reader.get<std::uint8_t>();
-    if (is_earned > 1) reader.fail();
-    promise.is_earned = is_earned == 1;
-    reader.get(promise.calibration_miss_share);
-    reader.get_string(promise.method);
-    reader.get_string(promise.statement);
-  }
-  reader.get(table.site_count);
-  reader.get_array(table.range_index);
-  reader.get_array(table.flags);
-  const auto has_plan = reader.get<std::uint8_t>();
-  if (has_plan > 1) reader.fail();
-  if (has_plan == 1) decode(reader, table.plan.emplace());
-}
-
 }  // namespace
 
 const std::vector<std::string>& risk_control_names() {
@@ -199,14 +130,6 @@ const std::vector<std::string>& risk_control_names() {
 
 const std::string& risk_control_name(RiskControl control) {
   return risk_control_names().at(static_cast<std::size_t>(control));
-}
-
-std::string_view selection_name(Selection selection) {
-  return selection == Selection::kMean ? "mean" : "probability";
-}
-
-std::string_view promise_scope_name(PromiseScope scope) {
-  return scope == PromiseScope::kNextDrive ? "next-drive" : "this-drive";
 }
 
 std::uint32_t simulated_site_count(const RangeTable& table) {
@@ -229,8 +152,7 @@ Result<void> validate(const RangeTable& table) {
 Table dump(const RangeTable& table) {
   Table out;
   out.name = "ranges";
-  out.facts.emplace_back("selection", std::string(selection_name(table.selection)));
-  out.facts.emplace_back("dilation_m", table.dilation_m);
+  out.facts = {{"selection", cell_of(table.selection)}, {"dilation_m", table.dilation_m}};
   append_promises(table, "", out);
   for (const RangeTable& samples : table.of_samples) append_promises(samples, "look_", out);
   out.columns = {"site", "limit_m", "range_m", "look", "unmet", "extrapolated", "static"};
@@ -238,9 +160,5 @@ Table dump(const RangeTable& table) {
   for (const RangeTable& samples : table.of_samples) append_rows(samples, out);
   return out;
 }
-
-void encode(const RangeTable& table, ByteWriter& writer) { encode_both(table, writer, encode_own); }
-
-void decode(ByteReader& reader, RangeTable& table) { decode_both(reader, table, decode_own); }
 
 }  // namespace sightline

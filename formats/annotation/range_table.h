@@ -10,12 +10,14 @@
 #include "formats/drive/look.h"
 #include "formats/drive/look_plan.h"
 #include "formats/grid/site_shape.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
 enum class Selection : std::uint8_t { kMean, kProbability };
-
-std::string_view selection_name(Selection selection);  // "mean", "probability"
+template <>
+inline constexpr auto kNamesOf<Selection> = enum_names("mean", "probability");
 
 // What sets the probability that is asked for (schemas/definitions.md, "Choice of range").
 enum class RiskControl : std::uint8_t { kConformal, kLearnThenTest, kEmpirical, kFixed };
@@ -29,8 +31,8 @@ enum class PromiseScope : std::uint8_t {
   kThisDrive,  // it was set on a drive that the trees learnt from too, or on one drive alone
   kNextDrive   // it was set on drives that the trees did not learn from
 };
-
-std::string_view promise_scope_name(PromiseScope scope);  // "this-drive", "next-drive"
+template <>
+inline constexpr auto kNamesOf<PromiseScope> = enum_names("this-drive", "next-drive");
 
 // Flags of a chosen range, as stored in the map.
 inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the most probable one
@@ -44,6 +46,7 @@ inline constexpr std::uint8_t kSimulatedAnswer = 128;
 // The promise behind the ranges of one limit.
 struct LimitPromise {
   double limit_m = 0.0;
+  std::string method;  // "mean", "conformal", "learn-then-test", "empirical", "fixed"
   double probability_threshold = 0.0;  // p*; 0 under the mean rule
   double history_threshold = 0.0;      // p* of sites with measured history; 0 where there are none
   double alpha = 0.0;                  // expected share of misses named by the user
@@ -56,9 +59,11 @@ struct LimitPromise {
   bool is_earned = false;  // of the next drive; false: of this drive, too few blocks, or no
                            // threshold reached alpha
   double calibration_miss_share = 0.0;  // out of fold, on the range chosen after dilation
-  std::string method;     // "mean", "conformal", "learn-then-test", "empirical", "fixed"
   std::string statement;  // one sentence for people: what is promised, or why nothing is
 };
+SIGHTLINE_FIELDS(LimitPromise, limit_m, method, probability_threshold, history_threshold, alpha,
+                 delta, block_count, place_count, drive_count, scope, is_earned,
+                 calibration_miss_share, statement)
 
 // How far to look at every site.
 struct RangeTable {
@@ -90,11 +95,13 @@ struct RangeTable {
     return flags[shape().index(site, limit)];
   }
 };
+SIGHTLINE_FIELDS(RangeTable, looks, selection, dilation_m, extrapolated_takes_static, promises,
+                 site_count, range_index, flags, plan, of_samples)
 
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 6;
+  static constexpr std::uint32_t kVersion = 7;
 };
 
 // Of its sites, those flagged kSimulatedAnswer for some limit.
@@ -103,7 +110,5 @@ std::uint32_t simulated_site_count(const RangeTable& table);
 // Error: invalid-artifact, also for an earned promise that is of this drive alone.
 Result<void> validate(const RangeTable& table);
 Table dump(const RangeTable& table);
-void encode(const RangeTable& table, ByteWriter& writer);
-void decode(ByteReader& reader, RangeTable& table);
 
 }  // namespace sightline

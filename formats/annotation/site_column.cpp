@@ -24,14 +24,4 @@ Table dump(const SiteColumn& column) {
   return table;
 }
 
-void encode(const SiteColumn& column, ByteWriter& writer) {
-  writer.put_string(column.name);
-  writer.put_array(column.values);
-}
-
-void decode(ByteReader& reader, SiteColumn& column) {
-  reader.get_string(column.name);
-  reader.get_array(column.values);
-}
-
 }  // namespace sightline

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -13,6 +14,7 @@ struct SiteColumn {
   std::string name;            // unit included: "clearance_m"
   std::vector<double> values;  // [site]; +-inf where there is none
 };
+SIGHTLINE_FIELDS(SiteColumn, name, values)
 
 template <>
 struct ArtifactTraits<SiteColumn> {
@@ -23,7 +25,5 @@ struct ArtifactTraits<SiteColumn> {
 // Error: invalid-artifact (no name, a value that is no number).
 Result<void> validate(const SiteColumn& column);
 Table dump(const SiteColumn& column);  // site, and a column of that name
-void encode(const SiteColumn& column, ByteWriter& writer);
-void decode(ByteReader& reader, SiteColumn& column);
 
 }  // namespace sightline

@@ -87,29 +87,4 @@ Table dump(const Sites& sites) {
   return table;
 }
 
-void encode(const Sites& sites, ByteWriter& writer) {
-  encode(sites.frame, writer);
-  writer.put(sites.spacing_m);
-  writer.put<std::uint64_t>(sites.sites.size());
-  for (const Site& site : sites.sites) {
-    writer.put(site.run);
-    writer.put(site.s_m);
-    encode(site.T_map_vehicle, writer);
-    for (int axis = 0; axis < 3; ++axis) writer.put(site.p_map_m[axis]);
-  }
-}
-
-void decode(ByteReader& reader, Sites& sites) {
-  constexpr std::size_t kBytesPerSite = 4 + 8 + 12 * 8 + 3 * 8;
-  decode(reader, sites.frame);
-  reader.get(sites.spacing_m);
-  sites.sites.resize(reader.get_count(kBytesPerSite));
-  for (Site& site : sites.sites) {
-    reader.get(site.run);
-    reader.get(site.s_m);
-    decode(reader, site.T_map_vehicle);
-    for (int axis = 0; axis < 3; ++axis) reader.get(site.p_map_m[axis]);
-  }
-}
-
 }  // namespace sightline

@@ -6,6 +6,7 @@
 
 #include "formats/artifact.h"
 #include "formats/geometry.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -16,12 +17,14 @@ struct Site {
   Pose T_map_vehicle = Pose::Identity();
   Eigen::Vector3d p_map_m = Eigen::Vector3d::Zero();  // the sensor's origin here
 };
+SIGHTLINE_FIELDS(Site, run, s_m, T_map_vehicle, p_map_m)
 
 struct Sites {
   MapFrame frame;
   double spacing_m = 1.0;
   std::vector<Site> sites;  // ascending by (run, s_m); a site's id is its index
 };
+SIGHTLINE_FIELDS(Sites, frame, spacing_m, sites)
 
 template <>
 struct ArtifactTraits<Sites> {
@@ -40,7 +43,5 @@ std::string_view name_of_way(double off_road_deg);
 
 Result<void> validate(const Sites& sites);
 Table dump(const Sites& sites);
-void encode(const Sites& sites, ByteWriter& writer);
-void decode(ByteReader& reader, Sites& sites);
 
 }  // namespace sightline

@@ -33,51 +33,6 @@ Error invalid_scan(std::size_t scan, const std::string& what) {
   return {ErrorCode::kInvalidArtifact, what, "", "scan " + std::to_string(scan)};
 }
 
-void encode(const ScanInfo& scan, ByteWriter& writer) {
-  writer.put(scan.recording_index);
-  writer.put(scan.stamp_ns);
-  writer.put_string(scan.source);
-  writer.put(scan.point_count);
-  writer.put(scan.nonfinite_count);
-  writer.put(scan.zero_count);
-  writer.put<std::uint8_t>(scan.T_world_vehicle.has_value() ? 1 : 0);
-  if (scan.T_world_vehicle) encode(*scan.T_world_vehicle, writer);
-  writer.put(scan.sensor_index);
-  writer.put(scan.part);
-  writer.put<std::uint8_t>(scan.has_point_times ? 1 : 0);
-}
-
-void decode(ByteReader& reader, ScanInfo& scan) {
-  reader.get(scan.recording_index);
-  reader.get(scan.stamp_ns);
-  reader.get_string(scan.source);
-  reader.get(scan.point_count);
-  reader.get(scan.nonfinite_count);
-  reader.get(scan.zero_count);
-  const auto has_pose = reader.get<std::uint8_t>();
-  if (has_pose > 1) reader.fail();
-  if (has_pose == 1) decode(reader, scan.T_world_vehicle.emplace());
-  reader.get(scan.sensor_index);
-  reader.get(scan.part);
-  const auto has_point_times = reader.get<std::uint8_t>();
-  if (has_point_times > 1) reader.fail();
-  scan.has_point_times = has_point_times == 1;
-}
-
-// Beside the number of scans: turn rates follow the scans.
-constexpr std::uint64_t kHasTurnRates = std::uint64_t{1} << 63;
-constexpr std::size_t kTurnRateSize = 8 + 3 * 8;
-
-void encode(const TurnRate& rate, ByteWriter& writer) {
-  writer.put(rate.stamp_ns);
-  for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
-}
-
-void decode(ByteReader& reader, TurnRate& rate) {
-  reader.get(rate.stamp_ns);
-  for (int axis = 0; axis < 3; ++axis) reader.get(rate.rate_rad_per_s[axis]);
-}
-
 // Errors: time-runs-backwards, invalid-artifact.
 Result<void> check_turn_rates(const std::vector<TurnRate>& rates) {
   for (std::size_t i = 0; i < rates.size(); ++i) {
@@ -142,11 +97,6 @@ std::string Drive::names_of_parts() const {
   std::string names = name;
   for (const std::string& part : later_parts) names += ", " + part;
   return names;
-}
-
-std::string_view scan_selection_name(ScanSelection selection) {
-  constexpr std::string_view kNames[] = {"all", "even", "odd"};
-  return kNames[static_cast<std::size_t>(selection)];
 }
 
 bool is_selected(const ScanInfo& scan, ScanSelection selection) {
@@ -228,48 +178,6 @@ Table dump(const Drive& drive) {
     }
   }
   return table;
-}
-
-void encode(const Drive& drive, ByteWriter& writer) {
-  writer.put_string(drive.name);
-  encode(drive.sensor, writer);
-  writer.put<std::uint64_t>(drive.other_sensors.size());
-  for (const SensorProfile& other : drive.other_sensors) encode(other, writer);
-  writer.put<std::uint64_t>(drive.later_parts.size());
-  for (const std::string& part : drive.later_parts) writer.put_string(part);
-  encode(drive.frame, writer);
-  const bool has_rates = !drive.turn_rates.empty();
-  writer.put<std::uint64_t>(drive.scans.size() | (has_rates ? kHasTurnRates : 0));
-  for (const ScanInfo& scan : drive.scans) encode(scan, writer);
-  if (!has_rates) return;
-  writer.put<std::uint64_t>(drive.turn_rates.size());
-  for (const TurnRate& rate : drive.turn_rates) encode(rate, writer);
-}
-
-void decode(ByteReader& reader, Drive& drive) {
-  // The fixed part of a scan without a pose, and of a profile.
-  constexpr std::size_t kLeastScanSize = 4 + 8 + 8 + 3 * 8 + 1 + 4 + 4 + 1;
-  constexpr std::size_t kLeastSensorSize = 8 + 8 + 4 * 8 + 12 * 8;
-  reader.get_string(drive.name);
-  decode(reader, drive.sensor);
-  drive.other_sensors.clear();
-  drive.other_sensors.resize(reader.get_count(kLeastSensorSize));
-  for (SensorProfile& other : drive.other_sensors) decode(reader, other);
-  drive.later_parts.clear();
-  drive.later_parts.resize(reader.get_count(sizeof(std::uint64_t)));
-  for (std::string& part : drive.later_parts) reader.get_string(part);
-  decode(reader, drive.frame);
-  const auto scans = reader.get<std::uint64_t>();
-  const std::uint64_t count = scans & ~kHasTurnRates;
-  if (count > reader.remaining() / kLeastScanSize) reader.fail();
-  drive.scans.clear();
-  drive.scans.resize(reader.ok() ? count : 0);
-  for (ScanInfo& scan : drive.scans) decode(reader, scan);
-  drive.turn_rates.clear();
-  if ((scans & kHasTurnRates) == 0) return;
-  drive.turn_rates.resize(reader.get_count(kTurnRateSize));
-  if (drive.turn_rates.empty()) reader.fail();
-  for (TurnRate& rate : drive.turn_rates) decode(reader, rate);
 }
 
 Drive with_store(Drive drive, std::shared_ptr<const ScanStore> store) {

@@ -11,6 +11,8 @@
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/turn_rate.h"
 #include "formats/geometry.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -55,6 +57,8 @@ struct ScanInfo {
   std::uint32_t part = 0;               // of the drive's parts, see Drive::later_parts
   bool has_point_times = false;         // its points carry times of their own
 };
+SIGHTLINE_FIELDS(ScanInfo, recording_index, stamp_ns, source, point_count, nonfinite_count,
+                 zero_count, T_world_vehicle, sensor_index, part, has_point_times)
 
 // At least so long apart, so that no motion is followed from one part of a drive to the next.
 inline constexpr std::int64_t kPauseBetweenParts_ns = 60'000'000'000;
@@ -79,27 +83,25 @@ struct Drive {
   [[nodiscard]] const std::string& name_of_part(std::uint32_t part) const;
   [[nodiscard]] std::string names_of_parts() const;  // "monday, tuesday"
 };
+SIGHTLINE_SOME_FIELDS(Drive, name, sensor, other_sensors, later_parts, frame, scans, turn_rates)
 
 template <>
 struct ArtifactTraits<Drive> {
   static constexpr std::string_view kName = "drive";
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
   static constexpr bool kRefersOutside = true;  // the store
 };
 
 // Which scans of a recording a pass uses, by recording_index.
 enum class ScanSelection : std::uint8_t { kAll, kEven, kOdd };
-std::string_view scan_selection_name(ScanSelection selection);  // all, even, odd
+template <>
+inline constexpr auto kNamesOf<ScanSelection> = enum_names("all", "even", "odd");
 bool is_selected(const ScanInfo& scan, ScanSelection selection);
 
 Result<void> validate(const Drive& drive);  // says nothing about the store
 Table dump(const Drive& drive);
-// All but the store: a decoded drive has none until with_store() gives it back. A drive without
-// turn rates has the bytes that it had before there were any.
-void encode(const Drive& drive, ByteWriter& writer);
-void decode(ByteReader& reader, Drive& drive);
 
-// The drive with its scans behind it, for example after decode.
+// The drive with its scans behind it, for example after decode, which leaves it without.
 Drive with_store(Drive drive, std::shared_ptr<const ScanStore> store);
 
 }  // namespace sightline

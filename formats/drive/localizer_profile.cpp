@@ -62,24 +62,4 @@ std::string to_text(const LocalizerProfile& profile) {
   return localizer_title(profile) + (parameters.empty() ? "" : " (" + parameters + ")");
 }
 
-void encode(const LocalizerProfile& profile, ByteWriter& writer) {
-  writer.put_string(profile.name);
-  writer.put(profile.version);
-  writer.put<std::uint64_t>(profile.parameters.size());
-  for (const auto& [name, value] : profile.parameters) {
-    writer.put_string(name);
-    writer.put_string(value);
-  }
-}
-
-void decode(ByteReader& reader, LocalizerProfile& profile) {
-  reader.get_string(profile.name);
-  reader.get(profile.version);
-  profile.parameters.resize(reader.get_count(2 * sizeof(std::uint64_t)));
-  for (auto& [name, value] : profile.parameters) {
-    reader.get_string(name);
-    reader.get_string(value);
-  }
-}
-
 }  // namespace sightline

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "formats/base/bytes.h"
 #include "formats/base/result.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -21,6 +21,7 @@ struct LocalizerProfile {
   std::vector<std::pair<std::string, std::string>> parameters;
   friend bool operator==(const LocalizerProfile&, const LocalizerProfile&) = default;
 };
+SIGHTLINE_FIELDS(LocalizerProfile, name, version, parameters)
 
 // 1 to 64 printable characters of ASCII without a blank or '/', which stands before a version.
 bool is_localizer_name(std::string_view name);
@@ -38,8 +39,5 @@ std::string localizer_title(const LocalizerProfile& profile);
 std::string parameters_text(const LocalizerProfile& profile);
 // Both: "searching v3 (coarse_cells=1, leaf_m=1)".
 std::string to_text(const LocalizerProfile& profile);
-
-void encode(const LocalizerProfile& profile, ByteWriter& writer);
-void decode(ByteReader& reader, LocalizerProfile& profile);
 
 }  // namespace sightline

@@ -192,31 +192,4 @@ Result<void> validate(const std::vector<Look>& looks) {
   return {};
 }
 
-void encode(const std::vector<Look>& looks, ByteWriter& writer) {
-  writer.put<std::uint64_t>(looks.size());
-  for (const Look& look : looks) {
-    writer.put(look.range_m);
-    writer.put(look.return_count);
-    writer.put(look.even_beyond_m);
-    writer.put(look.point_count);
-    writer.put<std::uint8_t>(look.is_by_normals ? 1 : 0);
-    writer.put(look.mode);
-  }
-}
-
-void decode(ByteReader& reader, std::vector<Look>& looks) {
-  constexpr std::size_t kBytesPerLook = 2 * sizeof(double) + 2 * sizeof(std::uint32_t) + 2;
-  looks.resize(reader.get_count(kBytesPerLook));
-  for (Look& look : looks) {
-    reader.get(look.range_m);
-    reader.get(look.return_count);
-    reader.get(look.even_beyond_m);
-    reader.get(look.point_count);
-    const auto is_by_normals = reader.get<std::uint8_t>();
-    reader.get(look.mode);
-    if (is_by_normals > 1 || look.mode > LookMode::kSettle) reader.fail();
-    look.is_by_normals = is_by_normals == 1;
-  }
-}
-
 }  // namespace sightline

@@ -5,14 +5,17 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/bytes.h"
 #include "formats/base/result.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
 // How a localization begins: searching from up to a metre off, or settling on the last level alone,
 // for a vehicle that tracks.
 enum class LookMode : std::uint8_t { kSearch, kSettle };
+template <>
+inline constexpr auto kNamesOf<LookMode> = enum_names("search", "settle");
 
 // How a vehicle's scan becomes the points that are matched (schemas/definitions.md, "Looks").
 // As text, in this order, what is left out in brackets:
@@ -31,6 +34,7 @@ struct Look {
   LookMode mode = LookMode::kSearch;
   friend bool operator==(const Look&, const Look&) = default;
 };
+SIGHTLINE_FIELDS(Look, range_m, return_count, even_beyond_m, point_count, is_by_normals, mode)
 
 // The paper's: every return within the range.
 inline Look every_return(double range_m) { return {.range_m = range_m}; }
@@ -60,8 +64,5 @@ Result<void> validate(const Look& look);
 // What the tables of a map are ordered by: one look or more, each valid, none twice; those that
 // take every return ascend by range. Error: invalid-artifact, naming the look.
 Result<void> validate(const std::vector<Look>& looks);
-
-void encode(const std::vector<Look>& looks, ByteWriter& writer);
-void decode(ByteReader& reader, std::vector<Look>& looks);
 
 }  // namespace sightline

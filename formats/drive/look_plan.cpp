@@ -52,27 +52,4 @@ std::string to_text(const LookPlan& plan) {
          "; where the test doubts it, " + to_text(plan.second);
 }
 
-void encode(const LookPlan& plan, ByteWriter& writer) {
-  writer.put(plan.limit_m);
-  encode(std::vector<Look>{plan.first, plan.second}, writer);
-  for (const double weight : plan.test.weights) writer.put(weight);
-  writer.put(plan.test.constant);
-  writer.put(plan.doubt_above);
-}
-
-void decode(ByteReader& reader, LookPlan& plan) {
-  reader.get(plan.limit_m);
-  std::vector<Look> looks;
-  decode(reader, looks);
-  if (looks.size() == 2) {
-    plan.first = looks[0];
-    plan.second = looks[1];
-  } else {
-    reader.fail();
-  }
-  for (double& weight : plan.test.weights) reader.get(weight);
-  reader.get(plan.test.constant);
-  reader.get(plan.doubt_above);
-}
-
 }  // namespace sightline

@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "formats/base/bytes.h"
 #include "formats/base/result.h"
 #include "formats/drive/look.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -25,6 +25,7 @@ struct LookTest {
   double constant = 0.0;
   friend bool operator==(const LookTest&, const LookTest&) = default;
 };
+SIGHTLINE_FIELDS(LookTest, weights, constant)
 double doubt_of(const LookTest& test, const LookSigns& signs);
 
 // How a vehicle localizes that tracks: a cheap look from where it foretold itself; a test of what
@@ -38,6 +39,7 @@ struct LookPlan {
   Look second;
   friend bool operator==(const LookPlan&, const LookPlan&) = default;
 };
+SIGHTLINE_FIELDS(LookPlan, limit_m, first, test, doubt_above, second)
 
 // Limit above 0 and finite; both looks valid; weights and constant finite; doubt_above a number, or
 // infinite: then the second look never follows (+) or always (-). Error: bad-argument.
@@ -49,8 +51,5 @@ LookPlan plan_at(const LookPlan& plan, const Look& look);
 
 // The limit and the two looks, for people.
 std::string to_text(const LookPlan& plan);
-
-void encode(const LookPlan& plan, ByteWriter& writer);
-void decode(ByteReader& reader, LookPlan& plan);
 
 }  // namespace sightline

@@ -34,23 +34,4 @@ Table dump(const RecordingCards& recordings) {
   return table;
 }
 
-void encode(const RecordingCards& recordings, ByteWriter& writer) {
-  writer.put<std::uint64_t>(recordings.cards.size());
-  for (const RecordingCard& card : recordings.cards) {
-    writer.put_string(card.role);
-    writer.put_string(card.name);
-    writer.append(card.digest.data(), card.digest.size());
-  }
-}
-
-void decode(ByteReader& reader, RecordingCards& recordings) {
-  constexpr std::size_t kBytesPerCard = 2 * sizeof(std::uint64_t) + sizeof(Digest);
-  recordings.cards.resize(reader.get_count(kBytesPerCard));
-  for (RecordingCard& card : recordings.cards) {
-    reader.get_string(card.role);
-    reader.get_string(card.name);
-    for (std::uint8_t& byte : card.digest) reader.get(byte);
-  }
-}
-
 }  // namespace sightline

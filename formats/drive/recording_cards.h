@@ -6,6 +6,7 @@
 
 #include "formats/artifact.h"
 #include "formats/base/hash.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -17,12 +18,14 @@ struct RecordingCard {
   Digest digest{};  // Recording::digest; schemas/model_format.md says how it is made
   friend bool operator==(const RecordingCard&, const RecordingCard&) = default;
 };
+SIGHTLINE_FIELDS(RecordingCard, role, name, digest)
 
 // All recordings behind the numbers of one place.
 struct RecordingCards {
   std::vector<RecordingCard> cards;  // at least one; each role once
   friend bool operator==(const RecordingCards&, const RecordingCards&) = default;
 };
+SIGHTLINE_FIELDS(RecordingCards, cards)
 
 template <>
 struct ArtifactTraits<RecordingCards> {
@@ -33,7 +36,5 @@ struct ArtifactTraits<RecordingCards> {
 // Error: invalid-artifact, also for a digest of zeros, which nobody took.
 Result<void> validate(const RecordingCards& recordings);
 Table dump(const RecordingCards& recordings);
-void encode(const RecordingCards& recordings, ByteWriter& writer);
-void decode(ByteReader& reader, RecordingCards& recordings);
 
 }  // namespace sightline

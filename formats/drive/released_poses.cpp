@@ -53,14 +53,4 @@ Table dump(const ReleasedPoses& released) {
   return table;
 }
 
-void encode(const ReleasedPoses& released, ByteWriter& writer) {
-  encode(released.trajectory, writer);
-  writer.put_array(released.scans);
-}
-
-void decode(ByteReader& reader, ReleasedPoses& released) {
-  decode(reader, released.trajectory);
-  reader.get_array(released.scans);
-}
-
 }  // namespace sightline

@@ -6,6 +6,7 @@
 #include "formats/base/hash.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -15,6 +16,7 @@ struct ReleasedPoses {
   Trajectory trajectory;
   std::vector<Digest> scans;  // of each pose: which scan (ScanStore::identity)
 };
+SIGHTLINE_FIELDS(ReleasedPoses, trajectory, scans)
 
 template <>
 struct ArtifactTraits<ReleasedPoses> {
@@ -30,7 +32,5 @@ std::vector<const TrajectoryPose*> poses_of(const Drive& drive, const ReleasedPo
 
 Result<void> validate(const ReleasedPoses& released);
 Table dump(const ReleasedPoses& released);
-void encode(const ReleasedPoses& released, ByteWriter& writer);
-void decode(ByteReader& reader, ReleasedPoses& released);
 
 }  // namespace sightline

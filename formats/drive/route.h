@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -15,6 +17,8 @@ enum class RouteHeights : std::uint8_t {
   kRoad,     // of the road's surface
   kVehicle,  // of the vehicle's origin, as poses tell
 };
+template <>
+inline constexpr auto kNamesOf<RouteHeights> = enum_names("none", "road", "vehicle");
 
 // A line that vehicles drive along, in its own direction.
 struct RouteLine {
@@ -23,12 +27,14 @@ struct RouteLine {
   bool is_both_ways = false;                    // it is driven in the other direction too
   std::vector<Eigen::Vector3d> points_world_m;  // two or more, in the map's own coordinates
 };
+SIGHTLINE_FIELDS(RouteLine, name, heights, is_both_ways, points_world_m)
 
 // Where places of a map are to be annotated, though nobody may have driven there.
 struct Route {
   std::string name;  // of its file
   std::vector<RouteLine> lines;
 };
+SIGHTLINE_FIELDS(Route, name, lines)
 
 template <>
 struct ArtifactTraits<Route> {
@@ -39,7 +45,5 @@ struct ArtifactTraits<Route> {
 // Error: invalid-artifact (no line, a line of fewer than two points, a point that is not finite).
 Result<void> validate(const Route& route);
 Table dump(const Route& route);
-void encode(const Route& route, ByteWriter& writer);
-void decode(ByteReader& reader, Route& route);
 
 }  // namespace sightline

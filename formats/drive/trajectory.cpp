@@ -3,23 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/record/cells.h"
+
 namespace sightline {
 namespace {
 
 Error invalid_pose(std::size_t pose, const std::string& message) {
   return {ErrorCode::kInvalidArtifact, message, "", "pose " + std::to_string(pose)};
-}
-
-std::string to_text(PoseSource source) {
-  switch (source) {
-    case PoseSource::kGiven:
-      return "given";
-    case PoseSource::kRefined:
-      return "refined";
-    case PoseSource::kEstimated:
-      return "estimated";
-  }
-  return "";
 }
 
 // Symmetric to the last bit: only one triangle is written.
@@ -28,7 +18,7 @@ bool is_covariance(const PoseCovariance::Matrix& covariance) {
          covariance.diagonal().minCoeff() >= 0.0;
 }
 
-void encode_covariance(const PoseCovariance::Matrix& covariance, ByteWriter& writer) {
+void encode(const PoseCovariance& covariance, ByteWriter& writer) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) writer.put(covariance(i, j));
   }
@@ -65,6 +55,27 @@ const PoseCovariance::Matrix& PoseCovariance::matrix() const {
   return matrix_ ? *matrix_ : zero;
 }
 
+void encode(const TrajectoryPose& pose, ByteWriter& writer) {
+  writer.put(pose.recording_index);
+  writer.put(pose.stamp_ns);
+  encode(pose.T_map_vehicle, writer);
+  encode(pose.covariance, writer);
+  writer.put(pose.piece | (pose.is_laid ? 0 : kNotLaid));
+  writer.put(pose.overlap.value_or(kNotMeasured));
+}
+
+void decode(ByteReader& reader, TrajectoryPose& pose) {
+  reader.get(pose.recording_index);
+  reader.get(pose.stamp_ns);
+  decode(reader, pose.T_map_vehicle);
+  pose.covariance = decode_covariance(reader);
+  const auto piece = reader.get<std::uint32_t>();
+  pose.piece = piece & ~kNotLaid;
+  pose.is_laid = (piece & kNotLaid) == 0;
+  const auto overlap = reader.get<double>();
+  if (overlap != kNotMeasured) pose.overlap = overlap;
+}
+
 Trajectory rebase(const Trajectory& trajectory, const MapFrame& to) {
   Trajectory told = trajectory;
   told.frame = to;
@@ -75,7 +86,7 @@ Trajectory rebase(const Trajectory& trajectory, const MapFrame& to) {
 }
 
 Result<void> validate(const Trajectory& trajectory) {
-  if (!trajectory.frame.origin_world_m.allFinite() || to_text(trajectory.source).empty() ||
+  if (!trajectory.frame.origin_world_m.allFinite() || name_of(trajectory.source).empty() ||
       !is_residual(trajectory.rms_translation_residual_m) ||
       !is_residual(trajectory.rms_rotation_residual_rad)) {
     return Error{ErrorCode::kInvalidArtifact,
@@ -113,12 +124,7 @@ Table dump(const Trajectory& trajectory) {
   Table table;
   table.name = "trajectory";
   append_facts(trajectory.frame, table);
-  table.facts.emplace_back("source", to_text(trajectory.source));
-  table.facts.emplace_back("odometry_edges", std::int64_t{trajectory.odometry_edges});
-  table.facts.emplace_back("loop_edges", std::int64_t{trajectory.loop_edges});
-  table.facts.emplace_back("prior_edges", std::int64_t{trajectory.prior_edges});
-  table.facts.emplace_back("rms_translation_residual_m", trajectory.rms_translation_residual_m);
-  table.facts.emplace_back("rms_rotation_residual_rad", trajectory.rms_rotation_residual_rad);
+  append_facts(trajectory, table);
   table.columns = {"recording_index", "stamp_ns"};
   append_pose_columns(table.columns);
   const std::vector<std::string> sigmas = {"sigma_x_m",    "sigma_y_m",    "sigma_z_m",
@@ -132,54 +138,11 @@ Table dump(const Trajectory& trajectory) {
     append_cells(pose.T_map_vehicle, row);
     for (int i = 0; i < 6; ++i) row.emplace_back(std::sqrt(pose.covariance(i, i)));
     row.emplace_back(std::int64_t{pose.piece});
-    row.push_back(pose.overlap ? Cell(*pose.overlap) : Cell(std::string()));
-    if (!are_all_laid) row.emplace_back(std::int64_t{pose.is_laid ? 1 : 0});
+    row.push_back(cell_of(pose.overlap));
+    if (!are_all_laid) row.push_back(cell_of(pose.is_laid));
     table.rows.push_back(std::move(row));
   }
   return table;
-}
-
-void encode(const Trajectory& trajectory, ByteWriter& writer) {
-  encode(trajectory.frame, writer);
-  writer.put(trajectory.source);
-  writer.put(trajectory.odometry_edges);
-  writer.put(trajectory.loop_edges);
-  writer.put(trajectory.prior_edges);
-  writer.put(trajectory.rms_translation_residual_m);
-  writer.put(trajectory.rms_rotation_residual_rad);
-  writer.put<std::uint64_t>(trajectory.poses.size());
-  for (const TrajectoryPose& pose : trajectory.poses) {
-    writer.put(pose.recording_index);
-    writer.put(pose.stamp_ns);
-    encode(pose.T_map_vehicle, writer);
-    encode_covariance(pose.covariance.matrix(), writer);
-    writer.put(pose.piece | (pose.is_laid ? 0 : kNotLaid));
-    writer.put(pose.overlap.value_or(kNotMeasured));
-  }
-}
-
-void decode(ByteReader& reader, Trajectory& trajectory) {
-  constexpr std::size_t kBytesPerPose = 4 + 8 + 12 * 8 + 21 * 8 + 4 + 8;
-  decode(reader, trajectory.frame);
-  reader.get(trajectory.source);
-  reader.get(trajectory.odometry_edges);
-  reader.get(trajectory.loop_edges);
-  reader.get(trajectory.prior_edges);
-  reader.get(trajectory.rms_translation_residual_m);
-  reader.get(trajectory.rms_rotation_residual_rad);
-  trajectory.poses.resize(reader.get_count(kBytesPerPose));
-  for (TrajectoryPose& pose : trajectory.poses) {
-    reader.get(pose.recording_index);
-    reader.get(pose.stamp_ns);
-    decode(reader, pose.T_map_vehicle);
-    pose.covariance = decode_covariance(reader);
-    const auto piece = reader.get<std::uint32_t>();
-    pose.piece = piece & ~kNotLaid;
-    pose.is_laid = (piece & kNotLaid) == 0;
-    double overlap = kNotMeasured;
-    reader.get(overlap);
-    if (overlap != kNotMeasured) pose.overlap = overlap;
-  }
 }
 
 }  // namespace sightline

@@ -8,10 +8,14 @@
 
 #include "formats/artifact.h"
 #include "formats/geometry.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
 enum class PoseSource : std::uint8_t { kGiven, kRefined, kEstimated };
+template <>
+inline constexpr auto kNamesOf<PoseSource> = enum_names("given", "refined", "estimated");
 
 // Of a pose, 6 x 6: see TrajectoryPose. Zero takes no memory and copies share what they hold: a
 // street has many poses, held more than once, and where poses are given none has a covariance.
@@ -44,6 +48,10 @@ struct TrajectoryPose {
   // new is not, and no pass behind choose-scans takes it.
   bool is_laid = true;
 };
+// An overlap that was not measured is -1, and the highest bit of `piece` says that a scan is not
+// laid.
+void encode(const TrajectoryPose& pose, ByteWriter& writer);
+void decode(ByteReader& reader, TrajectoryPose& pose);
 
 // Where the vehicle was at each scan of a drive, in `frame`; one pose per scan, in time order.
 // Pieces are numbered 0, 1, 2, ... in the order of their first scans.
@@ -58,6 +66,8 @@ struct Trajectory {
   double rms_translation_residual_m = 0.0;
   double rms_rotation_residual_rad = 0.0;
 };
+SIGHTLINE_FIELDS(Trajectory, frame, source, odometry_edges, loop_edges, prior_edges,
+                 rms_translation_residual_m, rms_rotation_residual_rad, poses)
 
 template <>
 struct ArtifactTraits<Trajectory> {
@@ -70,7 +80,5 @@ Trajectory rebase(const Trajectory& trajectory, const MapFrame& to);
 
 Result<void> validate(const Trajectory& trajectory);
 Table dump(const Trajectory& trajectory);
-void encode(const Trajectory& trajectory, ByteWriter& writer);
-void decode(ByteReader& reader, Trajectory& trajectory);
 
 }  // namespace sightline

@@ -8,6 +8,7 @@
 #include "formats/artifact.h"
 #include "formats/evaluation/evaluation_scores.h"
 #include "formats/evaluation/look_evaluation.h"
+#include "formats/record/fields.h"
 
 // How the ranges of a map fare on a drive. Coverage always stands beside time: a rule that misses
 // the limit often is quick for that reason. Only sites where the drive has a scan are judged.
@@ -44,11 +45,14 @@ struct Evaluation {
     return chosen_range_index[row * sites.size() + judged];
   }
 };
+SIGHTLINE_FIELDS(Evaluation, drive, reference, site_count, out_of_fold_count, stretch_m, limits_m,
+                 statics, rules, reliability, streets, sites, error_m, time_ms, chosen_range_index,
+                 of_samples)
 
 template <>
 struct ArtifactTraits<Evaluation> {
   static constexpr std::string_view kName = "evaluation";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 Result<void> validate(const Evaluation& evaluation);
@@ -56,8 +60,6 @@ Table dump(const Evaluation& evaluation);  // the rules
 // Rules, static ranges, types of street, reliability, errors at every range, and the sites with
 // every rule's choice (schemas/evaluation.schema.json).
 std::vector<Table> tables(const Evaluation& evaluation);
-void encode(const Evaluation& evaluation, ByteWriter& writer);
-void decode(ByteReader& reader, Evaluation& evaluation);
 
 // For people: the paper's Tables I and II, every rule at every limit with the worst stretch and
 // its place, types of street, and promised against observed coverage; aligned, with units.

@@ -5,6 +5,8 @@
 #include <string_view>
 
 #include "formats/model/street_type.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 // The rows of an evaluation (formats/evaluation/evaluation.h).
 
@@ -21,6 +23,8 @@ struct StaticScore {
   double r_squared = 0.0;  // of predicted mean error; 0 where all measured errors are one
   double rmse_m = 0.0;
 };
+SIGHTLINE_FIELDS(StaticScore, range_m, mean_error_m, mean_time_ms, max_site_time_ms,
+                 max_run_time_ms, mean_work, r_squared, rmse_m)
 
 // Who chooses the range.
 enum class Rule : std::uint8_t {
@@ -31,15 +35,17 @@ enum class Rule : std::uint8_t {
   kStaticLongest,
   kOracle,  // shortest that truly met the limit, else the longest
 };
-inline constexpr std::size_t kRuleCount = 6;
-// "map", "mean", "probability", "static-equal-coverage", ...
-std::string_view rule_name(Rule rule);
+template <>
+inline constexpr auto kNamesOf<Rule> = enum_names("map", "mean", "probability",
+                                                  "static-equal-coverage", "static-longest",
+                                                  "oracle");
+inline constexpr std::size_t kRuleCount = kNamesOf<Rule>.size();
 
 // One rule at one limit. Shares are of judged sites; ratios are to the static longest range, and 0
 // where that took no time.
 struct RuleScore {
-  double limit_m = 0.0;
   Rule rule = Rule::kMap;
+  double limit_m = 0.0;
   double coverage = 0.0;  // error at the chosen range <= limit
   double mean_error_m = 0.0;
   double p95_error_m = 0.0;  // linear interpolation
@@ -55,13 +61,16 @@ struct RuleScore {
   std::uint32_t worst_begin_site = 0;
   std::uint32_t worst_end_site = 0;  // its last site
 };
+SIGHTLINE_FIELDS(RuleScore, rule, limit_m, coverage, mean_error_m, p95_error_m, mean_range_m,
+                 time_ratio, work_ratio, mean_time_ms, max_site_time_ms, max_run_time_ms,
+                 unmet_share, extrapolated_share, worst_coverage, worst_begin_site, worst_end_site)
 
 // One rule at one limit over the judged sites of one type of street.
 struct StreetScore {
-  double limit_m = 0.0;
   Rule rule = Rule::kMap;
   StreetType street = StreetType::kUnknown;
   std::uint32_t site_count = 0;
+  double limit_m = 0.0;
   double site_share = 0.0;  // of all judged sites
   double coverage = 0.0;
   double mean_error_m = 0.0;
@@ -70,6 +79,8 @@ struct StreetScore {
   double time_ratio = 0.0;  // to the static longest range at the same sites
   double work_ratio = 0.0;
 };
+SIGHTLINE_FIELDS(StreetScore, rule, street, site_count, limit_m, site_share, coverage, mean_error_m,
+                 p95_error_m, mean_range_m, time_ratio, work_ratio)
 
 // Pairs (site, range) whose predicted P(error <= limit) lies in one tenth.
 struct ReliabilityBin {
@@ -78,14 +89,16 @@ struct ReliabilityBin {
   double observed = 0.0;  // share that met the limit
   std::uint32_t count = 0;
 };
+SIGHTLINE_FIELDS(ReliabilityBin, limit_m, promised, observed, count)
 
 struct JudgedSite {
   std::uint32_t site = 0;
   std::uint32_t run = 0;
   double s_m = 0.0;
-  double p_x_map_m = 0.0;
-  double p_y_map_m = 0.0;
+  double p_x_m = 0.0;  // map frame
+  double p_y_m = 0.0;
   StreetType street = StreetType::kUnknown;
 };
+SIGHTLINE_FIELDS(JudgedSite, site, run, s_m, p_x_m, p_y_m, street)
 
 }  // namespace sightline

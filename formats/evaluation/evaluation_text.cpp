@@ -59,8 +59,8 @@ std::string worst_place(const Evaluation& evaluation, const RuleScore& score) {
   const auto place = [&](std::uint32_t site) {
     const JudgedSite& judged = judged_site(evaluation, site);
     // Plus 0: no minus before a zero.
-    return "(" + fixed(std::round(judged.p_x_map_m) + 0.0, 0) + ", " +
-           fixed(std::round(judged.p_y_map_m) + 0.0, 0) + ")";
+    return "(" + fixed(std::round(judged.p_x_m) + 0.0, 0) + ", " +
+           fixed(std::round(judged.p_y_m) + 0.0, 0) + ")";
   };
   return std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site) +
          ", " + place(score.worst_begin_site) + " to " + place(score.worst_end_site);
@@ -75,7 +75,7 @@ std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
                     "work ratio", "unmet %", "worst stretch %", "its sites, map x, y (m)"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
-    grid.push_back({std::string(rule_name(score.rule)), in_percent(score.coverage),
+    grid.push_back({std::string(name_of(score.rule)), in_percent(score.coverage),
                     in_centimetres(score.mean_error_m), in_centimetres(score.p95_error_m),
                     fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
                     fixed(score.work_ratio, 3), in_percent(score.unmet_share),
@@ -94,12 +94,12 @@ std::string street_cell(const StreetScore& score) {
 std::string streets_at(const Evaluation& evaluation, std::size_t limit) {
   TextGrid grid = {{"rule"}, {"share of sites %"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
-    grid.push_back({std::string(rule_name(static_cast<Rule>(i)))});
+    grid.push_back({std::string(name_of(static_cast<Rule>(i)))});
   }
   for (const StreetScore& score : evaluation.streets) {
     if (score.limit_m != evaluation.limits_m[limit]) continue;
     if (score.rule == Rule::kMap) {
-      grid[0].emplace_back(street_type_name(score.street));
+      grid[0].emplace_back(name_of(score.street));
       grid[1].push_back(in_percent(score.site_share));
     }
     grid[2 + static_cast<std::size_t>(score.rule)].push_back(street_cell(score));

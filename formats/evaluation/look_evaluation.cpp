@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/record/cells.h"
 #include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
@@ -50,7 +51,7 @@ std::string rules_text(const LookEvaluation& evaluation) {
   TextGrid grid = {{"limit", "rule", "coverage %", "time ratio", "work ratio"}};
   for (const LookRuleScore& score : evaluation.rules) {
     if (!is_told(evaluation, score)) continue;
-    grid.push_back({limit_text(score.limit_m), std::string(look_rule_name(score.rule)),
+    grid.push_back({limit_text(score.limit_m), std::string(name_of(score.rule)),
                     in_percent(score.coverage), fixed(score.time_ratio, 3),
                     fixed(score.work_ratio, 3)});
   }
@@ -75,11 +76,6 @@ std::string statics_text(const LookEvaluation& evaluation) {
 }
 
 }  // namespace
-
-std::string_view look_rule_name(LookRule rule) {
-  constexpr std::string_view kNames[] = {"map", "static", "static-without-map", "oracle"};
-  return kNames[static_cast<std::size_t>(rule)];
-}
 
 Result<void> validate(const LookEvaluation& evaluation) {
   const auto invalid = [](const std::string& message) {
@@ -108,59 +104,11 @@ Result<void> validate(const LookEvaluation& evaluation) {
   return {};
 }
 
-void encode(const LookEvaluation& evaluation, ByteWriter& writer) {
-  writer.put_array(evaluation.limits_m);
-  writer.put<std::uint8_t>(evaluation.has_baselines ? 1 : 0);
-  std::vector<Look> looks;
-  for (const StaticLook& look : evaluation.statics) looks.push_back(look.look);
-  encode(looks, writer);
-  for (const StaticLook& look : evaluation.statics) {
-    writer.put_array(look.coverage);
-    writer.put(look.mean_error_m);
-    writer.put(look.time_ratio);
-    writer.put(look.work_ratio);
-  }
-  writer.put<std::uint64_t>(evaluation.rules.size());
-  for (const LookRuleScore& score : evaluation.rules) {
-    writer.put(score.limit_m);
-    writer.put(score.rule);
-    writer.put(score.coverage);
-    writer.put(score.time_ratio);
-    writer.put(score.work_ratio);
-  }
-}
-
-void decode(ByteReader& reader, LookEvaluation& evaluation) {
-  reader.get_array(evaluation.limits_m);
-  evaluation.has_baselines = reader.get<std::uint8_t>() != 0;
-  std::vector<Look> looks;
-  decode(reader, looks);
-  for (const Look& look : looks) {
-    StaticLook& scored = evaluation.statics.emplace_back();
-    scored.look = look;
-    reader.get_array(scored.coverage);
-    reader.get(scored.mean_error_m);
-    reader.get(scored.time_ratio);
-    reader.get(scored.work_ratio);
-  }
-  evaluation.rules.resize(reader.get_count(4 * sizeof(double) + 1));
-  for (LookRuleScore& score : evaluation.rules) {
-    reader.get(score.limit_m);
-    reader.get(score.rule);
-    if (static_cast<std::size_t>(score.rule) >= kLookRuleCount) return reader.fail();
-    reader.get(score.coverage);
-    reader.get(score.time_ratio);
-    reader.get(score.work_ratio);
-  }
-}
-
 std::vector<Table> tables(const LookEvaluation& evaluation) {
-  Table rules{
-      "evaluation-looks", {"rule", "limit_m", "coverage", "time_ratio", "work_ratio"}, {}, {}};
+  Table rules{"evaluation-looks", {}, {}, {}};
+  append_columns<LookRuleScore>(rules.columns);
   for (const LookRuleScore& score : evaluation.rules) {
-    if (!is_told(evaluation, score)) continue;
-    rules.rows.push_back({std::string(look_rule_name(score.rule)), score.limit_m, score.coverage,
-                          score.time_ratio, score.work_ratio});
+    if (is_told(evaluation, score)) append_cells(score, rules.rows.emplace_back());
   }
   Table statics{"evaluation-static-looks",
                 {"look", "limit_m", "coverage", "mean_error_m", "time_ratio", "work_ratio"},

@@ -5,9 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/bytes.h"
 #include "formats/base/result.h"
 #include "formats/drive/look.h"
+#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 #include "formats/text/table.h"
 
 // How the looks of a map that take a sample fare on a drive, beside what any vehicle may do without
@@ -24,6 +25,7 @@ struct StaticLook {
   double time_ratio = 0.0;
   double work_ratio = 0.0;
 };
+SIGHTLINE_FIELDS(StaticLook, look, coverage, mean_error_m, time_ratio, work_ratio)
 
 // Who chooses the look.
 enum class LookRule : std::uint8_t {
@@ -32,19 +34,22 @@ enum class LookRule : std::uint8_t {
   kSameWithoutMap,  // the same among looks that do not go by the map's normals
   kOracle           // cheapest that truly met the limit, else the most accurate
 };
-inline constexpr std::size_t kLookRuleCount = 4;
-std::string_view look_rule_name(LookRule rule);  // "map", "static", "static-without-map", "oracle"
+template <>
+inline constexpr auto kNamesOf<LookRule> = enum_names("map", "static", "static-without-map",
+                                                      "oracle");
+inline constexpr std::size_t kLookRuleCount = kNamesOf<LookRule>.size();
 
 // One rule at one limit. The coverage of a static one is that of kMap where it reaches it: linear
 // between neighbours on the frontier of least time; else the most accurate look stands there with
 // its own coverage.
 struct LookRuleScore {
-  double limit_m = 0.0;
   LookRule rule = LookRule::kMap;
+  double limit_m = 0.0;
   double coverage = 0.0;
   double time_ratio = 0.0;
   double work_ratio = 0.0;
 };
+SIGHTLINE_FIELDS(LookRuleScore, rule, limit_m, coverage, time_ratio, work_ratio)
 
 struct LookEvaluation {
   std::vector<double> limits_m;
@@ -59,10 +64,9 @@ struct LookEvaluation {
     return rules[limit * kLookRuleCount + static_cast<std::size_t>(rule)];
   }
 };
+SIGHTLINE_FIELDS(LookEvaluation, limits_m, has_baselines, statics, rules)
 
 Result<void> validate(const LookEvaluation& evaluation);
-void encode(const LookEvaluation& evaluation, ByteWriter& writer);
-void decode(ByteReader& reader, LookEvaluation& evaluation);
 std::vector<Table> tables(const LookEvaluation& evaluation);
 // For people: the rules at each limit, what the annotation is worth in a sentence, every look.
 std::string to_text(const LookEvaluation& evaluation);

@@ -4,6 +4,8 @@
 #include <compare>
 #include <cstdint>
 
+#include "formats/record/fields.h"
+
 // Cells and tiles of regular grids: their keys, what lies in them, and where they are.
 
 namespace sightline {
@@ -15,6 +17,7 @@ struct CellKey {
   std::int32_t z = 0;
   friend auto operator<=>(const CellKey&, const CellKey&) = default;
 };
+SIGHTLINE_FIELDS(CellKey, x, y, z)
 
 // Tiles cut the plane only: all heights of a place belong together.
 struct TileKey {
@@ -22,6 +25,7 @@ struct TileKey {
   std::int32_t y = 0;
   friend auto operator<=>(const TileKey&, const TileKey&) = default;
 };
+SIGHTLINE_FIELDS(TileKey, x, y)
 
 // floor() of a number within int32, without the library call that plain x86-64 needs.
 inline std::int32_t floor_to_int(double value) {

@@ -9,12 +9,6 @@
 namespace sightline {
 namespace {
 
-std::string text_of(const Cell& cell) {
-  if (const auto* whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
-  if (const auto* real = std::get_if<double>(&cell)) return format_double(*real);
-  return std::get<std::string>(cell);
-}
-
 LimitQuality quality_of_limit(const PredictedError& predicted, const RangeTable& ranges,
                               const MeasuredError* measured, std::size_t limit) {
   LimitQuality quality;
@@ -116,7 +110,7 @@ ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_coun
   record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
   record.localizer = head.card.localizer;
   for (const auto& [name, value] : card_facts(head, training_row_count))
-    record.card.emplace_back(name, text_of(value));
+    record.card.emplace_back(name, cell_text(value));
   std::vector<double> r_squared;
   for (const RangeCard& range : head.ranges) r_squared.push_back(range.r_squared);
   record.mean_r_squared = mean_of(r_squared);

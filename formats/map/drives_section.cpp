@@ -14,7 +14,7 @@ Result<TileDrives> decode_drives(std::span<const std::byte> raw, std::uint32_t v
                                  std::uint64_t row_count) {
   TileDrives tiles;
   ByteReader reader(raw);
-  decode(reader, tiles, version);
+  version == 1 ? decode_version_1(reader, tiles) : decode(reader, tiles);
   if (!reader.at_end() || tiles.rows.size() != row_count) {
     return Error{ErrorCode::kBadLayer, "found " + std::to_string(raw.size()) +
                                            " bytes of the drives of tiles, in " +

@@ -4,28 +4,20 @@
 #include <cmath>
 
 #include "formats/annotation/of_samples.h"
+#include "formats/record/finite.h"
 
 namespace sightline {
 namespace {
 
-bool are_finite(const std::vector<double>& values) {
-  return std::all_of(values.begin(), values.end(),
-                     [](double value) { return std::isfinite(value); });
-}
-
 Result<void> validate_card(const ErrorModel& model) {
   const TrainingCard& card = model.card;
-  const std::vector<double> numbers = {card.feature_share, card.block_m, card.buffer_m,
-                                       card.labelled_route_m};
-  if (!are_finite(numbers) || *std::min_element(numbers.begin(), numbers.end()) < 0.0) {
+  const double least =
+      std::min({card.feature_share, card.block_m, card.buffer_m, card.labelled_route_m});
+  if (!are_finite(card) || least < 0.0) {
     return invalid_artifact("found a number that is negative or not finite", "model card");
   }
-  if (!std::isfinite(card.curve.offset) || !std::isfinite(card.curve.slope) ||
-      card.curve.slope <= 0.0) {
+  if (card.curve.slope <= 0.0) {
     return invalid_artifact("the curve of its probabilities does not rise", "model card");
-  }
-  if (reference_name(card.reference).empty()) {
-    return invalid_artifact("found an unknown reference", "model card");
   }
   SIGHTLINE_TRY(validate(card.localizer));
   if (card.places.empty() ||
@@ -34,7 +26,7 @@ Result<void> validate_card(const ErrorModel& model) {
                             "model card");
   }
   for (const PlaceCard& place : card.places) {
-    if (!std::isfinite(place.labelled_route_m) || place.labelled_route_m < 0.0) {
+    if (place.labelled_route_m < 0.0) {
       return invalid_artifact("the route of place '" + place.name + "' makes no sense",
                               "model card");
     }
@@ -63,8 +55,7 @@ Result<void> validate_features(const ErrorModel& model) {
   for (const FeatureCard& feature : model.features) {
     const std::size_t count = model.ranges.size();
     if (feature.support_min.size() != count || feature.support_max.size() != count ||
-        !are_finite(feature.support_min) || !are_finite(feature.support_max) ||
-        !std::isfinite(feature.importance_m)) {
+        !are_finite(feature)) {
       return invalid_artifact("its support or importance makes no sense",
                               "feature " + feature.name);
     }
@@ -83,9 +74,7 @@ Result<void> validate_ranges(const ErrorModel& model) {
   }
   for (std::size_t range = 0; range < model.ranges.size(); ++range) {
     const RangeCard& card = model.ranges[range];
-    if (card.range_m != model.out_of_fold.looks[range].range_m ||
-        !are_finite({card.mean_error_m, card.r_squared, card.rmse_m, card.history_r_squared,
-                     card.history_rmse_m})) {
+    if (card.range_m != model.out_of_fold.looks[range].range_m || !are_finite(card)) {
       return invalid_artifact("its card makes no sense", "range " + std::to_string(range));
     }
   }
@@ -105,11 +94,10 @@ Result<void> validate_sites(const ErrorModel& model) {
     const TrainedSite& site = model.sites[i];
     const bool follows = i == 0 || model.sites[i - 1].run < site.run ||
                          (model.sites[i - 1].run == site.run && model.sites[i - 1].s_m < site.s_m);
-    if (!site.p_world_m.allFinite() || !std::isfinite(site.s_m) || !follows || site.has_label > 1 ||
-        site.has_history > 1 || site.place >= model.card.places.size() ||
+    if (!are_finite(site) || !follows || site.has_label > 1 || site.has_history > 1 ||
+        site.place >= model.card.places.size() ||
         site.drive >= model.card.places[site.place].drives.size() ||
-        site.block >= model.card.block_count ||
-        static_cast<std::size_t>(site.street) >= kStreetTypeCount) {
+        site.block >= model.card.block_count) {
       return invalid_artifact("its place, order or block makes no sense",
                               "site " + std::to_string(i));
     }
@@ -129,11 +117,9 @@ Result<void> validate_sites(const ErrorModel& model) {
 Result<void> validate_streets(const ErrorModel& model) {
   for (std::size_t i = 0; i < model.streets.size(); ++i) {
     const StreetCard& card = model.streets[i];
-    const bool is_known = card.street != StreetType::kUnknown &&
-                          static_cast<std::size_t>(card.street) < kStreetTypeCount;
     const bool is_share = card.coverage >= 0.0 && card.coverage <= 1.0;
-    if (!is_known || !is_share || card.case_count == 0 ||
-        !are_finite({card.limit_m, card.mean_range_m, card.mean_error_m})) {
+    if (card.street == StreetType::kUnknown || !is_share || card.case_count == 0 ||
+        !are_finite(card)) {
       return invalid_artifact("its card makes no sense", "street type " + std::to_string(i));
     }
   }

@@ -12,6 +12,7 @@
 #include "formats/drive/recording_cards.h"
 #include "formats/model/regression_forest.h"
 #include "formats/model/street_type.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -23,6 +24,7 @@ struct PlaceCard {
   std::uint32_t block_count = 0;
   RecordingCards recordings;  // that its map and its errors were made from
 };
+SIGHTLINE_FIELDS(PlaceCard, name, drives, labelled_route_m, block_count, recordings)
 
 // The recordings that the drives of a place are, in the order of the drives; none where the cards
 // do not tell. A drive without a card of its own is the first of those that made the map.
@@ -38,6 +40,7 @@ struct ProbabilityCurve {
   double offset = 0.0;
   double slope = 1.0;  // above 0
 };
+SIGHTLINE_FIELDS(ProbabilityCurve, offset, slope)
 
 // How the model was trained, and on how much.
 struct TrainingCard {
@@ -59,6 +62,9 @@ struct TrainingCard {
   bool knows_history = false;  // some place was driven twice: one drive told, the other judged
   ProbabilityCurve curve;      // of the probabilities, out of fold and of the forest
 };
+SIGHTLINE_FIELDS(TrainingCard, places, reference, localizer, feature_set, hold_out, seed,
+                 tree_count, least_leaf_rows, feature_share, block_m, buffer_m, labelled_route_m,
+                 block_count, fold_count, knows_history, curve)
 
 // One input of the forest.
 struct FeatureCard {
@@ -69,6 +75,7 @@ struct FeatureCard {
   std::vector<double> support_min;
   std::vector<double> support_max;
 };
+SIGHTLINE_FIELDS(FeatureCard, name, importance_m, support_min, support_max)
 
 // How well held-out places are predicted at one range.
 struct RangeCard {
@@ -81,6 +88,8 @@ struct RangeCard {
   double history_r_squared = 0.0;
   double history_rmse_m = 0.0;
 };
+SIGHTLINE_FIELDS(RangeCard, range_m, mean_error_m, r_squared, rmse_m, history_r_squared,
+                 history_rmse_m)
 
 // What the paper's rule reached on held-out places in one type of street: the shortest range whose
 // predicted mean error is within the limit, over the labelled cases without history.
@@ -92,6 +101,7 @@ struct StreetCard {
   double mean_range_m = 0.0;
   double mean_error_m = 0.0;
 };
+SIGHTLINE_FIELDS(StreetCard, limit_m, street, case_count, coverage, mean_range_m, mean_error_m)
 
 // A site of a map that the model was trained on, as one drive found it. Its forest knows the place,
 // so what the model says here must come from trees that do not. A site comes once for each drive
@@ -108,6 +118,8 @@ struct TrainedSite {
   std::uint64_t factor_digest = 0;  // XXH3 of the features of this site
   StreetType street = StreetType::kUnknown;
 };
+SIGHTLINE_FIELDS(TrainedSite, p_world_m, place, drive, run, s_m, block, has_label, has_history,
+                 factor_digest, street)
 
 // What is known about the error before a vehicle drives: a forest over map factors and range, and
 // all that choosing ranges with a promise needs: out-of-fold predictions beside the errors

@@ -2,6 +2,7 @@
 #include <functional>
 
 #include "formats/model/error_model.h"
+#include "formats/record/cells.h"
 #include "formats/text/numbers.h"
 #include "formats/text/text_grid.h"
 
@@ -18,7 +19,7 @@ void append_card(const ErrorModel& model, std::size_t training_row_count, Table&
   }
   table.facts = {{"places", places},
                  {"drives", drives},
-                 {"reference", std::string(reference_name(card.reference))},
+                 {"reference", cell_of(card.reference)},
                  {"localizer", to_text(card.localizer)},
                  {"feature_set", card.feature_set},
                  {"hold_out", card.hold_out},
@@ -44,9 +45,9 @@ void append_card(const ErrorModel& model, std::size_t training_row_count, Table&
     table.facts.emplace_back(name + "history_rmse_m", range.history_rmse_m);
   }
   for (const StreetCard& type : model.streets) {
-    table.facts.emplace_back("coverage_of_" + format_double(type.limit_m) + "_m_in_" +
-                                 std::string(street_type_name(type.street)),
-                             type.coverage);
+    table.facts.emplace_back(
+        "coverage_of_" + format_double(type.limit_m) + "_m_in_" + std::string(name_of(type.street)),
+        type.coverage);
   }
   for (const FeatureCard& feature : model.features) {
     table.facts.emplace_back("importance_" + feature.name + "_m", feature.importance_m);
@@ -57,32 +58,6 @@ void append_card(const ErrorModel& model, std::size_t training_row_count, Table&
                                to_hex(recording.digest));
     }
   }
-}
-
-Table ranges_table(const ErrorModel& model) {
-  Table table{
-      "error-model-ranges",
-      {"range_m", "mean_error_m", "r_squared", "rmse_m", "history_r_squared", "history_rmse_m"},
-      {},
-      {}};
-  for (const RangeCard& range : model.ranges) {
-    table.rows.push_back({range.range_m, range.mean_error_m, range.r_squared, range.rmse_m,
-                          range.history_r_squared, range.history_rmse_m});
-  }
-  return table;
-}
-
-Table streets_table(const ErrorModel& model) {
-  Table table{"error-model-street-types",
-              {"limit_m", "street", "case_count", "coverage", "mean_range_m", "mean_error_m"},
-              {},
-              {}};
-  for (const StreetCard& card : model.streets) {
-    table.rows.push_back({card.limit_m, std::string(street_type_name(card.street)),
-                          std::int64_t{card.case_count}, card.coverage, card.mean_range_m,
-                          card.mean_error_m});
-  }
-  return table;
 }
 
 Table features_table(const ErrorModel& model) {
@@ -198,7 +173,7 @@ std::string street_text(const ErrorModel& model) {
                    {"coverage %"}, {"mean range (m)"}, {"mean error (cm)"}};
   for (const StreetCard& card : model.streets) {
     const std::string column[] = {
-        fixed(100.0 * card.limit_m, 0),  std::string(street_type_name(card.street)),
+        fixed(100.0 * card.limit_m, 0),  std::string(name_of(card.street)),
         std::to_string(card.case_count), fixed(100.0 * card.coverage, 1),
         fixed(card.mean_range_m, 1),     fixed(100.0 * card.mean_error_m, 1)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
@@ -255,8 +230,12 @@ std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& head,
 }
 
 std::vector<Table> tables(const ErrorModel& model) {
-  return {ranges_table(model), features_table(model), nodes_table(model),
-          leaves_table(model), streets_table(model),  recordings_table(model)};
+  return {table_of("error-model-ranges", model.ranges),
+          features_table(model),
+          nodes_table(model),
+          leaves_table(model),
+          table_of("error-model-street-types", model.streets),
+          recordings_table(model)};
 }
 
 std::string to_text(const ErrorModel& model) {

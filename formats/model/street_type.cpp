@@ -37,12 +37,6 @@ StreetType type_of(const FactorTable& factors, std::size_t site, std::size_t occ
 
 }  // namespace
 
-std::string_view street_type_name(StreetType type) {
-  constexpr std::string_view kNames[kStreetTypeCount] = {"unknown", "lane", "canyon",
-                                                         "avenue",  "open", "crossing"};
-  return kNames[static_cast<std::size_t>(type)];
-}
-
 std::vector<StreetType> street_types(const FactorTable& factors) {
   std::vector<StreetType> types(factors.site_count, StreetType::kUnknown);
   const auto found = std::ranges::find(factors.factors, "occupancy_ratio");

@@ -48,26 +48,4 @@ Table dump(const DepthImages& images) {
   return table;
 }
 
-void encode(const DepthImages& images, ByteWriter& writer) {
-  writer.put(images.azimuth_count);
-  writer.put(images.elevation_count);
-  writer.put(images.first_elevation_deg);
-  writer.put(images.elevation_step_deg);
-  writer.put(images.near_m);
-  writer.put(images.longest_range_m);
-  writer.put(images.site_count);
-  writer.put_array(images.distance_m);
-}
-
-void decode(ByteReader& reader, DepthImages& images) {
-  reader.get(images.azimuth_count);
-  reader.get(images.elevation_count);
-  reader.get(images.first_elevation_deg);
-  reader.get(images.elevation_step_deg);
-  reader.get(images.near_m);
-  reader.get(images.longest_range_m);
-  reader.get(images.site_count);
-  reader.get_array(images.distance_m);
-}
-
 }  // namespace sightline

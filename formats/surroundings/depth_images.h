@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -29,6 +30,8 @@ struct DepthImages {
     return std::span(distance_m).subspan(site * cells_per_site(), cells_per_site());
   }
 };
+SIGHTLINE_FIELDS(DepthImages, azimuth_count, elevation_count, first_elevation_deg,
+                 elevation_step_deg, near_m, longest_range_m, site_count, distance_m)
 
 template <>
 struct ArtifactTraits<DepthImages> {
@@ -38,7 +41,5 @@ struct ArtifactTraits<DepthImages> {
 
 Result<void> validate(const DepthImages& images);
 Table dump(const DepthImages& images);
-void encode(const DepthImages& images, ByteWriter& writer);
-void decode(ByteReader& reader, DepthImages& images);
 
 }  // namespace sightline

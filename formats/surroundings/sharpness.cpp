@@ -1,33 +1,15 @@
 #include "formats/surroundings/sharpness.h"
 
-#include <cmath>
 #include <cstdio>
+
+#include "formats/record/cells.h"
+#include "formats/record/finite.h"
 
 namespace sightline {
 namespace {
 
 bool is_valid(const SharpnessFigures& figures) {
-  return std::isfinite(figures.mean_entropy_nat) && std::isfinite(figures.mean_plane_variance_m2) &&
-         figures.mean_plane_variance_m2 >= 0.0;
-}
-
-std::vector<Cell> row_of(const std::string& poses, const SharpnessFigures& figures) {
-  return {poses, figures.mean_entropy_nat, static_cast<std::int64_t>(figures.entropy_points),
-          figures.mean_plane_variance_m2, static_cast<std::int64_t>(figures.plane_points)};
-}
-
-void encode_figures(const SharpnessFigures& figures, ByteWriter& writer) {
-  writer.put(figures.mean_entropy_nat);
-  writer.put(figures.entropy_points);
-  writer.put(figures.mean_plane_variance_m2);
-  writer.put(figures.plane_points);
-}
-
-void decode_figures(ByteReader& reader, SharpnessFigures& figures) {
-  reader.get(figures.mean_entropy_nat);
-  reader.get(figures.entropy_points);
-  reader.get(figures.mean_plane_variance_m2);
-  reader.get(figures.plane_points);
+  return are_finite(figures) && figures.mean_plane_variance_m2 >= 0.0;
 }
 
 std::string figures_text(const SharpnessFigures& figures) {
@@ -49,25 +31,13 @@ Result<void> validate(const Sharpness& sharpness) {
 Table dump(const Sharpness& sharpness) {
   Table table;
   table.name = "sharpness";
-  table.columns = {"poses", "mean_entropy_nat", "entropy_points", "mean_plane_variance_m2",
-                   "plane_points"};
-  table.rows.push_back(row_of("map", sharpness.of_map));
-  if (sharpness.of_given) table.rows.push_back(row_of("given", *sharpness.of_given));
+  table.columns = {"poses"};
+  append_columns<SharpnessFigures>(table.columns);
+  append_cells(sharpness.of_map, table.rows.emplace_back(1, "map"));
+  if (sharpness.of_given) {
+    append_cells(*sharpness.of_given, table.rows.emplace_back(1, "given"));
+  }
   return table;
-}
-
-void encode(const Sharpness& sharpness, ByteWriter& writer) {
-  encode_figures(sharpness.of_map, writer);
-  writer.put<std::uint8_t>(sharpness.of_given ? 1 : 0);
-  if (sharpness.of_given) encode_figures(*sharpness.of_given, writer);
-}
-
-void decode(ByteReader& reader, Sharpness& sharpness) {
-  decode_figures(reader, sharpness.of_map);
-  std::uint8_t has_given = 0;
-  reader.get(has_given);
-  if (has_given > 1) reader.fail();
-  if (has_given == 1) decode_figures(reader, sharpness.of_given.emplace());
 }
 
 std::string to_text(const Sharpness& sharpness) {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "formats/artifact.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -16,12 +17,15 @@ struct SharpnessFigures {
   std::uint64_t plane_points = 0;
   friend bool operator==(const SharpnessFigures&, const SharpnessFigures&) = default;
 };
+SIGHTLINE_FIELDS(SharpnessFigures, mean_entropy_nat, entropy_points, mean_plane_variance_m2,
+                 plane_points)
 
 struct Sharpness {
   SharpnessFigures of_map;                   // with the trajectory that made the map
   std::optional<SharpnessFigures> of_given;  // the same scans with the poses given
   friend bool operator==(const Sharpness&, const Sharpness&) = default;
 };
+SIGHTLINE_FIELDS(Sharpness, of_map, of_given)
 
 template <>
 struct ArtifactTraits<Sharpness> {
@@ -31,8 +35,6 @@ struct ArtifactTraits<Sharpness> {
 
 Result<void> validate(const Sharpness& sharpness);
 Table dump(const Sharpness& sharpness);
-void encode(const Sharpness& sharpness, ByteWriter& writer);
-void decode(ByteReader& reader, Sharpness& sharpness);
 
 // One line for people.
 std::string to_text(const Sharpness& sharpness);

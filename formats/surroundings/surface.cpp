@@ -83,40 +83,4 @@ Table dump(const Surface& surface) {
   return table;
 }
 
-void encode(const SurfacePatch& patch, ByteWriter& writer) {
-  writer.put(patch.key.x);
-  writer.put(patch.key.y);
-  writer.put(patch.key.z);
-  for (int i = 0; i < 3; ++i) writer.put(patch.centre_m[i]);
-  for (int i = 0; i < 3; ++i) writer.put(patch.normal[i]);
-  writer.put(patch.half_side_m);
-  writer.put(patch.solid);
-}
-
-void decode(ByteReader& reader, SurfacePatch& patch) {
-  reader.get(patch.key.x);
-  reader.get(patch.key.y);
-  reader.get(patch.key.z);
-  for (int i = 0; i < 3; ++i) reader.get(patch.centre_m[i]);
-  for (int i = 0; i < 3; ++i) reader.get(patch.normal[i]);
-  reader.get(patch.half_side_m);
-  reader.get(patch.solid);
-}
-
-void encode(const Surface& surface, ByteWriter& writer) {
-  encode(surface.frame, writer);
-  writer.put(surface.cell_m);
-  writer.put(surface.tile_m);
-  writer.put<std::uint64_t>(surface.patches.size());
-  for (const SurfacePatch& patch : surface.patches) encode(patch, writer);
-}
-
-void decode(ByteReader& reader, Surface& surface) {
-  decode(reader, surface.frame);
-  reader.get(surface.cell_m);
-  reader.get(surface.tile_m);
-  surface.patches.resize(reader.get_count(kEncodedPatch));
-  for (SurfacePatch& patch : surface.patches) decode(reader, patch);
-}
-
 }  // namespace sightline

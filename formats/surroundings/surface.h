@@ -6,6 +6,7 @@
 
 #include "formats/artifact.h"
 #include "formats/geometry.h"
+#include "formats/record/fields.h"
 #include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
@@ -21,6 +22,7 @@ struct SurfacePatch {
   double half_side_m = 0.0;
   std::uint64_t solid = ~std::uint64_t{0};  // bit of square_at(): a ray is stopped there
 };
+SIGHTLINE_FIELDS(SurfacePatch, key, centre_m, normal, half_side_m, solid)
 
 // The number of the square at a place of the patch, told in halves of its sides from its centre
 // along side_of() and normal x side_of(): rows along the first. Each within [-1, 1].
@@ -63,6 +65,7 @@ struct Surface {
   double tile_m = 0.0;
   std::vector<SurfacePatch> patches;  // ascending by order_of()
 };
+SIGHTLINE_FIELDS(Surface, frame, cell_m, tile_m, patches)
 
 // By tile, then cell, then half side: no two patches have the same.
 using SurfaceOrder = std::tuple<TileKey, CellKey, double>;
@@ -71,13 +74,9 @@ SurfaceOrder order_of(const SurfacePatch& patch, const Surface& surface);
 // As an artifact: TiledSurface.
 Result<void> validate(const Surface& surface);
 Table dump(const Surface& surface);
-void encode(const Surface& surface, ByteWriter& writer);
-void decode(ByteReader& reader, Surface& surface);
 
 // One patch takes so many bytes.
 inline constexpr std::size_t kEncodedPatch =
     3 * sizeof(std::int32_t) + 7 * sizeof(double) + sizeof(std::uint64_t);
-void encode(const SurfacePatch& patch, ByteWriter& writer);
-void decode(ByteReader& reader, SurfacePatch& patch);
 
 }  // namespace sightline

@@ -21,22 +21,6 @@ Result<void> validate(const PlacedScan& scan, const std::string& place) {
   return {};
 }
 
-void encode(const PlacedScan& scan, ByteWriter& writer) {
-  writer.put(scan.index);
-  encode(scan.T_map_lidar, writer);
-  writer.put(scan.min_range_m);
-  writer.put(scan.max_range_m);
-  writer.put(scan.part);
-}
-
-void decode(ByteReader& reader, PlacedScan& scan) {
-  reader.get(scan.index);
-  decode(reader, scan.T_map_lidar);
-  reader.get(scan.min_range_m);
-  reader.get(scan.max_range_m);
-  reader.get(scan.part);
-}
-
 constexpr double kSlack_m = 0.01;  // more than rounding moves
 
 // The plane that the rays of these parts reach.
@@ -200,47 +184,6 @@ Table dump(const SurfacePoints& points) {
     table.rows.push_back({centre_m.x(), centre_m.y(), centre_m.z(), std::int64_t{1}});
   }
   return table;
-}
-
-void encode(const SurfacePoints& points, ByteWriter& writer) {
-  encode(points.frame, writer);
-  writer.put<std::uint64_t>(points.points_m.size());
-  for (const Eigen::Vector3d& point : points.points_m) {
-    for (int axis = 0; axis < 3; ++axis) writer.put(point[axis]);
-  }
-  writer.put<std::uint64_t>(points.scans.size());
-  for (const PlacedScan& scan : points.scans) encode(scan, writer);
-  writer.put(points.voxel_m);
-  writer.put<std::uint64_t>(points.moved_voxels.size());
-  for (const CellKey& key : points.moved_voxels) {
-    writer.put(key.x);
-    writer.put(key.y);
-    writer.put(key.z);
-  }
-  writer.put(points.standing_count);
-  writer.put(points.moving_count);
-  writer.put(points.out_of_range_count);
-}
-
-void decode(ByteReader& reader, SurfacePoints& points) {
-  constexpr std::size_t kScanSize = 4 + 12 * 8 + 2 * 8;
-  decode(reader, points.frame);
-  points.points_m.resize(reader.get_count(3 * sizeof(double)));
-  for (Eigen::Vector3d& point : points.points_m) {
-    for (int axis = 0; axis < 3; ++axis) reader.get(point[axis]);
-  }
-  points.scans.resize(reader.get_count(kScanSize));
-  for (PlacedScan& scan : points.scans) decode(reader, scan);
-  reader.get(points.voxel_m);
-  points.moved_voxels.resize(reader.get_count(3 * sizeof(std::int32_t)));
-  for (CellKey& key : points.moved_voxels) {
-    reader.get(key.x);
-    reader.get(key.y);
-    reader.get(key.z);
-  }
-  reader.get(points.standing_count);
-  reader.get(points.moving_count);
-  reader.get(points.out_of_range_count);
 }
 
 void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& /*trajectory*/) {

@@ -12,6 +12,7 @@
 #include "formats/drive/trajectory.h"
 #include "formats/geometry.h"
 #include "formats/grid/cell_set.h"
+#include "formats/record/fields.h"
 #include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
@@ -24,6 +25,7 @@ struct PlacedScan {
   double max_range_m = 0.0;
   std::uint32_t part = 0;  // of the drive
 };
+SIGHTLINE_FIELDS(PlacedScan, index, T_map_lidar, min_range_m, max_range_m, part)
 inline bool is_within_range(const PlacedScan& scan, const Eigen::Vector3d& point_lidar_m) {
   const double range_m = point_lidar_m.norm();
   return range_m >= scan.min_range_m && range_m <= scan.max_range_m;
@@ -48,6 +50,8 @@ struct SurfacePoints {
   std::uint64_t out_of_range_count = 0;    // outside the sensor's minimum and maximum range
   std::shared_ptr<const ScanStore> store;  // of the drive; not encoded, see reattach
 };
+SIGHTLINE_SOME_FIELDS(SurfacePoints, frame, points_m, scans, voxel_m, moved_voxels, standing_count,
+                      moving_count, out_of_range_count)
 
 template <>
 struct ArtifactTraits<SurfacePoints> {
@@ -59,8 +63,6 @@ struct ArtifactTraits<SurfacePoints> {
 Result<void> validate(const SurfacePoints& points);
 // The points that lie in memory, and the centres of the voxels that moved.
 Table dump(const SurfacePoints& points);
-void encode(const SurfacePoints& points, ByteWriter& writer);
-void decode(ByteReader& reader, SurfacePoints& points);
 
 // After decode: gives the points back the scans that they are read from.
 void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& trajectory);

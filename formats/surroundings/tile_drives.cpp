@@ -8,9 +8,6 @@
 namespace sightline {
 namespace {
 
-// In the first version; later rows have more.
-constexpr std::size_t kLeastRowSize = 4 * sizeof(std::uint32_t);
-
 Error invalid_row(const std::string& message, std::size_t row) {
   return {ErrorCode::kInvalidArtifact, message, "", "row " + std::to_string(row)};
 }
@@ -69,40 +66,15 @@ Table dump(const TileDrives& tiles) {
   return table;
 }
 
-void encode(const TileDrives& tiles, ByteWriter& writer) {
-  writer.put(tiles.tile_m);
-  writer.put<std::uint64_t>(tiles.drives.size());
-  for (const MappedDrive& drive : tiles.drives) {
-    writer.put_string(drive.name);
-    writer.put(drive.begin_ns);
-    writer.put(drive.end_ns);
-  }
-  writer.put<std::uint64_t>(tiles.rows.size());
-  for (const TileDrive& row : tiles.rows) {
-    writer.put(row.tile.x);
-    writer.put(row.tile.y);
-    writer.put(row.drive);
-    writer.put(row.scan_count);
-    writer.put(row.confirming_scan_count);
-  }
-}
-
-void decode(ByteReader& reader, TileDrives& tiles, std::uint32_t version) {
+void decode_version_1(ByteReader& reader, TileDrives& tiles) {
+  constexpr std::size_t kRowSize = 4 * sizeof(std::uint32_t);
   reader.get(tiles.tile_m);
-  constexpr std::size_t kLeastDriveSize = 3 * sizeof(std::uint64_t);
-  tiles.drives.resize(reader.get_count(kLeastDriveSize));
-  for (MappedDrive& drive : tiles.drives) {
-    reader.get_string(drive.name);
-    reader.get(drive.begin_ns);
-    reader.get(drive.end_ns);
-  }
-  tiles.rows.resize(reader.get_count(kLeastRowSize));
+  decode(reader, tiles.drives);
+  tiles.rows.resize(reader.get_count(kRowSize));
   for (TileDrive& row : tiles.rows) {
-    reader.get(row.tile.x);
-    reader.get(row.tile.y);
+    decode(reader, row.tile);
     reader.get(row.drive);
     reader.get(row.scan_count);
-    if (version >= 2) reader.get(row.confirming_scan_count);
   }
 }
 

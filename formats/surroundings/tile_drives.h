@@ -6,6 +6,7 @@
 
 #include "formats/artifact.h"
 #include "formats/grid/cell_key.h"
+#include "formats/record/fields.h"
 
 // Which drives a map of several is made of, tile by tile, and which found nothing new there: so the
 // map says from which days a tile is, and when somebody last saw that it still looks so.
@@ -19,6 +20,7 @@ struct MappedDrive {
   std::int64_t end_ns = 0;
   friend bool operator==(const MappedDrive&, const MappedDrive&) = default;
 };
+SIGHTLINE_FIELDS(MappedDrive, name, begin_ns, end_ns)
 
 // The date in UTC, "2026-05-04"; empty where times are counted from the beginning of a recording.
 std::string day_of(std::int64_t stamp_ns);
@@ -32,6 +34,7 @@ struct TileDrive {
   std::uint32_t confirming_scan_count = 0;  // taken in the tile, not laid: they show nothing new
   friend bool operator==(const TileDrive&, const TileDrive&) = default;
 };
+SIGHTLINE_FIELDS(TileDrive, tile, drive, scan_count, confirming_scan_count)
 
 struct TileDrives {
   double tile_m = 64.0;
@@ -39,6 +42,7 @@ struct TileDrives {
   std::vector<TileDrive> rows;      // ascending by tile, then drive
   friend bool operator==(const TileDrives&, const TileDrives&) = default;
 };
+SIGHTLINE_FIELDS(TileDrives, tile_m, drives, rows)
 
 template <>
 struct ArtifactTraits<TileDrives> {
@@ -49,10 +53,8 @@ struct ArtifactTraits<TileDrives> {
 // Error: invalid-artifact.
 Result<void> validate(const TileDrives& tiles);
 Table dump(const TileDrives& tiles);  // a row for each tile and drive
-// The section `drives` of a map (schemas/map_format.md) is these bytes, by the same version. In
-// version 1 there were no confirming scans.
-void encode(const TileDrives& tiles, ByteWriter& writer);
-void decode(ByteReader& reader, TileDrives& tiles,
-            std::uint32_t version = ArtifactTraits<TileDrives>::kVersion);
+// The section `drives` of a map (schemas/map_format.md) has these bytes and this version. Version 1
+// had no confirming scans.
+void decode_version_1(ByteReader& reader, TileDrives& tiles);
 
 }  // namespace sightline

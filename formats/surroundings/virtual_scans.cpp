@@ -2,11 +2,10 @@
 
 #include <cmath>
 
+#include "formats/record/cells.h"
+
 namespace sightline {
 namespace {
-
-constexpr std::size_t kBytesPerPoint = 3 * sizeof(double);
-static_assert(sizeof(Eigen::Vector3d) == kBytesPerPoint);
 
 Error invalid(std::string message, std::string place) {
   return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
@@ -42,7 +41,7 @@ Result<void> validate(const VirtualScans& scans) {
 Table dump(const VirtualScans& scans) {
   Table table;
   table.name = "virtual-scans";
-  table.facts = {{"longest_range_m", scans.longest_range_m}, {"leaf_m", scans.leaf_m}};
+  append_facts(scans, table);
   table.columns = {"site", "x_m", "y_m", "z_m"};
   table.rows.reserve(scans.points_m.size());
   for (std::size_t site = 0; site < scans.site_count(); ++site) {
@@ -52,24 +51,6 @@ Table dump(const VirtualScans& scans) {
     }
   }
   return table;
-}
-
-void encode(const VirtualScans& scans, ByteWriter& writer) {
-  writer.put(scans.longest_range_m);
-  writer.put(scans.leaf_m);
-  writer.put_array(scans.end);
-  writer.put<std::uint64_t>(scans.points_m.size());
-  writer.append(scans.points_m.data(), scans.points_m.size() * kBytesPerPoint);
-}
-
-void decode(ByteReader& reader, VirtualScans& scans) {
-  reader.get(scans.longest_range_m);
-  reader.get(scans.leaf_m);
-  reader.get_array(scans.end);
-  scans.points_m.resize(reader.get_count(kBytesPerPoint));
-  for (Eigen::Vector3d& point_m : scans.points_m) {
-    for (int axis = 0; axis < 3; ++axis) reader.get(point_m[axis]);
-  }
 }
 
 }  // namespace sightline

@@ -6,6 +6,7 @@
 
 #include "formats/artifact.h"
 #include "formats/geometry.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 
@@ -23,6 +24,7 @@ struct VirtualScans {
     return std::span(points_m).subspan(begin, static_cast<std::size_t>(end[site]) - begin);
   }
 };
+SIGHTLINE_FIELDS(VirtualScans, longest_range_m, leaf_m, end, points_m)
 
 template <>
 struct ArtifactTraits<VirtualScans> {
@@ -32,7 +34,5 @@ struct ArtifactTraits<VirtualScans> {
 
 Result<void> validate(const VirtualScans& scans);
 Table dump(const VirtualScans& scans);
-void encode(const VirtualScans& scans, ByteWriter& writer);
-void decode(ByteReader& reader, VirtualScans& scans);
 
 }  // namespace sightline

@@ -12,12 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string plain(const Cell& cell) {
-  if (const auto* number = std::get_if<std::int64_t>(&cell)) return std::to_string(*number);
-  if (const auto* number = std::get_if<double>(&cell)) return format_double(*number);
-  return std::get<std::string>(cell);
-}
-
 // A name need not be UTF-8; what is none of it is replaced.
 std::string json_text(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -39,10 +33,11 @@ std::string joined(const std::vector<T>& items, std::string_view separator, Form
 
 std::string to_csv(const Table& table) {
   std::string text;
-  for (const auto& [name, value] : table.facts) text += "# " + name + ": " + plain(value) + "\n";
+  for (const auto& [name, value] : table.facts)
+    text += "# " + name + ": " + cell_text(value) + "\n";
   text += joined(table.columns, ",", csv_field) + "\n";
   for (const std::vector<Cell>& row : table.rows) {
-    text += joined(row, ",", [](const Cell& cell) { return csv_field(plain(cell)); }) + "\n";
+    text += joined(row, ",", [](const Cell& cell) { return csv_field(cell_text(cell)); }) + "\n";
   }
   return text;
 }
@@ -63,16 +58,22 @@ std::string to_json(const Table& table) {
 
 std::string to_aligned_text(const Table& table) {
   std::string text;
-  for (const auto& [name, value] : table.facts) text += name + ": " + plain(value) + "\n";
+  for (const auto& [name, value] : table.facts) text += name + ": " + cell_text(value) + "\n";
   TextGrid grid = {table.columns};
   for (const std::vector<Cell>& row : table.rows) {
     std::vector<std::string>& line = grid.emplace_back();
-    for (const Cell& cell : row) line.push_back(plain(cell));
+    for (const Cell& cell : row) line.push_back(cell_text(cell));
   }
   return text + aligned(grid, FirstColumn::kRight);
 }
 
 }  // namespace
+
+std::string cell_text(const Cell& cell) {
+  if (const auto* number = std::get_if<std::int64_t>(&cell)) return std::to_string(*number);
+  if (const auto* number = std::get_if<double>(&cell)) return format_double(*number);
+  return std::get<std::string>(cell);
+}
 
 std::string format_double(double value) {
   if (std::isnan(value)) return "nan";

@@ -14,6 +14,9 @@ namespace sightline {
 // A missing value is the empty string.
 using Cell = std::variant<std::int64_t, double, std::string>;
 
+// As CSV has it, without quotes.
+std::string cell_text(const Cell& cell);
+
 struct Table {
   std::string name;                  // "nds"
   std::vector<std::string> columns;  // "mean_x_m"

@@ -110,10 +110,10 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   MeasurementCard card;
   card.mapping_drive =
       is_finished(inputs) ? inputs.recordings.cards.front().name : inputs.mapping->names_of_parts();
-  card.mapping_scans = scan_selection_name(options.mapping_scans);
+  card.mapping_scans = name_of(options.mapping_scans);
   // Of several drives the names of all.
   card.localization_drive = measured.drive;
-  card.localization_scans = scan_selection_name(measured.matching.scans);
+  card.localization_scans = name_of(measured.matching.scans);
   card.reference = measured.reference;
   card.offsets = measured.offsets;
   card.localizer = measured.matching.localizer;

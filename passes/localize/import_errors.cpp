@@ -94,7 +94,7 @@ Result<std::vector<ToldScan>> told_scans(const ImportErrorsOptions& options, con
     if (found == scans.end()) {
       const std::string of_which = options.scans == ScanSelection::kAll
                                        ? "scans"
-                                       : std::string(scan_selection_name(options.scans)) +
+                                       : std::string(name_of(options.scans)) +
                                              " scans, since the others made "
                                              "the map,";
       return mismatched(all[first], "found scan " + std::to_string(all[first].scan) +

@@ -172,8 +172,7 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
     return Error{
         ErrorCode::kDriveTooShort,
         "none of the drive's " + std::to_string(drive.scans.size()) + " scans is " +
-            (selection == ScanSelection::kAll ? "there"
-                                              : std::string(scan_selection_name(selection))) +
+            (selection == ScanSelection::kAll ? "there" : std::string(name_of(selection))) +
             ", expected at least one",
         "", "pass choose-sites"};
   }

@@ -97,8 +97,8 @@ std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
                   told_list(ranges_of(input.map->ranges.looks)));
   differences.add("looks", told_looks(*input.old_map), told_looks(*input.map));
   differences.add("plan of looks", told_plan(*input.old_map), told_plan(*input.map));
-  differences.add("rule", std::string(selection_name(input.old_map->ranges.selection)),
-                  std::string(selection_name(input.map->ranges.selection)));
+  differences.add("rule", std::string(name_of(input.old_map->ranges.selection)),
+                  std::string(name_of(input.map->ranges.selection)));
   return differences.found("what ranges are chosen for and from");
 }
 

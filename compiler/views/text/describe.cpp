@@ -249,9 +249,9 @@ std::string describe(const CompiledMap& map) {
   if (map.trajectory) text += describe_trajectory(*map.trajectory);
   if (map.tile_drives) text += describe_drives(*map.tile_drives);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
-  text += "ranges\n" +
-          field("rule", fmt::format("{}, dilated by {:g} m", selection_name(map.ranges.selection),
-                                    map.ranges.dilation_m));
+  text +=
+      "ranges\n" + field("rule", fmt::format("{}, dilated by {:g} m", name_of(map.ranges.selection),
+                                             map.ranges.dilation_m));
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_limit(map, map.ranges, map.quality[limit], limit);
   }

@@ -67,7 +67,7 @@ StaticLook static_look(const Judge& judge, const MeasuredError& measured, std::s
 }
 
 LookRuleScore score_of(const Sums& sums, const Sums& reference, double limit_m, LookRule rule) {
-  return {limit_m, rule, coverage_of(sums, limit_m), ratio(sums.time_ms, reference.time_ms),
+  return {rule, limit_m, coverage_of(sums, limit_m), ratio(sums.time_ms, reference.time_ms),
           ratio(sums.work, reference.work)};
 }
 
@@ -95,7 +95,7 @@ LookRuleScore static_score(const LookEvaluation& evaluation, std::size_t limit, 
     works.push_back({look.coverage[limit], look.work_ratio});
   }
   const CostAtCoverage time = cost_at_coverage(times, coverage);
-  return {evaluation.limits_m[limit], rule, time.coverage, time.cost,
+  return {rule, evaluation.limits_m[limit], time.coverage, time.cost,
           cost_at_coverage(works, coverage).cost};
 }
 

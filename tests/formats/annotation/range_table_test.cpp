@@ -14,8 +14,8 @@ RangeTable two_sites() {
   table.looks = every_return_at({10.0, 15.0, 20.0});
   table.dilation_m = 3.0;
   constexpr PromiseScope kNext = PromiseScope::kNextDrive;
-  table.promises = {{0.1, 0.8, 0.7, 0.05, 0.0, 20, 4, 8, kNext, true, 0.04, "conformal", "kept"},
-                    {0.25, 0.7, 0.6, 0.05, 0.0, 20, 4, 8, kNext, false, 0.06, "conformal", "not"}};
+  table.promises = {{0.1, "conformal", 0.8, 0.7, 0.05, 0.0, 20, 4, 8, kNext, true, 0.04, "kept"},
+                    {0.25, "conformal", 0.7, 0.6, 0.05, 0.0, 20, 4, 8, kNext, false, 0.06, "not"}};
   table.site_count = 2;
   table.range_index = {2, 1, 1, 0};
   table.flags = {kUnmet, 0, kExtrapolated, kStatic};

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "formats/record/codec.h"
+
 namespace sightline {
 namespace {
 

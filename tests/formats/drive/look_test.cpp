@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/base/random.h"
+#include "formats/record/codec.h"
 
 namespace sightline {
 namespace {

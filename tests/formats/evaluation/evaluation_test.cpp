@@ -28,7 +28,7 @@ Evaluation small_evaluation() {
   evaluation.reliability = {{0.1, 0.85, 0.8, 2}};
   evaluation.sites = {{0, 0, 0.0, 1.0, 2.0, StreetType::kLane}, {2, 0, 2.0, 3.0, 2.0}};
   evaluation.streets = {
-      {0.1, Rule::kMap, StreetType::kLane, 1, 0.5, 1.0, 0.1, 0.1, 10.0, 1.0, 1.0}};
+      {Rule::kMap, StreetType::kLane, 1, 0.1, 0.5, 1.0, 0.1, 0.1, 10.0, 1.0, 1.0}};
   evaluation.error_m = {0.1, 0.3};
   evaluation.time_ms = {3.0, 3.0};
   evaluation.chosen_range_index.assign(2 * kRuleCount, 0);

@@ -35,7 +35,7 @@ std::string page_data_json(const ReportSources& sources) {
                    {"limits_m", limits_m},
                    {"origin_world_m", json_of(map.ndt.frame.origin_world_m)},
                    {"site_spacing_m", map.sites.spacing_m},
-                   {"selection", selection_name(map.ranges.selection)},
+                   {"selection", name_of(map.ranges.selection)},
                    {"dilation_m", map.ranges.dilation_m},
                    {"thresholds", thresholds},
                    {"sites", sites_json(map)},

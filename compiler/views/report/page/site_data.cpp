@@ -61,7 +61,7 @@ PageJson choice_json(const CompiledMap& map) {
 PageJson judged_json(const Evaluation& evaluation) {
   std::vector<std::string_view> rules;
   for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
-    rules.push_back(rule_name(static_cast<Rule>(rule)));
+    rules.push_back(name_of(static_cast<Rule>(rule)));
   }
   std::vector<std::uint32_t> sites;
   for (const JudgedSite& site : evaluation.sites) sites.push_back(site.site);

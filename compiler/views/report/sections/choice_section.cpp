@@ -62,7 +62,7 @@ std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
   for (const StreetScore& score : evaluation.streets) {
     if (score.limit_m != evaluation.limits_m[limit]) continue;
     if (score.rule == Rule::kMap) {
-      grid[0].emplace_back(street_type_name(score.street));
+      grid[0].emplace_back(name_of(score.street));
       grid[1].push_back(in_percent(score.site_share));
     }
     grid[2 + static_cast<std::size_t>(score.rule)].push_back(in_percent(score.coverage) + " (" +

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <concepts>
+#include <string_view>
+#include <type_traits>
+
+// A struct lists its fields once, behind its definition, in the order of its definition:
+//
+//   struct TileKey {
+//     std::int32_t x = 0;
+//     std::int32_t y = 0;
+//   };
+//   SIGHTLINE_FIELDS(TileKey, x, y)
+//
+// This defines fields(visit, key), which calls visit("x", key.x) and visit("y", key.y). Encoding
+// (record/codec.h), cells and facts of tables (record/cells.h), what `diff` compares and checks for
+// finite numbers (record/finite.h) follow from it. A field that is missing from the list does not
+// compile. SIGHTLINE_SOME_FIELDS is for a struct with members that are no part of its value.
+
+namespace sightline {
+
+// Record or const Record.
+template <class T, class Record>
+concept RecordOf = std::same_as<std::remove_const_t<T>, Record>;
+
+// A visitor that takes fields of every type.
+struct AnyField {
+  template <class T>
+  void operator()(std::string_view, T&) {}
+};
+
+template <class T>
+concept HasFields = requires(T& record, AnyField& visit) {
+  fields(visit, record);
+};
+
+}  // namespace sightline
+
+#define SIGHTLINE_FIELDS(Record, ...)                                                        \
+  void fields(auto& sightline_visit, ::sightline::RecordOf<Record> auto& sightline_record) { \
+    [[maybe_unused]] auto& [__VA_ARGS__] = sightline_record; /* all there are */             \
+    SIGHTLINE_EACH(SIGHTLINE_FIELD, __VA_ARGS__)                                             \
+  }
+#define SIGHTLINE_SOME_FIELDS(Record, ...)                                                   \
+  void fields(auto& sightline_visit, ::sightline::RecordOf<Record> auto& sightline_record) { \
+    SIGHTLINE_EACH(SIGHTLINE_FIELD, __VA_ARGS__)                                             \
+  }
+
+// What they are made of. SIGHTLINE_EACH(macro, a, b) is macro(a) macro(b), for up to 64 arguments:
+// each expansion of the outer macro expands the inner one once more.
+#define SIGHTLINE_FIELD(name) sightline_visit(#name, sightline_record.name);
+#define SIGHTLINE_EACH(macro, ...) \
+  __VA_OPT__(SIGHTLINE_EXPAND(SIGHTLINE_EACH_STEP(macro, __VA_ARGS__)))
+#define SIGHTLINE_EACH_STEP(macro, first, ...) \
+  macro(first) __VA_OPT__(SIGHTLINE_EACH_AGAIN SIGHTLINE_PARENTHESES(macro, __VA_ARGS__))
+#define SIGHTLINE_EACH_AGAIN() SIGHTLINE_EACH_STEP
+#define SIGHTLINE_PARENTHESES ()
+#define SIGHTLINE_EXPAND(...) \
+  SIGHTLINE_EXPAND_4(SIGHTLINE_EXPAND_4(SIGHTLINE_EXPAND_4(SIGHTLINE_EXPAND_4(__VA_ARGS__))))
+#define SIGHTLINE_EXPAND_4(...) \
+  SIGHTLINE_EXPAND_1(SIGHTLINE_EXPAND_1(SIGHTLINE_EXPAND_1(SIGHTLINE_EXPAND_1(__VA_ARGS__))))
+#define SIGHTLINE_EXPAND_1(...) \
+  SIGHTLINE_EXPAND_0(SIGHTLINE_EXPAND_0(SIGHTLINE_EXPAND_0(SIGHTLINE_EXPAND_0(__VA_ARGS__))))
+#define SIGHTLINE_EXPAND_0(...) __VA_ARGS__
