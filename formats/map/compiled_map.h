@@ -18,6 +18,7 @@
 #include "formats/drive/trajectory.h"
 #include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
+#include "formats/record/fields.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/sharpness.h"
 #include "formats/surroundings/tile_drives.h"
@@ -38,6 +39,9 @@ struct MeasurementCard {
   std::uint32_t coarse_cells = 1;
   double leaf_m = 0.0;
 };
+SIGHTLINE_FIELDS(MeasurementCard, mapping_drive, mapping_scans, localization_drive,
+                 localization_scans, reference, offsets, measured_site_count, localizer,
+                 coarse_cells, leaf_m)
 
 struct NamedVersion {
   std::string name;
@@ -77,6 +81,7 @@ struct TrajectoryPiece {
   Eigen::Vector3d begin_map_m = Eigen::Vector3d::Zero();  // where the vehicle is at that scan
   friend bool operator==(const TrajectoryPiece&, const TrajectoryPiece&) = default;
 };
+SIGHTLINE_FIELDS(TrajectoryPiece, first_scan, stamp_ns, scan_count, way_m, begin_map_m)
 
 // Where the mapping drive's poses came from, and what its pose graph left over (see Trajectory).
 struct TrajectoryQuality {
@@ -93,6 +98,9 @@ struct TrajectoryQuality {
   double least_overlap = 0.0;
   friend bool operator==(const TrajectoryQuality&, const TrajectoryQuality&) = default;
 };
+SIGHTLINE_FIELDS(TrajectoryQuality, source, odometry_edges, loop_edges, prior_edges,
+                 rms_translation_residual_m, rms_rotation_residual_rad, pieces, overlap_count,
+                 median_overlap, least_overlap)
 
 // All that a map file carries.
 struct CompiledMap {

@@ -2,18 +2,12 @@
 
 #include <algorithm>
 
+#include "formats/record/field_texts.h"
+
 namespace sightline {
 namespace {
 
-using Facts = std::vector<std::pair<std::string, std::string>>;
-
-std::string text_of(const std::vector<double>& values) {
-  std::string text;
-  for (const double value : values) text += (text.empty() ? "" : " ") + format_double(value);
-  return text;
-}
-
-std::string text_of(bool value) { return value ? "yes" : "no"; }
+using Facts = FieldTexts::Texts;
 
 std::string digest_of(const SensorProfile& sensor) {
   ByteWriter writer;
@@ -21,104 +15,81 @@ std::string digest_of(const SensorProfile& sensor) {
   return to_hex(sha256(writer.bytes()));
 }
 
-std::string digest_of(const std::vector<InitialOffset>& offsets) {
-  ByteWriter writer;
-  for (const InitialOffset& offset : offsets) {
-    for (const double value : {offset.x_m, offset.y_m, offset.z_m, offset.yaw_rad}) {
-      writer.put(value);
-    }
-  }
-  return std::to_string(offsets.size()) + ", sha256 " + to_hex(sha256(writer.bytes()));
+void add_ndt(const NdtMap& ndt, FieldTexts& facts) {
+  facts.add("cell_m", ndt.cell_m);
+  facts.add("tile_m", ndt.tile_m);
+  facts.add("point_count", ndt.point_count);
+  facts.add("sparse_cell_count", ndt.sparse_cell_count);
+  facts.add("degenerate_cell_count", ndt.degenerate_cell_count);
 }
 
 // `of`: "promise.", or "look_promise." of the looks that take a sample.
-void add_promises(const RangeTable& ranges, const std::string& of, Facts& facts) {
+void add_promises(const RangeTable& ranges, const std::string& of, FieldTexts& facts) {
   for (const LimitPromise& promise : ranges.promises) {
-    const std::string name = of + format_double(promise.limit_m) + "_m.";
-    facts.emplace_back(name + "method", promise.method);
-    facts.emplace_back(name + "is_earned", text_of(promise.is_earned));
-    facts.emplace_back(name + "scope", std::string(promise_scope_name(promise.scope)));
-    facts.emplace_back(name + "alpha", format_double(promise.alpha));
-    facts.emplace_back(name + "delta", format_double(promise.delta));
-    facts.emplace_back(name + "probability_threshold",
-                       format_double(promise.probability_threshold));
-    facts.emplace_back(name + "history_threshold", format_double(promise.history_threshold));
-    facts.emplace_back(name + "block_count", std::to_string(promise.block_count));
-    facts.emplace_back(name + "place_count", std::to_string(promise.place_count));
-    facts.emplace_back(name + "drive_count", std::to_string(promise.drive_count));
-    facts.emplace_back(name + "statement", promise.statement);
+    facts.add(of + format_double(promise.limit_m) + "_m", promise);
   }
 }
 
-void add_measurement(const CompiledMap& map, Facts& facts) {
-  const MeasurementCard& card = map.measurement;
-  const bool is_known = card.reference == ErrorReference::kKnownPose;
-  const bool is_simulated = card.reference == ErrorReference::kSimulated;
-  facts.emplace_back("sensor.name", map.sensor.name);
-  facts.emplace_back("sensor.digest", digest_of(map.sensor));
-  facts.emplace_back("measurement.mapping_drive", card.mapping_drive);
-  facts.emplace_back("measurement.mapping_scans", card.mapping_scans);
-  facts.emplace_back("measurement.localization_drive", card.localization_drive);
-  facts.emplace_back("measurement.localization_scans", card.localization_scans);
-  facts.emplace_back("measurement.reference", is_known       ? "known poses"
-                                              : is_simulated ? "simulated"
-                                                             : "full-range match");
-  facts.emplace_back("measurement.localizer", to_text(card.localizer));
-  facts.emplace_back("measurement.offsets", digest_of(card.offsets));
-  facts.emplace_back("measurement.measured_site_count", std::to_string(card.measured_site_count));
+void add_choice(const CompiledMap& map, FieldTexts& facts) {
+  std::vector<double> limits_m;
+  for (const LimitPromise& promise : map.ranges.promises) limits_m.push_back(promise.limit_m);
+  facts.add("ranges_m", ranges_of(map.ranges.looks));
+  facts.add("limits_m", limits_m);
+  facts.add("rule", map.ranges.selection);
+  facts.add("dilation_m", map.ranges.dilation_m);
+  facts.add("extrapolated_takes_static", map.ranges.extrapolated_takes_static);
+  facts.add("support_margin", map.predicted.support_margin);
+  add_promises(map.ranges, "promise.", facts);
 }
 
-void add_look_coverage(const CompiledMap& map, Facts& facts) {
+// Of the looks that take a sample.
+void add_looks(const CompiledMap& map, FieldTexts& facts) {
+  for (const RangeTable& looks : map.ranges.of_samples) {
+    facts.add("looks", to_text(looks.looks));
+    facts.add("look_plan", looks.plan ? to_text(*looks.plan) : "none");
+    if (looks.plan) facts.add_fields("look_plan", *looks.plan);
+    add_promises(looks, "look_promise.", facts);
+  }
   for (std::size_t limit = 0; limit < map.look_quality.size(); ++limit) {
     const std::string name =
         "look_coverage." + format_double(map.ranges.promises[limit].limit_m) + "_m.";
-    const LimitQuality& quality = map.look_quality[limit];
-    facts.emplace_back(name + "expected", format_double(quality.expected_coverage));
-    facts.emplace_back(name + "measured", format_double(quality.measured_coverage));
+    facts.add(name + "expected", map.look_quality[limit].expected_coverage);
+    facts.add(name + "measured", map.look_quality[limit].measured_coverage);
   }
 }
 
+void add_model(const ModelRecord& model, FieldTexts& facts) {
+  facts.add("model.encoding_version", model.encoding_version);
+  facts.add("model.localizer", model.localizer);
+  facts.add("model.digest", model.digest);
+}
+
 Facts facts_of(const CompiledMap& map) {
-  const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
-  std::vector<double> limits_m;
-  for (const LimitPromise& promise : map.ranges.promises) limits_m.push_back(promise.limit_m);
-  Facts facts = {{"map_id", map.map_id},
-                 {"version", map.version},
-                 {"release", std::to_string(map.release)},
-                 {"writer", map.writer},
-                 {"frame.origin_world_m", text_of({origin_m.x(), origin_m.y(), origin_m.z()})},
-                 {"frame.world", map.world},
-                 {"cell_m", format_double(map.ndt.cell_m)},
-                 {"tile_m", format_double(map.ndt.tile_m)},
-                 {"point_count", std::to_string(map.ndt.point_count)},
-                 {"site_spacing_m", format_double(map.sites.spacing_m)},
-                 {"reach_m", format_double(map.reach_m)},
-                 {"ranges_m", text_of(ranges_of(map.ranges.looks))},
-                 {"limits_m", text_of(limits_m)},
-                 {"rule", std::string(selection_name(map.ranges.selection))},
-                 {"dilation_m", format_double(map.ranges.dilation_m)}};
-  add_promises(map.ranges, "promise.", facts);
-  for (const RangeTable& looks : map.ranges.of_samples) {
-    facts.emplace_back("looks", to_text(looks.looks));
-    facts.emplace_back("look_plan", looks.plan ? to_text(*looks.plan) : "none");
-    if (looks.plan) {
-      facts.emplace_back("look_plan.doubt_above", format_double(looks.plan->doubt_above));
-    }
-    add_promises(looks, "look_promise.", facts);
-    add_look_coverage(map, facts);
-  }
-  add_measurement(map, facts);
+  FieldTexts facts;
+  facts.add("map_id", map.map_id);
+  facts.add("version", map.version);
+  facts.add("release", map.release);
+  facts.add("writer", map.writer);
+  facts.add("frame", map.ndt.frame);
+  facts.add("frame.world", map.world);
+  add_ndt(map.ndt, facts);
+  facts.add("site_spacing_m", map.sites.spacing_m);
+  facts.add("reach_m", map.reach_m);
+  add_choice(map, facts);
+  add_looks(map, facts);
+  facts.add("sensor.name", map.sensor.name);
+  facts.add("sensor.digest", digest_of(map.sensor));
+  facts.add("measurement", map.measurement);
   for (const NamedVersion& definition : map.definitions) {
-    facts.emplace_back("definitions." + definition.name, "v" + std::to_string(definition.version));
+    facts.add("definitions." + definition.name, "v" + std::to_string(definition.version));
   }
-  facts.emplace_back("model.encoding_version", std::to_string(map.model.encoding_version));
-  facts.emplace_back("model.localizer", to_text(map.model.localizer));
-  facts.emplace_back("model.digest", to_hex(map.model.digest));
+  add_model(map.model, facts);
   if (map.sharpness) {
-    facts.emplace_back("sharpness.mean_entropy_nat",
-                       format_double(map.sharpness->of_map.mean_entropy_nat));
+    facts.add("sharpness", map.sharpness->of_map);
+    facts.add("sharpness.of_given", map.sharpness->of_given);
   }
-  return facts;
+  facts.add("trajectory", map.trajectory);
+  return facts.take();
 }
 
 const std::string* find(const Facts& facts, const std::string& name) {

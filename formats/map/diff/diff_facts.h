@@ -4,9 +4,8 @@
 
 namespace sightline {
 
-// What the manifests of two maps say differently, in the order in which a map is described; figures
-// that follow from the layers are left out. Of the error model its digest, of the sensor and the
-// starts of matching a digest where they are too long to read.
+// What differs between the manifests of two maps, in the order in which a map is described; figures
+// that follow from the layers are left out. The error model and the sensor are compared by digest.
 std::vector<FactDiff> diff_facts(const CompiledMap& before, const CompiledMap& after);
 
 }  // namespace sightline

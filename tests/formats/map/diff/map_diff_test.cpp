@@ -289,6 +289,39 @@ TEST(MapDiff, NamesWhatChangedInTheMapAsAWhole) {
   EXPECT_THAT(diff.facts, named("model.digest"));
 }
 
+TEST(MapDiff, NamesEveryFigureOfTheManifest) {
+  const CompiledMap map = random_map({.seed = 3});
+  const auto changes_of = [&](const auto& change) {
+    CompiledMap changed = map;
+    change(changed);
+    std::vector<std::string> names;
+    for (const FactDiff& fact : diff_of(map, changed).facts) names.push_back(fact.name);
+    return names;
+  };
+  using testing::ElementsAre;
+  EXPECT_THAT(changes_of([](CompiledMap& changed) { changed.measurement.coarse_cells += 1; }),
+              ElementsAre("measurement.coarse_cells"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) { changed.measurement.leaf_m = 2.0; }),
+              ElementsAre("measurement.leaf_m"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) { changed.measurement.offsets[1].x_m = 0.0; }),
+              ElementsAre("measurement.offsets.1.x_m"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) { changed.predicted.support_margin = 0.5; }),
+              ElementsAre("support_margin"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) {
+                changed.sharpness->of_given->mean_plane_variance_m2 = 0.004;
+              }),
+              ElementsAre("sharpness.of_given.mean_plane_variance_m2"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) { changed.sharpness->of_map.plane_points = 1; }),
+              ElementsAre("sharpness.plane_points"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) {
+                changed.trajectory->pieces.front().way_m = 80.0;
+                changed.trajectory->pieces.push_back({90, 2'000'000'000, 10, 9.5, {}});
+              }),
+              ElementsAre("trajectory.pieces.0.way_m", "trajectory.pieces.1.first_scan",
+                          "trajectory.pieces.1.stamp_ns", "trajectory.pieces.1.scan_count",
+                          "trajectory.pieces.1.way_m", "trajectory.pieces.1.begin_map_m"));
+}
+
 TEST(MapDiff, SaysWhereGridsCannotBeCompared) {
   const CompiledMap map = random_map({.seed = 3});
   CompiledMap changed = random_map({.seed = 3, .tile_m = 32.0});
