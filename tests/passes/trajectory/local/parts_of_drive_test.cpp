@@ -141,7 +141,7 @@ TEST(EstimateUndistorted, AsksEachDriveHowItsScansWereMeasured) {
   PassContext ctx;
   const TestDrive all = joined({street(0.0, kRigid), street(0.1, kSwept)});
   std::optional<Drive> last;  // of which poses were estimated
-  const EstimatePoses estimate = [&](PassContext&, const Drive& drive) -> Result<Trajectory> {
+  const EstimatePoses estimate = [&](PassContext&, const Drive& drive) -> Result<Estimate> {
     last = drive;
     const Trajectory& truth = all.truth;
     Trajectory found;
@@ -149,9 +149,9 @@ TEST(EstimateUndistorted, AsksEachDriveHowItsScansWereMeasured) {
       found.poses.push_back(
           *std::ranges::find(truth.poses, scan.recording_index, &TrajectoryPose::recording_index));
     }
-    return found;
+    return Estimate{found};
   };
-  ASSERT_TRUE(estimate_undistorted(ctx, all.drive, all.truth, estimate).has_value());
+  ASSERT_TRUE(estimate_undistorted(ctx, all.drive, Estimate{all.truth}, estimate).has_value());
   ASSERT_TRUE(last.has_value());
   ASSERT_EQ(last->scans.size(), kRigid + kSwept);
   EXPECT_EQ(farthest_m(*last, 0, all.drive, 0, kRigid), 0.0);
