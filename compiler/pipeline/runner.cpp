@@ -317,14 +317,16 @@ void check_inputs(const Plan& plan, const std::vector<Scheduled>& list,
   }
 }
 
-void print_if_asked(const PassStep& step, const RunOptions& options, const RunObserver& observer,
-                    const ArtifactSet& artifacts) {
+Result<void> print_if_asked(const PassStep& step, const RunOptions& options,
+                            const RunObserver& observer, const ArtifactSet& artifacts) {
   if (!observer.printed ||
       std::ranges::find(options.print_after, step.name) == options.print_after.end()) {
-    return;
+    return {};
   }
   const ArtifactSet::Entry& output = artifacts.entry({step.output});
-  observer.printed(step.name, output.type->print(output.value.get()));
+  SIGHTLINE_ASSIGN(const Table table, output.type->print(output.value.get()));
+  observer.printed(step.name, table);
+  return {};
 }
 
 }  // namespace
@@ -351,7 +353,7 @@ Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
     if (!report) return report.error();
     reports.push_back(*report);
     if (observer.finished) observer.finished(*report);
-    print_if_asked(step, options, observer, artifacts);
+    SIGHTLINE_TRY(print_if_asked(step, options, observer, artifacts));
   }
   return runner.make_wanted_whole();
 }

@@ -48,7 +48,7 @@ struct ArtifactType {
   std::string_view name;
   std::uint32_t version = 0;
   std::function<Result<void>(const void*)> check;
-  std::function<Table(const void*)> print;
+  std::function<Result<Table>(const void*)> print;  // error: cannot-read
   // Empty where the artifact is neither Encodable nor InPieces.
   std::function<Result<void>(const void*, const ByteSink&)> write;
   std::function<Result<std::shared_ptr<const void>>(const StoredBytes&)> read;
@@ -64,7 +64,7 @@ const ArtifactType& artifact_type() {
     type.name = ArtifactTraits<X>::kName;
     type.version = ArtifactTraits<X>::kVersion;
     type.check = [](const void* x) { return validate(*static_cast<const X*>(x)); };
-    type.print = [](const void* x) { return dump(*static_cast<const X*>(x)); };
+    type.print = [](const void* x) -> Result<Table> { return dump(*static_cast<const X*>(x)); };
     type.refers_outside = requires { ArtifactTraits<X>::kRefersOutside; };
     type.is_form = !std::is_same_v<ArtifactOf<X>, X>;
     if constexpr (InPieces<X>) {

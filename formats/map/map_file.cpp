@@ -19,12 +19,10 @@ Result<void> validate(const MapFile& file) {
                "map file"};
 }
 
-Table dump(const MapFile& file) {
-  const Result<std::vector<std::byte>> bytes = file.bytes.read(0, file.bytes.size());
-  SIGHTLINE_CHECK(bytes.has_value());
-  const Result<CompiledMap> map = read_map(*bytes);
-  SIGHTLINE_CHECK(map.has_value());
-  return dump(*map);
+Result<Table> dump(const MapFile& file) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, file.bytes.read(0, file.bytes.size()));
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(bytes));
+  return dump(map);
 }
 
 }  // namespace sightline

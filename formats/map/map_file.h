@@ -22,7 +22,7 @@ struct ArtifactTraits<MapFile> {
 
 // Header and size. Its content was checked part by part before it was written.
 Result<void> validate(const MapFile& file);
-// As dump() of the compiled map, which it reads whole.
-Table dump(const MapFile& file);
+// As dump() of the compiled map, which it reads whole. Errors: cannot-read, those of read_map().
+Result<Table> dump(const MapFile& file);
 
 }  // namespace sightline

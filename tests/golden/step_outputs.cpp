@@ -63,7 +63,7 @@ bool remove_times(Table& table) {
 }
 
 // Everything in an artifact; its one dump leaves some of these out.
-std::vector<Table> all_tables(const ArtifactSet::Entry& entry) {
+Result<std::vector<Table>> all_tables(const ArtifactSet::Entry& entry) {
   const void* artifact = entry.value.get();
   if (entry.type == &artifact_type<Evaluation>()) {
     return tables(*static_cast<const Evaluation*>(artifact));
@@ -71,13 +71,14 @@ std::vector<Table> all_tables(const ArtifactSet::Entry& entry) {
   if (entry.type == &artifact_type<DriveTracks>()) {
     return tables(*static_cast<const DriveTracks*>(artifact));
   }
-  return {entry.type->print(artifact)};
+  SIGHTLINE_ASSIGN(const Table table, entry.type->print(artifact));
+  return std::vector<Table>{table};
 }
 
 // Of the encoded bytes. Of the dump in full precision, without times and with all points of a
 // drive, where an artifact is not encoded or holds times.
 Result<Digest> digest_of(const ArtifactSet::Entry& entry) {
-  std::vector<Table> all = all_tables(entry);
+  SIGHTLINE_ASSIGN(std::vector<Table> all, all_tables(entry));
   bool has_times = false;
   for (Table& table : all) has_times = remove_times(table) || has_times;
   if (entry.type->write && !has_times) {
@@ -108,7 +109,7 @@ Result<StepOutput> output_of(const Plan& plan, const PassStep& step, const Artif
   for (const std::size_t input : step.inputs) {
     output.inputs.push_back(plan.artifact({input}).name);
   }
-  output.table = entry.type->print(entry.value.get());
+  SIGHTLINE_ASSIGN(output.table, entry.type->print(entry.value.get()));
   remove_times(output.table);
   const Result<Digest> digest = digest_of(entry);
   if (!digest) return digest.error();
