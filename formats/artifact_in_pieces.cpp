@@ -44,4 +44,18 @@ Result<StoredBytes> unseal(const StoredBytes& sealed, std::string_view name,
   return body.part(head_size, body.size() - head_size);
 }
 
+Result<std::optional<std::uint64_t>> decode_front(const StoredBytes& payload,
+                                                  const std::function<void(ByteReader&)>& decode) {
+  // Most fronts are short; that of many sites may be long.
+  constexpr std::uint64_t kShort = std::uint64_t{1} << 16;
+  for (std::uint64_t size = kShort;; size *= 2) {
+    const std::uint64_t read = std::min(payload.size(), size);
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, payload.read(0, read));
+    ByteReader reader(bytes);
+    decode(reader);
+    if (reader.ok()) return std::optional<std::uint64_t>(reader.offset());
+    if (read == payload.size()) return std::optional<std::uint64_t>();
+  }
+}
+
 }  // namespace sightline

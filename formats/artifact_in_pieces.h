@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -39,6 +40,11 @@ Result<void> seal_in_pieces(std::string_view name, std::uint32_t version,
 // The payload within the sealed bytes, which are read once for the checks of unseal(). Errors:
 // those of unseal(), cannot-read.
 Result<StoredBytes> unseal(const StoredBytes& sealed, std::string_view name, std::uint32_t version);
+
+// Decodes what begins a payload, of which as much is read as `decode` takes, and returns the place
+// behind it; none where the bytes make no sense. Error: cannot-read.
+Result<std::optional<std::uint64_t>> decode_front(const StoredBytes& payload,
+                                                  const std::function<void(ByteReader&)>& decode);
 
 template <InPieces X>
 Result<void> visit_bytes(const X& artifact, const ByteSink& sink) {

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <span>
 
 #include "formats/annotation/of_samples.h"
-#include "formats/base/check.h"
 
 namespace sightline {
 namespace {
@@ -48,9 +46,7 @@ Result<void> validate_own(const FactorTable& table) {
 
 const std::vector<Look>& looks_of(const FactorTable& table) { return table.looks; }
 
-}  // namespace
-
-void encode_head(const FactorTable& table, ByteWriter& writer) {
+void encode_own_head(const FactorTable& table, ByteWriter& writer) {
   encode(table.looks, writer);
   writer.put<std::uint64_t>(table.factors.size());
   for (const std::string& factor : table.factors) writer.put_string(factor);
@@ -58,42 +54,20 @@ void encode_head(const FactorTable& table, ByteWriter& writer) {
   writer.put(table.shared_count);
 }
 
-void decode_head(ByteReader& reader, FactorTable& table) {
+void decode_own_head(ByteReader& reader, FactorTable& table) {
   decode(reader, table.looks);
   table.factors.resize(reader.get_count(sizeof(std::uint64_t)));
   for (std::string& factor : table.factors) reader.get_string(factor);
   reader.get(table.site_count);
   reader.get(table.shared_count);
+  if (table.shared_count > table.factors.size()) reader.fail();
 }
 
-namespace {
-
-void decode_own(ByteReader& reader, FactorTable& table) {
-  decode_head(reader, table);
-  reader.get_array(table.values);
-}
-
-Result<void> visit_own(const FactorTable& table, const ByteSink& sink) {
-  ByteWriter head;
-  encode_head(table, head);
-  head.put<std::uint64_t>(table.values.size());
-  SIGHTLINE_TRY(sink(head.bytes()));
-  return sink(std::as_bytes(std::span(table.values)));
-}
-
-Error undecodable() {
-  return {ErrorCode::kBadLayer, "the payload of a factor-table cannot be decoded"};
-}
-
-// From `offset` on, which moves behind it.
-Result<void> open_own(const StoredBytes& payload, std::uint64_t& offset, FactorTable& table) {
-  SIGHTLINE_ASSIGN(const std::optional<std::uint64_t> count,
-                   read_head(payload, offset, table, sizeof(double)));
-  if (!count) return undecodable();
-  table.values.resize(*count);
-  SIGHTLINE_TRY(payload.read(offset, std::as_writable_bytes(std::span(table.values))));
-  offset += *count * sizeof(double);
-  return {};
+// The values of some sites.
+template <class Table>
+auto values_of(Table& table, std::size_t first, std::size_t count) {
+  const std::size_t per_site = table.values_per_site();
+  return std::span(table.values).subspan(first * per_site, count * per_site);
 }
 
 // A cell that the table has no factor for stays empty.
@@ -118,7 +92,8 @@ bool is_simulated(const FactorTable& table) {
 }
 
 Result<void> validate(const FactorTable& table) {
-  return validate_both(table, validate_own, looks_of);
+  SIGHTLINE_TRY(validate_both(table, validate_own, looks_of));
+  return validate_site_count(table);
 }
 
 Table dump(const FactorTable& table) {
@@ -132,32 +107,62 @@ Table dump(const FactorTable& table) {
   return text;
 }
 
-void encode(const FactorTable& table, ByteWriter& writer) {
-  const auto append = [&](std::span<const std::byte> piece) -> Result<void> {
-    writer.append(piece.data(), piece.size());
-    return {};
-  };
-  const Result<void> written = visit_payload(table, append);
-  SIGHTLINE_CHECK(written.has_value());
+void encode(const FactorTable& table, ByteWriter& writer) { encode_whole(table, writer); }
+void decode(ByteReader& reader, FactorTable& table) { decode_whole(reader, table); }
+
+std::size_t RowsOf<FactorTable>::size(const FactorTable& head) {
+  std::size_t values = head.values_per_site();
+  for (const FactorTable& samples : head.of_samples) values += samples.values_per_site();
+  return values * sizeof(double);
 }
 
-void decode(ByteReader& reader, FactorTable& table) { decode_both(reader, table, decode_own); }
-
-std::uint64_t payload_size(const FactorTable& table) {
-  ByteWriter counting = ByteWriter::that_counts();
-  encode(table, counting);
-  return counting.count();
+FactorTable RowsOf<FactorTable>::head_of(const FactorTable& table) {
+  return part_of(table, 0, table.site_count);
 }
 
-Result<void> visit_payload(const FactorTable& table, const ByteSink& sink) {
-  return visit_both(table, sink, visit_own);
+FactorTable RowsOf<FactorTable>::part_of(const FactorTable& head, std::size_t first,
+                                         std::size_t count) {
+  const auto site_count = static_cast<std::uint32_t>(count);
+  FactorTable part{head.looks, head.factors, site_count, head.shared_count, {}, {}};
+  for (const FactorTable& samples : head.of_samples) {
+    part.of_samples.push_back(part_of(samples, first, count));
+  }
+  return part;
 }
 
-Result<void> open_payload(const StoredBytes& payload, FactorTable& table) {
-  std::uint64_t offset = 0;
-  SIGHTLINE_ASSIGN(const bool is_whole, open_both(payload, offset, table, open_own));
-  if (!is_whole) return undecodable();
-  return validate(table);
+void RowsOf<FactorTable>::resize(FactorTable& head, std::size_t count) {
+  head.values.resize(count * head.values_per_site());
+  for (FactorTable& samples : head.of_samples) resize(samples, count);
+}
+
+void RowsOf<FactorTable>::encode_head(const FactorTable& table, ByteWriter& writer) {
+  encode_both(table, writer, encode_own_head);
+}
+
+void RowsOf<FactorTable>::decode_head(ByteReader& reader, FactorTable& table) {
+  decode_both(reader, table, decode_own_head);
+  if (!has_one_site_count(table)) reader.fail();
+}
+
+void RowsOf<FactorTable>::encode(const FactorTable& table, std::size_t first, std::size_t count,
+                                 ByteWriter& writer) {
+  for (std::size_t site = first; site < first + count; ++site) {
+    const auto append = [&](std::span<const double> values) {
+      writer.append(values.data(), values.size_bytes());
+    };
+    append(values_of(table, site, 1));
+    for (const FactorTable& samples : table.of_samples) append(values_of(samples, site, 1));
+  }
+}
+
+void RowsOf<FactorTable>::decode(ByteReader& reader, FactorTable& table, std::size_t first,
+                                 std::size_t count) {
+  for (std::size_t site = first; site < first + count; ++site) {
+    for (double& value : values_of(table, site, 1)) reader.get(value);
+    for (FactorTable& samples : table.of_samples) {
+      for (double& value : values_of(samples, site, 1)) reader.get(value);
+    }
+  }
 }
 
 }  // namespace sightline

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "formats/artifact_in_pieces.h"
+#include "formats/artifact.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
+#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
@@ -41,7 +43,7 @@ struct FactorTable {
 template <>
 struct ArtifactTraits<FactorTable> {
   static constexpr std::string_view kName = "factor-table";
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 };
 
 // The column of ones that says that simulated scans stand where those of drives would
@@ -53,14 +55,20 @@ Result<void> validate(const FactorTable& table);
 Table dump(const FactorTable& table);
 void encode(const FactorTable& table, ByteWriter& writer);
 void decode(ByteReader& reader, FactorTable& table);
-// The same bytes: of a large field they are not in memory twice.
-std::uint64_t payload_size(const FactorTable& table);
-Result<void> visit_payload(const FactorTable& table, const ByteSink& sink);
-Result<void> open_payload(const StoredBytes& payload, FactorTable& table);
 
-// What they are made of, for the looks that take every return and again for those that do not: all
-// but the values, their count, and the values one after another.
-void encode_head(const FactorTable& table, ByteWriter& writer);
-void decode_head(ByteReader& reader, FactorTable& table);
+// A row has all values of a site: by the looks that take every return, then by those that do not.
+template <>
+struct RowsOf<FactorTable> {
+  static std::size_t size(const FactorTable& head);
+  static std::size_t count(const FactorTable& table) { return table.site_count; }
+  static FactorTable head_of(const FactorTable& table);
+  static FactorTable part_of(const FactorTable& head, std::size_t first, std::size_t count);
+  static void resize(FactorTable& head, std::size_t count);
+  static void encode_head(const FactorTable& table, ByteWriter& writer);
+  static void decode_head(ByteReader& reader, FactorTable& table);
+  static void encode(const FactorTable& table, std::size_t first, std::size_t count,
+                     ByteWriter& writer);
+  static void decode(ByteReader& reader, FactorTable& table, std::size_t first, std::size_t count);
+};
 
 }  // namespace sightline

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <span>
 
 #include "formats/annotation/of_samples.h"
 #include "formats/record/finite.h"
@@ -30,7 +30,7 @@ constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
                                    {"max_work", &ErrorRow::max_work},
                                    {"mean_time_ms", &ErrorRow::mean_time_ms},
                                    {"max_time_ms", &ErrorRow::max_time_ms}};
-static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kEncodedErrorRow);
+constexpr std::size_t kEncodedRow = std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t);
 
 Result<void> validate_setup(const MeasuredError& measured) {
   if (name_of(measured.reference).empty()) {
@@ -93,9 +93,7 @@ Result<void> validate_own(const MeasuredError& measured) {
 
 const std::vector<Look>& looks_of(const MeasuredError& measured) { return measured.looks; }
 
-}  // namespace
-
-void encode_head(const MeasuredError& measured, ByteWriter& writer) {
+void encode_own_head(const MeasuredError& measured, ByteWriter& writer) {
   writer.put_string(measured.drive);
   writer.put(measured.matching.scans);
   encode(measured.matching.localizer, writer);
@@ -108,7 +106,7 @@ void encode_head(const MeasuredError& measured, ByteWriter& writer) {
   writer.put_array(measured.scan_of_site);
 }
 
-void decode_head(ByteReader& reader, MeasuredError& measured) {
+void decode_own_head(ByteReader& reader, MeasuredError& measured) {
   reader.get_string(measured.drive);
   reader.get(measured.matching.scans);
   decode(reader, measured.matching.localizer);
@@ -121,71 +119,20 @@ void decode_head(ByteReader& reader, MeasuredError& measured) {
   reader.get_array(measured.scan_of_site);
 }
 
-void encode_rows(std::span<const ErrorRow> rows, ByteWriter& writer) {
-  for (const ErrorRow& row : rows) {
-    writer.put(row.point_count);
-    for (const RowField& field : kRowFields) writer.put(row.*field.value);
-  }
+void encode_row(const ErrorRow& row, ByteWriter& writer) {
+  writer.put(row.point_count);
+  for (const RowField& field : kRowFields) writer.put(row.*field.value);
 }
 
-void decode_rows(ByteReader& reader, std::span<ErrorRow> rows) {
-  for (ErrorRow& row : rows) {
-    reader.get(row.point_count);
-    for (const RowField& field : kRowFields) reader.get(row.*field.value);
-  }
+void decode_row(ByteReader& reader, ErrorRow& row) {
+  reader.get(row.point_count);
+  for (const RowField& field : kRowFields) reader.get(row.*field.value);
 }
 
-namespace {
-
-void encode_own(const MeasuredError& measured, ByteWriter& writer) {
-  encode_head(measured, writer);
-  writer.put<std::uint64_t>(measured.rows.size());
-  encode_rows(measured.rows, writer);
-}
-
-void decode_own(ByteReader& reader, MeasuredError& measured) {
-  decode_head(reader, measured);
-  measured.rows.resize(reader.get_count(kEncodedErrorRow));
-  decode_rows(reader, measured.rows);
-}
-
-// Rows that are taken through bytes at once.
-constexpr std::size_t kRowsInPiece = 4096;
-
-Result<void> visit_own(const MeasuredError& measured, const ByteSink& sink) {
-  ByteWriter head;
-  encode_head(measured, head);
-  head.put<std::uint64_t>(measured.rows.size());
-  SIGHTLINE_TRY(sink(head.bytes()));
-  const std::span<const ErrorRow> rows(measured.rows);
-  for (std::size_t first = 0; first < rows.size(); first += kRowsInPiece) {
-    ByteWriter piece;
-    encode_rows(rows.subspan(first, std::min(kRowsInPiece, rows.size() - first)), piece);
-    SIGHTLINE_TRY(sink(piece.bytes()));
-  }
-  return {};
-}
-
-Error undecodable() {
-  return {ErrorCode::kBadLayer, "the payload of a measured-error cannot be decoded"};
-}
-
-// From `offset` on, which moves behind it.
-Result<void> open_own(const StoredBytes& payload, std::uint64_t& offset, MeasuredError& measured) {
-  SIGHTLINE_ASSIGN(const std::optional<std::uint64_t> count,
-                   read_head(payload, offset, measured, kEncodedErrorRow));
-  if (!count) return undecodable();
-  measured.rows.resize(*count);
-  const std::span<ErrorRow> rows(measured.rows);
-  for (std::size_t first = 0; first < rows.size(); first += kRowsInPiece) {
-    const auto some = rows.subspan(first, std::min(kRowsInPiece, rows.size() - first));
-    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes,
-                     payload.read(offset, some.size() * kEncodedErrorRow));
-    ByteReader reader(bytes);
-    decode_rows(reader, some);
-    offset += bytes.size();
-  }
-  return {};
+// The rows of one site.
+template <class Measured>
+auto rows_at(Measured& measured, std::size_t site) {
+  return std::span(measured.rows).subspan(site * measured.looks.size(), measured.looks.size());
 }
 
 void append_rows(const MeasuredError& measured, Table& table) {
@@ -216,7 +163,8 @@ std::string_view reference_text(ErrorReference reference) {
 }
 
 Result<void> validate(const MeasuredError& measured) {
-  return validate_both(measured, validate_own, looks_of);
+  SIGHTLINE_TRY(validate_both(measured, validate_own, looks_of));
+  return validate_site_count(measured);
 }
 
 Table dump(const MeasuredError& measured) {
@@ -246,29 +194,63 @@ Table dump(const MeasuredError& measured) {
   return table;
 }
 
-void encode(const MeasuredError& measured, ByteWriter& writer) {
-  encode_both(measured, writer, encode_own);
+void encode(const MeasuredError& measured, ByteWriter& writer) { encode_whole(measured, writer); }
+void decode(ByteReader& reader, MeasuredError& measured) { decode_whole(reader, measured); }
+
+std::size_t RowsOf<MeasuredError>::size(const MeasuredError& head) {
+  std::size_t rows = head.looks.size();
+  for (const MeasuredError& samples : head.of_samples) rows += samples.looks.size();
+  return rows * kEncodedRow;
 }
 
-void decode(ByteReader& reader, MeasuredError& measured) {
-  decode_both(reader, measured, decode_own);
+MeasuredError RowsOf<MeasuredError>::head_of(const MeasuredError& table) {
+  return part_of(table, 0, table.scan_of_site.size());
 }
 
-std::uint64_t payload_size(const MeasuredError& measured) {
-  ByteWriter counting = ByteWriter::that_counts();
-  encode(measured, counting);
-  return counting.count();
+MeasuredError RowsOf<MeasuredError>::part_of(const MeasuredError& head, std::size_t first,
+                                             std::size_t count) {
+  MeasuredError part{head.drive, head.matching, head.reference, head.looks, head.offsets, {}, {},
+                     {}};
+  const auto scans = std::span(head.scan_of_site).subspan(first, count);
+  part.scan_of_site.assign(scans.begin(), scans.end());
+  for (const MeasuredError& samples : head.of_samples) {
+    part.of_samples.push_back(part_of(samples, first, count));
+  }
+  return part;
 }
 
-Result<void> visit_payload(const MeasuredError& measured, const ByteSink& sink) {
-  return visit_both(measured, sink, visit_own);
+void RowsOf<MeasuredError>::resize(MeasuredError& head, std::size_t count) {
+  head.rows.resize(head.shape().size(count));
+  for (MeasuredError& samples : head.of_samples) resize(samples, count);
 }
 
-Result<void> open_payload(const StoredBytes& payload, MeasuredError& measured) {
-  std::uint64_t offset = 0;
-  SIGHTLINE_ASSIGN(const bool is_whole, open_both(payload, offset, measured, open_own));
-  if (!is_whole) return undecodable();
-  return validate(measured);
+void RowsOf<MeasuredError>::encode_head(const MeasuredError& table, ByteWriter& writer) {
+  encode_both(table, writer, encode_own_head);
+}
+
+void RowsOf<MeasuredError>::decode_head(ByteReader& reader, MeasuredError& table) {
+  decode_both(reader, table, decode_own_head);
+  if (!has_one_site_count(table)) reader.fail();
+}
+
+void RowsOf<MeasuredError>::encode(const MeasuredError& table, std::size_t first, std::size_t count,
+                                   ByteWriter& writer) {
+  for (std::size_t site = first; site < first + count; ++site) {
+    for (const ErrorRow& row : rows_at(table, site)) encode_row(row, writer);
+    for (const MeasuredError& samples : table.of_samples) {
+      for (const ErrorRow& row : rows_at(samples, site)) encode_row(row, writer);
+    }
+  }
+}
+
+void RowsOf<MeasuredError>::decode(ByteReader& reader, MeasuredError& table, std::size_t first,
+                                   std::size_t count) {
+  for (std::size_t site = first; site < first + count; ++site) {
+    for (ErrorRow& row : rows_at(table, site)) decode_row(reader, row);
+    for (MeasuredError& samples : table.of_samples) {
+      for (ErrorRow& row : rows_at(samples, site)) decode_row(reader, row);
+    }
+  }
 }
 
 }  // namespace sightline

@@ -3,18 +3,18 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "formats/artifact_in_pieces.h"
+#include "formats/artifact.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/localizer_profile.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
 #include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
+#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
@@ -94,24 +94,28 @@ struct MeasuredError {
 template <>
 struct ArtifactTraits<MeasuredError> {
   static constexpr std::string_view kName = "measured-error";
-  static constexpr std::uint32_t kVersion = 5;
+  static constexpr std::uint32_t kVersion = 6;
 };
 
 Result<void> validate(const MeasuredError& measured);
 Table dump(const MeasuredError& measured);
 void encode(const MeasuredError& measured, ByteWriter& writer);
 void decode(ByteReader& reader, MeasuredError& measured);
-// The same bytes: of a large field they are not in memory twice.
-std::uint64_t payload_size(const MeasuredError& measured);
-Result<void> visit_payload(const MeasuredError& measured, const ByteSink& sink);
-Result<void> open_payload(const StoredBytes& payload, MeasuredError& measured);
 
-// What they are made of, for the looks that take every return and again for those that do not: all
-// but the rows, their count, and the rows one after another.
-void encode_head(const MeasuredError& measured, ByteWriter& writer);
-void decode_head(ByteReader& reader, MeasuredError& measured);
-inline constexpr std::size_t kEncodedErrorRow = 14 * sizeof(double) + sizeof(std::uint32_t);
-void encode_rows(std::span<const ErrorRow> rows, ByteWriter& writer);
-void decode_rows(ByteReader& reader, std::span<ErrorRow> rows);
+// A row has the errors at a site: by the looks that take every return, then by those that do not.
+template <>
+struct RowsOf<MeasuredError> {
+  static std::size_t size(const MeasuredError& head);
+  static std::size_t count(const MeasuredError& table) { return table.scan_of_site.size(); }
+  static MeasuredError head_of(const MeasuredError& table);
+  static MeasuredError part_of(const MeasuredError& head, std::size_t first, std::size_t count);
+  static void resize(MeasuredError& head, std::size_t count);
+  static void encode_head(const MeasuredError& table, ByteWriter& writer);
+  static void decode_head(ByteReader& reader, MeasuredError& table);
+  static void encode(const MeasuredError& table, std::size_t first, std::size_t count,
+                     ByteWriter& writer);
+  static void decode(ByteReader& reader, MeasuredError& table, std::size_t first,
+                     std::size_t count);
+};
 
 }  // namespace sightline

@@ -1,18 +1,15 @@
 #pragma once
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "formats/base/bytes.h"
-#include "formats/base/files/stored_bytes.h"
+#include "formats/base/files/byte_sink.h"
 #include "formats/base/result.h"
 #include "formats/drive/look.h"
+#include "formats/tables/rows_of.h"
 
 // Tables of a map come twice: for the looks that take every return, the paper's observation ranges,
 // and as `of_samples` for those that take a sample. Both are made by the same code, each in its
@@ -48,47 +45,6 @@ Result<void> visit_both(const Artifact& artifact, const ByteSink& sink, const Vi
   return {};
 }
 
-// Reads both tables from `offset` on, which moves behind them; false where bytes make no sense or
-// some are left. Errors: cannot-read, those of open_own.
-template <class Artifact, class OpenOwn>
-Result<bool> open_both(const StoredBytes& payload, std::uint64_t& offset, Artifact& artifact,
-                       const OpenOwn& open_own) {
-  SIGHTLINE_TRY(open_own(payload, offset, artifact));
-  if (offset == payload.size()) return false;
-  std::uint8_t count = 0;
-  SIGHTLINE_TRY(payload.read(offset++, std::as_writable_bytes(std::span(&count, 1))));
-  if (count > 1) return false;
-  artifact.of_samples.resize(count);
-  for (Artifact& samples : artifact.of_samples) SIGHTLINE_TRY(open_own(payload, offset, samples));
-  return offset == payload.size();
-}
-
-// All that precedes the values of a table (decode_head), and how many values of at least so many
-// bytes stand behind it, from `offset` on, which moves behind that number. Nothing where the bytes
-// make no sense. Error: cannot-read.
-template <class Artifact>
-Result<std::optional<std::uint64_t>> read_head(const StoredBytes& payload, std::uint64_t& offset,
-                                               Artifact& table, std::size_t bytes_of_value) {
-  // Most heads are short; that of many sites may be long.
-  constexpr std::uint64_t kShort = std::uint64_t{1} << 16;
-  const std::uint64_t rest = payload.size() - offset;
-  for (std::uint64_t size = kShort;; size *= 2) {
-    const std::uint64_t read = std::min(rest, size);
-    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, payload.read(offset, read));
-    ByteReader reader(bytes);
-    Artifact found;
-    decode_head(reader, found);
-    const auto count = reader.template get<std::uint64_t>();
-    if (!reader.ok() && read < rest) continue;
-    if (!reader.ok() || count > (rest - reader.offset()) / bytes_of_value) {
-      return std::optional<std::uint64_t>();
-    }
-    table = std::move(found);
-    offset += reader.offset();
-    return std::optional(count);
-  }
-}
-
 // `looks_of`: the looks of an artifact. Error: invalid-artifact, or what validate_own returns.
 template <class Artifact, class ValidateOwn, class LooksOf>
 Result<void> validate_both(const Artifact& artifact, const ValidateOwn& validate_own,
@@ -107,6 +63,22 @@ Result<void> validate_both(const Artifact& artifact, const ValidateOwn& validate
     }
   }
   return {};
+}
+
+// Whether a table of samples has as many sites as its own.
+template <HasRows Artifact>
+bool has_one_site_count(const Artifact& artifact) {
+  return std::ranges::all_of(artifact.of_samples, [&](const Artifact& samples) {
+    return RowsOf<Artifact>::count(samples) == RowsOf<Artifact>::count(artifact);
+  });
+}
+
+// Error: invalid-artifact where there is no such.
+template <HasRows Artifact>
+Result<void> validate_site_count(const Artifact& artifact) {
+  if (has_one_site_count(artifact)) return {};
+  return Error{ErrorCode::kInvalidArtifact, "found a table of samples of other sites", "",
+               "of_samples"};
 }
 
 }  // namespace sightline

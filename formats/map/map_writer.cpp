@@ -86,14 +86,14 @@ void append_values(const FactorTable& some, FactorTable& rows) {
 }
 
 // The factors of these sites alone, which ascend.
-Result<FactorTable> factors_at(const AtRest<FactorTable>& factors,
+Result<FactorTable> factors_at(const StoredTable<FactorTable>& factors,
                                std::span<const std::uint32_t> sites) {
-  SIGHTLINE_ASSIGN(FactorTable rows, factors.sites(0, 0));
+  SIGHTLINE_ASSIGN(FactorTable rows, factors.rows(0, 0));
   if (rows.factors.empty()) return rows;
   for (std::size_t i = 0; i < sites.size();) {
     std::size_t end = i + 1;
     while (end < sites.size() && sites[end] == sites[end - 1] + 1) ++end;
-    SIGHTLINE_ASSIGN(const FactorTable some, factors.sites(sites[i], end - i));
+    SIGHTLINE_ASSIGN(const FactorTable some, factors.rows(sites[i], end - i));
     append_values(some, rows);
     i = end;
   }
@@ -143,14 +143,14 @@ ContainerParts parts_of(const CompiledMap& map) {
   return parts;
 }
 
-Result<void> validate_factors(const AtRest<FactorTable>& factors, const Sites& sites,
+Result<void> validate_factors(const StoredTable<FactorTable>& factors, const Sites& sites,
                               const RangeTable& ranges) {
   Sites some = sites;
-  const bool has_all = factors.site_count() == sites.sites.size();
-  const std::size_t site_count = factors.site_count();
-  for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
-    const std::size_t count = std::min(kSitesInStretch, site_count - first);
-    SIGHTLINE_ASSIGN(const FactorTable of_some, factors.sites(first, count));
+  const bool has_all = factors.row_count() == sites.sites.size();
+  const std::size_t site_count = factors.row_count();
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
+    const std::size_t count = std::min(kRowsAtOnce, site_count - first);
+    SIGHTLINE_ASSIGN(const FactorTable of_some, factors.rows(first, count));
     // Other sites than the map's: as many as the table has not.
     some.sites.resize(has_all ? count : count + 1);
     SIGHTLINE_TRY(validate_factors(of_some, some, ranges));

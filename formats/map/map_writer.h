@@ -3,11 +3,12 @@
 #include <cstddef>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/container/container_writer.h"
 #include "formats/map/packed_model.h"
 #include "formats/map/packed_nds.h"
+#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
@@ -21,10 +22,11 @@ struct MapParts {
   const CompiledMap& answers;  // all but NDs, factors and the model's bytes, of which it has none
   const PackedNds& nds;
   const PackedModel& model;
-  const AtRest<FactorTable>& factors;  // those of the map; without any factor it has none
+  const StoredTable<FactorTable>& factors;  // those of the map; without any factor it has none
 };
-// validate_factors() of factors at rest, stretch by stretch. Errors: invalid-artifact, cannot-read.
-Result<void> validate_factors(const AtRest<FactorTable>& factors, const Sites& sites,
+// validate_factors() of a stored table, some sites at a time. Errors: invalid-artifact,
+// cannot-read.
+Result<void> validate_factors(const StoredTable<FactorTable>& factors, const Sites& sites,
                               const RangeTable& ranges);
 // The same bytes, tile by tile. The parts are valid, each and together. Errors: cannot-read, those
 // of `write`.

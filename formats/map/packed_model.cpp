@@ -9,48 +9,6 @@
 namespace sightline {
 namespace {
 
-// What precedes the block, and its size.
-std::vector<std::byte> head_of(const PackedModel& model) {
-  ByteWriter writer;
-  const ModelRecord& record = model.record;
-  writer.put(record.encoding_version);
-  writer.append(record.digest.data(), record.digest.size());
-  encode(record.localizer, writer);
-  writer.put<std::uint64_t>(record.card.size());
-  for (const auto& [name, value] : record.card) {
-    writer.put_string(name);
-    writer.put_string(value);
-  }
-  writer.put(record.mean_r_squared);
-  writer.put(static_cast<std::uint8_t>(model.codec));
-  writer.put(model.raw_size);
-  writer.put(model.stored_checksum);
-  ByteWriter sized;
-  sized.put<std::uint64_t>(writer.bytes().size());
-  sized.append(writer.bytes().data(), writer.bytes().size());
-  return sized.take();
-}
-
-bool decode_head(std::span<const std::byte> bytes, PackedModel& model) {
-  ByteReader reader(bytes);
-  ModelRecord& record = model.record;
-  reader.get(record.encoding_version);
-  for (std::uint8_t& byte : record.digest) reader.get(byte);
-  decode(reader, record.localizer);
-  const auto facts = reader.get<std::uint64_t>();
-  if (facts > bytes.size()) return false;
-  record.card.resize(facts);
-  for (auto& [name, value] : record.card) {
-    reader.get_string(name);
-    reader.get_string(value);
-  }
-  reader.get(record.mean_r_squared);
-  model.codec = static_cast<BlockCodec>(reader.get<std::uint8_t>());
-  reader.get(model.raw_size);
-  reader.get(model.stored_checksum);
-  return reader.at_end();
-}
-
 // `stream` outlives it.
 template <class Stream>
 ByteSink feeding(Stream& stream) {
@@ -74,7 +32,7 @@ Result<PackedModel> pack_bytes(PackedModel packed, const StoredBytes& raw) {
 
 }  // namespace
 
-Result<PackedModel> pack_model(const ErrorModelAtRest& model) {
+Result<PackedModel> pack_model(const StoredErrorModel& model) {
   PackedModel packed;
   packed.record = card_record_of(model.head, model.training_row_count);
   Sha256Stream digest;
@@ -136,29 +94,37 @@ Table dump(const PackedModel& model) {
   return table;
 }
 
-std::uint64_t payload_size(const PackedModel& model) {
-  return head_of(model).size() + model.block.size();
+void BytesOf<PackedModel>::encode_head(const PackedModel& model, ByteWriter& writer) {
+  const ModelRecord& record = model.record;
+  writer.put(record.encoding_version);
+  writer.append(record.digest.data(), record.digest.size());
+  encode(record.localizer, writer);
+  writer.put<std::uint64_t>(record.card.size());
+  for (const auto& [name, value] : record.card) {
+    writer.put_string(name);
+    writer.put_string(value);
+  }
+  writer.put(record.mean_r_squared);
+  writer.put(static_cast<std::uint8_t>(model.codec));
+  writer.put(model.raw_size);
+  writer.put(model.stored_checksum);
 }
 
-Result<void> visit_payload(const PackedModel& model, const ByteSink& sink) {
-  SIGHTLINE_TRY(sink(head_of(model)));
-  return model.block.visit(sink);
-}
-
-Result<void> open_payload(const StoredBytes& payload, PackedModel& model) {
-  const Error malformed{ErrorCode::kBadLayer, "the payload of a packed model cannot be decoded"};
-  constexpr std::uint64_t kSize = sizeof(std::uint64_t);
-  if (payload.size() < kSize) return malformed;
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> size, payload.read(0, kSize));
-  const auto head_size = ByteReader(size).get<std::uint64_t>();
-  if (head_size > payload.size() - kSize) return malformed;
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> head, payload.read(kSize, head_size));
-  PackedModel opened;
-  if (!decode_head(head, opened)) return malformed;
-  opened.block = payload.part(kSize + head_size, payload.size() - kSize - head_size);
-  SIGHTLINE_TRY(validate(opened));
-  model = std::move(opened);
-  return {};
+void BytesOf<PackedModel>::decode_head(ByteReader& reader, PackedModel& model) {
+  constexpr std::size_t kLeastFact = 2 * sizeof(std::uint64_t);
+  ModelRecord& record = model.record;
+  reader.get(record.encoding_version);
+  for (std::uint8_t& byte : record.digest) reader.get(byte);
+  decode(reader, record.localizer);
+  record.card.resize(reader.get_count(kLeastFact));
+  for (auto& [name, value] : record.card) {
+    reader.get_string(name);
+    reader.get_string(value);
+  }
+  reader.get(record.mean_r_squared);
+  model.codec = static_cast<BlockCodec>(reader.get<std::uint8_t>());
+  reader.get(model.raw_size);
+  reader.get(model.stored_checksum);
 }
 
 }  // namespace sightline

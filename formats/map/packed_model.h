@@ -5,11 +5,11 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/artifact_in_pieces.h"
 #include "formats/base/files/stored_bytes.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/container/packed_block.h"
-#include "formats/model/error_model_at_rest.h"
+#include "formats/model/stored_error_model.h"
+#include "formats/tables/head_and_bytes.h"
 
 namespace sightline {
 
@@ -27,11 +27,11 @@ struct PackedModel {
 template <>
 struct ArtifactTraits<PackedModel> {
   static constexpr std::string_view kName = "packed-model";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 // Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
-Result<PackedModel> pack_model(const ErrorModelAtRest& model);
+Result<PackedModel> pack_model(const StoredErrorModel& model);
 Result<PackedModel> pack_model(ModelRecord record);
 
 // The section as container_writer.h takes it; what is stored lies in `bytes`. Error: cannot-read.
@@ -41,8 +41,11 @@ Result<PackedBlock> read_section(const PackedModel& model, std::vector<std::byte
 Result<void> validate(const PackedModel& model);
 Table dump(const PackedModel& model);  // facts: the model card
 
-std::uint64_t payload_size(const PackedModel& model);
-Result<void> visit_payload(const PackedModel& model, const ByteSink& sink);
-Result<void> open_payload(const StoredBytes& payload, PackedModel& model);
+template <>
+struct BytesOf<PackedModel> {
+  static constexpr StoredBytes PackedModel::*kBytes = &PackedModel::block;
+  static void encode_head(const PackedModel& model, ByteWriter& writer);
+  static void decode_head(ByteReader& reader, PackedModel& model);
+};
 
 }  // namespace sightline

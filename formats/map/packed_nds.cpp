@@ -10,6 +10,8 @@
 namespace sightline {
 namespace {
 
+constexpr std::size_t kMostInMemory = std::size_t{2} << 20;  // of a kilometre or two
+
 void encode(const PackedNdTile& tile, ByteWriter& writer) {
   writer.put(tile.key.x);
   writer.put(tile.key.y);
@@ -32,20 +34,6 @@ void decode(ByteReader& reader, PackedNdTile& tile) {
   reader.get(tile.stored_size);
 }
 
-// What precedes the blocks.
-std::vector<std::byte> head_of(const PackedNds& nds) {
-  ByteWriter writer;
-  encode(nds.frame, writer);
-  writer.put(nds.cell_m);
-  writer.put(nds.tile_m);
-  writer.put(nds.sparse_cell_count);
-  writer.put(nds.degenerate_cell_count);
-  writer.put(nds.point_count);
-  writer.put<std::uint64_t>(nds.tiles.size());
-  for (const PackedNdTile& tile : nds.tiles) encode(tile, writer);
-  return writer.take();
-}
-
 std::size_t encoded_tile_size() {
   ByteWriter writer;
   encode(PackedNdTile(), writer);
@@ -55,6 +43,20 @@ std::size_t encoded_tile_size() {
 Error invalid_tile(const char* message, const TileKey& tile) {
   return {ErrorCode::kInvalidArtifact, message, "",
           "tile " + std::to_string(tile.x) + ", " + std::to_string(tile.y)};
+}
+
+// Blocks follow each other and fill what there is.
+Result<void> validate_blocks(const PackedNds& nds) {
+  std::uint64_t end = 0;
+  for (const PackedNdTile& tile : nds.tiles) {
+    if (tile.offset != end || tile.stored_size > nds.blocks.size() - end) {
+      return invalid_tile("a block lies outside the blocks", tile.key);
+    }
+    if (tile.nd_count > kMostRows) return invalid_tile("a tile holds too many NDs", tile.key);
+    end += tile.stored_size;
+  }
+  if (end != nds.blocks.size()) return invalid_tile("bytes follow the last block", {});
+  return {};
 }
 
 Result<void> append_unpacked(const PackedNds& nds, const PackedNdTile& tile, NdtMap& map) {
@@ -74,14 +76,14 @@ Result<PackedNds> pack_nds(const TiledNds& nds) {
   PackedNds packed{head.frame,
                    head.cell_m,
                    head.tile_m,
-                   nds.nd_count(),
+                   nds.row_count(),
                    head.sparse_cell_count,
                    head.degenerate_cell_count,
                    head.point_count,
                    {},
                    {}};
-  GrowingBytes blocks(TiledNdsWriter::kMostInMemory);
-  for (const NdTile& tile : nds.tiles()) {
+  GrowingBytes blocks(kMostInMemory);
+  for (const RowTile& tile : nds.tiles()) {
     SIGHTLINE_ASSIGN(const NdtMap of_tile, nds.tile(tile));
     std::vector<std::uint32_t> rows(of_tile.nds.size());
     std::iota(rows.begin(), rows.end(), 0U);
@@ -119,6 +121,7 @@ Result<NdtMap> unpacked(const PackedNds& nds) {
 Result<void> validate(const PackedNds& nds) {
   NdtMap of_tile = without_nds(nds);
   SIGHTLINE_TRY(validate(of_tile));
+  SIGHTLINE_TRY(validate_blocks(nds));
   std::uint64_t count = 0;
   for (std::size_t i = 0; i < nds.tiles.size(); ++i) {
     const PackedNdTile& tile = nds.tiles[i];
@@ -151,54 +154,32 @@ Table dump(const PackedNds& nds) {
   return table;
 }
 
-std::uint64_t payload_size(const PackedNds& nds) { return head_of(nds).size() + nds.blocks.size(); }
-
-Result<void> visit_payload(const PackedNds& nds, const ByteSink& sink) {
-  SIGHTLINE_TRY(sink(head_of(nds)));
-  return nds.blocks.visit(sink);
+void BytesOf<PackedNds>::encode_head(const PackedNds& nds, ByteWriter& writer) {
+  encode(nds.frame, writer);
+  writer.put(nds.cell_m);
+  writer.put(nds.tile_m);
+  writer.put(nds.sparse_cell_count);
+  writer.put(nds.degenerate_cell_count);
+  writer.put(nds.point_count);
+  writer.put<std::uint64_t>(nds.tiles.size());
+  for (const PackedNdTile& tile : nds.tiles) encode(tile, writer);
 }
 
-Result<void> open_payload(const StoredBytes& payload, PackedNds& nds) {
-  const auto malformed = [](std::uint64_t byte) {
-    return Error{ErrorCode::kBadLayer, "the payload of packed NDs cannot be decoded", "",
-                 "payload byte " + std::to_string(byte)};
-  };
-  const std::uint64_t least = head_of(PackedNds()).size();
-  if (payload.size() < least) return malformed(payload.size());
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> fixed, payload.read(0, least));
-  ByteReader reader(fixed);
-  PackedNds opened;
-  decode(reader, opened.frame);
-  reader.get(opened.cell_m);
-  reader.get(opened.tile_m);
-  reader.get(opened.sparse_cell_count);
-  reader.get(opened.degenerate_cell_count);
-  reader.get(opened.point_count);
-  const auto tile_count = reader.get<std::uint64_t>();
-  if (!reader.at_end() || tile_count > (payload.size() - least) / encoded_tile_size()) {
-    return malformed(reader.offset());
-  }
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> index,
-                   payload.read(least, tile_count * encoded_tile_size()));
-  ByteReader tiles(index);
-  const std::uint64_t begin = least + index.size();
-  const std::uint64_t stored = payload.size() - begin;
+void BytesOf<PackedNds>::decode_head(ByteReader& reader, PackedNds& nds) {
+  decode(reader, nds.frame);
+  reader.get(nds.cell_m);
+  reader.get(nds.tile_m);
+  reader.get(nds.sparse_cell_count);
+  reader.get(nds.degenerate_cell_count);
+  reader.get(nds.point_count);
+  nds.tiles.resize(reader.get_count(encoded_tile_size()));
   std::uint64_t end = 0;
-  opened.tiles.resize(tile_count);
-  for (PackedNdTile& tile : opened.tiles) {
-    decode(tiles, tile);
+  for (PackedNdTile& tile : nds.tiles) {
+    decode(reader, tile);
     tile.offset = end;
-    if (tile.stored_size > stored - end || tile.nd_count > kMostRows) {
-      return malformed(least + tiles.offset());
-    }
     end += tile.stored_size;
-    opened.nd_count += tile.nd_count;
+    nds.nd_count += tile.nd_count;
   }
-  if (end != stored) return malformed(begin + end);
-  opened.blocks = payload.part(begin, stored);
-  SIGHTLINE_TRY(validate(opened));
-  nds = std::move(opened);
-  return {};
 }
 
 }  // namespace sightline

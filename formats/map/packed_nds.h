@@ -5,10 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/artifact_in_pieces.h"
 #include "formats/base/files/stored_bytes.h"
 #include "formats/map/container/packed_block.h"
 #include "formats/surroundings/tiled_nds.h"
+#include "formats/tables/head_and_bytes.h"
 
 namespace sightline {
 
@@ -60,8 +60,11 @@ Result<NdtMap> unpacked(const PackedNds& nds);
 Result<void> validate(const PackedNds& nds);
 Table dump(const PackedNds& nds);  // one row a tile
 
-std::uint64_t payload_size(const PackedNds& nds);
-Result<void> visit_payload(const PackedNds& nds, const ByteSink& sink);
-Result<void> open_payload(const StoredBytes& payload, PackedNds& nds);
+template <>
+struct BytesOf<PackedNds> {
+  static constexpr StoredBytes PackedNds::*kBytes = &PackedNds::blocks;
+  static void encode_head(const PackedNds& nds, ByteWriter& writer);
+  static void decode_head(ByteReader& reader, PackedNds& nds);
+};
 
 }  // namespace sightline

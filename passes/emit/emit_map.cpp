@@ -87,12 +87,12 @@ Result<void> check_options(const EmitMapOptions& options) {
 }
 
 Result<void> check_measured(const EmitMapInputs& inputs) {
-  if (inputs.measured.site_count() == inputs.sites.sites.size() &&
+  if (inputs.measured.row_count() == inputs.sites.sites.size() &&
       inputs.measured.head().looks == inputs.ranges.looks) {
     return {};
   }
   return Error{ErrorCode::kMismatchedInputs,
-               "errors were measured at " + std::to_string(inputs.measured.site_count()) +
+               "errors were measured at " + std::to_string(inputs.measured.row_count()) +
                    " sites, expected the map's " + std::to_string(inputs.sites.sites.size()) +
                    " and the ranges that are chosen from"};
 }
@@ -101,7 +101,7 @@ bool is_of_models_localizer(const EmitMapInputs& inputs) {
   return inputs.measured.head().matching.localizer == inputs.model.record.localizer;
 }
 
-bool is_simulated(const AtRest<MeasuredError>& measured) {
+bool is_simulated(const StoredTable<MeasuredError>& measured) {
   return measured.head().reference == ErrorReference::kSimulated;
 }
 
@@ -217,7 +217,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
 
 Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inputs,
                         const CompiledMap& answers) {
-  AtRest<FactorTable> factors;  // none, or with what the predictions were told besides
+  StoredTable<FactorTable> factors;  // none, or with what the predictions were told besides
   if (options.has_factors && must_add_measured(inputs)) {
     SIGHTLINE_ASSIGN(const FactorTable untold, inputs.factors.whole());
     SIGHTLINE_ASSIGN(const MeasuredError measured, inputs.measured.whole());
@@ -261,8 +261,8 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
 
 Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
-                              const RangeTable& ranges, const AtRest<MeasuredError>& measured,
-                              const PackedModel& model, const AtRest<FactorTable>& factors,
+                              const RangeTable& ranges, const StoredTable<MeasuredError>& measured,
+                              const PackedModel& model, const StoredTable<FactorTable>& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
                               const Drive* mapping, const Trajectory* trajectory,
                               const Sharpness* sharpness, const CalibratedPlan* plan,

@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
 #include "formats/annotation/calibrated_plan.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
@@ -21,6 +22,7 @@
 #include "formats/map/packed_nds.h"
 #include "formats/surroundings/sharpness.h"
 #include "formats/surroundings/tile_drives.h"
+#include "formats/tables/stored_table.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -42,9 +44,9 @@ struct EmitMapInputs {
   const Sites& sites;
   const PredictedError& predicted;
   const RangeTable& ranges;
-  AtRest<MeasuredError> measured;
+  StoredTable<MeasuredError> measured;
   const PackedModel& model;
-  AtRest<FactorTable> factors;
+  StoredTable<FactorTable> factors;
   const SensorProfile& sensor;       // that will localize
   const RecordingCards& recordings;  // a finished map is the first of them
   // Of the drives that made the map; null where a finished map was annotated.
@@ -75,8 +77,8 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
 // The pass: emit_map() of its inputs.
 Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
-                              const RangeTable& ranges, const AtRest<MeasuredError>& measured,
-                              const PackedModel& model, const AtRest<FactorTable>& factors,
+                              const RangeTable& ranges, const StoredTable<MeasuredError>& measured,
+                              const PackedModel& model, const StoredTable<FactorTable>& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
                               const Drive* mapping, const Trajectory* trajectory,
                               const Sharpness* sharpness, const CalibratedPlan* plan,

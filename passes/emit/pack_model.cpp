@@ -3,7 +3,7 @@
 namespace sightline {
 
 Result<PackedModel> pack_model_step(PassContext& /*ctx*/, const NoOptions& /*options*/,
-                                    const ErrorModelAtRest& model) {
+                                    const StoredErrorModel& model) {
   return pack_model(model);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
+#include "formats/tables/stored_table_writer.h"
 #include "passes/factors/compute_factors.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
@@ -116,7 +117,7 @@ class BlockFactors {
   [[nodiscard]] Eigen::AlignedBox2d reach_of_m(const Sites& sites) const {
     const double longest_m = std::max(options_.ranges_m.back(), options_.scans.longest_range_m);
     const Eigen::Vector2d reach_m =
-        Eigen::Vector2d::Constant(longest_m + kFarthestFound_m + 4.0 * nds_.cell_m());
+        Eigen::Vector2d::Constant(longest_m + kFarthestFound_m + 4.0 * nds_.head().cell_m);
     Eigen::AlignedBox2d box_m;
     for (const Site& site : sites.sites) {
       box_m.extend(site.p_map_m.head<2>() - reach_m);
@@ -165,10 +166,11 @@ std::vector<OptionField> option_fields(FactorsOfSitesOptions& options) {
   return fields;
 }
 
-Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
-                                             const TiledNds& nds, const TiledSurface& surface,
-                                             const Sites& sites, const SensorProfile& sensor) {
-  if (surface.frame() != sites.frame) {
+Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
+                                                  const FactorsOfSitesOptions& options,
+                                                  const TiledNds& nds, const TiledSurface& surface,
+                                                  const Sites& sites, const SensorProfile& sensor) {
+  if (surface.head().frame != sites.frame) {
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
                  "pass compute-factors"};
   }
@@ -176,7 +178,7 @@ Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSi
   FactorTable head = columns;
   head.site_count = static_cast<std::uint32_t>(sites.sites.size());
   const SiteShape shape = head.shape();
-  SiteRowsWriter<FactorTable> writer(head);
+  StoredTableWriter<FactorTable> writer(head);
   SIGHTLINE_ASSIGN(TileDigests nd_digests, digests_of(nds));
   SIGHTLINE_ASSIGN(TileDigests patch_digests, digests_of(surface));
   const BlockFactors factors(options, nds, surface,

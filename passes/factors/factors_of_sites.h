@@ -2,11 +2,12 @@
 
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/surroundings/surface.h"
 #include "formats/surroundings/tiled_nds.h"
+#include "formats/tables/stored_table.h"
 #include "passes/pass/default_looks.h"
 #include "passes/pass/pass.h"
 #include "passes/rays/cast_rays.h"
@@ -27,9 +28,10 @@ std::vector<OptionField> option_fields(FactorsOfSitesOptions& options);
 // no valid ND are counted in a warning. Errors: bad-value (ranges that do not ascend from above 0),
 // mismatched-inputs (frames that differ, or rays that end before the longest range), and those of
 // cast-rays and cast-scans; disk-full or cannot-write (a temporary file).
-Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
-                                             const TiledNds& nds, const TiledSurface& surface,
-                                             const Sites& sites, const SensorProfile& sensor);
+Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
+                                                  const FactorsOfSitesOptions& options,
+                                                  const TiledNds& nds, const TiledSurface& surface,
+                                                  const Sites& sites, const SensorProfile& sensor);
 inline constexpr Pass kComputeFactors =
     Pass{"compute-factors", 8, "map-factors", "Map factors", &factors_of_sites}
         .in(Stage::kSites)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
+#include "formats/tables/stored_table_writer.h"
 
 namespace sightline {
 namespace {
@@ -116,14 +117,14 @@ FactorTable factors_of_samples(const Columns& columns, const std::vector<Look>& 
   return table;
 }
 
-Result<void> check_measured(const AtRest<FactorTable>& map_factors,
-                            const AtRest<MeasuredError>& measured) {
-  if (measured.site_count() == map_factors.site_count() &&
+Result<void> check_measured(const StoredTable<FactorTable>& map_factors,
+                            const StoredTable<MeasuredError>& measured) {
+  if (measured.row_count() == map_factors.row_count() &&
       measured.head().looks == map_factors.head().looks) {
     return {};
   }
-  return mismatched("the mapping drive was localized at " + std::to_string(measured.site_count()) +
-                    " sites, expected the factors' " + std::to_string(map_factors.site_count()) +
+  return mismatched("the mapping drive was localized at " + std::to_string(measured.row_count()) +
+                    " sites, expected the factors' " + std::to_string(map_factors.row_count()) +
                     " and their ranges");
 }
 
@@ -186,14 +187,14 @@ Use use_of(const PassContext& ctx, const MeasuredError& own, const SensorProfile
 // All sites, stretch by stretch. `of_stretch`: the table of some sites in a row.
 using OfStretch = std::function<Result<FactorTable>(std::size_t first, std::size_t count)>;
 
-Result<AtRest<FactorTable>> stretch_by_stretch(std::size_t site_count,
-                                               const OfStretch& of_stretch) {
+Result<StoredTable<FactorTable>> stretch_by_stretch(std::size_t site_count,
+                                                    const OfStretch& of_stretch) {
   SIGHTLINE_ASSIGN(FactorTable head, of_stretch(0, 0));
   head.site_count = static_cast<std::uint32_t>(site_count);
   for (FactorTable& samples : head.of_samples) samples.site_count = head.site_count;
-  SiteRowsWriter<FactorTable> writer(head);
-  for (std::size_t first = 0; first < site_count; first += kSitesInStretch) {
-    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+  StoredTableWriter<FactorTable> writer(head);
+  for (std::size_t first = 0; first < site_count; first += kRowsAtOnce) {
+    const std::size_t count = std::min(kRowsAtOnce, site_count - first);
     SIGHTLINE_ASSIGN(const FactorTable some, of_stretch(first, count));
     writer.put(first, some);
   }
@@ -202,19 +203,19 @@ Result<AtRest<FactorTable>> stretch_by_stretch(std::size_t site_count,
 
 }  // namespace
 
-Result<AtRest<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions&,
-                                              const AtRest<FactorTable>& map_factors,
-                                              const AtRest<MeasuredError>& own,
-                                              const SensorProfile* mapping_sensor,
-                                              const SensorProfile& localizing_sensor) {
+Result<StoredTable<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions&,
+                                                   const StoredTable<FactorTable>& map_factors,
+                                                   const StoredTable<MeasuredError>& own,
+                                                   const SensorProfile* mapping_sensor,
+                                                   const SensorProfile& localizing_sensor) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
   const Use use = use_of(ctx, own.head(), mapping_sensor, localizing_sensor);
   const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
-    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.sites(first, count));
-    SIGHTLINE_ASSIGN(const MeasuredError measured, own.sites(first, count));
+    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.rows(first, count));
+    SIGHTLINE_ASSIGN(const MeasuredError measured, own.rows(first, count));
     return with_errors(factors, measured, use);
   };
-  return stretch_by_stretch(map_factors.site_count(), of_stretch);
+  return stretch_by_stretch(map_factors.row_count(), of_stretch);
 }
 
 }  // namespace sightline

@@ -2,8 +2,10 @@
 
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/drive/sensor_profile.h"
+#include "formats/tables/stored_table.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -28,11 +30,11 @@ namespace sightline {
 // points. Definition: schemas/definitions.md, "Factor from the mapping drive". Errors:
 // mismatched-inputs (other sites or ranges, no virtual_error); disk-full or cannot-write (a
 // temporary file).
-Result<AtRest<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions& options,
-                                              const AtRest<FactorTable>& map_factors,
-                                              const AtRest<MeasuredError>& own,
-                                              const SensorProfile* mapping_sensor,
-                                              const SensorProfile& localizing_sensor);
+Result<StoredTable<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions& options,
+                                                   const StoredTable<FactorTable>& map_factors,
+                                                   const StoredTable<MeasuredError>& own,
+                                                   const SensorProfile* mapping_sensor,
+                                                   const SensorProfile& localizing_sensor);
 inline constexpr Pass kAddMappingError =
     Pass{"add-mapping-error", 4, "factors", "The factor from the mapping drive", &add_mapping_error}
         .in(Stage::kSites);

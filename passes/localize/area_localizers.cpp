@@ -33,7 +33,7 @@ AreaLocalizers::AreaLocalizers(const TiledNds& nds, const Options& options)
 
 Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
   const double reach_m =
-      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * nds_.cell_m();
+      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * nds_.head().cell_m;
   SIGHTLINE_ASSIGN(NdtMap near, nds_.over(box_of(area, kBeyond_m + reach_m)));
   AreaLocalizer made;
   if (options_.kind == LocalizerKind::kPclNdt) {

@@ -48,15 +48,15 @@ inline Result<DriveOnMap> place_on_map(const Drive& drive, const Trajectory& tra
                                        const RangeTable& ranges, double reach_m,
                                        ScanSelection selection) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  if (!(nds.frame() == sites.frame) || ranges.site_count != sites.sites.size()) {
+  if (!(nds.head().frame == sites.frame) || ranges.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the map, its sites and its ranges do not belong together"};
   }
-  if (nds.nd_count() == 0) {
+  if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with"};
   }
   DriveOnMap placed{
-      drive, rebase(trajectory, nds.frame()), PointGrid(positions_m(sites)), reach_m, {}};
+      drive, rebase(trajectory, nds.head().frame), PointGrid(positions_m(sites)), reach_m, {}};
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (is_selected(drive.scans[i], selection)) placed.scans.push_back(i);
   }

@@ -24,12 +24,12 @@ namespace {
 Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const TiledNds& nds,
                           const Sites& sites) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  if (!(nds.frame() == sites.frame)) {
+  if (!(nds.head().frame == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the map and the sites are in different frames, expected one", "",
                  "pass measure-error"};
   }
-  if (nds.nd_count() == 0) {
+  if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "",
                  "pass measure-error"};
   }
@@ -119,10 +119,9 @@ double reach_of_localizer_m(LocalizerKind kind, const SiteMeasuring& measuring) 
 }
 
 // Rows of every site that has a scan; the first failure in the order of sites is returned.
-Result<AtRest<MeasuredError>> measure_sites(const PassContext& ctx, const SiteMeasuring& measuring,
-                                            Localizing& localizing,
-                                            const std::vector<std::optional<std::size_t>>& scans,
-                                            const MeasuredError& measured) {
+Result<StoredTable<MeasuredError>> measure_sites(
+    const PassContext& ctx, const SiteMeasuring& measuring, Localizing& localizing,
+    const std::vector<std::optional<std::size_t>>& scans, const MeasuredError& measured) {
   const auto fill = [&](std::size_t part, MeasuredError& empty) -> Result<void> {
     SIGHTLINE_ASSIGN(
         SiteRows rows,
@@ -238,10 +237,11 @@ ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory
   return is_known ? options.reference : ErrorReference::kFullRangeMatch;
 }
 
-Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureErrorOptions& wanted,
-                                            const Drive& localization_drive,
-                                            const Trajectory& trajectory, const TiledNds& nds,
-                                            const Sites& sites) {
+Result<StoredTable<MeasuredError>> measure_error(PassContext& ctx,
+                                                 const MeasureErrorOptions& wanted,
+                                                 const Drive& localization_drive,
+                                                 const Trajectory& trajectory, const TiledNds& nds,
+                                                 const Sites& sites) {
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, nds, sites));
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
@@ -250,7 +250,7 @@ Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureError
              "' has no known poses, its trajectory was found by matching: errors are measured "
              "against matches to this very map at the sensor's full range");
   }
-  const Trajectory in_map = rebase(trajectory, nds.frame());
+  const Trajectory in_map = rebase(trajectory, nds.head().frame);
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   const std::vector<Look> samples = is_own ? options.looks : std::vector<Look>{};
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
@@ -264,7 +264,8 @@ Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureError
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
                    scans_of_sites(ctx, options, measuring, sites));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
-  const MeasuredError empty = empty_result(measuring, matching_card(options, nds.cell_m()), scans);
+  const MeasuredError empty =
+      empty_result(measuring, matching_card(options, nds.head().cell_m), scans);
   Localizing localizing(options, localization_drive.sensor, nds,
                         {options.localizer, options.coarse_cells,
                          reach_of_localizer_m(options.localizer, measuring), ctx.threads});

@@ -3,11 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/annotation/sites.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "formats/surroundings/tiled_nds.h"
+#include "formats/tables/stored_table.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/match_starts.h"
 #include "passes/pass/default_looks.h"
@@ -59,10 +60,11 @@ MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m);
 // mismatched-inputs (trajectory and drive, or map and sites, do not belong together), empty-map,
 // no-overlap (no site has a scan near, unless the drive may be elsewhere), what reading a scan
 // returns, and disk-full or cannot-write (a temporary file).
-Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
-                                            const Drive& localization_drive,
-                                            const Trajectory& trajectory, const TiledNds& nds,
-                                            const Sites& sites);
+Result<StoredTable<MeasuredError>> measure_error(PassContext& ctx,
+                                                 const MeasureErrorOptions& options,
+                                                 const Drive& localization_drive,
+                                                 const Trajectory& trajectory, const TiledNds& nds,
+                                                 const Sites& sites);
 inline constexpr Pass kMeasureError =
     Pass{"measure-error", 13, "measured", "Localization error of a drive", &measure_error}
         .in(Stage::kSites)

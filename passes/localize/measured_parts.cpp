@@ -1,4 +1,5 @@
 #include "passes/localize/measured_parts.h"
+#include "formats/tables/stored_table_writer.h"
 
 #include <algorithm>
 #include <span>
@@ -34,13 +35,13 @@ bool is_like(const MeasuredError& part, const MeasuredError& empty) {
 
 }  // namespace
 
-Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
-                                            int at_once, const MeasuredError& measured) {
+Result<StoredTable<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
+                                                 int at_once, const MeasuredError& measured) {
   const MeasuredError head = head_of(measured);
   const auto empty = [&](std::size_t part) {
     return empty_part(head, measured.scan_of_site, parts.sites[part]);
   };
-  SiteRowsWriter<MeasuredError> writer(measured);
+  StoredTableWriter<MeasuredError> writer(measured);
   PartedWork work;
   work.order = parts.order;
   work.count = parts.sites.size();

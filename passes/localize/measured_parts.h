@@ -5,9 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
+#include "formats/tables/stored_table.h"
 #include "passes/pass/pass_context.h"
 #include "passes/pass/work_in_parts.h"
 
@@ -26,7 +27,7 @@ struct MeasuredParts {
 
 // Makes the rows of `measured`, which has none, part by part (work_in_parts.h). `at_once` parts
 // side by side. Errors: of the lowest part that failed; disk-full, cannot-write.
-Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
-                                            int at_once, const MeasuredError& measured);
+Result<StoredTable<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
+                                                 int at_once, const MeasuredError& measured);
 
 }  // namespace sightline

@@ -35,11 +35,11 @@ constexpr const char* kDrive = "simulated";
 Result<void> check_inputs(const SimulateErrorOptions& options, const TiledSurface& surface,
                           const TiledNds& nds, const Sites& sites) {
   constexpr const char* kPlace = "pass simulate-error";
-  if (!(nds.frame() == sites.frame && surface.frame() == sites.frame)) {
+  if (!(nds.head().frame == sites.frame && surface.head().frame == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs, "map, surface and sites are in different frames", "",
                  kPlace};
   }
-  if (nds.nd_count() == 0) {
+  if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", kPlace};
   }
   if (options.matching.localizer == LocalizerKind::kPclNdt) {
@@ -190,9 +190,10 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options) {
       options.matching);
 }
 
-Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
-                                             const TiledSurface& surface, const TiledNds& nds,
-                                             const Sites& sites, const SensorProfile& sensor) {
+Result<StoredTable<MeasuredError>> simulate_error(PassContext& ctx,
+                                                  const SimulateErrorOptions& options,
+                                                  const TiledSurface& surface, const TiledNds& nds,
+                                                  const Sites& sites, const SensorProfile& sensor) {
   SIGHTLINE_TRY(check_inputs(options, surface, nds, sites));
   const MeasureErrorOptions& matching = options.matching;
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
@@ -204,7 +205,7 @@ Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErr
   const SiteCaster caster(surface, sites, whole.far_m, [&](SurfacePatch& patch) {
     survey_another_day(options.relief_m, ctx.seed, patch);
   });
-  const MeasuredError empty = empty_result(matching, nds.cell_m(), sites.sites.size());
+  const MeasuredError empty = empty_result(matching, nds.head().cell_m, sites.sites.size());
   // Blocks one after another, so that one scene at a time is in memory; sites side by side.
   const auto fill = [&](std::size_t part, MeasuredError& rows) -> Result<void> {
     const SiteBlock& block = caster.blocks()[part];

@@ -2,11 +2,12 @@
 
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/surroundings/tiled_nds.h"
 #include "formats/surroundings/tiled_surface.h"
+#include "formats/tables/stored_table.h"
 #include "passes/localize/measure_error.h"
 #include "passes/pass/pass.h"
 
@@ -28,9 +29,10 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options);
 // come from the same points, so that this flatters. Errors: mismatched-inputs (map, surface and
 // sites in different frames), empty-map, bad-value (pcl-ndt, which no simulation can stand for),
 // cannot-read, disk-full or cannot-write (a temporary file).
-Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
-                                             const TiledSurface& surface, const TiledNds& nds,
-                                             const Sites& sites, const SensorProfile& sensor);
+Result<StoredTable<MeasuredError>> simulate_error(PassContext& ctx,
+                                                  const SimulateErrorOptions& options,
+                                                  const TiledSurface& surface, const TiledNds& nds,
+                                                  const Sites& sites, const SensorProfile& sensor);
 inline constexpr Pass kSimulateError =
     Pass{"simulate-error", 3, "simulated", "Localization error of simulated scans", &simulate_error}
         .in(Stage::kSites);

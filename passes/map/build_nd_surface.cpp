@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "formats/tables/stored_table_writer.h"
 #include "passes/map/surface/nd_surface.h"
 
 namespace sightline {
@@ -18,7 +19,9 @@ Result<TiledSurface> build_nd_surface(PassContext& ctx, const NoOptions& /*optio
            " NDs, which are rougher than its points were: occupancy_ratio, virtual scans and "
            "simulated errors are those of such patches. Annotate the points themselves where they "
            "are still there");
-  return TiledSurface(surface);
+  StoredTableWriter<Surface> writer(surface);
+  SIGHTLINE_TRY(writer.append(surface));
+  return writer.take();
 }
 
 }  // namespace sightline

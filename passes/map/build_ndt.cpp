@@ -215,14 +215,14 @@ Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
   SIGHTLINE_ASSIGN(TiledNds nds, points.scans.empty() ? map_of_points(ctx, options, points)
                                                       : map_of_scans(ctx, options, points));
   const NdtMap& head = nds.head();
-  if (nds.nd_count() == 0) {
+  if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap,
                  "none of " + std::to_string(head.sparse_cell_count + head.degenerate_cell_count) +
                      " cells has " + std::to_string(options.min_points) +
                      " points and an extent: is the drive too short or the cell too small?",
                  "", "pass build-ndt"};
   }
-  warn_of_invalid_cells(ctx, {head.sparse_cell_count, head.degenerate_cell_count, nds.nd_count()},
+  warn_of_invalid_cells(ctx, {head.sparse_cell_count, head.degenerate_cell_count, nds.row_count()},
                         options.min_points);
   return nds;
 }

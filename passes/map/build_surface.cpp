@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/base/parallel.h"
+#include "formats/tables/stored_table_writer.h"
 #include "passes/map/surface/ground_gaps.h"
 #include "passes/map/surface/patch_evidence.h"
 #include "passes/map/surface/patches_by_tile.h"
@@ -130,7 +131,7 @@ Result<std::vector<SurfacePatch>> finished_tile(const PatchesByTile& patches, co
 // Finishes and writes tiles, some at a time. Errors: cannot-read; those of the writer.
 Result<void> write_tiles(const PassContext& ctx, const PatchesByTile& patches,
                          std::span<const TileKey> tiles, const Surface& surface,
-                         TiledSurfaceWriter& writer) {
+                         StoredTableWriter<Surface>& writer) {
   const std::size_t at_once = 4 * static_cast<std::size_t>(threads_each(ctx.threads, 1));
   for (std::size_t first = 0; first < tiles.size(); first += at_once) {
     const std::span<const TileKey> some =
@@ -141,7 +142,9 @@ Result<void> write_tiles(const PassContext& ctx, const PatchesByTile& patches,
                  [&](std::size_t i) { finished[i] = finished_tile(patches, some[i], surface); });
     for (std::size_t i = 0; i < some.size(); ++i) {
       if (!finished[i]) return finished[i].error();
-      SIGHTLINE_TRY(writer.add(some[i], *finished[i]));
+      Surface of_tile = surface;
+      of_tile.patches = *std::move(finished[i]);
+      SIGHTLINE_TRY(writer.append(of_tile));
     }
   }
   return {};
@@ -182,12 +185,12 @@ Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& 
   SIGHTLINE_ASSIGN(const CellTally cells, add_patches(ctx, options, points, patches));
   SIGHTLINE_TRY(patches.finish());
   warn_of_invalid_cells(ctx, cells, 2);
-  TiledSurfaceWriter writer(points.frame, options.cell_m, options.tile_m);
+  StoredTableWriter<Surface> writer(order);
   const std::set<TileKey> around = tiles_around(patches.tiles(), order);
   const std::vector<TileKey> tiles(around.begin(), around.end());
   SIGHTLINE_TRY(write_tiles(ctx, patches, tiles, order, writer));
-  TiledSurface surface = writer.take();
-  if (surface.patch_count() == 0) {
+  SIGHTLINE_ASSIGN(TiledSurface surface, writer.take());
+  if (surface.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap,
                  "no cell of " + std::to_string(cells.valid) + " holds " +
                      std::to_string(options.min_points) + " points that rays do not pass through",

@@ -169,9 +169,9 @@ namespace {
 // Stretch by stretch. Errors: cannot-read, those of own_evidence_of(FactorTable).
 Result<OwnEvidence> evidence_of_all(const FactorsOfKind& all) {
   OwnEvidence evidence;
-  const std::size_t site_count = all.factors.site_count();
-  for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
-    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+  const std::size_t site_count = all.factors.row_count();
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
+    const std::size_t count = std::min(kRowsAtOnce, site_count - first);
     SIGHTLINE_ASSIGN(const FactorTable some, all.of_sites(first, count));
     SIGHTLINE_ASSIGN(const OwnEvidence here, own_evidence_of(some));
     evidence.looks = here.looks;
@@ -215,7 +215,7 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
 
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model, const AtRest<FactorTable>& factors) {
+                                 const ErrorModel& model, const StoredTable<FactorTable>& factors) {
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
   std::vector<LeftOutDrive> left_out;
   if (std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0) {

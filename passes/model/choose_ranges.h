@@ -4,12 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
 #include "formats/model/error_model.h"
+#include "formats/tables/stored_table.h"
 #include "passes/model/choice/choice_options.h"
 #include "passes/pass/pass.h"
 
@@ -41,7 +42,7 @@ namespace sightline {
 // (passes/model/choice/heard_drives.h), in place of the floor.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model, const AtRest<FactorTable>& factors);
+                                 const ErrorModel& model, const StoredTable<FactorTable>& factors);
 inline constexpr Pass kChooseRanges =
     Pass{"choose-ranges", 13, "ranges", "How far to look", &choose_ranges}.in(Stage::kLearn);
 

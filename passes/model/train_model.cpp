@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/annotation/rows_of_kind.h"
 #include "formats/base/random.h"
 #include "formats/text/table.h"
 #include "passes/model/forest/out_of_fold.h"
@@ -107,63 +108,51 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   return model;
 }
 
-// A place, its tables at rest: of two models that learn from it, each takes what it needs when it
+// A place, its tables stored: of two models that learn from it, each takes what it needs when it
 // needs it.
 struct PlaceInUse {
   const std::string& name;
   const Sites& sites;
-  AtRest<FactorTable> factors;
-  std::vector<AtRest<MeasuredError>> drives;
+  StoredTable<FactorTable> factors;
+  std::vector<StoredTable<MeasuredError>> drives;
   RecordingCards recordings;
 };
 
-// By the looks that take every return. Error: cannot-read.
-Result<DrivenPlaces> ranges_of(const std::vector<PlaceInUse>& places) {
-  DrivenPlaces ranges;
+// By the looks of one kind, which every place and drive must have. Error: cannot-read.
+Result<DrivenPlaces> places_of_kind(const std::vector<PlaceInUse>& places, bool is_of_samples) {
+  const auto all_rows = [&](const auto& table) {
+    return rows_of_kind(table, is_of_samples, 0, table.row_count());
+  };
+  DrivenPlaces found;
   for (const PlaceInUse& place : places) {
-    SIGHTLINE_ASSIGN(FactorTable factors, place.factors.of_ranges(0, place.factors.site_count()));
+    SIGHTLINE_ASSIGN(FactorTable factors, all_rows(place.factors));
     DrivenPlace of_place{place.name, place.sites, std::move(factors), {}, place.recordings};
-    for (const AtRest<MeasuredError>& drive : place.drives) {
-      SIGHTLINE_ASSIGN(MeasuredError of_drive, drive.of_ranges(0, drive.site_count()));
+    for (const StoredTable<MeasuredError>& drive : place.drives) {
+      SIGHTLINE_ASSIGN(MeasuredError of_drive, all_rows(drive));
       of_place.drives.push_back(std::move(of_drive));
     }
-    ranges.places.push_back(std::move(of_place));
+    found.places.push_back(std::move(of_place));
   }
-  return ranges;
+  return found;
 }
 
 // Whether every place and drive knows the looks that take a sample.
 bool all_have_samples(const std::vector<PlaceInUse>& places) {
   return std::ranges::all_of(places, [](const PlaceInUse& place) {
     return !place.factors.head().of_samples.empty() &&
-           std::ranges::none_of(place.drives, [](const AtRest<MeasuredError>& drive) {
+           std::ranges::none_of(place.drives, [](const StoredTable<MeasuredError>& drive) {
              return drive.head().of_samples.empty();
            });
   });
 }
 
-// The same places by those looks, which all know. Error: cannot-read.
-Result<DrivenPlaces> samples_of(const std::vector<PlaceInUse>& places) {
-  DrivenPlaces samples;
-  for (const PlaceInUse& place : places) {
-    SIGHTLINE_ASSIGN(FactorTable factors, place.factors.of_samples(0, place.factors.site_count()));
-    DrivenPlace of_place{place.name, place.sites, std::move(factors), {}, place.recordings};
-    for (const AtRest<MeasuredError>& drive : place.drives) {
-      SIGHTLINE_ASSIGN(MeasuredError of_drive, drive.of_samples(0, drive.site_count()));
-      of_place.drives.push_back(std::move(of_drive));
-    }
-    samples.places.push_back(std::move(of_place));
-  }
-  return samples;
-}
-
 // A model of the ranges, and within it one of the looks that take a sample.
 Result<ErrorModel> train_both(PassContext& ctx, const TrainModelOptions& wanted,
                               const std::vector<PlaceInUse>& places) {
-  SIGHTLINE_ASSIGN(DrivenPlaces ranges, ranges_of(places));
+  SIGHTLINE_ASSIGN(DrivenPlaces ranges, places_of_kind(places, /*is_of_samples=*/false));
   SIGHTLINE_ASSIGN(ErrorModel model, train_on(ctx, wanted, std::move(ranges)));
   if (!all_have_samples(places)) return model;
-  SIGHTLINE_ASSIGN(DrivenPlaces samples, samples_of(places));
+  SIGHTLINE_ASSIGN(DrivenPlaces samples, places_of_kind(places, /*is_of_samples=*/true));
   SIGHTLINE_ASSIGN(ErrorModel of_samples, train_on(ctx, wanted, std::move(samples)));
   model.of_samples.push_back(std::move(of_samples));
   return model;
@@ -234,7 +223,7 @@ Result<ErrorModel> own_evidence_of_both(const std::vector<double>& limits_m, con
   return own;
 }
 
-// The same of tables at rest.
+// Evidence of stored tables.
 Result<ErrorModel> own_evidence_of(const std::vector<double>& limits_m, const PlaceInUse& place) {
   SIGHTLINE_ASSIGN(const FactorTable factors, place.factors.whole());
   SIGHTLINE_ASSIGN(const MeasuredError measured, place.drives.front().whole());
@@ -256,7 +245,7 @@ Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
 }
 
 Result<ErrorModel> learn_from_drives(PassContext& ctx, const TrainModelOptions& wanted,
-                                     const Sites& sites, const AtRest<FactorTable>& factors,
+                                     const Sites& sites, const StoredTable<FactorTable>& factors,
                                      const MeasuredDrives& measured,
                                      const RecordingCards& recordings) {
   if (measured.drives.empty()) {
@@ -273,8 +262,8 @@ Result<ErrorModel> learn_from_drives(PassContext& ctx, const TrainModelOptions& 
 }  // namespace
 
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const AtRest<FactorTable>& factors,
-                                    const AtRest<MeasuredError>& measured,
+                                    const Sites& sites, const StoredTable<FactorTable>& factors,
+                                    const StoredTable<MeasuredError>& measured,
                                     const RecordingCards& recordings,
                                     const MeasuredDrives* drives) {
   if (drives != nullptr) {

@@ -4,11 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
 #include "formats/annotation/driven_places.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_drives.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/base/result.h"
 #include "formats/model/error_model.h"
+#include "formats/tables/stored_table.h"
 #include "passes/model/forest/training_set.h"
 #include "passes/pass/pass.h"
 
@@ -52,8 +54,8 @@ inline constexpr Pass kTrainModel = Pass{"train-model", 8, "model", "The error m
 // is near a site, the model is that of passes/model/own_evidence_model.h, which a warning says; so
 // it is where errors were simulated, which teach nothing. Errors: those of train_model.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const AtRest<FactorTable>& factors,
-                                    const AtRest<MeasuredError>& measured,
+                                    const Sites& sites, const StoredTable<FactorTable>& factors,
+                                    const StoredTable<MeasuredError>& measured,
                                     const RecordingCards& recordings,
                                     const MeasuredDrives* drives = nullptr);
 inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);

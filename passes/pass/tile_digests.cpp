@@ -54,12 +54,12 @@ Digest TileDigests::within(const Eigen::AlignedBox2d& box_m) const {
 
 Result<TileDigests> digests_of(const TiledNds& nds) {
   TileDigests digests(kTile_m);
-  for (const NdTile& tile : nds.tiles()) {
+  for (const RowTile& tile : nds.tiles()) {
     SIGHTLINE_ASSIGN(const NdtMap of_tile, nds.tile(tile));
     for (const Nd& nd : of_tile.nds) {
       ByteWriter writer;
-      writer.put(nds.cell_m());
-      writer.put(nds.tile_m());
+      writer.put(nds.head().cell_m);
+      writer.put(nds.head().tile_m);
       put(nd.key, writer);
       writer.put(nd.point_count);
       put(nd.mean_m, writer);
@@ -73,11 +73,11 @@ Result<TileDigests> digests_of(const TiledNds& nds) {
 
 Result<TileDigests> digests_of(const TiledSurface& surface) {
   TileDigests digests(kTile_m);
-  for (const PatchTile& tile : surface.tiles()) {
+  for (const RowTile& tile : surface.tiles()) {
     SIGHTLINE_ASSIGN(const Surface of_tile, surface.tile(tile));
     for (const SurfacePatch& patch : of_tile.patches) {
       ByteWriter writer;
-      writer.put(surface.cell_m());
+      writer.put(surface.head().cell_m);
       encode(patch, writer);
       digests.add(patch.centre_m, writer.bytes());
     }

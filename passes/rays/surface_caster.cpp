@@ -302,7 +302,7 @@ SiteCaster::SiteCaster(const TiledSurface& surface, const Sites& sites, double r
     : surface_(surface),
       sites_(sites),
       far_m_(reach_m),
-      reach_m_(reach_m + std::numbers::sqrt2 * surface.widest_half_side_m()),
+      reach_m_(reach_m + std::numbers::sqrt2 * surface.reach_m()),
       change_(std::move(change)),
       blocks_(blocks_of_sites(sites)),
       scenes_(std::make_unique<Scenes>()) {}
@@ -328,7 +328,7 @@ Result<BlockScene> SiteCaster::scene(const SiteBlock& block) const {
 
 Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take) {
-  if (surface.frame() != sites.frame) {
+  if (surface.head().frame != sites.frame) {
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames"};
   }
   const SiteCaster caster(surface, sites, fan.far_m);

@@ -242,7 +242,7 @@ Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& optio
   if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given))
     return own;
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
-  if (nds.nd_count() == 0) {
+  if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no ND to match"};
   }
   // A drive may be anywhere on the map.
@@ -302,7 +302,7 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
   if (!is_elsewhere || !options.may_be_elsewhere || own.poses.empty()) return aligned;
   ctx.warn("drive '" + drive.name + "' is found nowhere in the map (" + aligned.error().message +
            ") and laid aside");
-  return placed_aside(own, nds.frame(), sites);
+  return placed_aside(own, nds.head().frame, sites);
 }
 
 }  // namespace sightline

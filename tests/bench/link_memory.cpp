@@ -174,9 +174,10 @@ int run(const std::string& file, int copies, const std::string& output) {
   reset_peak_memory();
   std::printf("before: %.0f MiB\n", peak_memory_mib());
   const double begin_s = process_cpu_s();
-  const AtRest<MeasuredError> own_measured = *from_stored<AtRest<MeasuredError>>(measured);
+  const StoredTable<MeasuredError> own_measured =
+      *from_stored<StoredTable<MeasuredError>>(measured);
   const RangeTable own_ranges = loaded<RangeTable>(ranges);
-  const AtRest<FactorTable> own_factors = *from_stored<AtRest<FactorTable>>(factors);
+  const StoredTable<FactorTable> own_factors = *from_stored<StoredTable<FactorTable>>(factors);
   const Sites own_sites = loaded<Sites>(sites);
   const PredictedError own_predicted = loaded<PredictedError>(predicted);
   const Drive mapping = loaded<Drive>(drive);

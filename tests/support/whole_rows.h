@@ -1,13 +1,13 @@
 #pragma once
 
-#include "formats/annotation/at_rest.h"
 #include "formats/base/result.h"
+#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
-// A table that a pass made at rest, whole.
+// A stored table that a pass made, as the struct that holds all rows.
 template <class X>
-Result<X> whole_rows(const Result<AtRest<X>>& table) {
+Result<X> whole_rows(const Result<StoredTable<X>>& table) {
   if (!table) return table.error();
   return table->whole();
 }

@@ -231,7 +231,7 @@ std::vector<OptionField> option_fields(ChooseFieldSitesOptions& options) {
 
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
                                  const TiledSurface& surface, const SensorProfile& sensor) {
-  SIGHTLINE_ASSIGN(const Eigen::AlignedBox2d box_m, wanted_box(options, surface.frame()));
+  SIGHTLINE_ASSIGN(const Eigen::AlignedBox2d box_m, wanted_box(options, surface.head().frame));
   SIGHTLINE_ASSIGN(const GroundFloors floors, floors_of(surface));
   const double ground_m2 = static_cast<double>(floors.columns().size()) * GroundFloors::kColumn_m *
                            GroundFloors::kColumn_m;
@@ -241,7 +241,8 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
                          std::max(options.height_m, sensor.height_m + kAboveSensor_m)};
   SIGHTLINE_ASSIGN(const FreeGround free,
                    FreeGround::over(surface, floors, grid.step_m, room, ctx.threads));
-  SIGHTLINE_ASSIGN(const std::uint32_t stretch, wanted_stretch(options, surface.frame(), free));
+  SIGHTLINE_ASSIGN(const std::uint32_t stretch,
+                   wanted_stretch(options, surface.head().frame, free));
   const std::vector<std::uint32_t> rows = rows_of(free, grid, stretch, box_m);
   if (rows.empty()) {
     return Error{ErrorCode::kNoGround,
@@ -257,7 +258,7 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
              " degrees of a turn, and a place is annotated for one heading alone: name a route");
   }
   Sites sites = sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
-  sites.frame = surface.frame();
+  sites.frame = surface.head().frame;
   return sites;
 }
 

@@ -259,7 +259,7 @@ Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions
                                  const SensorProfile& sensor) {
   GroundFloors floors;
   std::vector<Eigen::Vector3d> level_m;
-  for (const PatchTile& place : surface.tiles()) {
+  for (const RowTile& place : surface.tiles()) {
     SIGHTLINE_ASSIGN(const Surface tile, surface.tile(place));
     floors.add(tile);
     for (const SurfacePatch& patch : tile.patches) {
@@ -269,14 +269,14 @@ Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions
   const PointGrid patches(level_m, kOffMap_m);
   const Ground ground{floors, patches, vehicle_above_ground_m(sensor)};
   Sites sites;
-  sites.frame = surface.frame();
+  sites.frame = surface.head().frame;
   sites.spacing_m = options.spacing_m;
   Tally tally;
   for (std::size_t i = 0; i < route.lines.size(); ++i) {
     const RouteLine& line = route.lines[i];
     Way way{line, line.points_world_m};
     for (Eigen::Vector3d& point_m : way.points_m) {
-      point_m -= surface.frame().origin_world_m;
+      point_m -= surface.head().frame.origin_world_m;
       if (line.heights == RouteHeights::kNone) point_m.z() = 0.0;
     }
     for (int direction = 0; direction < (line.is_both_ways ? 2 : 1); ++direction) {
@@ -289,7 +289,7 @@ Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions
   }
   if (sites.sites.empty()) {
     Eigen::Vector3d first_m = route.lines.front().points_world_m.front();
-    first_m -= surface.frame().origin_world_m;
+    first_m -= surface.head().frame.origin_world_m;
     first_m.z() = 0.0;
     return nowhere(route, tally, patches, first_m);
   }

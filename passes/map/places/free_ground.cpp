@@ -107,7 +107,7 @@ Result<FreeGround> FreeGround::over(const TiledSurface& surface, const GroundFlo
   free.places_ = all_floors(floors, step_m, threads);
   free.index();
   std::vector<std::uint8_t> is_obstructed(free.places_.size(), 0);
-  for (const PatchTile& place : surface.tiles()) {
+  for (const RowTile& place : surface.tiles()) {
     SIGHTLINE_ASSIGN(const Surface tile, surface.tile(place));
     free.add_obstructed(tile, room.height_m, is_obstructed);
   }

@@ -79,7 +79,7 @@ void GroundFloors::add(const Surface& surface) {
 
 Result<GroundFloors> floors_of(const TiledSurface& surface) {
   GroundFloors floors;
-  for (const PatchTile& place : surface.tiles()) {
+  for (const RowTile& place : surface.tiles()) {
     SIGHTLINE_ASSIGN(const Surface tile, surface.tile(place));
     floors.add(tile);
   }

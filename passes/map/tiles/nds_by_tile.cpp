@@ -1,41 +1,39 @@
 #include "passes/map/tiles/nds_by_tile.h"
 
 #include <algorithm>
+#include <map>
+#include <vector>
 
 namespace sightline {
 
+NdsByTile::NdsByTile(double cell_m, double tile_m, std::size_t most_in_memory)
+    : head_{{}, cell_m, tile_m, {}, 0, 0, 0}, growing_(head_, most_in_memory) {}
+
 void NdsByTile::add(const NdtMap& part) {
-  const std::vector<std::byte> bytes = encoded_nds(part.nds);
   const std::lock_guard<std::mutex> lock(mutex_);
-  sparse_cell_count_ += part.sparse_cell_count;
-  degenerate_cell_count_ += part.degenerate_cell_count;
-  for (const Nd& nd : part.nds) {
-    std::vector<Piece>& pieces = pieces_[tile_of(nd.key, cell_m_, tile_m_)];
-    const bool goes_on = !pieces.empty() && pieces.back().first + pieces.back().count == count_;
-    if (!goes_on) pieces.push_back({count_, 0});
-    ++pieces.back().count;
-    ++count_;
-  }
-  if (written_) written_ = growing_.append(bytes);
+  head_.sparse_cell_count += part.sparse_cell_count;
+  head_.degenerate_cell_count += part.degenerate_cell_count;
+  if (written_) written_ = growing_.append(part);
 }
 
 Result<TiledNds> NdsByTile::take(const MapFrame& frame, std::uint64_t point_count) {
   SIGHTLINE_TRY(written_);
-  const StoredBytes bytes = growing_.take();
-  const NdtMap head{frame,      cell_m_, tile_m_, {}, sparse_cell_count_, degenerate_cell_count_,
-                    point_count};
-  TiledNdsWriter writer;
-  for (const auto& [tile, pieces] : pieces_) {
-    NdtMap of_tile = head;
-    for (const Piece& piece : pieces) {
-      SIGHTLINE_ASSIGN(const std::vector<std::byte> encoded,
-                       bytes.read(piece.first * kEncodedNd, piece.count * kEncodedNd));
-      append_nds(encoded, of_tile);
+  SIGHTLINE_ASSIGN(const TiledNds added, growing_.take());
+  std::map<TileKey, std::vector<RowTile>> pieces;
+  for (const RowTile& piece : added.tiles()) pieces[piece.key].push_back(piece);
+  head_.frame = frame;
+  head_.point_count = point_count;
+  StoredTableWriter<NdtMap> writer(head_);
+  for (const auto& [tile, of_tile] : pieces) {
+    NdtMap nds = head_;
+    for (const RowTile& piece : of_tile) {
+      SIGHTLINE_ASSIGN(const NdtMap some, added.tile(piece));
+      nds.nds.insert(nds.nds.end(), some.nds.begin(), some.nds.end());
     }
-    std::ranges::sort(of_tile.nds, {}, &Nd::key);
-    SIGHTLINE_TRY(writer.add(tile, of_tile.nds));
+    std::ranges::sort(nds.nds, {}, &Nd::key);
+    SIGHTLINE_TRY(writer.append(nds));
   }
-  return writer.take(head);
+  return writer.take();
 }
 
 }  // namespace sightline

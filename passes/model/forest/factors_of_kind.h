@@ -2,7 +2,8 @@
 
 #include <cstddef>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/rows_of_kind.h"
 #include "formats/base/result.h"
 
 namespace sightline {
@@ -10,7 +11,7 @@ namespace sightline {
 // The factors of a map's sites by looks of one kind: those that take every return within a range,
 // or those that take a sample, which the table must then have.
 struct FactorsOfKind {
-  const AtRest<FactorTable>& factors;
+  const StoredTable<FactorTable>& factors;
   bool is_of_samples = false;
 
   // Without values.
@@ -19,7 +20,7 @@ struct FactorsOfKind {
   }
   // Of `count` sites in a row. Error: cannot-read.
   [[nodiscard]] Result<FactorTable> of_sites(std::size_t first, std::size_t count) const {
-    return is_of_samples ? factors.of_samples(first, count) : factors.of_ranges(first, count);
+    return rows_of_kind(factors, is_of_samples, first, count);
   }
 };
 

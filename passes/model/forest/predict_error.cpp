@@ -188,8 +188,8 @@ Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOpt
   const std::size_t site_count = asked.sites.sites.size();
   const Forest forest(model, options.support_margin, ctx.threads);
   ByForest all{forest.nothing(options.support_margin), {}};
-  for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
-    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
+    const std::size_t count = std::min(kRowsAtOnce, site_count - first);
     SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors.of_sites(first, count));
     const History told_here = told == nullptr ? History() : some_of(*told, first, count);
     const Result<FeatureRows> features =
@@ -347,7 +347,7 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
 
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
-                                     const AtRest<FactorTable>& factors,
+                                     const StoredTable<FactorTable>& factors,
                                      const RecordingCards& recordings, const MeasuredError* history,
                                      const MeasuredDrives* drives) {
   const Asked asked{sites, {factors}, recordings};

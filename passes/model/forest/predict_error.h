@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
@@ -11,6 +11,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/recording_cards.h"
 #include "formats/model/error_model.h"
+#include "formats/tables/stored_table.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -44,7 +45,7 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 // factors; invalid-artifact for a factor that is not finite.
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
-                                     const AtRest<FactorTable>& factors,
+                                     const StoredTable<FactorTable>& factors,
                                      const RecordingCards& recordings,
                                      const MeasuredError* history = nullptr,
                                      const MeasuredDrives* drives = nullptr);

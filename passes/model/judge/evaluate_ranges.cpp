@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "formats/annotation/rows_of_kind.h"
 #include "passes/model/judge/evaluate_looks.h"
 #include "passes/model/judge/evaluate_ranges_scores.h"
 #include "passes/model/promise/selection.h"
@@ -127,11 +128,12 @@ void record_sites(const EvaluationInputs& inputs, Evaluation& evaluation) {
 }
 
 // Stretch by stretch. Error: cannot-read.
-Result<std::vector<StreetType>> all_street_types(const AtRest<FactorTable>& factors) {
+Result<std::vector<StreetType>> all_street_types(const StoredTable<FactorTable>& factors) {
   std::vector<StreetType> types;
-  for (std::size_t first = 0; first < factors.site_count(); first += kSitesInStretch) {
-    const std::size_t count = std::min(kSitesInStretch, factors.site_count() - first);
-    SIGHTLINE_ASSIGN(const FactorTable some, factors.of_ranges(first, count));
+  for (std::size_t first = 0; first < factors.row_count(); first += kRowsAtOnce) {
+    const std::size_t count = std::min(kRowsAtOnce, factors.row_count() - first);
+    SIGHTLINE_ASSIGN(const FactorTable some,
+                     rows_of_kind(factors, /*is_of_samples=*/false, first, count));
     const std::vector<StreetType> here = street_types(some);
     types.insert(types.end(), here.begin(), here.end());
   }
@@ -151,11 +153,12 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options) {
 
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
                                    const Sites& sites, const PredictedError& predicted,
-                                   const RangeTable& ranges, const AtRest<FactorTable>& factors,
+                                   const RangeTable& ranges,
+                                   const StoredTable<FactorTable>& factors,
                                    const MeasuredError& judged) {
-  if (factors.site_count() != 0 && factors.site_count() != sites.sites.size()) {
+  if (factors.row_count() != 0 && factors.row_count() != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found factors of " + std::to_string(factors.site_count()) + " sites, expected " +
+                 "found factors of " + std::to_string(factors.row_count()) + " sites, expected " +
                      std::to_string(sites.sites.size())};
   }
   SIGHTLINE_ASSIGN(std::vector<StreetType> streets, all_street_types(factors));

@@ -3,13 +3,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/at_rest.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
 #include "formats/evaluation/evaluation.h"
+#include "formats/tables/stored_table.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -32,7 +33,8 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
 // has no scan near any site.
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
                                    const Sites& sites, const PredictedError& predicted,
-                                   const RangeTable& ranges, const AtRest<FactorTable>& factors,
+                                   const RangeTable& ranges,
+                                   const StoredTable<FactorTable>& factors,
                                    const MeasuredError& judged);
 inline constexpr Pass kEvaluateRanges =
     Pass{"evaluate-ranges", 3, "evaluation", "Judging the choice", &evaluate_ranges}.in(

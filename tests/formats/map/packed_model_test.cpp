@@ -39,13 +39,13 @@ TEST(PackedModel, KeepsTheBytesAndWhatTheRecordSays) {
   EXPECT_EQ(section->version, record.encoding_version);
 }
 
-TEST(PackedModel, OfAModelAtRestIsThatOfTheWhole) {
+TEST(PackedModel, OfAStoredModelIsThatOfTheWhole) {
   const ErrorModel model =
       handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
   const ModelRecord record = record_of(model);
-  ErrorModelAtRest at_rest;
-  ASSERT_TRUE(open_payload(StoredBytes(record.bytes), at_rest));
-  const Result<PackedModel> packed = pack_model(at_rest);
+  StoredErrorModel stored;
+  ASSERT_TRUE(open_payload(StoredBytes(record.bytes), stored));
+  const Result<PackedModel> packed = pack_model(stored);
   const Result<PackedModel> of_whole = pack_model(record);
   ASSERT_TRUE(packed && of_whole);
   EXPECT_TRUE(payload_of(*packed) == payload_of(*of_whole));

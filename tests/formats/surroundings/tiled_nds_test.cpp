@@ -7,6 +7,8 @@
 
 #include "formats/base/random.h"
 #include "formats/surroundings/nearby_nds.h"
+#include "formats/tables/stored_table_writer.h"
+#include "tests/support/no_large_files.h"
 #include "tests/support/toy_world.h"
 
 namespace sightline {
@@ -40,11 +42,11 @@ TEST(TiledNds, HasTheBytesOfTheMapAndGivesItBack) {
     const NdtMap map = counted_map(count, 400.0);
     const TiledNds tiled = map;
     ASSERT_TRUE(validate(tiled));
-    EXPECT_EQ(tiled.nd_count(), map.nds.size());
+    EXPECT_EQ(tiled.row_count(), map.nds.size());
     EXPECT_TRUE(to_bytes(*tiled.whole()) == to_bytes(map));
     EXPECT_TRUE(sealed(tiled) == to_bytes(map));
     EXPECT_EQ(payload_size(tiled), payload_of(map).size());
-    EXPECT_EQ(dump(tiled).rows, dump(map).rows);
+    EXPECT_EQ(dump(tiled)->rows, dump(map).rows);
     const Result<TiledNds> back = from_stored<TiledNds>(StoredBytes(to_bytes(map)));
     ASSERT_TRUE(back) << to_string(back.error());
     EXPECT_TRUE(sealed(*back) == to_bytes(map));
@@ -58,7 +60,7 @@ TEST(TiledNds, HasTilesThatHoldEachNdOnce) {
   const TiledNds tiled = map;
   ASSERT_GT(tiled.tiles().size(), 20U);
   std::vector<Nd> all;
-  for (const NdTile& tile : tiled.tiles()) {
+  for (const RowTile& tile : tiled.tiles()) {
     const NdtMap of_tile = *tiled.tile(tile);
     EXPECT_EQ(of_tile.nds.size(), tile.count);
     for (const Nd& nd : of_tile.nds) EXPECT_TRUE(tile_of(nd.key, 2.0, 64.0) == tile.key);
@@ -91,11 +93,20 @@ TEST(TiledNds, FindsOverABoxWhatTheWholeMapHasThere) {
 TEST(TiledNds, AreWrittenTileByTileIntoAFileWhereMemoryIsShort) {
   const NdtMap map = counted_map(3000, 400.0);
   const TiledNds tiled = map;
-  TiledNdsWriter writer(1000);
-  for (const NdTile& tile : tiled.tiles()) {
-    ASSERT_TRUE(writer.add(tile.key, tiled.tile(tile)->nds));
+  StoredTableWriter<NdtMap> writer(map, 1000);
+  for (const RowTile& tile : tiled.tiles()) {
+    ASSERT_TRUE(writer.append(*tiled.tile(tile)));
   }
-  EXPECT_TRUE(sealed(writer.take(map)) == to_bytes(map));
+  EXPECT_TRUE(sealed(*writer.take()) == to_bytes(map));
+}
+
+TEST(TiledNds, ReturnThatTheDiskIsFull) {
+  const NdtMap map = counted_map(300, 100.0);
+  const NoLargeFiles full_disk;
+  StoredTableWriter<NdtMap> writer(map, 1000);
+  const Result<void> written = writer.append(map);
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().code, ErrorCode::kDiskFull);
 }
 
 TEST(TiledNds, AreRefusedCutShortOrDamagedAtEveryByte) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "passes/map/places/ground_floors.h"
+#include "tests/support/no_large_files.h"
 #include "tests/support/whole_surface.h"
 
 namespace sightline {
@@ -50,6 +51,21 @@ TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {
     EXPECT_NEAR(floors.at({x_m, 3.0}).front(), 0.3, 1e-12);
   }
   EXPECT_TRUE(floors.at({10.0, 8.0}).empty());
+}
+
+TEST(BuildNdSurface, ReturnsThatTheDiskIsFull) {
+  const NdtMap few = level_street();
+  NdtMap map;
+  for (std::int32_t x = 0; x < 250000; ++x) {
+    map.nds.push_back(few.nds.front());
+    map.nds.back().key.x = x;
+    map.nds.back().mean_m.x() = 2.0 * x + 1.0;
+  }
+  PassContext ctx;
+  const NoLargeFiles full_disk;
+  const Result<TiledSurface> surface = build_nd_surface(ctx, {}, map);
+  ASSERT_FALSE(surface.has_value());
+  EXPECT_EQ(surface.error().code, ErrorCode::kDiskFull);
 }
 
 TEST(BuildNdSurface, RefusesAMapWithoutNds) {

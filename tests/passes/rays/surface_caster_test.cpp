@@ -288,7 +288,7 @@ TEST(SurfaceCaster, GivesABlockEveryPatchThatItsSitesCanReach) {
     sites.sites.push_back(site);
   }
   const TiledSurface tiled = surface;
-  const double reach_m = 15.0 + std::numbers::sqrt2 * tiled.widest_half_side_m();
+  const double reach_m = 15.0 + std::numbers::sqrt2 * tiled.reach_m();
   std::set<std::size_t> seen;
   for (const SiteBlock& block : blocks_of_sites(sites)) {
     std::set<SurfaceOrder> near;

@@ -37,7 +37,7 @@ TEST(NdsByTile, AreTheMapThatTheirPartsMakeInAnyOrderInMemoryOrAFile) {
 
 TEST(NdsByTile, OfNothingAreNoNds) {
   NdsByTile nds(2.0, 64.0);
-  EXPECT_EQ(nds.take({}, 0)->nd_count(), 0U);
+  EXPECT_EQ(nds.take({}, 0)->row_count(), 0U);
 }
 
 TEST(NdsByTile, SayThatTheDiskIsFull) {

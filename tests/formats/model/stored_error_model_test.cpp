@@ -1,4 +1,4 @@
-#include "formats/model/error_model_at_rest.h"
+#include "formats/model/stored_error_model.h"
 
 #include <gtest/gtest.h>
 
@@ -19,32 +19,32 @@ ErrorModel model_of_both() {
   return model;
 }
 
-TEST(ErrorModelAtRest, KnowsTheCardAndHandsOverTheBytes) {
+TEST(StoredErrorModel, KnowsTheCardAndHandsOverTheBytes) {
   const ErrorModel model = model_of_both();
   const std::vector<std::byte> bytes = encoded(model);
   EXPECT_EQ(payload_size(model), bytes.size());
-  ErrorModelAtRest at_rest;
-  ASSERT_TRUE(open_payload(StoredBytes(bytes), at_rest));
-  EXPECT_EQ(card_facts(at_rest.head, at_rest.training_row_count),
+  StoredErrorModel stored;
+  ASSERT_TRUE(open_payload(StoredBytes(bytes), stored));
+  EXPECT_EQ(card_facts(stored.head, stored.training_row_count),
             card_facts(model, model.forest.labels.size()));
   std::vector<std::byte> back;
-  ASSERT_TRUE(visit_payload(at_rest, [&](std::span<const std::byte> piece) -> Result<void> {
+  ASSERT_TRUE(visit_payload(stored, [&](std::span<const std::byte> piece) -> Result<void> {
     back.insert(back.end(), piece.begin(), piece.end());
     return {};
   }));
   EXPECT_TRUE(back == bytes);
-  EXPECT_EQ(payload_size(at_rest), bytes.size());
+  EXPECT_EQ(payload_size(stored), bytes.size());
 }
 
-TEST(ErrorModelAtRest, IsRefusedWhereItsHeadIsCut) {
+TEST(StoredErrorModel, IsRefusedWhereItsHeadIsCut) {
   const std::vector<std::byte> bytes = encoded(model_of_both());
   ByteWriter head;
   encode_head(model_of_both(), head);
-  ErrorModelAtRest at_rest;
+  StoredErrorModel stored;
   for (std::size_t size = 0; size < head.bytes().size() + sizeof(std::uint64_t); ++size) {
     const std::vector<std::byte> cut(bytes.begin(),
                                      bytes.begin() + static_cast<std::ptrdiff_t>(size));
-    EXPECT_FALSE(open_payload(StoredBytes(cut), at_rest)) << size;
+    EXPECT_FALSE(open_payload(StoredBytes(cut), stored)) << size;
   }
 }
 

@@ -9,7 +9,7 @@ namespace sightline {
 
 // An error model of which no more than its card is read: the training rows, trees and sites stay
 // encoded, in a file where they came from one. The same bytes as ErrorModel's.
-struct ErrorModelAtRest {
+struct StoredErrorModel {
   ErrorModel head;  // what decode_head reads
   std::uint64_t training_row_count = 0;
   StoredBytes payload;  // all of it, as encode() writes it
@@ -17,18 +17,18 @@ struct ErrorModelAtRest {
 
 // A form of ErrorModel.
 template <>
-struct ArtifactTraits<ErrorModelAtRest> {
+struct ArtifactTraits<StoredErrorModel> {
   using Artifact = ErrorModel;
   static constexpr std::string_view kName = ArtifactTraits<ErrorModel>::kName;
   static constexpr std::uint32_t kVersion = ArtifactTraits<ErrorModel>::kVersion;
 };
 
 // Of the head alone.
-Result<void> validate(const ErrorModelAtRest& model);
-Table dump(const ErrorModelAtRest& model);  // facts: the model card
-std::uint64_t payload_size(const ErrorModelAtRest& model);
-Result<void> visit_payload(const ErrorModelAtRest& model, const ByteSink& sink);
+Result<void> validate(const StoredErrorModel& model);
+Table dump(const StoredErrorModel& model);  // facts: the model card
+std::uint64_t payload_size(const StoredErrorModel& model);
+Result<void> visit_payload(const StoredErrorModel& model, const ByteSink& sink);
 // Errors: cannot-read; bad-layer where the head cannot be decoded.
-Result<void> open_payload(const StoredBytes& payload, ErrorModelAtRest& model);
+Result<void> open_payload(const StoredBytes& payload, StoredErrorModel& model);
 
 }  // namespace sightline

@@ -1,4 +1,4 @@
-#include "formats/annotation/at_rest.h"
+#include "formats/tables/stored_table.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,13 @@
 #include <utility>
 #include <vector>
 
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/rows_of_kind.h"
 #include "formats/base/random.h"
+#include "formats/tables/stored_table_writer.h"
 #include "tests/support/no_large_files.h"
+#include "tests/support/shrinking_file.h"
 
 // A whole table is the oracle of each: what is read or written some sites at a time has its rows
 // and its bytes.
@@ -66,7 +71,7 @@ FactorTable random_factors(std::size_t site_count, bool has_samples) {
 }
 
 template <class X>
-std::vector<std::byte> sealed(const AtRest<X>& table) {
+std::vector<std::byte> sealed(const StoredTable<X>& table) {
   std::vector<std::byte> bytes;
   EXPECT_TRUE(visit_bytes(table, [&](std::span<const std::byte> piece) -> Result<void> {
     bytes.insert(bytes.end(), piece.begin(), piece.end());
@@ -84,19 +89,19 @@ std::vector<std::byte> payload_of(const X& table) {
 
 template <class X>
 void expect_same_as_whole(const X& whole) {
-  const AtRest<X> rest = whole;
-  ASSERT_TRUE(validate(rest));
-  EXPECT_TRUE(sealed(rest) == to_bytes(whole));
-  EXPECT_TRUE(to_bytes(*rest.whole()) == to_bytes(whole));
-  EXPECT_EQ(payload_size(rest), payload_of(whole).size());
-  EXPECT_EQ(dump(rest).rows, dump(whole).rows);
-  const Result<AtRest<X>> back = from_stored<AtRest<X>>(StoredBytes(to_bytes(whole)));
+  const StoredTable<X> stored = whole;
+  ASSERT_TRUE(validate(stored));
+  EXPECT_TRUE(sealed(stored) == to_bytes(whole));
+  EXPECT_TRUE(to_bytes(*stored.whole()) == to_bytes(whole));
+  EXPECT_EQ(payload_size(stored), payload_of(whole).size());
+  EXPECT_EQ(dump(stored)->rows, dump(whole).rows);
+  const Result<StoredTable<X>> back = from_stored<StoredTable<X>>(StoredBytes(to_bytes(whole)));
   ASSERT_TRUE(back) << to_string(back.error());
   EXPECT_TRUE(sealed(*back) == to_bytes(whole));
   EXPECT_TRUE(to_bytes(*back->whole()) == to_bytes(whole));
 }
 
-TEST(AtRest, HasTheBytesOfTheWholeAndGivesItBack) {
+TEST(StoredTable, HasTheBytesOfTheWholeAndGivesItBack) {
   for (const std::size_t site_count : {0U, 1U, 255U, 256U, 700U}) {
     for (const bool has_samples : {false, true}) {
       expect_same_as_whole(random_errors(site_count, has_samples));
@@ -105,15 +110,15 @@ TEST(AtRest, HasTheBytesOfTheWholeAndGivesItBack) {
   }
 }
 
-TEST(AtRest, GivesAnySitesInARow) {
+TEST(StoredTable, GivesAnyConsecutiveRows) {
   const MeasuredError errors = random_errors(700, true);
   const FactorTable factors = random_factors(700, true);
-  const AtRest<MeasuredError> errors_at_rest = errors;
-  const AtRest<FactorTable> factors_at_rest = factors;
+  const StoredTable<MeasuredError> stored_errors = errors;
+  const StoredTable<FactorTable> stored_factors = factors;
   for (const auto& [first, count] :
        {std::pair<std::size_t, std::size_t>{0, 1}, {0, 700}, {5, 300}, {699, 1}, {700, 0}}) {
-    const MeasuredError some = *errors_at_rest.sites(first, count);
-    const FactorTable of_factors = *factors_at_rest.sites(first, count);
+    const MeasuredError some = *stored_errors.rows(first, count);
+    const FactorTable of_factors = *stored_factors.rows(first, count);
     ASSERT_TRUE(validate(some));
     ASSERT_TRUE(validate(of_factors));
     ASSERT_EQ(some.scan_of_site.size(), count);
@@ -129,28 +134,29 @@ TEST(AtRest, GivesAnySitesInARow) {
   }
   MeasuredError ranges = errors;
   ranges.of_samples.clear();
-  EXPECT_TRUE(to_bytes(*errors_at_rest.of_ranges(0, 700)) == to_bytes(ranges));
-  EXPECT_TRUE(to_bytes(*errors_at_rest.of_samples(0, 700)) == to_bytes(errors.of_samples[0]));
+  EXPECT_TRUE(to_bytes(*rows_of_kind(stored_errors, false, 0, 700)) == to_bytes(ranges));
+  EXPECT_TRUE(to_bytes(*rows_of_kind(stored_errors, true, 0, 700)) ==
+              to_bytes(errors.of_samples[0]));
 }
 
 // Every third site from the first on, from the second, from the third; and what is left is zero.
-TEST(AtRest, IsWrittenInAnyOrderInMemoryOrAFile) {
+TEST(StoredTable, IsWrittenInAnyOrderInMemoryOrAFile) {
   for (const std::size_t most_in_memory :
-       {std::size_t{10}, SiteRowsWriter<FactorTable>::kMostInMemory}) {
+       {std::size_t{10}, StoredTableWriter<FactorTable>::kMostInMemory}) {
     const FactorTable whole = random_factors(600, true);
-    const AtRest<FactorTable> rest = whole;
-    SiteRowsWriter<FactorTable> writer(rest.head(), most_in_memory);
+    const StoredTable<FactorTable> stored = whole;
+    StoredTableWriter<FactorTable> writer(stored.head(), most_in_memory);
     for (const std::size_t from : {2U, 0U, 1U}) {
       for (std::size_t first = from; first < 600; first += 3)
-        writer.put(first, *rest.sites(first, 1));
+        writer.put(first, *stored.rows(first, 1));
     }
     EXPECT_TRUE(sealed(*writer.take()) == to_bytes(whole));
   }
   const MeasuredError whole = random_errors(600, true);
-  const AtRest<MeasuredError> rest = whole;
-  SiteRowsWriter<MeasuredError> writer(rest.head(), 10);
+  const StoredTable<MeasuredError> stored = whole;
+  StoredTableWriter<MeasuredError> writer(stored.head(), 10);
   const std::vector<std::size_t> sites = {599, 3, 4, 5, 300};
-  MeasuredError some = *rest.sites(0, 5);
+  MeasuredError some = *stored.rows(0, 5);
   writer.put(sites, some);
   const MeasuredError found = *writer.take()->whole();
   for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -160,16 +166,36 @@ TEST(AtRest, IsWrittenInAnyOrderInMemoryOrAFile) {
   EXPECT_EQ(found.row(6, 1).mean_m, 0.0);
 }
 
-TEST(AtRest, SaysThatTheDiskIsFull) {
+TEST(StoredTable, ReturnsThatTheDiskIsFull) {
   const FactorTable whole = random_factors(600, true);
   const NoLargeFiles full_disk;
-  SiteRowsWriter<FactorTable> writer(whole, 10);
+  StoredTableWriter<FactorTable> writer(whole, 10);
   writer.put(0, whole);
-  const Result<AtRest<FactorTable>> made = writer.take();
+  const Result<StoredTable<FactorTable>> made = writer.take();
   ASSERT_FALSE(made);
   EXPECT_EQ(made.error().code, ErrorCode::kDiskFull);
-  // Who has it whole needs no file.
-  EXPECT_TRUE(validate(AtRest<FactorTable>(whole)));
+  // One made of a whole needs no file.
+  EXPECT_TRUE(validate(StoredTable<FactorTable>(whole)));
+}
+
+TEST(StoredTable, OfAFileThatShrankIsNotPrintedButAnError) {
+  ShrinkingFile file(to_bytes(random_factors(600, true)));
+  const Result<StoredTable<FactorTable>> stored =
+      from_stored<StoredTable<FactorTable>>(file.bytes());
+  ASSERT_TRUE(stored && dump(*stored));
+  file.shrink();
+  const Result<Table> printed = dump(*stored);
+  ASSERT_FALSE(printed);
+  EXPECT_EQ(printed.error().code, ErrorCode::kCannotRead);
+}
+
+TEST(StoredTable, HasSamplesAtTheSameSites) {
+  FactorTable table = random_factors(3, true);
+  table.of_samples.front() = random_factors(2, false);
+  table.of_samples.front().looks = two_looks();
+  const Result<void> valid = validate(table);
+  ASSERT_FALSE(valid);
+  EXPECT_EQ(valid.error().place, "of_samples");
 }
 
 template <class X>
@@ -178,14 +204,14 @@ void expect_refuses_what_the_whole_refuses(const X& table) {
   for (std::size_t size = 0; size < payload.size(); ++size) {
     std::vector<std::byte> cut = payload;
     cut.resize(size);
-    AtRest<X> found;
+    StoredTable<X> found;
     EXPECT_FALSE(open_payload(StoredBytes(std::move(cut)), found)) << size;
   }
   for (std::size_t bit = 0; bit < 8 * payload.size(); ++bit) {
     std::vector<std::byte> changed = payload;
     changed[bit / 8] ^= std::byte{1} << (bit % 8);
     X whole;
-    AtRest<X> found;
+    StoredTable<X> found;
     const bool is_whole = open_payload(StoredBytes(changed), whole).has_value();
     if (!open_payload(StoredBytes(changed), found)) continue;
     EXPECT_TRUE(is_whole) << bit;
@@ -193,20 +219,20 @@ void expect_refuses_what_the_whole_refuses(const X& table) {
   }
 }
 
-TEST(AtRest, TakesNoPayloadThatIsNoTable) {
+TEST(StoredTable, RefusesEveryCutAndNoOtherPayloadThanTheWholeDoes) {
   expect_refuses_what_the_whole_refuses(random_errors(2, true));
   expect_refuses_what_the_whole_refuses(random_factors(3, true));
 }
 
-TEST(AtRest, SaysFromWhichSiteOnAValueIsWrong) {
+TEST(StoredTable, NamesTheSitesAmongWhichAValueIsWrong) {
   FactorTable table = random_factors(600, false);
   table.values[table.values_per_site() * 520] = std::numeric_limits<double>::infinity();
-  const Result<void> valid = validate(AtRest<FactorTable>(table));
+  const Result<void> valid = validate(StoredTable<FactorTable>(table));
   ASSERT_FALSE(valid);
   EXPECT_EQ(valid.error().place, "from site 512 on, site 8");
 }
 
-TEST(MeasuredErrorInPieces, IsTheSameAndNoOtherPayloadIsTaken) {
+TEST(MeasuredErrorInPieces, HasTheSameBytesAndRefusesEveryCut) {
   const MeasuredError table = random_errors(3000, true);
   std::vector<std::byte> pieces;
   ASSERT_TRUE(visit_payload(table, [&](std::span<const std::byte> piece) -> Result<void> {
