@@ -60,9 +60,9 @@ Result<SiteColumn> measure_clearance(PassContext& ctx, const MeasureClearanceOpt
     return Error{ErrorCode::kMismatchedInputs, "sites and NDT map are in different frames"};
   }
   const Walls walls = walls_of(map);
-  SiteColumn column{"clearance_m", {}};
-  column.values = parallel_map<double>(sites.sites.size(), ctx.threads, [&](std::size_t i) {
-    return clearance_m(walls, sites.sites[i].p_map_m, options);
+  SiteColumn column{"clearance_m", "m", {}};
+  column.values = parallel_map<float>(sites.sites.size(), ctx.threads, [&](std::size_t i) {
+    return static_cast<float>(clearance_m(walls, sites.sites[i].p_map_m, options));
   });
   return column;
 }

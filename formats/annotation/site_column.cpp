@@ -1,12 +1,31 @@
 #include "formats/annotation/site_column.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sightline {
+namespace {
+
+bool is_name(const std::string& name) {
+  constexpr std::size_t kLongest = 60;
+  return !name.empty() && name.size() <= kLongest && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
+bool is_unit(const std::string& unit) {
+  constexpr std::size_t kLongest = 20;
+  return unit.size() <= kLongest &&
+         std::ranges::all_of(unit, [](char c) { return c > ' ' && c <= '~'; });
+}
+
+}  // namespace
 
 Result<void> validate(const SiteColumn& column) {
-  if (column.name.empty()) {
-    return Error{ErrorCode::kInvalidArtifact, "found a column without a name"};
+  if (!is_name(column.name) || !is_unit(column.unit)) {
+    return Error{ErrorCode::kInvalidArtifact,
+                 "the name of a column has 1 to 60 of a-z, 0-9 and _, its unit up to 20 printable "
+                 "characters"};
   }
   for (std::size_t site = 0; site < column.values.size(); ++site) {
     if (!std::isnan(column.values[site])) continue;
@@ -19,7 +38,20 @@ Result<void> validate(const SiteColumn& column) {
 Table dump(const SiteColumn& column) {
   Table table{column.name, {"site", column.name}, {}, {}};
   for (std::size_t site = 0; site < column.values.size(); ++site) {
-    table.rows.push_back({static_cast<std::int64_t>(site), column.values[site]});
+    table.rows.push_back({static_cast<std::int64_t>(site), double{column.values[site]}});
+  }
+  return table;
+}
+
+Table dump(const std::vector<SiteColumn>& columns) {
+  Table table{"columns", {"site"}, {}, {}};
+  for (const SiteColumn& column : columns) {
+    table.columns.push_back(column.name);
+    table.rows.resize(column.values.size());
+    for (std::size_t site = 0; site < column.values.size(); ++site) {
+      if (table.rows[site].empty()) table.rows[site].emplace_back(static_cast<std::int64_t>(site));
+      table.rows[site].emplace_back(double{column.values[site]});
+    }
   }
   return table;
 }

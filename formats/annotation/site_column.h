@@ -9,21 +9,25 @@
 
 namespace sightline {
 
-// One number for every site: what a pass makes that measures something at each place.
+// One number for every site: the output of a pass that measures something at each place. Maps keep
+// columns, and readers, exports, differences and reports show them without further code.
 struct SiteColumn {
-  std::string name;            // unit included: "clearance_m"
-  std::vector<double> values;  // [site]; +-inf where there is none
+  std::string name;           // 1 to 60 of a-z, 0-9 and _, with its unit: "clearance_m"
+  std::string unit;           // for people: "m", "m/s"; empty: none
+  std::vector<float> values;  // [site]; +-inf where there is none
 };
-SIGHTLINE_FIELDS(SiteColumn, name, values)
+SIGHTLINE_FIELDS(SiteColumn, name, unit, values)
 
 template <>
 struct ArtifactTraits<SiteColumn> {
   static constexpr std::string_view kName = "site-column";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
-// Error: invalid-artifact (no name, a value that is no number).
+// Error: invalid-artifact (a name or unit of another form, a value that is no number).
 Result<void> validate(const SiteColumn& column);
 Table dump(const SiteColumn& column);  // site, and a column of that name
+// All of one map as a table: site, and a column each.
+Table dump(const std::vector<SiteColumn>& columns);
 
 }  // namespace sightline

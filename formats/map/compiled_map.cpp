@@ -81,7 +81,7 @@ Table dump(const CompiledMap& map) {
 }
 
 std::vector<std::string> dump_names() {
-  return {"nds", "sites", "predicted", "ranges", "factors", "model", "tile-drives"};
+  return {"nds", "sites", "predicted", "ranges", "factors", "model", "columns", "tile-drives"};
 }
 
 Result<Table> dump(const CompiledMap& map, std::string_view name) {
@@ -99,10 +99,12 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
     SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
     return dump(model);
   }
+  if (name == "columns") return dump(map.columns);
   if (name == "tile-drives") return dump(map.tile_drives.value_or(TileDrives{}));
-  return Error{ErrorCode::kUnknownName,
-               "a map has no \"" + std::string(name) +
-                   "\", only nds, sites, predicted, ranges, factors, model and tile-drives"};
+  return Error{
+      ErrorCode::kUnknownName,
+      "a map has no \"" + std::string(name) +
+          "\", only nds, sites, predicted, ranges, factors, model, columns and tile-drives"};
 }
 
 ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_count) {

@@ -11,6 +11,7 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
+#include "formats/annotation/site_column.h"
 #include "formats/annotation/sites.h"
 #include "formats/artifact.h"
 #include "formats/base/hash.h"
@@ -123,6 +124,7 @@ struct CompiledMap {
   std::optional<Sharpness> sharpness;           // none in maps made before it was measured
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
   std::optional<TileDrives> tile_drives;        // of a map of several drives
+  std::vector<SiteColumn> columns;              // further figures of each site, ascending name
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
 };
 
@@ -143,7 +145,7 @@ Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
 Table dump(const CompiledMap& map);
 
 // One artifact of the map as a table: nds, sites, predicted, ranges, factors,
-// model, tile-drives (no row where one drive made the map). Errors: unknown-name;
+// model, columns, tile-drives (no row where one drive made the map). Errors: unknown-name;
 // of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();

@@ -3,6 +3,7 @@
 
 #include "formats/map/compiled_map.h"
 #include "formats/map/factor_layer.h"
+#include "formats/map/site_columns.h"
 #include "formats/reader/map_layout.h"
 
 // Whether the parts of a map agree.
@@ -134,7 +135,8 @@ Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
 Result<void> validate(const CompiledMap& map) {
   for (const Result<void>& valid :
        {validate_artifacts(map), validate_agreement(map),
-        validate_factors(map.factors, map.sites, map.ranges), validate_bounds(map)}) {
+        validate_factors(map.factors, map.sites, map.ranges), validate_bounds(map),
+        validate_columns(map.columns, map.sites.sites.size())}) {
     if (!valid) return valid.error();
   }
   return {};

@@ -17,8 +17,8 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map);
 // The same of a map whose NDs, so many, are elsewhere.
 std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_count);
 
-// Fills all but NDs, sites, predictions, choices and the model's bytes. The manifest has been
-// checked (check_manifest). Error: bad-manifest.
+// Fills all but NDs, sites, predictions, choices, the values of columns and the model's bytes. The
+// manifest has been checked (check_manifest). Error: bad-manifest.
 Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map);
 
 }  // namespace sightline

@@ -215,6 +215,11 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   map.model = decode_model(*manifest.model());
   map.sharpness = decode_sharpness(manifest.sharpness());
   map.trajectory = decode_trajectory(manifest.trajectory());
+  if (manifest.columns() != nullptr) {
+    for (const schema::SiteColumn* column : *manifest.columns()) {
+      map.columns.push_back({column->name()->str(), column->unit()->str(), {}});
+    }
+  }
   map.predicted.support_margin = manifest.support_margin();
   map.ranges.extrapolated_takes_static = manifest.extrapolated_takes_static();
   for (PredictedError& samples : map.predicted.of_samples) {

@@ -1,5 +1,6 @@
 #include "formats/map/manifest.h"
 
+#include "formats/map/site_columns.h"
 #include "map_generated.h"
 
 namespace sightline {
@@ -152,6 +153,22 @@ flatbuffers::Offset<schema::TrajectoryQuality> encode_trajectory(
       trajectory->median_overlap, trajectory->least_overlap);
 }
 
+using EncodedColumns = flatbuffers::Vector<flatbuffers::Offset<schema::SiteColumn>>;
+
+flatbuffers::Offset<EncodedColumns> encode_columns(const std::vector<SiteColumn>& columns,
+                                                   Builder& builder) {
+  if (columns.empty()) return 0;
+  std::vector<flatbuffers::Offset<schema::SiteColumn>> encoded;
+  for (const SiteColumn& column : columns) {
+    const Digest bytes = sha256(encode_column(column));
+    const flatbuffers::span<const std::uint8_t, 32> all(bytes);
+    const schema::Digest digest(all);
+    encoded.push_back(
+        schema::CreateSiteColumnDirect(builder, column.name.c_str(), column.unit.c_str(), &digest));
+  }
+  return builder.CreateVector(encoded);
+}
+
 // What the manifest says of the looks that take a sample; absent where there are none.
 struct EncodedLooks {
   flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> looks = 0;
@@ -198,6 +215,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_
   const auto all_promises = builder.CreateVector(promises);
   const auto all_quality = builder.CreateVector(quality);
   const auto all_definitions = builder.CreateVector(definitions);
+  const auto columns = encode_columns(map.columns, builder);
   flatbuffers::Offset<flatbuffers::String> world = 0;  // none where it is local
   if (map.world != kLocalWorld) world = builder.CreateString(map.world);
   builder.Finish(schema::CreateManifest(
@@ -207,7 +225,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_
       static_cast<schema::Rule>(map.ranges.selection), map.ranges.dilation_m, all_promises,
       all_quality, sensor, measurement, all_definitions, model, sharpness, trajectory,
       map.predicted.support_margin, map.ranges.extrapolated_takes_static, looks.looks,
-      looks.promises, looks.quality, looks.plan, simulated_site_count(map.ranges), world));
+      looks.promises, looks.quality, looks.plan, simulated_site_count(map.ranges), world, columns));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }

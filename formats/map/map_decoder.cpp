@@ -6,6 +6,7 @@
 #include "formats/map/container/map_digests.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
+#include "formats/map/site_columns.h"
 #include "formats/reader/map_checks.h"
 #include "map_generated.h"
 
@@ -141,8 +142,24 @@ Result<void> MapDecoder::check_look_up() const {
   return at(not_derived("the range layers"), place);
 }
 
+Result<void> MapDecoder::visit_column(const PackedBlock& block, std::span<const std::byte> raw) {
+  for (std::size_t i = 0; i < map_.columns.size(); ++i) {
+    SiteColumn& column = map_.columns[i];
+    if (block.name != column_section(column.name)) continue;
+    const auto number = static_cast<flatbuffers::uoffset_t>(i);
+    if (sha256(raw) != from_schema(*container_.manifest->columns()->Get(number)->digest())) {
+      return wrong_digest("the column", byte_place(offset_of(container_, block)));
+    }
+    return decode_column(raw, map_.sites.sites.size(), column);
+  }
+  return {};  // of a later program
+}
+
 Result<void> MapDecoder::visit_section(const PackedBlock& block) {
   SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
+  const bool is_column =
+      block.name.starts_with(kColumnSection) && block.version == kColumnSectionVersion;
+  if (is_column) return visit_column(block, raw.bytes());
   const Result<void> decoded = decoder_->decode_section(block, raw.bytes());
   if (decoded) return {};
   return at(decoded.error(), byte_place(offset_of(container_, block)));

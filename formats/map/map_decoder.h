@@ -34,6 +34,7 @@ class MapDecoder {
   Result<void> decode_layer(const PackedBlock& block, std::span<const std::byte> raw, TileKey key);
   Result<void> visit_layer(const PackedBlock& block, TileKey key);
   Result<void> visit_tile(const schema::Tile& tile);
+  Result<void> visit_column(const PackedBlock& block, std::span<const std::byte> raw);
   Result<void> visit_section(const PackedBlock& block);
   Result<void> visit_all();
   [[nodiscard]] Result<void> check_contents(const PackedTile& tile) const;

@@ -9,6 +9,7 @@
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
+#include "formats/map/site_columns.h"
 #include "formats/reader/map_layout.h"
 #include "formats/reader/reader.h"
 
@@ -69,11 +70,21 @@ std::vector<BlockParts> sections_of(const std::optional<TileDrives>& tile_drives
            true, encode_drives(*tile_drives)}};
 }
 
-// All but the model.
-std::vector<BlockParts> sections_of(const FactorTable& factors,
-                                    const std::optional<TileDrives>& tile_drives) {
+// As they are in memory, so that a vehicle needs no decompressor.
+std::vector<BlockParts> sections_of(const std::vector<SiteColumn>& columns) {
+  std::vector<BlockParts> sections;
+  for (const SiteColumn& column : columns) {
+    sections.push_back({column_section(column.name), kColumnSectionVersion, false,
+                        column.values.size(), false, encode_column(column)});
+  }
+  return sections;
+}
+
+// All but the model. `factors` may be without values.
+std::vector<BlockParts> sections_of(const CompiledMap& map, const FactorTable& factors) {
   std::vector<BlockParts> sections = sections_of(factors);
-  std::ranges::move(sections_of(tile_drives), std::back_inserter(sections));
+  std::ranges::move(sections_of(map.tile_drives), std::back_inserter(sections));
+  std::ranges::move(sections_of(map.columns), std::back_inserter(sections));
   return sections;
 }
 
@@ -133,7 +144,7 @@ ContainerParts parts_of(const CompiledMap& map) {
   SIGHTLINE_CHECK(validate(map));
   ContainerParts parts;
   parts.manifest = encode_manifest(map);
-  parts.sections = sections_of(map.factors, map.tile_drives);
+  parts.sections = sections_of(map, map.factors);
   if (!map.model.bytes.empty()) {
     parts.sections.push_back(
         {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
@@ -173,7 +184,7 @@ Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& writ
   std::vector<std::byte> bytes;
   SIGHTLINE_ASSIGN(PackedBlock model, read_section(parts.model, bytes));
   std::vector<SelfContainedBlock> own;
-  for (const BlockParts& section : sections_of(parts.factors.head(), map.tile_drives))
+  for (const BlockParts& section : sections_of(map, parts.factors.head()))
     own.push_back(packed(section));
   std::vector<PackedBlock> sections = {std::move(model)};
   for (const SelfContainedBlock& section : own) sections.push_back(section.block);

@@ -106,6 +106,24 @@ Result<void> check_looks(const schema::Manifest& manifest) {
   return check_look_plan(manifest.look_plan());
 }
 
+// None, or some with names that ascend.
+Result<void> check_columns(const schema::Manifest& manifest) {
+  if (manifest.columns() == nullptr) return {};
+  if (manifest.columns()->size() > kMostColumns) {
+    return bad_manifest("found " + std::to_string(manifest.columns()->size()) +
+                        " columns of sites");
+  }
+  std::string_view previous;
+  for (const schema::SiteColumn* column : *manifest.columns()) {
+    const std::string_view name = column->name()->string_view();
+    if (name <= previous) {
+      return Error{ErrorCode::kBadOrder, "names of columns do not ascend", "", "manifest"};
+    }
+    previous = name;
+  }
+  return {};
+}
+
 Result<void> check_known(const schema::Block& block, const std::string& place) {
   const std::string_view name = block.name()->string_view();
   const bool is_ndt = name == kNdtLayer;
@@ -245,6 +263,7 @@ Result<void> check_manifest(const schema::Manifest& manifest) {
     return Error{ErrorCode::kBadOrder, "ranges are not positive and ascending", "", "manifest"};
   }
   SIGHTLINE_TRY(check_promises(*manifest.promises(), *manifest.quality()));
+  SIGHTLINE_TRY(check_columns(manifest));
   return check_looks(manifest);
 }
 

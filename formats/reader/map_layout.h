@@ -46,6 +46,10 @@ inline constexpr std::uint64_t kMostExpansion = 1024;
 inline constexpr std::string_view kNdtLayer = "ndt";
 inline constexpr std::string_view kRangeLayer = "range";
 inline constexpr std::string_view kModelSection = "error-model";
+// A section for each column of sites, its name behind this: f32[site_count], as it is.
+inline constexpr std::string_view kColumnSection = "column.";
+inline constexpr std::uint32_t kColumnSectionVersion = 1;
+inline constexpr std::size_t kMostColumns = 256;
 inline constexpr std::uint32_t kNdtLayerVersion = 1;
 inline constexpr std::uint32_t kRangeLayerVersion = 1;
 // Derived from the others: made anew by who writes a file, part of no digest.

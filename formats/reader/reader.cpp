@@ -90,7 +90,7 @@ LookAnswer look_answer(const MapLook& look, const RangeAnswer& numbers) {
 
 MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
                      std::string_view callers_localizer)
-    : file_(std::move(file)), look_up_(std::move(look_up)) {
+    : file_(std::move(file)), front_(front), look_up_(std::move(look_up)) {
   const schema::Manifest& manifest = *front.manifest;
   ranges_m_.assign(manifest.ranges_m()->begin(), manifest.ranges_m()->end());
   for (const schema::Promise* promise : *manifest.promises()) {
@@ -106,6 +106,11 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
   if (manifest.look_plan() != nullptr) {
     plan_ = plan_of(*manifest.look_plan());
     plan_limit_m_ = manifest.look_plan()->limit_m();
+  }
+  if (manifest.columns() != nullptr) {
+    for (const schema::SiteColumn* column : *manifest.columns()) {
+      columns_.push_back(column->name()->string_view());
+    }
   }
   const schema::Vector3& origin_m = *manifest.origin_world_m();
   info_.map_id = manifest.map_id()->string_view();
@@ -123,6 +128,7 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
   info_.promises = promises_;
   info_.looks = looks_;
   info_.look_promises = look_promises_;
+  info_.columns = columns_;
   const schema::LocalizerProfile& localizer = *manifest.model()->localizer();
   parameters_ = parameters_text(localizer);
   info_.localizer = localizer.name()->string_view();
@@ -237,6 +243,27 @@ Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
     }
   }
   return sites;
+}
+
+Result<MapColumn> MapReader::column(std::string_view name) const {
+  const auto found = std::ranges::find(columns_, name);
+  if (found == columns_.end()) {
+    return Error{ErrorCode::kBadArgument, "the map has no column " + std::string(name), "", ""};
+  }
+  const auto number = static_cast<flatbuffers::uoffset_t>(found - columns_.begin());
+  const schema::SiteColumn& column = *front_.manifest->columns()->Get(number);
+  SIGHTLINE_ASSIGN(const MapContainer container, open_directory(front_));
+  const std::string section = std::string(kColumnSection) + std::string(name);
+  const schema::Block* block = find_section(container, section);
+  const std::uint64_t size = std::uint64_t{info_.site_count} * sizeof(float);
+  if (block == nullptr || block->codec() != schema::Codec::None || block->raw_size() != size) {
+    return Error{ErrorCode::kBadLayer, "there is no section of one number for each site", "",
+                 "section " + section};
+  }
+  SIGHTLINE_ASSIGN(const std::span<const std::byte> bytes, stored_bytes(container, *block));
+  return MapColumn{*found,
+                   column.unit()->string_view(),
+                   {reinterpret_cast<const float*>(bytes.data()), info_.site_count}};
 }
 
 Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m, double limit_m,

@@ -94,6 +94,13 @@ struct MapPromise {
   std::string_view statement;  // one sentence for people
 };
 
+// A further figure of every site, as the map names it.
+struct MapColumn {  // refers into the map
+  std::string_view name;
+  std::string_view unit;          // for people
+  std::span<const float> values;  // [site]; +-inf where there is none
+};
+
 // A site, and what the map holds there for one limit.
 struct MapSite {
   std::array<double, 3> position_world_m{};
@@ -125,7 +132,8 @@ struct MapInfo {  // refers into the map
   std::string_view localizer;
   std::uint32_t localizer_version = 0;
   std::string_view localizer_parameters;
-  bool is_for_caller = false;  // whether that is the localizer that the caller named
+  bool is_for_caller = false;                 // whether that is the localizer that the caller named
+  std::span<const std::string_view> columns;  // names of further figures of each site, ascending
 };
 
 // The caller's localizer, as it is named when a map is opened: "searching", "pcl-ndt", or the name
@@ -184,6 +192,12 @@ class MapReader {
   // bad-argument (no such limit); checksum-mismatch, bad-layer where something is damaged.
   [[nodiscard]] Result<std::vector<MapSite>> sites(std::size_t limit) const;
 
+  // A column of sites by its name (MapInfo::columns): look up once and keep it, its values are
+  // those of RangeAnswer::site. Reads the directory and checks the whole column; allocates only for
+  // an error. Errors: bad-argument (no such column), checksum-mismatch, bad-layer, and those of
+  // open_directory().
+  [[nodiscard]] Result<MapColumn> column(std::string_view name) const;
+
   [[nodiscard]] const MapInfo& info() const { return info_; }
 
  private:
@@ -203,6 +217,7 @@ class MapReader {
   [[nodiscard]] RangeAnswer default_answer(std::uint32_t flags) const;
 
   MappedFile file_;
+  MapFront front_;
   LookUp look_up_;
   MapInfo info_;
   std::vector<double> limits_m_;
@@ -210,6 +225,7 @@ class MapReader {
   std::vector<MapPromise> promises_;
   std::vector<MapLook> looks_;
   std::vector<MapPromise> look_promises_;
+  std::vector<std::string_view> columns_;
   std::optional<LookPlanAnswer> plan_;  // without a place
   double plan_limit_m_ = 0.0;
   std::vector<char> parameters_;  // a view of a short string would not outlive a move

@@ -12,6 +12,7 @@ using sightline::copy_message;
 using sightline::ErrorCode;
 using sightline::LookAnswer;
 using sightline::LookPlanAnswer;
+using sightline::MapColumn;
 using sightline::MapInfo;
 using sightline::MapPromise;
 using sightline::MapReader;
@@ -180,6 +181,25 @@ int sightline_get_sites(const sightline_map* map, size_t limit, sightline_site* 
       return {{x_m, y_m, z_m},         site.range.range_m, site.range.probability,
               site.range.mean_error_m, site.range.flags,   site.range.site};
     });
+    return 0;
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+size_t sightline_column_count(const sightline_map* map) {
+  return map->reader.info().columns.size();
+}
+
+int sightline_get_column(const sightline_map* map, size_t index, sightline_column* column) {
+  *column = {"", "", nullptr, 0};
+  try {
+    const std::span<const std::string_view> names = map->reader.info().columns;
+    if (index >= names.size()) return static_cast<int>(ErrorCode::kBadArgument);
+    const Result<MapColumn> found = map->reader.column(names[index]);
+    if (!found) return static_cast<int>(found.error().code);
+    // FlatBuffers ends its strings with a zero.
+    *column = {found->name.data(), found->unit.data(), found->values.data(), found->values.size()};
     return 0;
   } catch (const std::bad_alloc&) {
     return static_cast<int>(ErrorCode::kOutOfMemory);

@@ -165,6 +165,23 @@ int sightline_get_look_plan(const sightline_map* map, const double position_worl
 int sightline_get_sites(const sightline_map* map, size_t limit, sightline_site* sites,
                         size_t site_count);
 
+/* A further figure of every site, as the map names it. Pointers stay valid until sightline_close.
+ */
+typedef struct sightline_column {
+  const char* name;    /* with its unit: "clearance_m" */
+  const char* unit;    /* for people: "m" */
+  const float* values; /* one a site, by sightline_range.site; infinite where there is none */
+  size_t count;        /* site_count of sightline_info */
+} sightline_column;
+
+/* How many columns the map has. */
+size_t sightline_column_count(const sightline_map* map);
+
+/* Column `index`, below sightline_column_count; names ascend. Checks all of its values: get it once
+ * and keep it. Returns 0, or the number of bad-argument, checksum-mismatch, bad-layer or
+ * out-of-memory, and then *column has no values. */
+int sightline_get_column(const sightline_map* map, size_t index, sightline_column* column);
+
 /* "0.1.0": of the library that answers. */
 const char* sightline_reader_version(void);
 

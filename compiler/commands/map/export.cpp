@@ -101,6 +101,7 @@ Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map, con
   for (const std::string& name : dump_names()) {
     if (name == "model" || (name == "factors" && map.factors.factors.empty())) continue;
     if (name == "tile-drives" && !map.tile_drives) continue;
+    if (name == "columns" && map.columns.empty()) continue;
     SIGHTLINE_ASSIGN(Table table, dump(map, name));
     table.name = name;
     to_world(map.ndt.frame, table);

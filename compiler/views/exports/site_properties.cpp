@@ -49,6 +49,9 @@ Properties site_properties(const CompiledMap& map, std::size_t site) {
     }
     if (!map.ranges.of_samples.empty()) add_look(map, site, limit, properties);
   }
+  for (const SiteColumn& column : map.columns) {
+    properties.emplace_back(column.name, double{column.values[site]});
+  }
   return properties;
 }
 

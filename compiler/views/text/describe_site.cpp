@@ -210,6 +210,15 @@ std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t 
   return text;
 }
 
+std::string describe_columns(const CompiledMap& map, std::size_t site) {
+  std::string text;
+  for (const SiteColumn& column : map.columns) {
+    text += "  " + column.name + " " + format_double(double{column.values[site]}) +
+            (column.unit.empty() ? "" : " " + column.unit) + "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 RouteFactors route_factors(const FactorTable& factors) {
@@ -242,7 +251,8 @@ Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& ro
     return Error{ErrorCode::kBadArgument,
                  fmt::format("found site {}, expected 0 to {}", site, map.sites.sites.size() - 1)};
   }
-  std::string text = describe_place(map, site) + describe_prediction(map, site);
+  std::string text =
+      describe_place(map, site) + describe_columns(map, site) + describe_prediction(map, site);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_choice(map, site, limit);
     text += describe_look(map, site, limit);

@@ -1,9 +1,11 @@
 #include "formats/map/diff/diff_maps.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <utility>
 
+#include "formats/map/diff/diff_columns.h"
 #include "formats/map/diff/diff_facts.h"
 #include "formats/map/diff/diff_sites.h"
 #include "formats/map/diff/diff_stretches.h"
@@ -183,6 +185,8 @@ Result<MapDiff> diff_sides(MapSide& before, MapSide& after, const MapDiffOptions
   diff.before = describe(before);
   diff.after = describe(after);
   diff.facts = diff_facts(before.card(), after.card());
+  SIGHTLINE_ASSIGN(std::vector<FactDiff> columns, diff_columns(before, after));
+  std::ranges::move(columns, std::back_inserter(diff.facts));
   const std::optional<GridShift> shift = grid_shift(before.card(), after.card());
   const std::vector<TilePair> tiles = pair_tiles(before, after, shift);
   diff.has_comparable_nds = shift.has_value();

@@ -9,6 +9,7 @@
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
+#include "formats/map/site_columns.h"
 #include "formats/reader/map_checks.h"
 #include "map_generated.h"
 
@@ -180,6 +181,28 @@ Result<const TileSites*> MapSide::sites(std::uint32_t tile) {
   std::vector<Eigen::Vector3d> places_m;
   for (const SiteRow& row : rows) places_m.push_back(row.p_m);
   return &sites_.emplace(tile, TileSites{std::move(rows), PointGrid(places_m)}).first->second;
+}
+
+Result<SiteColumn> MapSide::column(const SiteColumn& card) {
+  const std::string name = column_section(card.name);
+  const schema::Block* block = find_section(container_, name);
+  if (block == nullptr) {
+    return Error{ErrorCode::kBadLayer, "the map names a column that it does not hold", "",
+                 "section " + name};
+  }
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, raw_bytes(*block));
+  SiteColumn column = card;
+  SIGHTLINE_TRY(decode_column(raw, site_count(), column));
+  return column;
+}
+
+Digest MapSide::column_digest(const std::string& name) const {
+  Digest digest{};
+  for (const schema::SiteColumn* column : *container_.manifest->columns()) {
+    if (column->name()->string_view() != name) continue;
+    std::copy(column->digest()->bytes()->begin(), column->digest()->bytes()->end(), digest.begin());
+  }
+  return digest;
 }
 
 Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double most_m,

@@ -64,6 +64,11 @@ class MapSide {
   // Kept, so that a layer is read once. Errors: checksum-mismatch, bad-layer.
   Result<const TileSites*> sites(std::uint32_t tile);
 
+  // A column of the card with its values. Errors: checksum-mismatch, too-large, bad-layer.
+  Result<SiteColumn> column(const SiteColumn& card);
+  // Of its values. The card has a column of this name.
+  [[nodiscard]] Digest column_digest(const std::string& name) const;
+
   // The site nearest to a place in map coordinates, at most `most_m` away, which is at most a tile;
   // of sites equally near the one with the lower number.
   Result<NearestSite> nearest(const Eigen::Vector3d& p_m, double most_m);

@@ -12,6 +12,7 @@
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
+#include "formats/map/site_columns.h"
 #include "formats/reader/map_checks.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"
@@ -171,6 +172,22 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Pac
   return {};
 }
 
+// Its values at the sites that are left.
+Result<void> decode_column(const MapContainer& container, const SiteIds& ids, SiteColumn& column) {
+  const schema::Block* entry = find_section(container, column_section(column.name));
+  if (entry == nullptr || entry->version() != kColumnSectionVersion) {
+    return Error{ErrorCode::kBadLayer, "it is not there"};
+  }
+  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
+  SiteColumn whole = column;
+  SIGHTLINE_TRY(decode_column(raw.bytes(), container.manifest->site_count(), whole));
+  for (const std::uint32_t id : ids) {
+    if (id >= whole.values.size()) return Error{ErrorCode::kBadLayer, "it has too few sites"};
+    column.values.push_back(whole.values[id]);
+  }
+  return {};
+}
+
 void note_fault(const std::string& what, const Result<void>& result,
                 std::vector<std::string>& lost) {
   if (!result) lost.push_back(what + ": " + to_string(result.error()));
@@ -189,6 +206,17 @@ void decode_for_engineers(const Result<MapContainer>& container,
   note_fault("the factors", decode_factors(*container, tiles, ids, decoder), lost);
   note_fault("the drives of each tile", decode_section(*container, kDrivesSection, decoder), lost);
   note_fault("the error model", decode_section(*container, kModelSection, decoder), lost);
+}
+
+// Those that cannot be read are left out.
+void decode_columns(const Result<MapContainer>& container, const SiteIds& ids, CompiledMap& map,
+                    std::vector<std::string>& lost) {
+  std::erase_if(map.columns, [&](SiteColumn& column) {
+    const Result<void> decoded =
+        container ? decode_column(*container, ids, column) : Result<void>(Error{container.error()});
+    note_fault("the column " + column.name, decoded, lost);
+    return !decoded;
+  });
 }
 
 void note_counts(const schema::Manifest& manifest, const CompiledMap& map,
@@ -232,6 +260,7 @@ Result<Recovered> recover_map(std::span<const std::byte> file) {
   BlockDecoder decoder(ids.size(), recovered.map);
   SIGHTLINE_TRY(decode_layers(tiles, {kNdtLayer, kRangeLayer}, ids, decoder));
   decode_for_engineers(container, tiles, ids, decoder, recovered.lost);
+  decode_columns(container, ids, recovered.map, recovered.lost);
   const bool is_part = recovered.map.ndt.nds.size() != front.manifest->nd_count() ||
                        ids.size() != front.manifest->site_count();
   note_counts(*front.manifest, recovered.map, recovered.lost);

@@ -11,20 +11,24 @@ namespace {
 
 TEST(SiteColumn, SurvivesDisk) {
   expect_survives_disk(
-      SiteColumn{"clearance_m", {3.0, std::numeric_limits<double>::infinity(), 0.25}});
+      SiteColumn{"clearance_m", "m", {3.0F, std::numeric_limits<float>::infinity(), 0.25F}});
 }
 
 TEST(SiteColumn, IsPrintedByItsName) {
-  EXPECT_EQ(format_table(dump(SiteColumn{"clearance_m", {3.0, 0.25}}), TableFormat::kCsv),
+  EXPECT_EQ(format_table(dump(SiteColumn{"clearance_m", "m", {3.0F, 0.25F}}), TableFormat::kCsv),
             "site,clearance_m\n0,3\n1,0.25\n");
 }
 
 TEST(SiteColumn, RefusesWhatIsNoNumberAndNamesTheSite) {
   const Result<void> valid =
-      validate(SiteColumn{"clearance_m", {1.0, std::numeric_limits<double>::quiet_NaN()}});
+      validate(SiteColumn{"clearance_m", "m", {1.0F, std::numeric_limits<float>::quiet_NaN()}});
   ASSERT_FALSE(valid);
   EXPECT_EQ(valid.error().place, "site 1");
-  EXPECT_FALSE(validate(SiteColumn{"", {1.0}}));
+  for (const char* name : {"", "Clearance", "clear ance", "a.b"}) {
+    EXPECT_FALSE(validate(SiteColumn{name, "m", {1.0F}})) << name;
+  }
+  EXPECT_FALSE(validate(SiteColumn{"clearance_m", "m\n", {1.0F}}));
+  EXPECT_TRUE(validate(SiteColumn{"share", "", {1.0F}}));
 }
 
 }  // namespace

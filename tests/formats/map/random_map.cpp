@@ -1,6 +1,7 @@
 #include "tests/formats/map/random_map.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "formats/base/random.h"
@@ -152,6 +153,19 @@ void add_looks(const RandomMapOptions& options, Random& random, CompiledMap& map
   map.look_quality = look_quality_of(map, {});
 }
 
+// From numbers of their own, so that all else of a map is as without them.
+std::vector<SiteColumn> random_columns(const RandomMapOptions& options) {
+  Random random(options.seed + 1000);
+  std::vector<SiteColumn> columns = {{"clearance_m", "m", {}}, {"kind", "", {}}};
+  for (int i = 0; i < options.site_count; ++i) {
+    const bool is_open = random.below(5) == 0;
+    columns[0].values.push_back(is_open ? std::numeric_limits<float>::infinity()
+                                        : static_cast<float>(random.uniform(1.0, 20.0)));
+    columns[1].values.push_back(static_cast<float>(random.below(4)));
+  }
+  return columns;
+}
+
 }  // namespace
 
 CompiledMap random_map(const RandomMapOptions& options) {
@@ -188,6 +202,7 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.sharpness = Sharpness{{-1.5, 40, 0.002, 900}, SharpnessFigures{-1.25, 38, 0.003, 910}};
   map.factors = random_factors(options, ranges, random);
   if (!options.looks.empty()) add_looks(options, random, map);
+  map.columns = random_columns(options);
   return map;
 }
 

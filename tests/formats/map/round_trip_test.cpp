@@ -16,7 +16,7 @@ TEST(MapFile, GivesBackEveryArtifactButForTheRoundingOfNds) {
     const CompiledMap map = random_map({.seed = seed, .site_count = 60, .nd_count = 80});
     const Result<CompiledMap> back = read_map(encode_map(map));
     ASSERT_TRUE(back) << to_string(back.error());
-    for (const char* name : {"sites", "predicted", "ranges"}) {
+    for (const char* name : {"sites", "predicted", "ranges", "columns"}) {
       EXPECT_EQ(csv(*dump(*back, name)), csv(*dump(map, name)));
     }
     EXPECT_EQ(csv(dump(*back)), csv(dump(map)));
@@ -54,6 +54,36 @@ TEST(MapFile, CarriesTheNameOfItsWorldAndNothingOfALocalOne) {
     map.world = name;
     EXPECT_FALSE(validate(map)) << name;
   }
+}
+
+TEST(MapFile, CarriesColumnsOfSitesInTheOrderOfTheirNames) {
+  CompiledMap map = random_map({.seed = 3});
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<CompiledMap> back = read_map(file);
+  ASSERT_TRUE(back) << to_string(back.error());
+  ASSERT_EQ(back->columns.size(), 2u);
+  EXPECT_EQ(back->columns[0].name, "clearance_m");
+  EXPECT_EQ(back->columns[0].unit, "m");
+  EXPECT_EQ(back->columns[0].values, map.columns[0].values);
+  std::swap(map.columns[0], map.columns[1]);
+  EXPECT_FALSE(validate(map)) << "names do not ascend";
+  std::swap(map.columns[0], map.columns[1]);
+  map.columns[1].values.pop_back();
+  EXPECT_FALSE(validate(map)) << "of fewer sites";
+  map.columns.clear();
+  EXPECT_LT(encode_map(map).size(), file.size());
+}
+
+TEST(MapFile, RefusesAColumnThatIsNotTheOneItNames) {
+  CompiledMap map = random_map({.seed = 3});
+  const ContainerParts whole = parts_of(map);
+  const auto is_column = [](const BlockParts& section) { return section.name == "column.kind"; };
+  ContainerParts other = whole;
+  std::ranges::find_if(other.sections, is_column)->raw[0] ^= std::byte{1};
+  EXPECT_EQ(read_map(assemble(other)).error().code, ErrorCode::kDigestMismatch);
+  ContainerParts without = whole;
+  std::erase_if(without.sections, is_column);
+  EXPECT_EQ(read_map(assemble(without)).error().code, ErrorCode::kInvalidArtifact);
 }
 
 TEST(MapFile, CarriesTheViewOfItsSensorAndNothingOfAFullTurn) {

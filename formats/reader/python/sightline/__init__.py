@@ -11,11 +11,11 @@ and sites are arrays that lie where the library put them: of NumPy where it is t
 """
 
 from ._interface import (CONVERGED, EXTRAPOLATED, FAR, ITERATION_LIMIT, NO_OVERLAP, NO_POINTS, NO_SITE,
-                         NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNKNOWN_LOCALIZER, UNMET, Error, Look,
+                         NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNKNOWN_LOCALIZER, UNMET, Column, Error, Look,
                          LookPlan, Match, Nd, Promise, Range, Site)
 from .localizer import Localizer, pose
 from .map import Map
 
-__all__ = ["CONVERGED", "EXTRAPOLATED", "Error", "FAR", "ITERATION_LIMIT", "Localizer", "Look",
+__all__ = ["CONVERGED", "Column", "EXTRAPOLATED", "Error", "FAR", "ITERATION_LIMIT", "Localizer", "Look",
            "LookPlan", "Map", "Match", "NO_OVERLAP", "NO_POINTS", "NO_SITE", "NOT_VISIBLE", "Nd",
            "Promise", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNKNOWN_LOCALIZER", "UNMET", "pose"]

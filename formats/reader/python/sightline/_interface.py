@@ -2,8 +2,8 @@
 
 import ctypes
 import functools
-from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_int, c_int32, c_size_t, c_uint32, \
-    c_uint64, c_void_p
+from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_float, c_int, c_int32, c_size_t, \
+    c_uint32, c_uint64, c_void_p
 
 UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE = 1, 2, 4, 8, 16, 32, 64
 CONVERGED, ITERATION_LIMIT, NO_POINTS, NO_OVERLAP = 0, 1, 2, 3
@@ -34,6 +34,27 @@ class Site(Structure):
     """A site, and what the map holds there for one limit: sightline_site."""
     _fields_ = [("position_world_m", c_double * 3), ("range_m", c_double), ("probability", c_double),
                 ("mean_error_m", c_double), ("flags", c_uint32), ("site", c_uint32)]
+
+
+class Column(Structure):
+    """A further figure of every site: sightline_column."""
+    _fields_ = [("_name", c_char_p), ("_unit", c_char_p), ("_values", POINTER(c_float)), ("_count", c_size_t)]
+
+    @property
+    def name(self):
+        return self._name.decode()
+
+    @property
+    def unit(self):
+        return self._unit.decode()
+
+    @property
+    def values(self):
+        """One a site, in the map's memory: a read-only array of NumPy where that is installed."""
+        array = (c_float * self._count).from_address(ctypes.cast(self._values, c_void_p).value or 0) \
+            if self._count else (c_float * 0)()
+        array._owner = self._map
+        return records(array)
 
 
 class MapInfo(Structure):
@@ -124,6 +145,8 @@ def reader():
         ("sightline_get_look_plan", c_int, c_void_p, POINTER(c_double), c_double, c_int, c_double,
          POINTER(LookPlan)),
         ("sightline_get_sites", c_int, c_void_p, c_size_t, c_void_p, c_size_t),
+        ("sightline_column_count", c_size_t, c_void_p),
+        ("sightline_get_column", c_int, c_void_p, c_size_t, POINTER(Column)),
         ("sightline_reader_version", c_char_p),
         ("sightline_error_name", c_char_p, c_int)])
 

@@ -78,6 +78,25 @@ class Map:
             visible_m, byref(answer)))
         return answer
 
+    def _columns(self):
+        library = c.reader()
+        for index in range(library.sightline_column_count(self._pointer())):
+            column = c.Column()
+            c.check(library.sightline_get_column(self._pointer(), index, byref(column)))
+            column._map = self._handle  # its names and values are in the map
+            yield column
+
+    def columns(self):
+        """The names of further figures of each site, ascending."""
+        return [column.name for column in self._columns()]
+
+    def column(self, name):
+        """One of them, a sightline.Column: name, unit, and values by the number of a site."""
+        for column in self._columns():
+            if column.name == name:
+                return column
+        raise KeyError(f"the map has no column {name!r}, only {self.columns()}")
+
     def sites(self, limit=0):
         """Every site with what the map holds there for limits_m[limit]: an array of sightline.Site."""
         sites = (c.Site * self.site_count)()

@@ -1,0 +1,47 @@
+#include "formats/map/site_columns.h"
+
+#include <cstring>
+
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+
+std::string column_section(std::string_view name) {
+  return std::string(kColumnSection) + std::string(name);
+}
+
+std::vector<std::byte> encode_column(const SiteColumn& column) {
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(column.values));
+  return {bytes.begin(), bytes.end()};
+}
+
+Result<void> decode_column(std::span<const std::byte> raw, std::size_t site_count,
+                           SiteColumn& column) {
+  if (raw.size() != site_count * sizeof(float)) {
+    return Error{ErrorCode::kBadLayer,
+                 "found " + std::to_string(raw.size()) + " bytes, expected " +
+                     std::to_string(site_count * sizeof(float)),
+                 "", "section " + column_section(column.name)};
+  }
+  column.values.resize(site_count);
+  if (site_count > 0) std::memcpy(column.values.data(), raw.data(), raw.size());
+  return {};
+}
+
+Result<void> validate_columns(const std::vector<SiteColumn>& columns, std::size_t site_count) {
+  if (columns.size() > kMostColumns) {
+    return invalid_artifact("more columns of sites than a map can hold", "compiled map");
+  }
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    SIGHTLINE_TRY(validate(columns[i]));
+    if (columns[i].values.size() != site_count) {
+      return invalid_artifact("column " + columns[i].name + " is of other sites", "compiled map");
+    }
+    if (i > 0 && columns[i - 1].name >= columns[i].name) {
+      return invalid_artifact("the names of columns do not ascend", "compiled map");
+    }
+  }
+  return {};
+}
+
+}  // namespace sightline
