@@ -9,7 +9,8 @@ namespace sightline {
 namespace {
 
 CompiledMap tiny_map() {
-  return random_map({.seed = 2, .site_count = 3, .nd_count = 4, .model_size = 90});
+  return random_map(
+      {.seed = 2, .site_count = 3, .nd_count = 4, .has_columns = true, .model_size = 90});
 }
 
 TEST(DamagedMap, CutShortAtAnyByteIsRefused) {

@@ -202,7 +202,7 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.sharpness = Sharpness{{-1.5, 40, 0.002, 900}, SharpnessFigures{-1.25, 38, 0.003, 910}};
   map.factors = random_factors(options, ranges, random);
   if (!options.looks.empty()) add_looks(options, random, map);
-  map.columns = random_columns(options);
+  if (options.has_columns) map.columns = random_columns(options);
   return map;
 }
 

@@ -138,6 +138,23 @@ TEST(CInterface, ListsEverySiteWithWhatIsAnsweredThere) {
   }
 }
 
+TEST(CInterface, GivesColumnsOfSites) {
+  const CompiledMap map = random_map({.seed = 1, .site_count = 130, .has_columns = true});
+  const std::string path = written_map(encode_map(map), "c_columns.slmap");
+  sightline_map* opened = nullptr;
+  ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
+  ASSERT_EQ(sightline_column_count(opened), 2U);
+  sightline_column column;
+  ASSERT_EQ(sightline_get_column(opened, 0, &column), 0);
+  EXPECT_STREQ(column.name, "clearance_m");
+  EXPECT_STREQ(column.unit, "m");
+  EXPECT_EQ(std::vector<float>(column.values, column.values + column.count), map.columns[0].values);
+  EXPECT_EQ(sightline_get_column(opened, 2, &column), 1001);
+  EXPECT_EQ(column.count, 0U);
+  EXPECT_EQ(column.values, nullptr);
+  sightline_close(opened);
+}
+
 TEST(CInterface, ListsNoSitesWhereAPageOfThemIsDamaged) {
   const CompiledMap map = random_map({.seed = 1, .site_count = 130});
   std::vector<std::byte> file = encode_map(map);

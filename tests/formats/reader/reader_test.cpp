@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -621,6 +622,34 @@ TEST(MapReader, TellsItsWorldAndWhereExportedCloudsLie) {
   EXPECT_EQ(export_origin_world_m({-64.0, 99'968.0, 300'000.0}), (std::array<double, 3>{}));
   EXPECT_EQ(export_origin_world_m({-100'032.0, 5'429'500.0, 0.0}),
             (std::array<double, 3>{-200'000.0, 5'400'000.0, 0.0}));
+}
+
+TEST(MapReaderColumns, AreThoseOfTheMapByTheNumberOfASite) {
+  const CompiledMap map = random_map({.seed = 4, .site_count = 130, .has_columns = true});
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  ASSERT_EQ(reader->info().columns.size(), 2U);
+  EXPECT_EQ(reader->info().columns[0], "clearance_m");
+  EXPECT_EQ(reader->info().columns[1], "kind");
+  const Result<MapColumn> column = reader->column("clearance_m");
+  ASSERT_TRUE(column) << to_string(column.error());
+  EXPECT_EQ(column->unit, "m");
+  EXPECT_TRUE(std::ranges::equal(column->values, map.columns[0].values));
+  EXPECT_EQ(reader->column("height_m").error().code, ErrorCode::kBadArgument);
+}
+
+TEST(MapReaderColumns, AreRefusedWhereTheyAreDamaged) {
+  const CompiledMap map = random_map({.seed = 4, .site_count = 130, .has_columns = true});
+  std::vector<std::byte> file = encode_map(map);
+  const std::span<const std::byte> values = std::as_bytes(std::span(map.columns[1].values));
+  const auto found = std::ranges::search(file, values);
+  ASSERT_EQ(found.size(), values.size());
+  *found.begin() ^= std::byte{1};
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  EXPECT_TRUE(reader->column("clearance_m"));
+  EXPECT_EQ(reader->column("kind").error().code, ErrorCode::kChecksumMismatch);
 }
 
 }  // namespace

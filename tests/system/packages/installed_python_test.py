@@ -43,6 +43,7 @@ class Interface(unittest.TestCase):
     def test_structures_are_as_long_as_those_of_c(self):
         structures = {"range": sightline.Range, "look": sightline.Look, "look_plan": sightline.LookPlan,
                       "site": sightline.Site, "info": interface.MapInfo, "promise": interface.Promise,
+                      "column": sightline.Column,
                       "localizer_options": interface.LocalizerOptions, "points": interface.Points,
                       "match": sightline.Match, "nd": interface.Nd, "localizer_info": interface.LocalizerInfo}
         lines = [f'printf("%zu\\n", sizeof(sightline_{name}));' for name in structures]

@@ -91,6 +91,13 @@ TEST(DescribeSite, ExplainsAnyMapWithAndWithoutFactors) {
   }
 }
 
+TEST(DescribeSite, ListsTheColumnsOfTheMap) {
+  CompiledMap map = random_map({.seed = 2, .has_columns = true});
+  map.columns[0].values[7] = 3.5F;
+  map.columns[1].values[7] = 2.0F;
+  EXPECT_THAT(*describe_site(map, 7), HasSubstr("  clearance_m 3.5 m\n  kind 2\n"));
+}
+
 TEST(DescribeSite, RefusesASiteThatIsNotThere) {
   EXPECT_EQ(describe_site(short_route(), 10).error().code, ErrorCode::kBadArgument);
 }

@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 using Bytes = std::vector<std::byte>;
 
 CompiledMap tiny_map() {
-  return random_map({.seed = 2, .site_count = 3, .nd_count = 6, .model_size = 90});
+  return random_map(
+      {.seed = 2, .site_count = 3, .nd_count = 6, .has_columns = true, .model_size = 90});
 }
 
 // The same map a release later: little changed, so that its delta is small.

@@ -322,6 +322,26 @@ TEST(MapDiff, NamesEveryFigureOfTheManifest) {
                           "trajectory.pieces.1.way_m", "trajectory.pieces.1.begin_map_m"));
 }
 
+TEST(MapDiff, SaysWhatBecameOfColumnsOfSites) {
+  const CompiledMap before = random_map({.seed = 3, .has_columns = true});
+  CompiledMap after = before;
+  std::vector<float>& clearance_m = after.columns[0].values;
+  const auto finite =
+      std::ranges::find_if(clearance_m, [](float value) { return std::isfinite(value); });
+  *finite += 2.5F;
+  after.columns[1].name = "sort";
+  const MapDiff diff = diff_of(before, after);
+  ASSERT_THAT(diff.facts, SizeIs(3));
+  EXPECT_EQ(diff.facts[0].name, "column.clearance_m");
+  EXPECT_THAT(diff.facts[0].before, testing::MatchesRegex("mean [0-9.]+ m"));
+  EXPECT_THAT(diff.facts[0].after,
+              testing::MatchesRegex("mean [0-9.]+ m, other at 1 of 40 places, by at most 2.5 m"));
+  EXPECT_EQ(diff.facts[1].name, "column.kind");
+  EXPECT_EQ(diff.facts[1].after, "");
+  EXPECT_EQ(diff.facts[2].name, "column.sort");
+  EXPECT_EQ(diff.facts[2].before, "");
+}
+
 TEST(MapDiff, SaysWhereGridsCannotBeCompared) {
   const CompiledMap map = random_map({.seed = 3});
   CompiledMap changed = random_map({.seed = 3, .tile_m = 32.0});
