@@ -211,12 +211,14 @@ void decode_for_engineers(const Result<MapContainer>& container,
 // Those that cannot be read are left out.
 void decode_columns(const Result<MapContainer>& container, const SiteIds& ids, CompiledMap& map,
                     std::vector<std::string>& lost) {
-  std::erase_if(map.columns, [&](SiteColumn& column) {
+  std::vector<SiteColumn> left;
+  for (SiteColumn& column : map.columns) {
     const Result<void> decoded =
-        container ? decode_column(*container, ids, column) : Result<void>(Error{container.error()});
+        container ? decode_column(*container, ids, column) : Result<void>(container.error());
     note_fault("the column " + column.name, decoded, lost);
-    return !decoded;
-  });
+    if (decoded) left.push_back(std::move(column));
+  }
+  map.columns = std::move(left);
 }
 
 void note_counts(const schema::Manifest& manifest, const CompiledMap& map,

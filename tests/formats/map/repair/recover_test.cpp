@@ -19,7 +19,8 @@ using testing::HasSubstr;
 
 // Tiles of 16 m, so that there are many.
 CompiledMap sample(std::uint64_t seed) {
-  CompiledMap map = random_map({.seed = seed, .site_count = 60, .nd_count = 60, .tile_m = 16.0});
+  CompiledMap map = random_map(
+      {.seed = seed, .site_count = 60, .nd_count = 60, .tile_m = 16.0, .has_columns = seed == 1});
   map.reach_m = 8.0;
   return map;
 }
@@ -52,6 +53,19 @@ TEST(RecoverMap, OfAWholeFileGivesTheSameFile) {
   ASSERT_TRUE(recovered) << to_string(recovered.error());
   EXPECT_TRUE(recovered->lost.empty());
   EXPECT_EQ(encode_map(recovered->map), file);
+}
+
+TEST(RecoverMap, LeavesOutADamagedColumnAndNothingElse) {
+  const CompiledMap map = sample(1);
+  std::vector<std::byte> file = encode_map(map);
+  const auto kind = std::ranges::search(file, std::as_bytes(std::span(map.columns[1].values)));
+  *kind.begin() ^= std::byte{1};
+  const Result<Recovered> recovered = recover_map(file);
+  ASSERT_TRUE(recovered) << to_string(recovered.error());
+  ASSERT_EQ(recovered->map.columns.size(), 1U);
+  EXPECT_EQ(recovered->map.columns[0].values, map.columns[0].values);
+  ASSERT_EQ(recovered->lost.size(), 1U);
+  EXPECT_THAT(recovered->lost[0], HasSubstr("the column kind"));
 }
 
 // Cut anywhere: every tile that ends before the cut is there, no other, and the result is a map.
