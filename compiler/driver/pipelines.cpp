@@ -277,6 +277,12 @@ void take_finished_map(const CompileConfig& config, CompilePlan& compile) {
       plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
 }
 
+// A further figure of each site is one line, at the end of the step that makes its inputs:
+//
+//   compile.columns.push_back(plan.run(kMeanNdDensity, compile.ndt, compile.sites));
+//
+// The map keeps it, and reader, differences, exports and reports show it.
+
 // Step 5: factors. From here on the map is done; what follows asks how well a vehicle localizes in
 // it, by the sensor that will localize. Depth images and virtual scans of the whole map are made
 // only for those who look at them: factors are computed with their own, block of sites by block.
@@ -472,11 +478,11 @@ void write_map(const CompileConfig& config, CompilePlan& compile) {
         plan.run_as("", kCalibratePlan, tracking, compile.localized.undistorted,
                     compile.localized.trajectory, compile.ndt, compile.sites, compile.ranges);
   }
-  compile.map = plan.run_as("", kEmitMap, emitting, compile.packed_nds, compile.sites,
-                            compile.predicted, compile.ranges, compile.measured, packed_model,
-                            compile.kept_factors, compile.localizing_sensor, compile.cards,
-                            compile.drive, compile.trajectory, compile.sharpness, compile.look_plan,
-                            compile.tile_drives, compile.finished.compiled, compile.finished.nds);
+  compile.map = plan.run_as(
+      "", kEmitMap, emitting, compile.packed_nds, compile.sites, compile.predicted, compile.ranges,
+      compile.measured, packed_model, compile.kept_factors, compile.localizing_sensor,
+      compile.cards, compile.drive, compile.trajectory, compile.sharpness, compile.look_plan,
+      compile.tile_drives, compile.finished.compiled, compile.finished.nds, compile.columns);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "formats/annotation/driven_places.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/annotation/outside_errors.h"
+#include "formats/annotation/site_column.h"
 #include "formats/drive/released_poses.h"
 #include "formats/drive/route.h"
 #include "formats/evaluation/evaluation.h"
@@ -96,6 +97,7 @@ struct CompilePlan {
   Wire<TiledSurface> surface;
   Wire<Sites> sites;
   Wire<DepthImages> depth;
+  std::vector<Wire<SiteColumn>> columns;  // further figures of each site, which the map keeps
   Wire<SensorProfile> localizing_sensor;  // provided: of a recording, or of the finished map
   Wire<FactorTable> factors;
   LocalizedDrive localized;       // the first; a split recording by its own poses

@@ -198,6 +198,8 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
   if (inputs.trajectory != nullptr) map.trajectory = quality_of(*inputs.trajectory);
   if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
+  map.columns = inputs.columns;
+  std::ranges::sort(map.columns, {}, &SiteColumn::name);
   map.quality.resize(map.ranges.promises.size());
   if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
@@ -267,10 +269,12 @@ Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, c
                               const Drive* mapping, const Trajectory* trajectory,
                               const Sharpness* sharpness, const CalibratedPlan* plan,
                               const TileDrives* tile_drives, const CompiledMap* earlier,
-                              const ForeignNds* foreign) {
-  return emit_map(ctx, options,
-                  {nds, sites, predicted, ranges, measured, model, factors, sensor, recordings,
-                   mapping, trajectory, sharpness, plan, tile_drives, earlier, foreign});
+                              const ForeignNds* foreign, Many<SiteColumn> columns) {
+  EmitMapInputs inputs{nds,     sites,       predicted,  ranges,  measured,   model,
+                       factors, sensor,      recordings, mapping, trajectory, sharpness,
+                       plan,    tile_drives, earlier,    foreign};
+  for (const SiteColumn* column : columns) inputs.columns.push_back(*column);
+  return emit_map(ctx, options, inputs);
 }
 
 }  // namespace sightline

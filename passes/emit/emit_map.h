@@ -9,6 +9,7 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
+#include "formats/annotation/site_column.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
@@ -58,6 +59,7 @@ struct EmitMapInputs {
   // The finished map, where it keeps its world: one that was compiled before, or an NDT map.
   const CompiledMap* earlier = nullptr;
   const ForeignNds* foreign = nullptr;
+  std::vector<SiteColumn> columns = {};  // further figures of each site, in any order
 };
 
 // Joins what the passes before it made into the file of a map, tile by tile. The map id is a digest
@@ -83,8 +85,8 @@ Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, c
                               const Drive* mapping, const Trajectory* trajectory,
                               const Sharpness* sharpness, const CalibratedPlan* plan,
                               const TileDrives* tile_drives, const CompiledMap* earlier,
-                              const ForeignNds* foreign);
+                              const ForeignNds* foreign, Many<SiteColumn> columns);
 inline constexpr Pass kEmitMap =
-    Pass{"emit-map", 12, "map", "The map file", &emit_map_step}.in(Stage::kLink);
+    Pass{"emit-map", 13, "map", "The map file", &emit_map_step}.in(Stage::kLink);
 
 }  // namespace sightline

@@ -49,7 +49,8 @@ struct Workshop {
                                                   .factors = made.factors,
                                                   .sensor = made.sensor,
                                                   .recordings = recordings,
-                                                  .mapping = is_finished ? nullptr : &mapping}));
+                                                  .mapping = is_finished ? nullptr : &mapping,
+                                                  .columns = made.columns}));
     EXPECT_TRUE(validate(map));
     EXPECT_EQ(map.foretold, model.card.localizer);
     SIGHTLINE_ASSIGN(file, map.bytes.read(0, map.bytes.size()));
@@ -89,6 +90,18 @@ TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
               format_table(*dump(*made, name), TableFormat::kCsv));
   }
   EXPECT_TRUE(workshop.warnings.empty());
+}
+
+TEST(EmitMap, KeepsColumnsOfSitesInTheOrderOfTheirNames) {
+  Workshop workshop({.seed = 1, .has_columns = true});
+  std::ranges::reverse(workshop.made.columns);
+  const Result<CompiledMap> map = workshop.emit();
+  ASSERT_TRUE(map) << to_string(map.error());
+  ASSERT_EQ(map->columns.size(), 2u);
+  EXPECT_EQ(map->columns[0].name, "clearance_m");
+  EXPECT_EQ(map->columns[0].values, workshop.made.columns[1].values);
+  workshop.made.columns[0].values.pop_back();
+  EXPECT_EQ(workshop.emit().error().code, ErrorCode::kMismatchedInputs);
 }
 
 // The version in the heading of a definition: "## Sites (v2)"; 0 where there is no such heading.
