@@ -147,7 +147,7 @@ Result<void> MapDecoder::visit_column(const PackedBlock& block, std::span<const 
     SiteColumn& column = map_.columns[i];
     if (block.name != column_section(column.name)) continue;
     const auto number = static_cast<flatbuffers::uoffset_t>(i);
-    if (sha256(raw) != from_schema(*container_.manifest->columns()->Get(number)->digest())) {
+    if (sha256(raw) != to_digest(*container_.manifest->columns()->Get(number)->digest())) {
       return wrong_digest("the column", byte_place(offset_of(container_, block)));
     }
     return decode_column(raw, map_.sites.sites.size(), column);
