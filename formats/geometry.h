@@ -28,7 +28,7 @@ SIGHTLINE_FIELDS(MapFrame, origin_world_m)
 // The multiple of tile_m at or below `near_world_m` on each axis.
 MapFrame frame_near(const Eigen::Vector3d& near_world_m, double tile_m);
 
-// T_to_x from T_from_x: the same pose told in another map frame of the same world.
+// T_to_x from T_from_x: the same pose in another map frame of the same world.
 Pose rebase(const Pose& T_from_x, const MapFrame& from, const MapFrame& to);
 
 // True when the upper left 3x3 is a rotation to 1e-6 and every number is finite.

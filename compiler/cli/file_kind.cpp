@@ -98,7 +98,7 @@ std::string nearest_entry(const fs::path& folder, const std::string& name) {
        entry.increment(failure)) {
     names.push_back(entry->path().filename().string());
   }
-  std::ranges::sort(names);  // the order of a folder is nobody's
+  std::ranges::sort(names);  // a folder has no order
   const auto same = std::ranges::find(names, lower(name), lower);
   return same != names.end() ? *same : nearest_name(name, names);
 }

@@ -111,7 +111,7 @@ std::string man_page(const Program& program) {
   std::string text =
       ".TH SIGHTLINE 1 \"\" \"sightline " + program.version + "\" \"User Commands\"\n.ad l\n";
   text += ".SH NAME\n" + roff(program.name) +
-          " \\- compile recorded drives into a map that tells a vehicle how far it must look\n";
+          " \\- compile recorded drives into a map of how far a vehicle must look\n";
   text += ".SH SYNOPSIS\n";
   for (const Verb& verb : program.verbs) {
     text += roff(usage_text(program.name + " " + verb.name, verb)) + "\n.br\n";

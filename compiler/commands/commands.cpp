@@ -21,7 +21,7 @@ Program sightline_program() {
   program.version = program_version();
   program.build = build_details();
   program.summary =
-      "sightline compiles recorded drives into a map that tells a vehicle how far it must look at "
+      "sightline compiles recorded drives into a map of how far a vehicle must look at "
       "each place.";
   program.first_steps = {
       "sightline init recordings/ -o drive.yaml       # look at them, write a configuration",

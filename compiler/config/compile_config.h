@@ -37,7 +37,7 @@ struct OutsideErrorsOptions {
   std::string file;             // CSV of the localization drive; empty: nothing is imported
   std::string evaluation_file;  // CSV of the evaluation drive
   std::string localizer;        // as the vehicle names it to the reader
-  int version = 1;              // raised by whoever changes that localizer
+  int version = 1;              // raised with each change of that localizer
   std::string parameters;       // "name=value, ...", kept in the map
   ErrorReference reference = ErrorReference::kKnownPose;
 };

@@ -22,7 +22,7 @@ struct ConfigSection {
   std::vector<OptionField> fields;
   // JSON Schema of a section that is no list of fields; read_yaml passes it over: another reader's.
   std::string schema = {};
-  std::shared_ptr<void> options = {};  // what the fields point into, where nobody else holds it
+  std::shared_ptr<void> options = {};  // what the fields point into, where no other object holds it
   // Where the section may be a list of such maps: the fields of one more of them. `fields` are
   // those of the first.
   std::function<std::vector<OptionField>()> one_more = {};

@@ -22,7 +22,7 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   return section;
 }
 
-// A section of one drive, or of a list of them. What tells drives of one vehicle apart is each
+// A section of one drive, or of a list of them. What distinguishes drives of one vehicle is each
 // one's own, the rest is as in the first unless it is said.
 ConfigSection drives_section(const std::string& name, const std::string& help,
                              RecordingOptions& first, std::deque<RecordingOptions>& more,
@@ -101,7 +101,7 @@ std::vector<OptionField> option_fields(OutsideErrorsOptions& options) {
            "yours made of the localization drive, in place of measure-error; empty: none"),
       text("evaluation_file", options.evaluation_file, "the same of the evaluation drive"),
       text("localizer", options.localizer,
-           "its name, which the map keeps and the vehicle tells the reader"),
+           "its name, which the map keeps and the vehicle gives to the reader"),
       integer("version", options.version, "raise it when that localizer changes", 0, 1'000'000'000),
       text("parameters", options.parameters,
            "what the name leaves open, for the record: \"name=value, ...\""),

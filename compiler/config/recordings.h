@@ -6,7 +6,7 @@
 #include "formats/base/result.h"
 #include "formats/foreign/recording/recording.h"
 
-// The key `recordings` of a section: several drives told at once.
+// The key `recordings` of a section: several drives in one entry.
 
 namespace sightline {
 

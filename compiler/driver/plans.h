@@ -132,8 +132,8 @@ struct EvaluatePlan {
   // Made, but for `measured` where it is provided.
   Wire<MeasuredError> measured;
   Wire<Evaluation> evaluation;
-  // Not connected where the drive is localized by another localizer than this program's own: nobody
-  // replays it then.
+  // Not connected where the drive is localized by another localizer than this program's own:
+  // nothing replays it then.
   Wire<DriveTracks> tracks;
 };
 

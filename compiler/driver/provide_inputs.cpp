@@ -199,7 +199,7 @@ Result<void> provide_drive(const EvaluatePlan& evaluate,
 
 Result<void> provide_drives(const CompilePlan& compile,
                             const std::filesystem::path& cache_directory, ArtifactSet& artifacts) {
-  // The files that are read in no time come first: a mistake in them is told at once.
+  // The files that are read in no time come first: a mistake in them is reported at once.
   SIGHTLINE_TRY(provide_outside(compile.outside, artifacts));
   SIGHTLINE_TRY(provide_finished(compile, artifacts));
   SIGHTLINE_TRY(provide_base(compile, artifacts));

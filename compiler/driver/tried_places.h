@@ -8,8 +8,8 @@
 
 namespace sightline {
 
-// What the places of a finished map will cost, told by trying some of them: a few of several blocks
-// go through the passes in which nearly all of the time is spent, with their options, on one
+// What the places of a finished map will cost, estimated by trying some of them: a few of several
+// blocks go through the passes in which nearly all of the time is spent, with their options, on one
 // thread, and nothing of it is kept. So machine, sensor, looks and scenery are those of the run.
 // Nothing where surface or places are not in the cache yet, or what they are for is; NDs are made,
 // and kept, where they are not. Inputs of the plan must be in `artifacts`. Errors: those of the

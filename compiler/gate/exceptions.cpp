@@ -45,7 +45,7 @@ Check of_exception(const GateSettings& settings, const std::string& rule, double
   return check;
 }
 
-std::string told(const GateException& exception) {
+std::string in_words(const GateException& exception) {
   return "the exception of " + exception.rule + " until " + exception.until + " (" +
          exception.reason + ")";
 }
@@ -64,7 +64,7 @@ void apply_exceptions(const GateSettings& settings, const CompiledMap& map,
     const int late_days = days_between(exception.until, report.today);
     if (late_days > 0) {
       add("exception-expired", late_days,
-          told(exception) + " ended " + std::to_string(late_days) + " days ago");
+          in_words(exception) + " ended " + std::to_string(late_days) + " days ago");
       continue;
     }
     bool is_used = false;
@@ -79,7 +79,7 @@ void apply_exceptions(const GateSettings& settings, const CompiledMap& map,
       check.verdict = Verdict::kExcepted;
       check.exception = exception.reason + " (until " + exception.until + ")";
     }
-    if (!is_used) add("exception-unused", 1.0, told(exception) + " covers no finding");
+    if (!is_used) add("exception-unused", 1.0, in_words(exception) + " covers no finding");
   }
   report.checks.insert(report.checks.end(), own.begin(), own.end());
 }

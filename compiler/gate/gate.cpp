@@ -83,7 +83,7 @@ Check check_of(const GateRule& rule, const RuleSetting& setting, Found found) {
   const bool is_met = is_within(check.found, rule.bound, *check.allowed);
   check.verdict = is_met ? Verdict::kMet : Verdict::kViolated;
   const char* side = rule.bound == Bound::kAtMost ? "at most " : "at least ";
-  check.message += "; allowed is " + (side + told(*check.allowed, rule.unit));
+  check.message += "; allowed is " + (side + in_words(*check.allowed, rule.unit));
   return check;
 }
 

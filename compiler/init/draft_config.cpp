@@ -39,7 +39,8 @@ bool is_called_map(const FoundDrive& drive, const fs::path& folder) {
   return false;
 }
 
-// Whether one drive comes near the other for at least half of its way. Without poses nothing tells.
+// Whether one drive comes near the other for at least half of its way. Without poses this is
+// unknown.
 bool may_meet(const FoundDrive& a, const FoundDrive& b) {
   constexpr double kNear_m = 15.0;
   constexpr std::size_t kLooks = 50;
@@ -154,7 +155,7 @@ void write_other_sensors(const Drives& drives, YamlText& yaml) {
   if (others.empty()) return;
   yaml.line("");
   yaml.comment(
-      "The same vehicle has more sensors. Nothing tells where they sit: measure it, and take the # "
+      "The same vehicle has more sensors. Where they sit is unknown: measure it, and take the # "
       "away (mapping-2 to mapping-4).");
   for (std::size_t i = 0; i < others.size(); ++i) {
     yaml.line("# mapping-" + std::to_string(i + 2) + ": {" + others[i] +

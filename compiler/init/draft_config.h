@@ -18,7 +18,7 @@ struct ConfigDraft {
 // drive called map..., else the first, makes the map; the next one that meets it localizes, the
 // next judges; a single drive is split into even and odd scans. Scans that share their poses are
 // sensors of one vehicle: the first one is used, the others are shown in comments, because nothing
-// tells where they sit. Errors: those of find_scans, empty-directory (no drive; says what was
+// shows where they sit. Errors: those of find_scans, empty-directory (no drive; says what was
 // passed over and why).
 Result<ConfigDraft> draft_config(const std::filesystem::path& folder,
                                  const std::filesystem::path& file);

@@ -109,7 +109,7 @@ std::string objection(const Candidate& candidate) {
 }
 
 // A file that says why it has these poses ("poses_true.tum") is no better than "poses.tum" unless
-// scans say so. A mounting that is told is better than none.
+// scans say so. A mounting that is given is better than none.
 bool is_better(const Candidate& a, const Candidate& b) {
   constexpr double kClear = 0.05;
   const bool are_of_one = a.source.topic == b.source.topic && !a.source.topic.empty();
@@ -260,7 +260,7 @@ Result<void> choose_imu(const RecordingOptions& options, const Recording& record
   return {};
 }
 
-// Whether anything but the rate tells when the scans were made.
+// Whether the times of scans are known by anything but the rate.
 bool has_times(RecordingOptions options) {
   std::vector<std::int64_t> last_ns;
   for (const double rate_hz : {10.0, 20.0}) {
@@ -306,7 +306,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   }
   if (!recording.container && !has_times(poses ? poses->options : options)) {
     drive.keys.push_back(
-        {"rate_hz", "10", "nothing tells the times of the scans: ten a second are assumed"});
+        {"rate_hz", "10", "the times of the scans are unknown: ten a second are assumed"});
   }
   add_sensor(sensor, recording, drive);
   return drive;

@@ -182,7 +182,7 @@ class Runner {
     });
   }
 
-  // What no later step takes and nobody wants to have.
+  // What no later step takes and no caller wants.
   void let_go(const Scheduled& done) {
     for (const Scheduled& scheduled : list_) {
       if (scheduled.step > done.step) break;

@@ -46,7 +46,7 @@ class TreeBuilder {
   }
 
  private:
-  // yaml-cpp keeps all of them, and whoever looks one up gets any.
+  // yaml-cpp keeps all of them, and a look-up returns any.
   static void refuse_second_keys(const YamlNode& map) {
     std::map<std::string_view, int> lines;
     for (const YamlNode& key : map.keys) {

@@ -50,13 +50,13 @@ class ArtifactCache {
 
   // Parts of artifacts, each by a key of its own, since artifacts of two keys may have parts in
   // common: in a folder of the pass. A part that cannot be kept is made again by the next run, so
-  // that is not told.
+  // that is not reported.
   [[nodiscard]] Result<Content> load_part(const std::string& pass, const Digest& part) const;
   void store_part(const std::string& pass, const Digest& part,
                   std::span<const std::byte> content) const;
-  // The keys of the parts of an artifact, as its pass told them before it made them: some at once,
-  // the number-th time, in a file of its own that no later one replaces. And how many of all are
-  // there, each counted once; nothing where it did not begin.
+  // The keys of the parts of an artifact, as its pass reported them before it made them: some at
+  // once, the number-th time, in a file of its own that no later one replaces. And how many of all
+  // are there, each counted once; nothing where it did not begin.
   void store_part_list(const std::string& pass, const Digest& key, std::span<const Digest> parts,
                        std::size_t number = 0) const;
   struct PartCount {

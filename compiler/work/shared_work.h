@@ -13,7 +13,7 @@
 
 // A compile that several processes, on any number of machines, do together: each opens the plan,
 // does a share of a stage and leaves what it made in the store of the plan. There are no locks, and
-// nobody needs to know of the others: what is made twice has the same bytes.
+// no worker needs to know of the others: what is made twice has the same bytes.
 
 namespace sightline {
 

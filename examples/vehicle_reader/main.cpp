@@ -51,7 +51,7 @@ bool is_trusted(const LookAnswer& look) {
          (look.flags & sightline::kAnswerUnmet) == 0;
 }
 
-// False where the line cannot be read, which is told.
+// False where the line cannot be read, which is reported.
 bool print_line(const MapReader& map, const std::string& line, double limit_m, bool is_tracking) {
   std::istringstream fields(line);
   std::string time;

@@ -172,7 +172,7 @@ std::vector<Table> tables(const DriveTracks& tracks) {
 
 std::string to_text(const DriveTracks& tracks) {
   std::string text = "Continuous localization: " + std::to_string(tracks.scans.size()) +
-                     " scans, each matched from what the poses before it foretell; lost beyond " +
+                     " scans, each matched from what the poses before it predict; lost beyond " +
                      fixed(tracks.lost_beyond_m, 1) + " m\n";
   for (const double limit_m : tracks.limits_m) {
     TextGrid grid = {{"at " + fixed(100.0 * limit_m, 0) + " cm", "coverage %", "error cm", "p95 cm",

@@ -12,7 +12,7 @@
 #include "formats/record/fields.h"
 
 // A drive replayed as a vehicle lives it: each pose starts from what the poses found before
-// foretell (schemas/definitions.md, "Continuous localization"). One replay for each way to choose
+// predict (schemas/definitions.md, "Continuous localization"). One replay for each way to choose
 // how to look.
 //
 // Times are CPU times and differ from run to run; work (points x iterations) does not.
@@ -31,8 +31,8 @@ inline constexpr auto kNamesOf<TrackChoice> = enum_names("map", "look", "plan", 
 
 struct TrackRule {
   TrackChoice choice = TrackChoice::kNobody;
-  double limit_m = 0.0;  // that the map chooses for; 0 where nobody chooses
-  Look look;             // where nobody chooses: what is taken everywhere
+  double limit_m = 0.0;  // that the map chooses for; 0 where there is no choice
+  Look look;             // without a choice: what is taken everywhere
 
   [[nodiscard]] bool is_static() const { return choice == TrackChoice::kNobody; }
   // 0 where the map chooses.

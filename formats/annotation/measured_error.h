@@ -28,7 +28,7 @@ struct InitialOffset {
 SIGHTLINE_FIELDS(InitialOffset, x_m, y_m, z_m, yaw_rad)
 
 // What the errors were measured against. kSimulated: the places at which scans were simulated,
-// which nobody measured.
+// which was not measured.
 enum class ErrorReference : std::uint8_t { kKnownPose, kFullRangeMatch, kSimulated };
 template <>
 inline constexpr auto kNamesOf<ErrorReference> = enum_names("known-pose", "full-range-match",

@@ -133,7 +133,7 @@ std::string to_string(const Error& error);
 // whole).
 Error invalid_artifact(std::string message, std::string place);
 
-// The same error, told of a file where it names none yet.
+// The same error, of a file where it names none yet.
 Error in_file(Error error, const std::string& path);
 
 }  // namespace sightline

@@ -20,7 +20,7 @@ namespace {
 #ifdef __SANITIZE_THREAD__
 
 // Threads that ThreadSanitizer knows: TBB is not instrumented, and what a task reads that was
-// written before it began would be told as a race.
+// written before it began would be reported as a race.
 void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
   std::atomic<std::size_t> next = 0;
   std::mutex mutex;
@@ -69,7 +69,7 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
       body(i);
     });
   };
-  // Work within work: who is done with his own helps those who are not. Isolated, so that nobody
+  // Work within work: who is done with his own helps those who are not. Isolated, so that no thread
   // who waits here begins something else meanwhile, perhaps with a lock in his hand.
   if (is_within) return oneapi::tbb::this_task_arena::isolate(run);
   oneapi::tbb::task_arena(size).execute(run);

@@ -11,10 +11,10 @@
 
 namespace sightline {
 
-// A localizer whose errors were measured: what a map foretells holds for it and for no other.
+// A localizer whose errors were measured: what a map predicts holds for it and for no other.
 struct LocalizerProfile {
   // As a vehicle names its own to the reader. Of this program's: "plain", "annealed", "searching",
-  // "pcl-ndt"; any other is of a localizer outside, named by whoever imported its errors.
+  // "pcl-ndt"; any other is of a localizer outside, named by the user who imported its errors.
   std::string name = "searching";
   std::uint32_t version = 3;  // of its definition: of ours "Localizers" in schemas/definitions.md
   // What the name leaves open, with units in the names: {"leaf_m", "1"}; ascending names.

@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-// What a match tells of itself to a vehicle that does not know the truth ("Driving by a plan" in
+// What a match shows to a vehicle that does not know the truth ("Driving by a plan" in
 // schemas/definitions.md); passes/matching/look_test.h reads it off a match.
 inline constexpr std::size_t kLookSigns = 8;
 using LookSigns = std::array<double, kLookSigns>;
@@ -28,8 +28,8 @@ struct LookTest {
 SIGHTLINE_FIELDS(LookTest, weights, constant)
 double doubt_of(const LookTest& test, const LookSigns& signs);
 
-// How a vehicle localizes that tracks: a cheap look from where it foretold itself; a test of what
-// that match tells of itself; and where the test doubts it, a dearer look whose result stands
+// How a vehicle localizes that tracks: a cheap look from where it predicted itself; a test of what
+// that match shows; and where the test doubts it, a dearer look whose result stands
 // instead ("Driving by a plan" in schemas/definitions.md).
 struct LookPlan {
   double limit_m = 0.10;  // that it was learnt to hold

@@ -10,7 +10,7 @@
 
 namespace sightline {
 
-// A recording that something was made from, so that whoever holds recordings can tell whether they
+// A recording that something was made from, so that the owner of recordings can see whether they
 // are these.
 struct RecordingCard {
   std::string role;  // section of the configuration: "mapping", "mapping-2", "localization", ...
@@ -33,7 +33,7 @@ struct ArtifactTraits<RecordingCards> {
   static constexpr std::uint32_t kVersion = 1;
 };
 
-// Error: invalid-artifact, also for a digest of zeros, which nobody took.
+// Error: invalid-artifact, also for a digest of zeros, which is none.
 Result<void> validate(const RecordingCards& recordings);
 Table dump(const RecordingCards& recordings);
 

@@ -29,7 +29,7 @@ struct RouteLine {
 };
 SIGHTLINE_FIELDS(RouteLine, name, heights, is_both_ways, points_world_m)
 
-// Where places of a map are to be annotated, though nobody may have driven there.
+// Where places of a map are to be annotated, also without a drive there.
 struct Route {
   std::string name;  // of its file
   std::vector<RouteLine> lines;

@@ -77,12 +77,12 @@ void decode(ByteReader& reader, TrajectoryPose& pose) {
 }
 
 Trajectory rebase(const Trajectory& trajectory, const MapFrame& to) {
-  Trajectory told = trajectory;
-  told.frame = to;
-  for (TrajectoryPose& pose : told.poses) {
+  Trajectory moved = trajectory;
+  moved.frame = to;
+  for (TrajectoryPose& pose : moved.poses) {
     pose.T_map_vehicle = rebase(pose.T_map_vehicle, trajectory.frame, to);
   }
-  return told;
+  return moved;
 }
 
 Result<void> validate(const Trajectory& trajectory) {

@@ -75,7 +75,7 @@ struct ArtifactTraits<Trajectory> {
   static constexpr std::uint32_t kVersion = 3;
 };
 
-// The same poses told in another map frame of the same world.
+// The same poses in another map frame of the same world.
 Trajectory rebase(const Trajectory& trajectory, const MapFrame& to);
 
 Result<void> validate(const Trajectory& trajectory);

@@ -52,7 +52,7 @@ void cell_keys(std::span<const Eigen::Vector3d> points_m, double cell_m, std::sp
 std::size_t find_runs(std::span<const CellKey> keys, std::span<CellRun> runs) {
   SIGHTLINE_CHECK(runs.size() >= keys.size());
   if (keys.empty()) return 0;
-  // Without a branch, since nobody can foresee where a run ends: each key is written as the next
+  // Without a branch, since where a run ends cannot be predicted: each key is written as the next
   // run's, which then counts or not.
   runs[0] = {keys[0], 0, 0};
   std::size_t count = 1;

@@ -9,7 +9,7 @@
 #include "formats/base/huge_pages.h"
 #include "formats/grid/cell_key.h"
 
-// Finding the cells of many points at once: what whoever sorts points into a grid shares.
+// Finding the cells of many points at once: shared by all code that sorts points into a grid.
 
 namespace sightline {
 

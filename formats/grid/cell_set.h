@@ -10,8 +10,8 @@
 
 namespace sightline {
 
-// A set of cells that is mostly asked for others: one bit, which the cache holds, tells of 15 of 16
-// of these that they are not there, where a look into a table waits for memory. Safe to ask from
+// A set of cells that is mostly asked for others: one bit, which the cache holds, answers for 15 of
+// 16 of these that they are not there, where a look into a table waits for memory. Safe to ask from
 // several threads.
 class CellSet {
  public:

@@ -34,8 +34,8 @@ struct MeasurementCard {
   std::string localization_scans = "all";
   ErrorReference reference = ErrorReference::kKnownPose;
   std::vector<InitialOffset> offsets;     // the same at every site
-  std::uint32_t measured_site_count = 0;  // by the localizer whose errors the map foretells
-  LocalizerProfile localizer;  // that was measured; what the map foretells is its model's
+  std::uint32_t measured_site_count = 0;  // by the localizer whose errors the map predicts
+  LocalizerProfile localizer;             // that was measured; what the map predicts is its model's
   // As in MatchingCard.
   std::uint32_t coarse_cells = 1;
   double leaf_m = 0.0;
@@ -54,7 +54,7 @@ struct NamedVersion {
 struct ModelRecord {
   std::uint32_t encoding_version = 0;
   Digest digest{};             // SHA-256 of the bytes, also where they were stripped
-  LocalizerProfile localizer;  // whose errors the model, and so the map, foretells
+  LocalizerProfile localizer;  // whose errors the model, and so the map, predicts
   std::vector<std::pair<std::string, std::string>> card;
   double mean_r_squared = 0.0;  // mean of RangeCard::r_squared over the ranges of the model
   std::vector<std::byte> bytes;
@@ -69,7 +69,7 @@ struct LimitQuality {
   double mean_range_m = 0.0;
   double expected_coverage = 0.0;  // mean over sites of P(error <= limit) at the chosen range
   // Of the measured sites, those whose measured mean error at the chosen range is within the limit.
-  // Where this drive also trained the model it flatters.
+  // Where this drive also trained the model it is optimistic.
   double measured_coverage = 0.0;
 };
 
@@ -141,7 +141,7 @@ Result<void> validate(const CompiledMap& map);
 Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
                               const RangeTable& ranges);
 
-// The facts of the map and, per site and limit, what a vehicle is told: joins sites and ranges.
+// The facts of the map and, per site and limit, what a vehicle reads: joins sites and ranges.
 Table dump(const CompiledMap& map);
 
 // One artifact of the map as a table: nds, sites, predicted, ranges, factors,

@@ -33,7 +33,7 @@ std::vector<std::byte> encode_factor_rows(const FactorTable& of_sites,
                                           std::span<const std::uint32_t> sites);
 
 // Fills the rows of the layer's sites in a table that has its ranges, names and size already;
-// `is_filled` tells which sites are. Errors: bad-layer (a size that its rows do not need),
+// `is_filled` marks which sites are. Errors: bad-layer (a size that its rows do not need),
 // bad-order.
 Result<void> decode_factor_layer(std::span<const std::byte> raw, std::uint64_t row_count,
                                  FactorTable& factors, std::vector<bool>& is_filled);

@@ -39,7 +39,7 @@ void make_room_for_sites(std::size_t sites, CompiledMap& map);
 std::vector<std::byte> encode_range_layer(const CompiledMap& map,
                                           std::span<const std::uint32_t> rows);
 // Fills the slots of the layer's sites in a map whose vectors have their sizes already; `is_filled`
-// tells which slots are taken. Errors: bad-layer, bad-order.
+// marks which slots are taken. Errors: bad-layer, bad-order.
 Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t row_count,
                                 TileKey key, CompiledMap& map, std::vector<bool>& is_filled);
 

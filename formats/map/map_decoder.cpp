@@ -97,7 +97,7 @@ Result<void> MapDecoder::visit_layer(const PackedBlock& block, TileKey key) {
   return at(decoded.error(), byte_place(offset_of(container_, block)));
 }
 
-// What a file that lost its directory would tell must be what the directory tells.
+// The second list, for a file that lost its directory, must agree with the directory.
 Result<void> MapDecoder::check_contents(const PackedTile& tile) const {
   for (const PackedBlock& layer : tile.layers) {
     if (layer.name != kContentsLayer || layer.version != kContentsLayerVersion) continue;

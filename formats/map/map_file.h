@@ -11,7 +11,7 @@ namespace sightline {
 // A map file that is finished and lies nowhere yet.
 struct MapFile {
   StoredBytes bytes;
-  LocalizerProfile foretold;  // whose errors the map foretells
+  LocalizerProfile predicted_localizer;  // whose errors the map predicts
 };
 
 template <>

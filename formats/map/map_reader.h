@@ -12,7 +12,7 @@ namespace sightline {
 // Reads and checks every byte: header, trailer, manifest, directory, padding, the checksum and
 // digest of every block, the digests of tiles and map, and every invariant of the artifacts. What
 // is optional and unknown is skipped once its checksum holds.
-// The error tells the place of the first fault. Errors: those of open_container(); digest-mismatch,
+// The error has the place of the first fault. Errors: those of open_container(); digest-mismatch,
 // checksum-mismatch, bad-layer, bad-order, invalid-artifact; of a path also file-not-found,
 // cannot-open, cannot-read.
 Result<CompiledMap> read_map(const std::filesystem::path& path);

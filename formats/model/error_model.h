@@ -46,7 +46,7 @@ SIGHTLINE_FIELDS(ProbabilityCurve, offset, slope)
 struct TrainingCard {
   std::vector<PlaceCard> places;
   ErrorReference reference = ErrorReference::kKnownPose;
-  LocalizerProfile localizer;  // whose errors it learnt, and foretells
+  LocalizerProfile localizer;  // whose errors it learnt, and predicts
   std::string feature_set;     // "paper", "all"
   std::string hold_out;        // what a fold is made of: "blocks" of route, blocks of one of the
                                // "drives", or whole "places"
@@ -59,8 +59,9 @@ struct TrainingCard {
   double labelled_route_m = 0.0;
   std::uint32_t block_count = 0;
   std::uint32_t fold_count = 0;
-  bool knows_history = false;  // some place was driven twice: one drive told, the other judged
-  ProbabilityCurve curve;      // of the probabilities, out of fold and of the forest
+  bool knows_history =
+      false;               // some place was driven twice: one drive is history, the other is judged
+  ProbabilityCurve curve;  // of the probabilities, out of fold and of the forest
 };
 SIGHTLINE_FIELDS(TrainingCard, places, reference, localizer, feature_set, hold_out, seed,
                  tree_count, least_leaf_rows, feature_share, block_m, buffer_m, labelled_route_m,
@@ -105,7 +106,7 @@ SIGHTLINE_FIELDS(StreetCard, limit_m, street, case_count, coverage, mean_range_m
 
 // A site of a map that the model was trained on, as one drive found it. Its forest knows the place,
 // so what the model says here must come from trees that do not. A site comes once for each drive
-// that measured it, and once more where it was told what other drives measured.
+// that measured it, and once more with what other drives measured.
 struct TrainedSite {
   Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
   std::uint32_t place = 0;                              // index into the card's places

@@ -121,7 +121,7 @@ std::string card_text(const ErrorModel& model) {
   text += std::to_string(model.forest.trees.size()) + " trees, " +
           std::to_string(model.forest.labels.size()) +
           " training rows, features: " + card.feature_set + "; " + folds_text(card) +
-          (card.knows_history ? "; told of earlier drives\n" : "; map only\n");
+          (card.knows_history ? "; with earlier drives\n" : "; map only\n");
   return text;
 }
 

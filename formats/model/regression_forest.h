@@ -10,7 +10,7 @@
 #include "formats/base/result.h"
 
 // A regression forest that remembers its training rows and their labels: which labels lie in a leaf
-// tells where their rows fall, so one forest answers "what is the mean?" and "what share is within
+// finds where their rows fall, so one forest answers "what is the mean?" and "what share is within
 // a limit?" for any limit.
 
 namespace sightline {

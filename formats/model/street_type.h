@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-// What kind of street a site lies in, told from the map's own factors (schemas/definitions.md,
+// What kind of street a site lies in, from the map's own factors (schemas/definitions.md,
 // "Street types").
 enum class StreetType : std::uint8_t { kUnknown, kLane, kCanyon, kAvenue, kOpen, kCrossing };
 template <>

@@ -15,7 +15,7 @@ namespace sightline {
 // Errors: bad-manifest, bad-order.
 Result<void> check_manifest(const schema::Manifest& manifest);
 
-// What the answers of a map are told for, as its checked manifest says.
+// What the answers of a map are for, by its checked manifest.
 AnswerShape answer_shape(const schema::Manifest& manifest);
 
 // Features by name. Error: unknown-required-feature.

@@ -136,7 +136,7 @@ struct NdtLayout {
   std::uint64_t size = 0;
 };
 
-// How many there are of what a map's answers are told for; the manifest says.
+// How many ranges, looks and limits a map's answers are for, by its manifest.
 struct AnswerShape {
   std::uint64_t ranges = 0;
   std::uint64_t limits = 0;

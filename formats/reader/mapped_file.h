@@ -13,7 +13,7 @@ namespace sightline {
 class MappedFile {
  public:
   enum class Use { kThroughout, kHereAndThere };  // the latter reads no page that is not touched
-  // Anything but a regular file is refused at once, also a pipe that nobody writes to.
+  // Anything but a regular file is refused at once, also a pipe without a writer.
   // Errors: file-not-found, cannot-open, cannot-read, out-of-memory.
   static Result<MappedFile> open(const std::string& path, Use use = Use::kThroughout);
   MappedFile() = default;  // no bytes

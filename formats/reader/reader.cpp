@@ -26,7 +26,7 @@ Error unknown_range(std::uint32_t site) {
           "site " + std::to_string(site)};
 }
 
-// Numbers of the file are told only where they can be true.
+// Numbers of the file are used only where they can be true.
 Result<RangeAnswer> believable(const RangeAnswer& answer, std::uint32_t site_count) {
   const bool is_unknown = (answer.flags & kAnswerUnknownLocalizer) != 0;
   const bool can_be =

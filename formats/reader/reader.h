@@ -71,7 +71,7 @@ struct LookAnswer {
 // How a vehicle localizes step by step ("Driving by a plan" in schemas/definitions.md).
 struct LookPlanAnswer {
   // Its probability and mean error are NaN where a second look may follow: what a plan holds is
-  // measured over whole drives, not foretold for a place.
+  // measured over whole drives, not predicted for a place.
   LookAnswer first;
   bool has_second = false;
   // Of the first look's match: doubt = constant + the sum of weights times signs. Where it is above
@@ -159,7 +159,7 @@ class MapReader {
                                 std::string_view callers_localizer);
 
   // The range for a sensor at this position in world coordinates (the recording's own, as the
-  // map's frame tells), for an accuracy of limit_m: what the map holds at the nearest site, the
+  // map's frame defines), for an accuracy of limit_m: what the map holds at the nearest site, the
   // lower id on a tie. A limit the map does not have is served by the next tighter one; one
   // tighter than all by the longest range, probability 0 and kAnswerTighterLimit. Far from any
   // site: the longest range, probability 0 and kAnswerFar. Another localizer than the caller's: see

@@ -58,7 +58,7 @@ typedef struct sightline_look {
   uint32_t site;
 } sightline_look;
 
-/* How to localize step by step: a look, a test of what its match tells of itself, and a second look
+/* How to localize step by step: a look, a test of what its match shows, and a second look
  * where the test doubts it ("Driving by a plan" in schemas/definitions.md). */
 typedef struct sightline_look_plan {
   sightline_look first; /* probability and mean_error_m are NaN where a second look may follow */
@@ -120,7 +120,7 @@ typedef struct sightline_promise {
  * name under which errors of one outside were imported, or "searching/3" for that version of its
  * definition alone. Where the map's errors were measured with another, or localizer is NULL, every
  * answer is the longest range with SIGHTLINE_UNKNOWN_LOCALIZER. Checks the map. On success *map is
- * to be closed; on failure it is NULL, and the sentence that tells what was found goes to message
+ * to be closed; on failure it is NULL, and a sentence about what was found goes to message
  * (cut to message_size, always terminated), which may be NULL. */
 int sightline_open(const char* path, const char* localizer, sightline_map** map, char* message,
                    size_t message_size);
@@ -135,7 +135,7 @@ void sightline_get_info(const sightline_map* map, sightline_info* info);
 int sightline_get_promise(const sightline_map* map, size_t limit, sightline_promise* promise);
 
 /* The range for a sensor at a position in world coordinates (x, y, z in metres, as the map's frame
- * tells) and an accuracy of limit_m: what the map holds at the nearest site. A limit that the map
+ * defines) and an accuracy of limit_m: what the map holds at the nearest site. A limit that the map
  * does not have is served by the next tighter one. On failure *range is the longest range with
  * SIGHTLINE_FAR, so that who forgets to look at the number still looks far enough. */
 int sightline_observation_range(const sightline_map* map, const double position_world_m[3],

@@ -49,7 +49,7 @@ Result<ReleaseRecord> admit_release(std::string_view text, std::string_view sign
                                     const RootRecord& root, const VehicleFacts& vehicle);
 
 // The same, and what the vehicle has to remember from here on, whatever came of it: also a refused
-// release tells that it is later than its expiry.
+// release shows that it is later than its expiry.
 struct Admission {
   Result<ReleaseRecord> record;
   SeenState seen;

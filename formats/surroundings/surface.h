@@ -24,7 +24,7 @@ struct SurfacePatch {
 };
 SIGHTLINE_FIELDS(SurfacePatch, key, centre_m, normal, half_side_m, solid)
 
-// The number of the square at a place of the patch, told in halves of its sides from its centre
+// The number of the square at a place of the patch, in halves of its sides from its centre
 // along side_of() and normal x side_of(): rows along the first. Each within [-1, 1].
 inline int square_at(double along, double across) {
   const auto place = [](double of_half) {

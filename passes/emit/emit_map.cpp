@@ -132,7 +132,7 @@ Result<MeasuredError> to_judge_by(const PassContext& ctx, const EmitMapInputs& i
   if (is_simulated(inputs.measured)) return MeasuredError{};
   if (is_of_models_localizer(inputs)) return inputs.measured.whole();
   const MeasuredError& measured = inputs.measured.head();
-  ctx.warn("the map foretells the errors of " + to_text(inputs.model.record.localizer) +
+  ctx.warn("the map predicts the errors of " + to_text(inputs.model.record.localizer) +
            ", but drive '" + measured.drive + "' was localized by " +
            to_text(measured.matching.localizer) + ": no coverage was measured");
   return MeasuredError{};
@@ -165,8 +165,8 @@ void warn_of_lost_history(const PassContext& ctx, const EmitMapInputs& inputs) {
     return;
   }
   ctx.warn(
-      "what drives measured in the map before is not told in this one: a model that was made "
-      "elsewhere (--model) hears it, where sensor, ranges, looks and localizer are the same");
+      "what drives measured in the map before is not used in this one: a model that was made "
+      "elsewhere (--model) uses it, where sensor, ranges, looks and localizer are the same");
 }
 
 Error mismatched(const Error& error) {
@@ -219,7 +219,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
 
 Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inputs,
                         const CompiledMap& answers) {
-  StoredTable<FactorTable> factors;  // none, or with what the predictions were told besides
+  StoredTable<FactorTable> factors;  // none, or with the earlier errors that predictions used
   if (options.has_factors && must_add_measured(inputs)) {
     SIGHTLINE_ASSIGN(const FactorTable untold, inputs.factors.whole());
     SIGHTLINE_ASSIGN(const MeasuredError measured, inputs.measured.whole());

@@ -25,11 +25,11 @@ Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
                                        const ErrorModel& model) {
   PredictErrorOptions options;
   options.support_margin = map.predicted.support_margin;
-  MeasuredDrives told{measured_of_columns(map.factors), {}, 0};
-  // Nothing else would have been told.
-  for (MeasuredError& drive : told.drives) drive.matching.localizer = model.card.localizer;
+  MeasuredDrives history{measured_of_columns(map.factors), {}, 0};
+  // Nothing else was used.
+  for (MeasuredError& drive : history.drives) drive.matching.localizer = model.card.localizer;
   // Which recordings made the map matters to a warning alone.
-  return predict_error(ctx, options, model, map.sites, map.factors, {}, nullptr, &told);
+  return predict_error(ctx, options, model, map.sites, map.factors, {}, nullptr, &history);
 }
 
 Result<void> compare_numbers(const PredictedError& stored, const PredictedError& again) {

@@ -15,8 +15,8 @@ namespace sightline {
 using TileIndex = std::map<TileKey, std::pair<std::uint32_t, std::uint32_t>>;
 TileIndex tile_index(const NdtMap& map);
 
-// The NDs that a group of neighbouring sites looks at, and what each is whoever looks. Lists run in
-// parallel.
+// The NDs that a group of neighbouring sites looks at, and what each is for all of them. Lists run
+// in parallel.
 struct GroupNds {
   std::vector<Nd> nds;
   std::vector<std::uint32_t> all;  // 0, 1, 2, ...

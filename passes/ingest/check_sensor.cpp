@@ -215,7 +215,7 @@ Result<void> check_sensor(PassContext& ctx, const Recording& recording) {
     return error;
   }
   ctx.warn(to_string(error) +
-           ". Factors, and what they foretell, are those of this profile's beams");
+           ". Factors, and what they predict, are those of this profile's beams");
   return {};
 }
 

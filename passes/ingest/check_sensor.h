@@ -14,7 +14,7 @@ namespace sightline {
 // there; where the beams that returns stand at are those of another profile; where a scan has over
 // 2.5 times as many returns as the profile has rays; where 5 % and more of the returns lie beyond
 // its range. Says nothing of fewer than 1000 returns. The map itself is the same with any beams;
-// factors, and what they foretell, are not. Errors: unlike-profile (half of the returns and more
+// factors, and what they predict, are not. Errors: unlike-profile (half of the returns and more
 // lie outside its beams or its view: they are of another LiDAR, or in another frame than the
 // sensor's), and those of read_recorded_scan.
 Result<void> check_sensor(PassContext& ctx, const Recording& recording);

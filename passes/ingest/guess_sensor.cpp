@@ -15,7 +15,7 @@ namespace {
 // Nearer than this a sensor sees its vehicle.
 constexpr double kNearest_m = 3.0;
 
-// Where beams are told apart: the real sensor of that name before an example's of equal beams.
+// Where beams are distinguished: the real sensor of that name before an example's of equal beams.
 bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) {
   BeamFit best;
   for (const std::string& name : sensor_profile_names()) {
@@ -73,14 +73,14 @@ bool choose_by_span(const std::vector<double>& elevations, SensorGuess& guess) {
   if (guess.profile.empty()) return false;
   guess.reason = "returns span " +
                  to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}) +
-                 " like its beams, which cannot be told apart in these scans";
+                 " like its beams, which cannot be distinguished in these scans";
   return true;
 }
 
 // Beams by runs of elevations without a gap of a tenth of a degree.
 struct Rings {
   int told_apart = 0;  // runs as narrow as a beam
-  int merged = 0;      // beams in the wider ones, if each has the returns of one that is told apart
+  int merged = 0;  // beams in the wider ones, if each has the returns of one that is distinguished
 };
 
 Rings count_rings(const std::vector<double>& elevations) {
@@ -111,7 +111,7 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
   guess.rings = rings.told_apart + rings.merged;
   if (rings.told_apart >= 8) {
     guess.reason = "no built-in profile fits; " + std::to_string(rings.told_apart) +
-                   " beams are told apart from " + span;
+                   " beams are distinguished from " + span;
     if (rings.merged > 0) {
       guess.reason += ", and the returns between them are as many as those of " +
                       std::to_string(rings.merged) + " more: please correct the number";
@@ -120,7 +120,7 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
   }
   guess.rings = 64;
   guess.reason =
-      "no built-in profile fits and beams cannot be told apart: please correct the "
+      "no built-in profile fits and beams cannot be distinguished: please correct the "
       "number; returns span " +
       span;
 }

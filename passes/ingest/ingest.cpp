@@ -220,7 +220,7 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
            "KITTI's calib.txt or calib_imu_to_velo.txt, which takes poses of its camera or its "
            "inertial unit to the sensor; empty: none"),
       text("stamps", options.stamps, "file with one time a line; empty: from names or poses"),
-      number("rate_hz", options.rate_hz, "scans a second, where nothing tells their times", 0.01,
+      number("rate_hz", options.rate_hz, "scans a second, where their times are unknown", 0.01,
              1000.0),
       text("sensor", options.sensor, "sensor: " + sensor_names() + ", or a file with its beams"),
       integer("rings", options.rings, "number of evenly spaced beams; 0: the profile's own", 0,

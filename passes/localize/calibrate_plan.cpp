@@ -10,8 +10,8 @@
 #include "passes/localize/area_localizers.h"
 #include "passes/localize/drive_on_map.h"
 #include "passes/localize/match_contents.h"
-#include "passes/matching/foretold_pose.h"
 #include "passes/matching/look_plan.h"
+#include "passes/matching/predicted_pose.h"
 #include "passes/pass/default_looks.h"
 #include "passes/pass/scan_selection.h"
 #include "passes/pass/work_in_parts.h"
@@ -30,8 +30,8 @@ struct Setup {
 
 bool is_even_step(std::int64_t step_ns) { return step_ns > 0 && step_ns <= kLongestStep_ns; }
 
-// Where the two scans before it foretell the vehicle; none across a pause or another piece.
-std::optional<Pose> foretold_at(const Setup& setup, std::size_t position) {
+// Where the two scans before it predict the vehicle; none across a pause or another piece.
+std::optional<Pose> predicted_at(const Setup& setup, std::size_t position) {
   if (position < 2) return std::nullopt;
   const std::int64_t now_ns = setup.placed.step_ns(position);
   const std::int64_t before_ns = setup.placed.step_ns(position - 1);
@@ -46,7 +46,7 @@ std::optional<Pose> foretold_at(const Setup& setup, std::size_t position) {
   const Pose motion = first.T_map_vehicle.inverse(Eigen::Isometry) * last.T_map_vehicle;
   const double now_s = static_cast<double>(now_ns) * 1e-9;
   const double before_s = static_cast<double>(before_ns) * 1e-9;
-  return foretold_pose(last.T_map_vehicle, motion, now_s / before_s);
+  return predicted_pose(last.T_map_vehicle, motion, now_s / before_s);
 }
 
 // The plan at a place; none where no site is near.
@@ -61,17 +61,17 @@ std::optional<LookPlan> plan_near(const Setup& setup, const LookPlan& usual,
 
 Result<std::optional<FirstLook>> look_first(const Setup& setup, const LookPlan& usual,
                                             std::size_t position, LookMemory& memory) {
-  const std::optional<Pose> T_map_foretold = foretold_at(setup, position);
-  if (!T_map_foretold) return std::optional<FirstLook>();
-  const std::optional<LookPlan> plan = plan_near(setup, usual, *T_map_foretold);
+  const std::optional<Pose> T_map_predicted = predicted_at(setup, position);
+  if (!T_map_predicted) return std::optional<FirstLook>();
+  const std::optional<LookPlan> plan = plan_near(setup, usual, *T_map_predicted);
   if (!plan) return std::optional<FirstLook>();
   const Drive& drive = setup.placed.drive;
   const std::size_t scan = setup.placed.scans[position];
   SIGHTLINE_ASSIGN(const Scan points, drive.store->read(scan));
   SIGHTLINE_ASSIGN(const std::shared_ptr<const AreaLocalizer> area,
-                   setup.localizers.at(T_map_foretold->translation()));
+                   setup.localizers.at(T_map_predicted->translation()));
   const PlannedMatch found = localize_in_looks({area->of_samples, drive.sensor, *plan}, points,
-                                               {*T_map_foretold, true}, memory);
+                                               {*T_map_predicted, true}, memory);
   if (!std::isfinite(found.doubt)) return std::optional<FirstLook>();
   const Pose& T_map_reference = setup.placed.in_map.poses[scan].T_map_vehicle;
   return std::optional<FirstLook>(FirstLook{

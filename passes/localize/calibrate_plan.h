@@ -36,7 +36,7 @@ double raised_threshold(const CalibratePlanOptions& options, const LookPlan& pla
 // The usual plan (passes/pass/default_looks.h), whose test was learnt in generated towns, with a
 // threshold for this map's street: on a real one, whose walls are no planes, good matches score
 // less, and the learnt threshold doubts most of them. Each scan of the drive is matched by the
-// first look of its place from where the two before it foretell it; the threshold is raised until
+// first look of its place from where the two before it predict it; the threshold is raised until
 // at most doubted_share of the good ones lie above it, but stays below the doubt of every one that
 // is more than the plan's limit off, and is never below the learnt one. Without looks: no plan.
 // With fewer than 10 good scans the learnt threshold stays. Errors: mismatched-inputs (drive and

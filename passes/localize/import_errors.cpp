@@ -18,7 +18,7 @@ namespace sightline {
 namespace {
 
 // A scan and what the file says of it: errors ascending by range and start.
-struct ToldScan {
+struct ImportedScan {
   std::size_t scan = 0;  // position in the drive
   std::span<const OutsideError> errors;
 };
@@ -82,12 +82,12 @@ std::size_t start_count_of(std::span<const OutsideError> errors) {
   return count;
 }
 
-Result<std::vector<ToldScan>> told_scans(const ImportErrorsOptions& options, const Drive& drive,
-                                         const OutsideErrors& outside) {
+Result<std::vector<ImportedScan>> imported_scans(const ImportErrorsOptions& options,
+                                                 const Drive& drive, const OutsideErrors& outside) {
   const std::map<std::uint32_t, std::size_t> scans = scans_by_index(options, drive);
   const std::span<const OutsideError> all(outside.errors);
   const std::size_t start_count = start_count_of(all);
-  std::vector<ToldScan> told;
+  std::vector<ImportedScan> imported;
   for (std::size_t first = 0, last = 0; first < all.size(); first = last) {
     while (last < all.size() && all[last].scan == all[first].scan) ++last;
     const auto found = scans.find(all[first].scan);
@@ -103,9 +103,9 @@ Result<std::vector<ToldScan>> told_scans(const ImportErrorsOptions& options, con
     }
     const std::span<const OutsideError> of_scan = all.subspan(first, last - first);
     SIGHTLINE_TRY(check_complete(options, of_scan, start_count));
-    told.push_back({found->second, of_scan});
+    imported.push_back({found->second, of_scan});
   }
-  return told;
+  return imported;
 }
 
 ErrorRow row_of(std::span<const OutsideError> starts) {
@@ -127,12 +127,13 @@ ErrorRow row_of(std::span<const OutsideError> starts) {
   return row;
 }
 
-// For each site, which of the scans told is nearest, the first on a tie.
-std::vector<std::optional<std::size_t>> nearest_told(const ImportErrorsOptions& options,
-                                                     const std::vector<ToldScan>& told,
-                                                     const Trajectory& in_map, const Sites& sites) {
+// For each site, the nearest of the imported scans, the first on a tie.
+std::vector<std::optional<std::size_t>> nearest_imported(const ImportErrorsOptions& options,
+                                                         const std::vector<ImportedScan>& imported,
+                                                         const Trajectory& in_map,
+                                                         const Sites& sites) {
   std::vector<Eigen::Vector3d> places_m;
-  for (const ToldScan& scan : told) {
+  for (const ImportedScan& scan : imported) {
     places_m.push_back(in_map.poses[scan.scan].T_map_vehicle.translation());
   }
   const PointGrid grid(places_m);
@@ -148,8 +149,8 @@ std::vector<std::optional<std::size_t>> nearest_told(const ImportErrorsOptions& 
 void warn_of_unused(const PassContext& ctx, const std::vector<std::optional<std::size_t>>& taken,
                     std::size_t told_count, const ImportErrorsOptions& options) {
   std::vector<std::uint8_t> is_used(told_count, 0);
-  for (const std::optional<std::size_t>& told : taken) {
-    if (told) is_used[*told] = 1;
+  for (const std::optional<std::size_t>& imported : taken) {
+    if (imported) is_used[*imported] = 1;
   }
   const auto unused = std::ranges::count(is_used, std::uint8_t{0});
   if (unused == 0) return;
@@ -190,19 +191,19 @@ Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions&
                                     const OutsideErrors& outside, const Drive& drive,
                                     const Trajectory& trajectory, const Sites& sites) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  const Result<std::vector<ToldScan>> found = told_scans(options, drive, outside);
+  const Result<std::vector<ImportedScan>> found = imported_scans(options, drive, outside);
   if (!found) return in_file(found.error(), outside.file);
-  const std::vector<ToldScan>& told = *found;
+  const std::vector<ImportedScan>& imported = *found;
   const std::vector<std::optional<std::size_t>> taken =
-      nearest_told(options, told, rebase(trajectory, sites.frame), sites);
+      nearest_imported(options, imported, rebase(trajectory, sites.frame), sites);
   if (count_taken(taken) == 0) {
     return Error{ErrorCode::kNoOverlap,
                  "none of " + std::to_string(taken.size()) + " sites has one of the " +
-                     std::to_string(told.size()) + " imported scans of drive '" + drive.name +
+                     std::to_string(imported.size()) + " imported scans of drive '" + drive.name +
                      "' within " + format_double(options.site_radius_m) + " m",
                  "", "pass import-errors"};
   }
-  warn_of_unused(ctx, taken, told.size(), options);
+  warn_of_unused(ctx, taken, imported.size(), options);
   const std::size_t start_count = start_count_of(outside.errors);
   MeasuredError measured;
   measured.drive = drive.name;
@@ -211,10 +212,11 @@ Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions&
   measured.looks = every_return_at(options.ranges_m);
   for (const std::optional<std::size_t>& scan : taken) {
     measured.scan_of_site.push_back(
-        scan ? std::int64_t{drive.scans[told[*scan].scan].recording_index} : -1);
+        scan ? std::int64_t{drive.scans[imported[*scan].scan].recording_index} : -1);
     for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
       measured.rows.push_back(
-          scan ? row_of(told[*scan].errors.subspan(range * start_count, start_count)) : ErrorRow{});
+          scan ? row_of(imported[*scan].errors.subspan(range * start_count, start_count))
+               : ErrorRow{});
     }
   }
   return measured;

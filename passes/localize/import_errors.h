@@ -22,8 +22,8 @@ std::vector<OptionField> option_fields(ImportErrorsOptions& options);
 // What measure-error says of a drive, from errors that a localizer outside of this program made on
 // its scans: each site takes the nearest scan that `outside` names, and of its errors the mean,
 // median and so on over the starts at each range (schemas/definitions.md, "Measured error"). Work,
-// time, iterations and the parts of an error stay 0: nobody told them. `trajectory` is that of
-// `drive`, in any frame of the same world. Scans that no site takes are counted in a warning.
+// time, iterations and the parts of an error stay 0: they were not imported. `trajectory` is that
+// of `drive`, in any frame of the same world. Scans that no site takes are counted in a warning.
 // Errors: mismatched-inputs, at the line (a scan that is not in the drive or made the map; a range
 // that is none of the compile's; a scan without one of the ranges or starts that others have; a
 // trajectory of another drive); no-overlap (no site has a scan near).

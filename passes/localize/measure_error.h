@@ -56,7 +56,7 @@ MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m);
 // every initial offset and compared with the reference, as defined in schemas/definitions.md
 // ("Measured error", v3). `trajectory` is that of `localization_drive`, in any frame of the same
 // world. Sites without a scan near are counted in a warning and keep rows of zeros; another warning
-// tells where no known poses are there to measure against. pcl-ndt needs has_pcl_ndt(). Errors:
+// names the scans that have no known poses to measure against. pcl-ndt needs has_pcl_ndt(). Errors:
 // mismatched-inputs (trajectory and drive, or map and sites, do not belong together), empty-map,
 // no-overlap (no site has a scan near, unless the drive may be elsewhere), what reading a scan
 // returns, and disk-full or cannot-write (a temporary file).

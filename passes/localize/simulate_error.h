@@ -22,13 +22,13 @@ struct SimulateErrorOptions {
 };
 std::vector<OptionField> option_fields(SimulateErrorOptions& options);
 
-// How far off the matcher ends at places where nobody was: at each site the sensor's own beams are
+// How far off the matcher ends at places without a drive: at each site the sensor's own beams are
 // cast on the surface, disturbed as a scan of another day would be, and matched as measure-error
 // matches scans, against the place at which they were cast (schemas/definitions.md, "Annotating a
 // finished map"). The drive is called "simulated", the reference is kSimulated. Surface and map
-// come from the same points, so that this flatters. Errors: mismatched-inputs (map, surface and
-// sites in different frames), empty-map, bad-value (pcl-ndt, which no simulation can stand for),
-// cannot-read, disk-full or cannot-write (a temporary file).
+// come from the same points, so that this is optimistic. Errors: mismatched-inputs (map, surface
+// and sites in different frames), empty-map, bad-value (pcl-ndt, which no simulation can stand
+// for), cannot-read, disk-full or cannot-write (a temporary file).
 Result<StoredTable<MeasuredError>> simulate_error(PassContext& ctx,
                                                   const SimulateErrorOptions& options,
                                                   const TiledSurface& surface, const TiledNds& nds,

@@ -7,8 +7,8 @@
 #include "formats/base/stopwatch.h"
 #include "passes/localize/drive_on_map.h"
 #include "passes/localize/track_matcher.h"
-#include "passes/matching/foretold_pose.h"
 #include "passes/matching/localizer.h"
+#include "passes/matching/predicted_pose.h"
 #include "passes/pass/scan_selection.h"
 
 namespace sightline {
@@ -58,11 +58,11 @@ Pose begin_track(const Setup& setup, const KnownScan& now, const KnownScan* befo
   return now.T_map_reference * start_pose(offset);
 }
 
-Pose foretold(const Replay& replay, std::int64_t this_step_ns) {
+Pose prediction(const Replay& replay, std::int64_t this_step_ns) {
   const double factor = replay.last_step_ns > 0 ? static_cast<double>(this_step_ns) /
                                                       static_cast<double>(replay.last_step_ns)
                                                 : 1.0;
-  return foretold_pose(replay.T_map_last, replay.T_before_last, factor);
+  return predicted_pose(replay.T_map_last, replay.T_before_last, factor);
 }
 
 void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
@@ -71,7 +71,7 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
   const std::int64_t this_step_ns = setup.placed.step_ns(position);
   const bool goes_on = replay.result_count > 0 && now.follows;
   const Pose T_map_start =
-      goes_on ? foretold(replay, this_step_ns) : begin_track(setup, now, before, replay);
+      goes_on ? prediction(replay, this_step_ns) : begin_track(setup, now, before, replay);
   const double begin_ms = thread_cpu_ms();
   const TrackMatcher::Found found =
       replay.matcher.match(now.scan, {T_map_start, replay.result_count > 1});

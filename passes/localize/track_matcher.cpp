@@ -63,23 +63,23 @@ TrackMatcher::Found TrackMatcher::match_range(const Scan& scan, double range_m,
 }
 
 TrackMatcher::Found TrackMatcher::match_plan(const Scan& scan, const LookPlan& plan,
-                                             const Foretold& foretold) {
+                                             const PosePrediction& prediction) {
   const PlannedMatch found = localize_in_looks(
-      {inputs_.of_samples, inputs_.placed.drive.sensor, plan}, scan, foretold, memory_);
+      {inputs_.of_samples, inputs_.placed.drive.sensor, plan}, scan, prediction, memory_);
   const bool took_second = found.look_count > 1;
-  const Look& stands = took_second || !foretold.is_tracking ? plan.second : plan.first;
+  const Look& stands = took_second || !prediction.is_tracking ? plan.second : plan.first;
   return {found.match, stands.range_m, took_second};
 }
 
-TrackMatcher::Found TrackMatcher::match(const Scan& scan, const Foretold& foretold) {
-  const bool has_plan = rule_.choice == TrackChoice::kPlan && foretold.is_tracking &&
-                        inputs_.placed.site_near(foretold.T_map_vehicle).has_value();
-  const Look look = look_at(foretold.T_map_vehicle);
+TrackMatcher::Found TrackMatcher::match(const Scan& scan, const PosePrediction& prediction) {
+  const bool has_plan = rule_.choice == TrackChoice::kPlan && prediction.is_tracking &&
+                        inputs_.placed.site_near(prediction.T_map_vehicle).has_value();
+  const Look look = look_at(prediction.T_map_vehicle);
   if (has_plan) {
-    return match_plan(scan, plan_at(*looks_of(inputs_.ranges)->plan, look), foretold);
+    return match_plan(scan, plan_at(*looks_of(inputs_.ranges)->plan, look), prediction);
   }
-  if (takes_every_return(look)) return match_range(scan, look.range_m, foretold.T_map_vehicle);
-  return match_plan(scan, plan_of(look), {foretold.T_map_vehicle, false});
+  if (takes_every_return(look)) return match_range(scan, look.range_m, prediction.T_map_vehicle);
+  return match_plan(scan, plan_of(look), {prediction.T_map_vehicle, false});
 }
 
 }  // namespace sightline

@@ -38,13 +38,13 @@ class TrackMatcher {
     double range_m = 0.0;  // of the look that stands
     bool took_second = false;
   };
-  // What the map says is looked up at the foretold pose, as a vehicle does.
-  Found match(const Scan& scan, const Foretold& foretold);
+  // The map's answer is looked up at the predicted pose, as in a vehicle.
+  Found match(const Scan& scan, const PosePrediction& prediction);
 
  private:
   [[nodiscard]] Look look_at(const Pose& T_map_vehicle) const;
   Found match_range(const Scan& scan, double range_m, const Pose& T_map_start);
-  Found match_plan(const Scan& scan, const LookPlan& plan, const Foretold& foretold);
+  Found match_plan(const Scan& scan, const LookPlan& plan, const PosePrediction& prediction);
 
   TrackInputs inputs_;
   TrackRule rule_;

@@ -75,7 +75,7 @@ class AskedVoxels {
     std::size_t touching_end = 0;
   };
 
-  // Voxels of which it is told together whether they are near a sensor.
+  // Voxels that share one answer to whether they are near a sensor.
   struct Column {
     Eigen::AlignedBox2d box;
     std::uint32_t begin = 0;

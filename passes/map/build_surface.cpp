@@ -51,7 +51,7 @@ std::optional<SurfaceTile> surface_tile_of(std::span<const std::byte> bytes) {
   return tile;
 }
 
-// Over all scans that tell where rays went; told in steps, so that one more drive seldom makes the
+// Over all scans that show where rays went; in steps, so that one more drive seldom makes the
 // surface of a whole map another one.
 double returns_per_ray(const SurfacePoints& points, std::span<const ScanExtent> extents) {
   if (points.scans.empty() || !points.store->has_origins()) return 1.0;

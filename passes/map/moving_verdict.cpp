@@ -8,7 +8,8 @@
 // A voxel is judged by its own evidence first, then by that of its surroundings, both ways:
 // - What stands has edges that are hit once and seen through often, by noise and because a ray
 //   beside an edge goes on. A voxel next to several that stand beyond doubt is such an edge.
-// - What moves leaves a dense trail of voxels, some of which hardly any ray tells of. A voxel of
+// - What moves leaves a dense trail of voxels, some of which are crossed by hardly any ray. A voxel
+// of
 //   little evidence goes with the trail that it lies in.
 // - What moves on a street stands on it: edges of facades, wires and foliage that rays go
 //   through do not, and stay.

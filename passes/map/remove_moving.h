@@ -15,7 +15,7 @@ namespace sightline {
 struct RemoveMovingOptions {
   bool enabled = true;          // false: every return within the sensor's range is kept
   double voxel_m = 0.2;         // edge of the voxels that stand or move as a whole
-  double carve_range_m = 60.0;  // a ray tells nothing farther from the sensor than this
+  double carve_range_m = 60.0;  // a ray is not used farther from the sensor than this
   ScanSelection scans = ScanSelection::kAll;  // all, even, odd
 };
 std::vector<OptionField> option_fields(RemoveMovingOptions& options);

@@ -10,7 +10,7 @@
 //
 // Most queries meet no ray at all: they look between two beams. Bands of elevation, far narrower
 // than rows, tell so at once. Most others look at what the rays hit, or behind it: the longest ray
-// of the bins around tells so. find_passable() asks both of many places in a few steps of vector
+// of the bins around shows it. find_passable() checks both of many places in a few steps of vector
 // code. It computes in float and leaves more room than float loses, so that it denies no place that
 // the exact test, in double, would not.
 

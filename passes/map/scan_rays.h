@@ -54,8 +54,8 @@ class ScanRays {
   [[nodiscard]] bool pass_through(const RayQuery& query) const;
 
   // Fills `found` with the positions, ascending, of the places through which a ray may pass; of all
-  // others pass_through() is false, whatever else is asked. Many places are told at once, and what
-  // lies between two beams, behind what was hit or at it, is mostly not among those found.
+  // others pass_through() is false, whatever else is asked. Many places are answered at once, and
+  // what lies between two beams, behind what was hit or at it, is mostly not among those found.
   // `T_lidar_places` takes the places' coordinates, anchor added, to the sensor's frame.
   void find_passable(const RayPlaces& places, const Pose& T_lidar_places, double touch_m,
                      std::vector<std::uint32_t>& found) const;

@@ -11,7 +11,7 @@ namespace sightline {
 std::int64_t column_number(std::int64_t x, std::int64_t y);
 std::int64_t column_of(const CellKey& key);
 
-// How many voxels away what tells the ground below one may lie.
+// How many voxels away the ground below one is looked for.
 std::int32_t reach_of_ground_voxels();
 
 // Fills is_ground, is_level and above_ground_m. Ground is what lies within a hand's breadth of the

@@ -40,7 +40,7 @@ std::vector<std::string> localizer_names();  // of all kinds, in their order
 std::string_view localizer_name(LocalizerKind kind);
 LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells = 1);
 // Searching, for scans of which a sample is taken: all of up to 128 points lead, and steps end and
-// the search begins where a sample tells no more ("Looks" in schemas/definitions.md).
+// the search begins where a sample adds nothing ("Looks" in schemas/definitions.md).
 LocalizerOptions options_for_samples(int coarse_cells = 1);
 inline constexpr double kSampleStop_m = 0.01;  // of its last level, in MatchOptions
 // By that name, as a map stores it. Any other name is taken for searching, the default.
@@ -69,7 +69,7 @@ ScanForMatch make_scan_for_match(const Localizer& localizer,
 std::size_t lead_stride(const Localizer& localizer, std::size_t point_count);
 
 // The points of a whole scan, cut in the sensor's frame with the stride that suits the sensor, then
-// told in the vehicle's, since it is the vehicle's pose that is looked for.
+// expressed in the vehicle's, since it is the vehicle's pose that is looked for.
 ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
                                  const SensorProfile& sensor, const ScanCut& cut);
 
@@ -81,7 +81,7 @@ ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter,
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
                      const MatchOptions& options = {}, SharedClimbs* shared = nullptr);
 
-// The last level alone, from a start that is nearly right, as a vehicle foretells it that tracks.
+// The last level alone, from a start that is nearly right, as predicted by a vehicle that tracks.
 MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
                    const MatchOptions& options = {});
 

@@ -5,14 +5,14 @@
 
 #include "formats/rotation.h"
 
-// Why the test can be linear and small: a first look fails in two ways, and each tells of itself.
-// Where one direction is loose, its curvature is low and the match slides along it, away from the
-// foretold pose. Where the forecast is wrong, as at the entry of a bend, whose seven degrees are
-// beyond what Newton's method climbs, points lie beside their walls and the score is half of the
-// usual.
+// Why the test can be linear and small: a first look fails in two ways, and each can be seen in its
+// match. Where one direction is loose, its curvature is low and the match slides along it, away
+// from the predicted pose. Where the forecast is wrong, as at the entry of a bend, whose seven
+// degrees are beyond what Newton's method climbs, points lie beside their walls and the score is
+// half of the usual.
 //
 // Why the second look stands alone where it was asked for: joined with the first by their Hessians
-// it is no better, and rules that keep what moved less, or the foretold pose, go on with an error
+// it is no better, and rules that keep what moved less, or the predicted pose, go on with an error
 // where the forecast is what went wrong (tests/bench/README.md, "Driving").
 
 namespace sightline {
@@ -71,15 +71,15 @@ void look_first(const PlannedLocalizer& planned, const Scan& scan, const Pose& T
   result.doubt = doubt_of(planned.plan.test, result.signs);
 }
 
-void look_again(const PlannedLocalizer& planned, const Scan& scan, const Foretold& foretold,
+void look_again(const PlannedLocalizer& planned, const Scan& scan, const PosePrediction& prediction,
                 LookMemory& memory, PlannedMatch& result) {
   const Look& look = planned.plan.second;
-  Pose T_map_start = foretold.T_map_vehicle;
+  Pose T_map_start = prediction.T_map_vehicle;
   memory.cutter.cut(planned.localizer, scan, planned.sensor, look, T_map_start, memory.cut);
-  if (foretold.is_tracking && !memory.cut.points_m.empty()) {
+  if (prediction.is_tracking && !memory.cut.points_m.empty()) {
     T_map_start = best_heading(planned, memory.cut, T_map_start, result);
   }
-  const LookMode mode = foretold.is_tracking ? look.mode : LookMode::kSearch;
+  const LookMode mode = prediction.is_tracking ? look.mode : LookMode::kSearch;
   MatchResult found = match_as(mode, planned, memory.cut, T_map_start);
   found.iterations += result.match.iterations;
   found.work += result.match.work;
@@ -95,18 +95,18 @@ void look_again(const PlannedLocalizer& planned, const Scan& scan, const Foretol
 }  // namespace
 
 PlannedMatch localize_in_looks(const PlannedLocalizer& planned, const Scan& scan,
-                               const Foretold& foretold, LookMemory& memory,
+                               const PosePrediction& prediction, LookMemory& memory,
                                const LookDeadline& deadline) {
   PlannedMatch result;
-  if (foretold.is_tracking) {
-    look_first(planned, scan, foretold.T_map_vehicle, memory, result);
+  if (prediction.is_tracking) {
+    look_first(planned, scan, prediction.T_map_vehicle, memory, result);
     const bool is_first_good =
         has_matched(result.match) && result.doubt <= planned.plan.doubt_above;
     if (is_first_good) return result;
     result.is_past_deadline = deadline.now_ms && deadline.now_ms() > deadline.latest_ms;
     if (result.is_past_deadline) return result;
   }
-  look_again(planned, scan, foretold, memory, result);
+  look_again(planned, scan, prediction, memory, result);
   return result;
 }
 

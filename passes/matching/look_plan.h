@@ -12,12 +12,12 @@
 namespace sightline {
 
 // Where a vehicle takes itself to be, and from what.
-struct Foretold {
+struct PosePrediction {
   Pose T_map_vehicle = Pose::Identity();
   bool is_tracking = true;  // from its last two matches; else from outside, up to a metre off
 };
 
-// After `latest_ms`, as `now_ms` tells it, no further look begins. Without a clock there is none.
+// After `latest_ms` by the clock `now_ms` no further look begins. Without a clock there is none.
 struct LookDeadline {
   std::function<double()> now_ms;
   double latest_ms = 0.0;
@@ -48,14 +48,14 @@ struct LookMemory {
 };
 
 // The vehicle's pose in the map. A vehicle that tracks begins with the first look, whatever the
-// clock says. Where the test doubts it, the second look begins at the foretold place, turned to the
-// best of eleven headings up to 10 degrees off, since a vehicle that enters a bend turns as its
-// last two poses do not foretell. One that does not track takes the second look alone, and
+// clock says. Where the test doubts it, the second look begins at the predicted place, turned to
+// the best of eleven headings up to 10 degrees off, since a vehicle that enters a bend turns as its
+// last two poses do not predict. One that does not track takes the second look alone, and
 // searches, whatever that look's mode is. A second look that finds nothing to match leaves the
 // first one's pose. Deterministic but for the deadline; the same for every kernel. Allocates
 // nothing once such scans were seen, unless a look takes every return.
 PlannedMatch localize_in_looks(const PlannedLocalizer& planned, const Scan& scan,
-                               const Foretold& foretold, LookMemory& memory,
+                               const PosePrediction& prediction, LookMemory& memory,
                                const LookDeadline& deadline = {});
 
 }  // namespace sightline

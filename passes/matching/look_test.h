@@ -8,8 +8,9 @@
 
 namespace sightline {
 
-// Of a match of so many points that was started from the foretold pose. Finite for any match.
+// Of a match of so many points that was started from the predicted pose. Finite for any match.
 // Allocates nothing.
-LookSigns look_signs(const MatchResult& match, std::size_t point_count, const Pose& T_map_foretold);
+LookSigns look_signs(const MatchResult& match, std::size_t point_count,
+                     const Pose& T_map_predicted);
 
 }  // namespace sightline

@@ -95,7 +95,7 @@ struct Ranked {
   std::uint32_t count;
 };
 
-// Memory that nobody filled with zeros first.
+// Memory that is not filled with zeros first.
 template <class Number>
 using RankedArray = std::unique_ptr<Ranked<Number>[]>;
 

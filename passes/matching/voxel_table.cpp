@@ -10,7 +10,7 @@
 // A table with a place for every cell of the box needs no comparing and no sorting. What would make
 // it slow is filling it with zeros, so a bit says whether a place was ever written, and the bits,
 // read from the first, give the voxels in the order of their keys. A second row of bits says which
-// words of the first are worth reading; whoever reads a word clears it for the next scan.
+// words of the first are worth reading; reading a word clears it for the next scan.
 
 namespace sightline {
 namespace {

@@ -10,7 +10,7 @@
 namespace sightline {
 
 // The factors, and beside them what each of several drives measured, where the predictions were
-// told of them: so they can be made again from the map (passes/model/forest/measured_columns.h).
+// inputs were: so they can be made again from the map (passes/model/forest/measured_columns.h).
 // A drive is independent whose recording is named once, and is behind neither the map nor a place
 // that the model learnt from. Error: mismatched-inputs where factors and errors are of different
 // sites or looks.

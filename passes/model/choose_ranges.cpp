@@ -78,7 +78,7 @@ bool knows_simulated(const ErrorModel& model) {
          model.features.end();
 }
 
-// Sites of a map that nobody scanned, but where a drive was measured since.
+// Sites of a map without scans, where a drive was measured since.
 void mark_simulated(const PredictedError& predicted, const ErrorModel& model, RangeTable& table) {
   const bool has_labels = model.card.reference != ErrorReference::kSimulated;
   const SiteShape shape = table.shape();

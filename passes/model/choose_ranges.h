@@ -34,12 +34,12 @@ namespace sightline {
 // the map's own scans found, that answer is taken at all sites (passes/model/choice/floor.h),
 // flagged kStatic, and nothing is promised. Errors: mismatched-inputs where sites, predictions,
 // model and factors differ in count, ranges or limits, or the factors tell nothing of the map's own
-// scans. A model of one place promises nothing in another. Of a map that nobody scanned
+// scans. A model of one place promises nothing in another. Of a map without scans
 // (FactorTable's column `simulated`) all sites are flagged kSimulatedAnswer but those where a drive
 // was measured since, and nothing is promised by a model that did not learn from such maps. Looks
 // that take a sample are chosen likewise. Where the factors hold what two drives or more measured
 // (add-history), sites with history take what these drives say, each left out in turn
-// (passes/model/choice/heard_drives.h), in place of the floor.
+// (passes/model/choice/leave_one_drive_out.h), in place of the floor.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const StoredTable<FactorTable>& factors);

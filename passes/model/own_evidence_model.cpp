@@ -12,7 +12,7 @@
 namespace sightline {
 namespace {
 
-// What tells one look from the next: its number where it has one, since looks that take a sample
+// What distinguishes looks: its number where it has one, since looks that take a sample
 // may all reach equally far; else its range.
 constexpr const char* kLookNumber = "look_number";
 

@@ -36,7 +36,7 @@ Result<TrainingSet> prepare_training_set(const PassContext& ctx, const DrivenPla
   ctx.warn("the drive is too short for two blocks of " + wanted_m + " m: it is judged on " +
            std::to_string(smaller_blocks.folds.block_count()) + " blocks of " +
            std::to_string(static_cast<int>(options.block_m)) +
-           " m, whose figures flatter; nothing is promised");
+           " m, whose figures are optimistic; nothing is promised");
   return smaller_blocks;
 }
 

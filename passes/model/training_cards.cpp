@@ -38,7 +38,7 @@ Fit fit_at(const TrainingSet& training_set, const PredictedError& predicted, std
   return {mean, total > 0.0 ? 1.0 - left / total : 0.0, std::sqrt(left / count)};
 }
 
-// The labelled cases of one type of street, told nothing of earlier drives.
+// The labelled cases of one type of street, without earlier drives.
 std::vector<std::size_t> cases_in(const TrainingSet& training_set, StreetType street) {
   std::vector<std::size_t> cases;
   for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
@@ -92,9 +92,9 @@ std::vector<RangeCard> range_cards(const TrainingSet& training_set,
   std::vector<RangeCard> cards;
   for (std::size_t range = 0; range < training_set.range_count; ++range) {
     const Fit map_only = fit_at(training_set, predicted, range, 0);
-    const Fit told = fit_at(training_set, predicted, range, 1);
+    const Fit with_history = fit_at(training_set, predicted, range, 1);
     cards.push_back({predicted.looks[range].range_m, map_only.mean_label_m, map_only.r_squared,
-                     map_only.rmse_m, told.r_squared, told.rmse_m});
+                     map_only.rmse_m, with_history.r_squared, with_history.rmse_m});
   }
   return cards;
 }

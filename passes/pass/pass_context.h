@@ -43,7 +43,7 @@ struct PassContext {
   std::function<std::optional<std::vector<std::byte>>(const PartName& part)> saved_part;
   std::function<void(const PartName& part, std::span<const std::byte> bytes)> part_sink;
   // What there is to make, before the first of it. A pass whose parts hang on others that it made
-  // before tells of both in turn; whoever runs it again tells the same lists in the same order.
+  // before reports both in turn; running it again reports the same lists in the same order.
   std::function<void(std::span<const PartName> parts)> parts_sink;
   WorkShare share;
 

@@ -21,9 +21,9 @@ enum class PartOrder { kSideBySide, kApart };
 // inputs alone.
 struct PartedWork {
   std::size_t count = 0;  // of parts
-  // What decides a part's bytes besides the pass, its options and the seed, told without making it:
-  // a part of equal content has equal bytes, whatever else of the inputs is another. Called side by
-  // side. May be empty or give nothing: then any of the inputs may decide.
+  // What decides a part's bytes besides the pass, its options and the seed, known without making
+  // it: a part of equal content has equal bytes, whatever else of the inputs is another. Called
+  // side by side. May be empty or give nothing: then any of the inputs may decide.
   std::function<std::optional<Digest>(std::size_t part)> content = {};
   // The bytes of one part; called side by side. It may use so many threads: more than its share
   // where fewer parts are left than are made side by side.

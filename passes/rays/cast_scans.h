@@ -20,7 +20,8 @@ std::vector<OptionField> option_fields(CastScansOptions& options);
 
 // Where the beams of a level sensor that turns point at every `stride`-th azimuth step, the first
 // along map +x; unit length, beam by beam, so that neighbours in the list are neighbours in the
-// world. Of a sensor that does not see all round AzimuthView tells which of them it has at a site.
+// world. Of a sensor that does not see all round AzimuthView computes which of them it has at a
+// site.
 std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor, int stride = 1);
 
 // Which azimuth steps are cast, every one or every n-th: the most for which neighbouring rays are

@@ -27,7 +27,7 @@ struct RayFan {
   double near_m = 0.5;
   double far_m = 50.0;
   AzimuthView view = {};  // at each site rays out of it are not cast
-  WantsRay wants = {};    // nor are those that nobody asks for; all are where it is empty
+  WantsRay wants = {};    // nor are those that it does not want; all are where it is empty
 };
 
 // distance_m[i] belongs to directions[i]: to the first hit between near_m and far_m, +inf where

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-// How scans are cut and matched, by whoever localizes by looks.
+// How scans are cut and matched by all code that localizes by looks.
 struct LookMatching {
   const Localizer& own;         // for looks that take every return
   const Localizer& of_samples;  // for the others

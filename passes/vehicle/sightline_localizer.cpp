@@ -180,7 +180,7 @@ void put(const MatchResult& found, const MapFrame& frame, sightline_match& answe
 }
 
 // Checks the other arguments and fills the answer. `use` matches the workspace's scan from
-// T_map_start and tells how many points it matched in how many looks.
+// T_map_start and returns how many points it matched in how many looks.
 template <class Use>
 int match_scan(const sightline_localizer& localizer, const sightline_points& scan,
                const double T_world_start[12], sightline_match& answer, const Use& use) {

@@ -1,7 +1,7 @@
 #ifndef SIGHTLINE_LOCALIZER_H
 #define SIGHTLINE_LOCALIZER_H
 
-/* Where a vehicle is: the C interface of the localizer whose errors a map foretells as "searching".
+/* Where a vehicle is: the C interface of the localizer whose errors a map predicts as "searching".
  *
  * Functions return 0 or the stable number of an error (schemas/error_codes.md). A localizer may be
  * used from several threads at once. Poses are the upper three rows of a 4 x 4 matrix, row by row:
@@ -87,7 +87,7 @@ typedef struct sightline_localizer_info {
 /* Opens what is localized in: a compiled map (.slmap), a point cloud (PCD, PLY, LAS, or any of them
  * in gzip) or a folder of such clouds, as Autoware's. Of a cloud the normal distributions are
  * computed as the compiler does. `options` may be NULL. On success *localizer is to be closed; on
- * failure it is NULL, and the sentence that tells what was found goes to message (cut to
+ * failure it is NULL, and a sentence about what was found goes to message (cut to
  * message_size, always terminated), which may be NULL. Errors: those of reading a map or a cloud;
  * empty-map (no cell has points enough), unsupported-format (points farther apart than a grid
  * reaches), bad-value (an option). */
@@ -111,7 +111,7 @@ int sightline_localizer_match(const sightline_localizer* localizer, const sightl
                               sightline_match* match);
 
 /* The same by a plan (see sightline_get_look_plan) for a vehicle that tracks: T_world_start is
- * where it foretells itself, and the second look follows where the first one's match is doubted. A
+ * where it predicts itself, and the second look follows where the first one's match is doubted. A
  * plan without a second look is its first. */
 int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_points* scan, const double T_world_start[12],

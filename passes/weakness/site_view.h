@@ -11,7 +11,7 @@
 #include "passes/pass/pass_context.h"
 #include "passes/rays/azimuth_view.h"
 
-// What a sensor sees from sites of a map of which nothing but the NDs is known, and what that tells
+// What a sensor sees from sites of a map of which only the NDs are known, and what that says
 // of its pose: the virtual scan and the information of schemas/definitions.md ("Factors from a
 // virtual scan"), cast on the patches of passes/map/surface/nd_surface.h.
 
@@ -58,8 +58,8 @@ Result<std::vector<SiteView>> views_from(PassContext& ctx, const ViewOptions& op
                                          const std::vector<std::size_t>& of,
                                          const std::vector<Eigen::Vector3d>& directions);
 
-// Adds what a voxel's centroid tells, by the information of the ND that holds it (null: nothing);
-// sign -1 takes it away.
+// Adds the information of a voxel's centroid, by the information of the ND that holds it (null:
+// nothing); sign -1 takes it away.
 void add_voxel(const ScanVoxel& voxel, const Eigen::Matrix3d* information_per_m2, double sign,
                Matrix6d& information);
 

@@ -11,13 +11,13 @@ namespace sightline {
 
 struct WeakStretchOptions {
   double limit_m = 0.0;  // one of the map's; 0: the tightest
-  // A site is weak where its best look's foretold error leaves less than this share of the limit.
+  // A site is weak where its best look's predicted error leaves less than this share of the limit.
   double least_margin = 0.5;
   double join_m = 5.0;      // weak sites of a run no farther apart are one stretch
-  double longest_m = 50.0;  // a longer one is told in pieces of at most this length
+  double longest_m = 50.0;  // a longer one is split into pieces of at most this length
 };
 
-// The best that the map foretells for a site: its look or range of least mean error, the cheaper on
+// The best that the map predicts for a site: its look or range of least mean error, the cheaper on
 // a tie.
 struct BestLook {
   Look look;

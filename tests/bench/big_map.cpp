@@ -142,7 +142,7 @@ TileParts tile_parts(TileKey key, bool is_changed, std::uint64_t seed, std::uint
   return tile;
 }
 
-// The manifest of a map of one ND and one site, told that it has more.
+// The manifest of a map of one ND and one site, which claims that it has more.
 std::vector<std::byte> manifest_with(std::uint64_t nds, std::uint32_t sites) {
   CompiledMap map = frame_of_map();
   map.ndt.nds.resize(1);

@@ -36,7 +36,7 @@ struct Run {
 };
 
 // Memory of the process itself, without pages of files, which the kernel takes back when it likes.
-// The usage that wait4() tells holds this program's own peak from before exec.
+// The usage that wait4() returns holds this program's own peak from before exec.
 double own_mib(pid_t process) {
   std::ifstream status("/proc/" + std::to_string(process) + "/status");
   for (std::string word; status >> word;) {
@@ -46,7 +46,7 @@ double own_mib(pid_t process) {
   return 0.0;
 }
 
-// A process of its own, whose output nobody reads.
+// A process of its own, whose output is not read.
 Run run(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));

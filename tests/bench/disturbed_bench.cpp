@@ -228,7 +228,7 @@ int main(int argc, char** argv) {
   double length_m = 100.0;
   int beams = 16;
   bool by_hand = false;
-  CLI::App app("Takes scans out of a recording, turns sensors, and tells where that leads.");
+  CLI::App app("Takes scans out of a recording, turns sensors, and measures where that leads.");
   app.add_option("--scans", scans, "a recording without poses: kitti_0005");
   app.add_option("--sensor", sensor);
   app.add_option("--only", only, "cases whose name holds this");

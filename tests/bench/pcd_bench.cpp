@@ -16,7 +16,7 @@
 #include "tests/support/real_data.h"
 
 // Reading the scans of a drive from PCD files in the page cache, beside PCL's loader and beside
-// reading their bytes into fresh memory, which nobody can beat. The files are a drawn scan, then
+// reading their bytes into fresh memory, which is the bound. The files are a drawn scan, then
 // the first ones of the set kitti_0005 (tests/README.md) where it is there.
 
 namespace sightline {

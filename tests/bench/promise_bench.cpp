@@ -15,7 +15,7 @@
 // training a model without each place (tests/bench/promise) avoids, at as many times the cost.
 //
 // usage: promise_bench MODEL [--looks] [ALPHA...]
-// --looks: of the looks that take a sample, each told by its number in place of a range.
+// --looks: of the looks that take a sample, each named by its number in place of a range.
 // Prints a line of JSON for each limit, alpha, kind of case, place and drive:
 // the threshold, the promise made of the others, and per site run, s_m, the chosen range and 1
 // where the error there was over the limit; then for each limit and kind the pairs of site and

@@ -160,7 +160,8 @@ int run_one(const BenchOptions& options, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   BenchOptions options;
-  CLI::App app("Drives through towns, estimates where they went, and tells how far off that is.");
+  CLI::App app(
+      "Drives through towns, estimates where they went, and measures how far off that is.");
   app.add_option("--seeds", options.seeds);
   app.add_option("--length-m", options.length_m);
   app.add_option("--spacing-m", options.spacing_m);

@@ -177,7 +177,7 @@ void add_captures(std::vector<Seed>& seeds) {
   add_seed(seeds, "pcap/seed_pcapng", pcapng(capture('\x22')));
 }
 
-// ---- Text. The first byte tells fuzz_poses what the file is.
+// ---- Text. The first byte decides fuzz_poses what the file is.
 
 void add_poses(std::vector<Seed>& seeds) {
   const auto with = [](char kind, const std::string& text) { return kind + text; };
@@ -192,7 +192,7 @@ void add_poses(std::vector<Seed>& seeds) {
            with(5, "0 1.5 1 2 3 0 0 0 1\n7\t1.6\t1\t2\t3\t1\t0\t0\t0\n"));
 }
 
-// ---- What lies beside scans: the first byte tells fuzz_sensor what the file is.
+// ---- What lies beside scans: the first byte decides fuzz_sensor what the file is.
 
 void add_beside_scans(std::vector<Seed>& seeds) {
   const auto with = [](char kind, const std::string& text) { return kind + text; };
@@ -234,7 +234,7 @@ void add_beside_scans(std::vector<Seed>& seeds) {
   add_seed(seeds, "clouds/seed_npy_fields", npy(fields, std::string(17, '\x3f')));
 }
 
-// The first byte tells fuzz_apollo what the rest is.
+// The first byte decides fuzz_apollo what the rest is.
 void add_apollo(std::vector<Seed>& seeds) {
   ApolloTestNode node{2, 2, {}};
   node.cells[{0, 1, 3}] = {12, {0.25, 0.5, 0.75}, Eigen::Matrix3d::Identity()};
@@ -247,7 +247,7 @@ void add_apollo(std::vector<Seed>& seeds) {
   add_seed(seeds, "apollo/seed_packed", with(2, apollo_file(index, zlib_packed(body))));
 }
 
-// The first byte tells fuzz_lanes which form it is, and of which world.
+// The first byte decides fuzz_lanes which form it is, and of which world.
 void add_lanes(std::vector<Seed>& seeds) {
   const auto with = [](char kind, const std::string& text) { return std::string(1, kind) + text; };
   const auto node = [](int id, const std::string& place, const std::string& local) {

@@ -1,5 +1,5 @@
 // Apollo's NDT maps: config.xml, and nodes of two by two cells, plain and packed. The first byte
-// tells which; the rest is the file.
+// decides which; the rest is the file.
 
 #include <string>
 

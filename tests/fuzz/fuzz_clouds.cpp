@@ -1,4 +1,4 @@
-// A point cloud file as a stranger's program wrote it. The first byte tells what its name says of
+// A point cloud file as a stranger's program wrote it. The first byte decides what its name says of
 // it; the rest is the file.
 
 #include <zlib.h>

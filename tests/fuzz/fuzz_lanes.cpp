@@ -1,5 +1,5 @@
 // Lines that a map is annotated along: Lanelet2, GeoJSON and CSV, in a local world and in one of
-// UTM. The first byte tells which; the rest is the file.
+// UTM. The first byte decides which; the rest is the file.
 
 #include <cmath>
 #include <string>

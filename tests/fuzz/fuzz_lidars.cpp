@@ -1,6 +1,6 @@
-// Captures of Ouster's and Hesai's sensors: every scan. The first byte tells whose; then what lies
-// beside the capture (Ouster's metadata, Hesai's angle correction), behind its length in 32 bits;
-// the rest is the capture.
+// Captures of Ouster's and Hesai's sensors: every scan. The first byte decides whose; then what
+// lies beside the capture (Ouster's metadata, Hesai's angle correction), behind its length in 32
+// bits; the rest is the capture.
 
 #include <algorithm>
 #include <cstring>

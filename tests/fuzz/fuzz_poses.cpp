@@ -1,4 +1,4 @@
-// Poses, stamps and errors of an outside localizer. The first byte tells which; the rest is the
+// Poses, stamps and errors of an outside localizer. The first byte decides which; the rest is the
 // file.
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // Records and signatures from a server: refused, or read as what they say and nothing else.
-// The first byte of an input tells what the rest is.
+// The first byte of an input decides what the rest is.
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-// Poses in degrees and in tables, beams and calibrations. The first byte tells which; the rest is
+// Poses in degrees and in tables, beams and calibrations. The first byte decides which; the rest is
 // the file.
 
 #include <array>

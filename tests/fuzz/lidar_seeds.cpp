@@ -128,7 +128,7 @@ std::string correction(int channels) {
 
 }  // namespace
 
-// The first byte tells fuzz_lidars whose packets they are; then what lies beside the capture,
+// The first byte decides fuzz_lidars whose packets they are; then what lies beside the capture,
 // behind its length in 32 bits.
 void add_lidar_seeds(std::vector<Seed>& seeds) {
   const std::string pixel12 = raw(std::uint32_t{5000}) + std::string(8, '\5');

@@ -54,7 +54,7 @@ void add_models(std::vector<Seed>& seeds) {
   seeds.push_back({"model/seed_tree", to_bytes(model)});
 }
 
-// The first byte tells fuzz_release what the rest is.
+// The first byte decides fuzz_release what the rest is.
 void add_records(std::vector<Seed>& seeds) {
   const auto add = [&](const std::string& name, char kind, const std::string& text) {
     Seed seed{"release/seed_" + name, {static_cast<std::byte>(kind)}};
@@ -133,7 +133,7 @@ std::string las() {
   return bytes;
 }
 
-// The first byte tells fuzz_clouds what the file is called.
+// The first byte decides fuzz_clouds what the file is called.
 void add_clouds(std::vector<Seed>& seeds) {
   const auto add = [&](const std::string& name, char kind, const std::string& text) {
     Seed seed{"clouds/seed_" + name, {static_cast<std::byte>(kind)}};

@@ -17,7 +17,8 @@ GoldenFiles golden_files(const std::vector<RunOutput>& runs);
 
 // Empty where all runs of a town are as their golden files say. Otherwise each step whose output
 // changed though its inputs did not, in running order, with the first differing lines; then the
-// names of the steps after them, whose own part in it cannot be told; then files of no step.
+// names of the steps after them, whose own part in it cannot be distinguished; then files of no
+// step.
 std::string compare(const std::vector<RunOutput>& runs, const GoldenFiles& kept);
 
 }  // namespace sightline::golden

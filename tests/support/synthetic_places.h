@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-// Cards of recordings that nobody made; other seeds, other digests.
+// Cards of made-up recordings; other seeds, other digests.
 inline RecordingCards synthetic_recordings(std::uint64_t seed) {
   const std::string name = std::to_string(seed);
   return {{{"mapping", "mapping", sha256("mapping " + name)},

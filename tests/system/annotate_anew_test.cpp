@@ -106,7 +106,7 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
   EXPECT_TRUE(*read_file(folder / "field.slmap") == *read_file(folder / "again.slmap"));
 }
 
-// Before the places are known nobody knows more; what tells them takes seconds.
+// Before the places are known no more can be estimated; finding them takes seconds.
 TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   const ProgramResult dry =
       run_sightline("annotate " + utm_map() + " --route everywhere --dry-run");

@@ -11,7 +11,7 @@
 #include "tests/support/scratch_folder.h"
 #include "tests/system/program.h"
 
-// A finished map that was annotated without a drive hears of drives one after another: what they
+// A finished map that was annotated without a drive gets drives one after another: what they
 // measured is history where they passed, and nothing that was known before is thrown away.
 
 namespace sightline {
@@ -118,14 +118,14 @@ TEST(AnnotateDrives, AreHistoryWherePassedAndElsewhereTheMapStaysAsItWas) {
   const CompiledMap& after = maps().with_first;
   ASSERT_EQ(before.sites.sites.size(), after.sites.sites.size());
   ASSERT_GT(before.sites.sites.size(), 50U);
-  std::size_t told = 0;
+  std::size_t with_history = 0;
   for (std::size_t site = 0; site < after.sites.sites.size(); ++site) {
     EXPECT_EQ(before.predicted.has_history[site], 0);
     // Where the routes begin the model learnt at this very site.
     EXPECT_EQ(is_simulated(before, site), before.predicted.out_of_fold[site] == 0) << site;
     const double s_m = after.sites.sites[site].s_m;
     const bool has_history = after.predicted.has_history[site] == 1;
-    told += has_history ? 1 : 0;
+    with_history += has_history ? 1 : 0;
     EXPECT_EQ(is_simulated(after, site), !has_history) << s_m;
     EXPECT_TRUE(has_history || s_m >= 33.0) << s_m;
     if (s_m < 37.0 + kHistory_m) continue;
@@ -134,8 +134,8 @@ TEST(AnnotateDrives, AreHistoryWherePassedAndElsewhereTheMapStaysAsItWas) {
       EXPECT_EQ(after.predicted.mean(site, look), before.predicted.mean(site, look)) << s_m;
     }
   }
-  EXPECT_GT(told, 20U);
-  EXPECT_LT(told, after.sites.sites.size());
+  EXPECT_GT(with_history, 20U);
+  EXPECT_LT(with_history, after.sites.sites.size());
 }
 
 // The simulated evidence of every place, and what an earlier drive measured.
@@ -199,7 +199,7 @@ TEST(AnnotateDrives, AreNamedWhereTheMapThatIsMadeAnewCannotTellThem) {
   const ProgramResult learnt =
       run_sightline("compile " + (town / "anew.yaml").string() + " -q -o " + output);
   EXPECT_EQ(learnt.status, 0) << learnt.err;
-  EXPECT_THAT(learnt.err, testing::HasSubstr("what drives measured in the map before is not told"));
+  EXPECT_THAT(learnt.err, testing::HasSubstr("what drives measured in the map before is not used"));
   const ProgramResult other =
       run_sightline("compile " + (town / "anew.yaml").string() + " -q --force --model " +
                     (town / "own.slmodel").string() + " --set map.sensor=hdl-32e -o " + output);

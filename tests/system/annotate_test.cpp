@@ -122,13 +122,13 @@ TEST(Annotate, NdsAreThoseOfTheDriveThatMadeThePoints) {
 }
 
 TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
-  EXPECT_THAT(town().annotated.out, HasSubstr("Simulated: nobody drove here"));
+  EXPECT_THAT(town().annotated.out, HasSubstr("Simulated: no drive was here"));
   EXPECT_THAT(town().annotated.out, HasSubstr("nothing is promised"));
   EXPECT_THAT(town().annotated.err, HasSubstr("no scan was ever seen at"));
   const ProgramResult inspected = run_sightline("inspect " + town().file("annotated.slmap"));
   ASSERT_EQ(inspected.status, 0) << inspected.err;
   EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was ever seen there"));
-  EXPECT_THAT(inspected.out, HasSubstr("nobody drove here"));
+  EXPECT_THAT(inspected.out, HasSubstr("no drive was here"));
   EXPECT_THAT(inspected.out, Not(HasSubstr("coverage measured")));
   EXPECT_THAT(inspected.out, Not(HasSubstr("earned, of the next drive")));
   const ProgramResult site =

@@ -107,7 +107,7 @@ TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
   EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(compiled_map()));
 }
 
-// A column of what `dump` tells of a map or of a configuration, in the order of its rows.
+// A column of what `dump` prints of a map or of a configuration, in the order of its rows.
 std::vector<double> dumped(const std::string& target_and_flags, const std::string& what,
                            const std::string& column) {
   const ProgramResult run =

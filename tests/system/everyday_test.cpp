@@ -11,7 +11,7 @@
 #include "tests/system/program.h"
 
 // A compile among other programs: progress that they read, inputs that they watch, and recordings
-// that nobody has written a configuration for.
+// without a configuration.
 
 namespace sightline {
 namespace {
@@ -39,11 +39,12 @@ std::vector<Json> json_lines(const std::string& text) {
   return lines;
 }
 
-// Every pass is started and finished once in order; what is done never falls, what is left is told.
+// Every pass is started and finished once in order; what is done never falls, what is left is
+// reported.
 void expect_progress(const std::vector<Json>& lines) {
   ASSERT_FALSE(lines.empty());
   std::size_t finished = 0;
-  std::size_t told = 0;
+  std::size_t reported = 0;
   std::size_t done = 0;
   for (const Json& line : lines) {
     const std::string event = line.at("event");
@@ -55,7 +56,7 @@ void expect_progress(const std::vector<Json>& lines) {
       EXPECT_GE(line.at("wall_s"), 0.0);
     }
     if (event != "progress") continue;
-    ++told;
+    ++reported;
     EXPECT_GE(line.at("done"), done);
     done = line.at("done");
     EXPECT_LE(done, line.at("total"));
@@ -66,7 +67,7 @@ void expect_progress(const std::vector<Json>& lines) {
     EXPECT_GE(line.at("run_remaining_s"), remaining_s) << line;
   }
   EXPECT_EQ(lines.back().at("steps"), finished);
-  EXPECT_GT(told, 3U);
+  EXPECT_GT(reported, 3U);
 }
 
 TEST(Everyday, TellsProgressAsJsonOnAnyDescriptor) {

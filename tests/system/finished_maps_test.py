@@ -88,9 +88,9 @@ def write_files(folder):
 
 def sites(folder):
     """Positions of the map's places: x and y, and the ground's height below the sensor."""
-    told = subprocess.run([SIGHTLINE, "dump", "m.slmap", "--what", "sites", "--format", "csv", "-q"], cwd=folder, capture_output=True, text=True)
-    facts = dict(line[2:].split(": ", 1) for line in told.stdout.splitlines() if line.startswith("# "))
-    rows = csv.DictReader(io.StringIO("\n".join(line for line in told.stdout.splitlines() if not line.startswith("#"))))
+    dumped = subprocess.run([SIGHTLINE, "dump", "m.slmap", "--what", "sites", "--format", "csv", "-q"], cwd=folder, capture_output=True, text=True)
+    facts = dict(line[2:].split(": ", 1) for line in dumped.stdout.splitlines() if line.startswith("# "))
+    rows = csv.DictReader(io.StringIO("\n".join(line for line in dumped.stdout.splitlines() if not line.startswith("#"))))
     origin_m = [float(facts[f"origin_world_{axis}_m"]) for axis in "xyz"]
     return [tuple(float(row[f"p_{axis}_m"]) + origin for axis, origin in zip("xyz", origin_m)) for row in rows]
 
@@ -98,7 +98,7 @@ def sites(folder):
 def invented(expected, places):
     """What is wrong with the places of a map; nothing where they are as they should be."""
     if "hole" in expected:
-        # Free ground goes on for 3 m where nobody saw it (schemas/definitions.md, "Everywhere").
+        # Free ground goes on for 3 m where it was not seen (schemas/definitions.md, "Everywhere").
         return "" if places and not any(26.0 < x < 34.0 for x, _, _ in places) else "a place lies far in the hole"
     count, _, height = expected.partition(" at ")
     if len(places) != int(count):

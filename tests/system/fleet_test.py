@@ -1,4 +1,4 @@
-"""examples/fleet as a fleet would run it: nginx on loopback, a vehicle with curl, and whoever wants to harm it.
+"""examples/fleet as a fleet would run it: nginx on loopback, a vehicle with curl, and attackers.
 
 usage: fleet_test.py SIGHTLINE WRITE_FLEET_MAPS EXAMPLES_FLEET FIND_NGINX FOLDER [unittest arguments]
 (FOLDER is where an nginx is unpacked that is not installed; exits 77 where no nginx can be had)

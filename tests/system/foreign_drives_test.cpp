@@ -13,7 +13,7 @@
 #include "tests/formats/foreign/bag_files.h"
 #include "tests/system/program.h"
 
-// The small town's drives told in other ways: as a bag, and by two sensors that see half each.
+// The small town's drives in other forms: as a bag, and by two sensors that see half each.
 
 namespace sightline {
 namespace {

@@ -150,7 +150,7 @@ std::vector<Json> violations(const Pipeline& judged, const std::string& severity
   return found;
 }
 
-// Rule, place and numbers of one finding, in each form as it tells them.
+// Rule, place and numbers of one finding, in each form.
 void expect_in_every_form(const Pipeline& judged, const Json& check) {
   const std::string rule = check.at("rule");
   const std::string message = check.at("message");

@@ -53,7 +53,7 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
   }
 }
 
-// x, y and z of each pose that `dump` tells of the drive in folder_.
+// x, y and z of each pose that `dump` prints of the drive in folder_.
 std::vector<std::array<double, 3>> positions_of(const fs::path& config, const std::string& what) {
   const ProgramResult run =
       run_sightline("dump " + config.string() + " -q --format json --what " + what);

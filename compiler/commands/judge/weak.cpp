@@ -67,7 +67,7 @@ Verb weak_verb() {
   verb.summary = "Find where a map is weak, in which direction, why, and what would help";
   verb.details =
       "Of the map alone, also of one without drives. A site is unmet where no range and no look is "
-      "good enough, thin where the best of them is foretold an error that leaves less than "
+      "good enough, thin where the predicted error of the best of them leaves less than "
       "--margin "
       "of the limit. Weak sites of a run that are near are one stretch; the worst come "
       "first.\n\nOf each stretch: the direction that the match holds least, the cause in a word "
@@ -105,7 +105,7 @@ Verb weak_verb() {
        .minimum = 0.0},
       {.names = "--longest-m",
        .value = "METRES",
-       .help = "A longer stretch is told in pieces of at most this length",
+       .help = "A longer stretch is split into pieces of at most this length",
        .target = &flags->options.stretches.longest_m,
        .minimum = 0.001},
       {.names = "--most",

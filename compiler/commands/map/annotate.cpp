@@ -55,7 +55,7 @@ Verb annotate_verb() {
   verb.summary = "Annotate a finished map along a route or everywhere, without any drive";
   verb.details =
       "The same as `sightline compile` with a configuration of the sections map and route. NDs and "
-      "the surface come from the points of the map. What nobody measured is simulated: scans of "
+      "the surface come from the points of the map. What was not measured is simulated: scans of "
       "the sensor named are cast in the map, disturbed and localized there, and the map says "
       "\"simulated\" at every place where that decided.\n\n"
       "With --model an error model of other places judges what was simulated. Without one "

@@ -57,7 +57,7 @@ Verb cache_verb() {
       "too; a run that wants it once more makes it anew. Parts stay with the artifact that they "
       "were made for. Who wants all of the space removes the folder.\n\n"
       "Who may write to a cache decides what is compiled from it. Compile what you release with "
-      "--no-cache, or with a cache that nobody else can write to.";
+      "--no-cache, or with a cache that only you can write to.";
   verb.examples = {"sightline cache .sightline-cache", "sightline cache .sightline-cache --prune",
                    "sightline cache .sightline-cache --prune --unused-days 30"};
   verb.positionals = {{.name = "FOLDER", .help = "The cache", .target = &flags->folder}};

@@ -51,14 +51,14 @@ Result<void> write_poses(const std::filesystem::path& file, IfExists if_exists,
 
 // What the compile found, as text.
 Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& artifacts) {
-  const LocalizerProfile& foretold = artifacts.get(made.map).foretold;
+  const LocalizerProfile& of_map = artifacts.get(made.map).predicted_localizer;
   const LocalizerProfile& measured = artifacts.get(made.measured).matching.localizer;
   const bool is_simulated = artifacts.get(made.measured).reference == ErrorReference::kSimulated;
-  std::string text = is_simulated ? "Simulated: nobody drove here. What follows is what scans "
+  std::string text = is_simulated ? "Simulated: no drive was here. What follows is what scans "
                                     "found that were simulated in the map itself.\n\n"
                                   : "";
-  text += judged_by(foretold, measured) + to_text(artifacts.get(made.evaluation)) +
-          "\nWhat the map promises, to a vehicle that localizes with " + localizer_title(foretold) +
+  text += judged_by(of_map, measured) + to_text(artifacts.get(made.evaluation)) +
+          "\nWhat the map promises, to a vehicle that localizes with " + localizer_title(of_map) +
           "\n";
   for (const LimitPromise& promise : artifacts.get(made.ranges).promises) {
     text += promise.statement + "\n";
@@ -92,10 +92,11 @@ Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& confi
 }
 
 // What the compile would take.
-Result<void> foretell(const CompileFlags& flags, const CompileConfig& config,
-                      const CompilePlan& compile, const ArtifactSet& artifacts) {
+Result<void> estimate_cost(const CompileFlags& flags, const CompileConfig& config,
+                           const CompilePlan& compile, const ArtifactSet& artifacts) {
   const RunOptions options = run_options(flags.run, config);
-  ExpectedCost cost = expected_cost(compile.plan, reported_artifacts(compile), options, config, artifacts);
+  ExpectedCost cost =
+      expected_cost(compile.plan, reported_artifacts(compile), options, config, artifacts);
   SIGHTLINE_ASSIGN(cost.places, try_places(compile, options, artifacts));
   print_text(to_text(cost, options.cache_directory));
   return {};
@@ -134,7 +135,7 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
     SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
     artifacts.provide(compile.given_model, std::move(model));
   }
-  if (flags.is_dry) return foretell(flags, config, compile, artifacts);
+  if (flags.is_dry) return estimate_cost(flags, config, compile, artifacts);
   std::vector<AnyWire> wanted = reported_artifacts(compile);
   if (!flags.poses.empty()) wanted.push_back(compile.released);
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,

@@ -21,7 +21,7 @@ struct CompileFlags {
   std::string depfile;  // empty: none
   std::string poses;    // of one drive, for the next map; empty: none
   bool lists_inputs = false;
-  bool is_dry = false;  // tells what it would take
+  bool is_dry = false;  // estimates what it would take
   bool is_forced = false;
 };
 

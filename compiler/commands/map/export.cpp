@@ -203,10 +203,11 @@ Result<void> export_points(const ExportFlags& flags) {
   SIGHTLINE_ASSIGN(const CompileConfig config,
                    load_compile_config(flags.run.config_file, flags.run.overrides));
   if (config.has_map() && flags.format == "octomap") {
-    return Error{ErrorCode::kBadArgument,
-                 "--format octomap needs a drive: nobody knows from where the points of a finished "
-                 "map were seen",
-                 flags.run.config_file};
+    return Error{
+        ErrorCode::kBadArgument,
+        "--format octomap needs a drive: it is unknown from where the points of a finished "
+        "map were seen",
+        flags.run.config_file};
   }
   SIGHTLINE_ASSIGN(const World world, named_world(flags.answers.world, config.annotation.world));
   SIGHTLINE_ASSIGN(const SurfacePoints surface, surface_of(flags, config));

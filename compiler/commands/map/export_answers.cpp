@@ -77,7 +77,7 @@ const std::string_view kLanelet2Details =
     "near "
     "it says unknown. Where the limit --area-limit is unmet the lane becomes an area of type "
     "degenerate_area and subtype feature_poor_road, which Autoware's environment adaptor reads; "
-    "where it is met and the map is weak, as `sightline weak` tells by that limit, the subtype is "
+    "where it is met and the map is weak, as `sightline weak` lists by that limit, the subtype is "
     "feature_weak_road.";
 
 void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {

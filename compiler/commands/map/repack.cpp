@@ -25,7 +25,7 @@ Result<void> strip(const StripFlags& flags) {
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(write_file_atomically(flags.output, result->file,
                                       flags.force ? IfExists::kReplace : IfExists::kRefuse));
-  for (const std::string& line : result->told) print_text(line + "\n");
+  for (const std::string& line : result->actions) print_text(line + "\n");
   std::printf("%zu bytes, were %zu\n", result->file.size(), file.bytes().size());
   return {};
 }

@@ -117,7 +117,7 @@ struct Loaded {
 
 Result<Weakness> weakness_of(const ReportFlags& flags, const CompiledMap& map) {
   WeaknessOptions options;
-  options.most = 5;  // `sightline weak` tells them all
+  options.most = 5;  // `sightline weak` lists them all
   PassContext ctx;
   ctx.threads = flags.run.threads;
   return find_weakness(ctx, options, map);

@@ -59,7 +59,8 @@ Verb status_verb() {
   verb.name = "status";
   verb.summary = "Tell how far the work on a plan is";
   verb.details =
-      "One line a step. Parts are counted from when a process has begun the step, and are told of "
+      "One line a step. Parts are counted from when a process has begun the step, and are given "
+      "for "
       "steps that are not finished.";
   verb.examples = {"sightline status plan/", "sightline status plan/ --format json"};
   verb.positionals = {

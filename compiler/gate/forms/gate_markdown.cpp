@@ -31,10 +31,10 @@ std::string place_of(const Check& check) {
 
 std::string row(const Check& check) {
   const std::string limit = check.limit_m ? format_double(*check.limit_m) + " m" : "";
-  const std::string allowed = check.allowed ? told(*check.allowed, check.unit) : "";
+  const std::string allowed = check.allowed ? in_words(*check.allowed, check.unit) : "";
   return "| " + std::string(severity_name(check.severity)) + " | `" + check.rule + "` | " + limit +
-         " | " + place_of(check) + " | " + told(check.found, check.unit) + " | " + allowed + " | " +
-         cell(check.message) +
+         " | " + place_of(check) + " | " + in_words(check.found, check.unit) + " | " + allowed +
+         " | " + cell(check.message) +
          (check.exception.empty() ? "" : "; excepted: " + cell(check.exception)) + " |\n";
 }
 

@@ -15,9 +15,9 @@ std::string to_text(const GateReport& report);
 // Every check with its numbers: schemas/gate.schema.json.
 std::string to_json(const GateReport& report);
 
-// One test case for each rule and limit. Errors are failures; warnings and notes pass and are told
-// in system-out; what was excepted or not judged is skipped. Times are 0 and the time stamp is the
-// day of the report: the same report gives the same bytes.
+// One test case for each rule and limit. Errors are failures; warnings and notes pass and are
+// listed in system-out; what was excepted or not judged is skipped. Times are 0 and the time stamp
+// is the day of the report: the same report gives the same bytes.
 std::string to_junit(const GateReport& report);
 
 // SARIF 2.1.0. A stretch of route is a logical location; the physical one is the map file. Excepted

@@ -40,12 +40,13 @@ std::optional<double> Threshold::at(std::optional<double> limit_m) const {
 }
 
 bool is_within(double value, Bound bound, double allowed) {
-  // Sums of the same numbers in another order end a little apart; nobody means that by a threshold.
+  // Sums of the same numbers in another order end a little apart; a threshold is not meant to catch
+  // that.
   constexpr double kSlack = 1e-9;
   return bound == Bound::kAtMost ? value <= allowed + kSlack : value >= allowed - kSlack;
 }
 
-std::string told(double value, std::string_view unit) {
+std::string in_words(double value, std::string_view unit) {
   if (unit == "share") return percent(value);
   if (unit == "of the longest") return fixed(value, 3) + " of the longest";
   if (unit == "of the limit") return fixed(value, 2) + " of the limit";
@@ -69,8 +70,8 @@ std::string rules_table() {
   for (const GateRule& rule : gate_rules()) {
     const std::string side = rule.bound == Bound::kAtMost ? "at most " : "at least ";
     text += "| `" + std::string(rule.id) + "` | " + std::string(severity_name(rule.severity)) +
-            " | " + (rule.allowed ? side + told(*rule.allowed, rule.unit) : "no bound") + " | " +
-            std::string(rule.summary) + " |\n";
+            " | " + (rule.allowed ? side + in_words(*rule.allowed, rule.unit) : "no bound") +
+            " | " + std::string(rule.summary) + " |\n";
   }
   return text;
 }

@@ -34,7 +34,7 @@ enum class Bound : std::uint8_t { kAtLeast, kAtMost };
 
 // The threshold of a rule, and where it differs for single limits.
 struct Threshold {
-  std::optional<double> allowed;  // none: the rule tells the number and judges nothing
+  std::optional<double> allowed;  // none: the rule reports the number and judges nothing
   std::vector<std::pair<double, double>> at_limits;  // limit_m, allowed
   [[nodiscard]] std::optional<double> at(std::optional<double> limit_m) const;
 };
@@ -63,7 +63,7 @@ struct GateRule {
   RuleFunction find = nullptr;  // nullptr: the gate itself finds it (exceptions)
 };
 
-// Every rule, in the order in which they are told. Ids are never reused.
+// Every rule, in the order in which they are reported. Ids are never reused.
 std::span<const GateRule> gate_rules();
 
 // The rules as the table of schemas/gate_rules.md.
@@ -72,7 +72,7 @@ std::string rules_table();
 bool is_within(double value, Bound bound, double allowed);
 
 // "74.2 %" of a share, "41.2 m", "0.031 nat".
-std::string told(double value, std::string_view unit);
+std::string in_words(double value, std::string_view unit);
 
 std::string within(double limit_m);  // " within 0.1 m"
 

@@ -25,8 +25,8 @@ std::vector<Found> each_change(const GateInput& input, const std::string& what,
       continue;
     }
     found.push_back({limit.limit_m, std::nullopt, *now - *old,
-                     what + within(limit.limit_m) + " was " + told(*old, unit) + " and is " +
-                         told(*now, unit)});
+                     what + within(limit.limit_m) + " was " + in_words(*old, unit) + " and is " +
+                         in_words(*now, unit)});
   }
   return found;
 }
@@ -41,7 +41,7 @@ std::vector<Found> find_coverage_drop(const GateInput& input, const Threshold&) 
   return found;
 }
 
-// What was measured needs no model: it tells of a change that the factors do not show.
+// What was measured needs no model: it shows a change that the factors do not show.
 std::vector<Found> find_measured_coverage_drop(const GateInput& input, const Threshold&) {
   if (input.map->measurement.measured_site_count == 0 ||
       input.old_map->measurement.measured_site_count == 0) {
@@ -94,7 +94,7 @@ std::vector<Found> find_sharpness_loss(const GateInput& input, const Threshold&)
   const double now = input.map->sharpness->of_map.mean_entropy_nat;
   const double old = input.old_map->sharpness->of_map.mean_entropy_nat;
   return {{std::nullopt, std::nullopt, now - old,
-           "mean map entropy was " + told(old, "nat") + " and is " + told(now, "nat")}};
+           "mean map entropy was " + in_words(old, "nat") + " and is " + in_words(now, "nat")}};
 }
 
 // Route of the old map that no site of the new one stands for.
@@ -112,12 +112,12 @@ std::vector<Found> find_route_lost(const GateInput& input, const Threshold& thre
     place.is_of_old = true;
     found.push_back(
         {std::nullopt, place, length_m,
-         told(place) + ": " + told(length_m, "m") + " of route are not in the new map"});
+         in_words(place) + ": " + in_words(length_m, "m") + " of route are not in the new map"});
   }
   if (!found.empty()) return found;
   return {{std::nullopt, std::nullopt, longest_m,
            longest_m == 0.0 ? "the new map holds all of the old map's route"
-                            : "at most " + told(longest_m, "m") +
+                            : "at most " + in_words(longest_m, "m") +
                                   " of the old map's route at a time are not in the new map"}};
 }
 

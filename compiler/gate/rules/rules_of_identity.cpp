@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-// Counts differences and tells them.
+// Counts differences and reports them.
 class Differences {
  public:
   void add(const std::string& what, const std::string& before, const std::string& after) {

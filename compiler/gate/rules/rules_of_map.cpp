@@ -18,7 +18,7 @@ std::vector<Found> each_limit(const CompiledMap& map, const std::string& what,
     const double limit_m = map.ranges.promises[limit].limit_m;
     const double number = value(limit);
     found.push_back(
-        {limit_m, std::nullopt, number, what + within(limit_m) + " is " + told(number, unit)});
+        {limit_m, std::nullopt, number, what + within(limit_m) + " is " + in_words(number, unit)});
   }
   return found;
 }
@@ -54,7 +54,7 @@ std::vector<Found> find_measured_coverage(const GateInput& input, const Threshol
 std::vector<Found> find_measured_sites(const GateInput& input, const Threshold&) {
   const double share = share_of_sites(*input.map, input.map->measurement.measured_site_count);
   return {{std::nullopt, std::nullopt, share,
-           "errors were measured at " + told(share, "share") + " of the sites"}};
+           "errors were measured at " + in_words(share, "share") + " of the sites"}};
 }
 
 std::vector<Found> find_unmet_share(const GateInput& input, const Threshold&) {
@@ -83,7 +83,7 @@ std::vector<Found> find_p95_range(const GateInput& input, const Threshold&) {
 std::vector<Found> find_expected_work(const GateInput& input, const Threshold&) {
   if (!has_virtual_points(*input.map)) {
     return {{std::nullopt, std::nullopt, 0.0,
-             "the map holds no factor virtual_points, by which work is foretold", false}};
+             "the map holds no factor virtual_points, by which work is predicted", false}};
   }
   return each_limit(*input.map, "the expected work of a match", "of the longest",
                     [&](std::size_t l) { return *expected_work(*input.map, l); });
@@ -100,8 +100,8 @@ std::vector<Found> find_worst_stretch(const GateInput& input, const Threshold& t
     const auto tell = [&](std::size_t first, std::size_t last, double worst) {
       const RouteStretch place = stretch_between(sites, first, last);
       found.push_back({limit_m, place, worst,
-                       told(place) + ": expected coverage" + within(limit_m) + " is " +
-                           told(worst, "share") + " over the worst " +
+                       in_words(place) + ": expected coverage" + within(limit_m) + " is " +
+                           in_words(worst, "share") + " over the worst " +
                            format_double(input.stretch_m) + " m of route"});
     };
     const double allowed = threshold.at(limit_m).value_or(0.0);
@@ -124,8 +124,8 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
     const auto tell = [&](const LongStretch& stretch) {
       const RouteStretch place = stretch_between(input.map->sites, stretch.first, stretch.last);
       found.push_back({limit_m, place, stretch.length_m,
-                       told(place) + ": no range is good enough" + within(limit_m) + " for " +
-                           told(stretch.length_m, "m") + " of route"});
+                       in_words(place) + ": no range is good enough" + within(limit_m) + " for " +
+                           in_words(stretch.length_m, "m") + " of route"});
     };
     const double allowed = threshold.at(limit_m).value_or(std::numeric_limits<double>::infinity());
     const std::size_t before = found.size();
@@ -146,9 +146,9 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
 
 std::vector<Found> find_model_r_squared(const GateInput& input, const Threshold&) {
   const double mean = input.map->model.mean_r_squared;
-  return {
-      {std::nullopt, std::nullopt, mean,
-       "the model's R^2 at places that it never saw is " + told(mean, "") + ", mean over ranges"}};
+  return {{std::nullopt, std::nullopt, mean,
+           "the model's R^2 at places that it never saw is " + in_words(mean, "") +
+               ", mean over ranges"}};
 }
 
 using enum Severity;

@@ -16,7 +16,7 @@ std::vector<Found> find_coverage(const GateInput& input, const Threshold&) {
   for (const ObservedLimit& limit : input.observation->limits) {
     found.push_back({limit.limit_m, std::nullopt, limit.coverage,
                      "on drive " + input.observation->drive + " the coverage" +
-                         within(limit.limit_m) + " was " + told(limit.coverage, "share")});
+                         within(limit.limit_m) + " was " + in_words(limit.coverage, "share")});
   }
   return found;
 }
@@ -33,8 +33,8 @@ std::vector<Found> find_broken_promise(const GateInput& input, const Threshold&)
     const double promised = 1.0 - promise->alpha;
     found.push_back({limit.limit_m, std::nullopt, promised - limit.coverage,
                      "coverage" + within(limit.limit_m) + " was promised as " +
-                         told(promised, "share") + " and observed as " +
-                         told(limit.coverage, "share")});
+                         in_words(promised, "share") + " and observed as " +
+                         in_words(limit.coverage, "share")});
   }
   return found;
 }
@@ -57,8 +57,9 @@ std::vector<Found> find_worst_stretch(const GateInput& input, const Threshold&) 
         stretch_between(sites, limit.worst_begin_site,
                         end_of(sites, limit.worst_begin_site, input.observation->stretch_m));
     found.push_back({limit.limit_m, place, limit.worst_coverage,
-                     told(place) + ": the coverage" + within(limit.limit_m) + " on drive " +
-                         input.observation->drive + " was " + told(limit.worst_coverage, "share")});
+                     in_words(place) + ": the coverage" + within(limit.limit_m) + " on drive " +
+                         input.observation->drive + " was " +
+                         in_words(limit.worst_coverage, "share")});
   }
   return found;
 }
@@ -69,7 +70,7 @@ std::vector<Found> found_ratios(const GateInput& input, double ObservedLimit::*r
   for (const ObservedLimit& limit : input.observation->limits) {
     found.push_back({limit.limit_m, std::nullopt, limit.*ratio,
                      "matching" + within(limit.limit_m) + " took " +
-                         told(limit.*ratio, "of the longest") + " range's " + of_what});
+                         in_words(limit.*ratio, "of the longest") + " range's " + of_what});
   }
   return found;
 }

@@ -14,7 +14,7 @@ std::vector<Found> find_plane_thickness(const GateInput& input, const Threshold&
   if (!input.map->sharpness) return unknown("the map does not say how sharp it is");
   const double thickness_m = std::sqrt(input.map->sharpness->of_map.mean_plane_variance_m2);
   return {{std::nullopt, std::nullopt, thickness_m,
-           "planes of the map are " + told(thickness_m, "m") + " thick (standard deviation)"}};
+           "planes of the map are " + in_words(thickness_m, "m") + " thick (standard deviation)"}};
 }
 
 std::vector<Found> find_less_sharp_than_given(const GateInput& input, const Threshold&) {
@@ -25,7 +25,7 @@ std::vector<Found> find_less_sharp_than_given(const GateInput& input, const Thre
   const double loss_nat =
       sharpness->of_map.mean_entropy_nat - sharpness->of_given->mean_entropy_nat;
   return {{std::nullopt, std::nullopt, loss_nat,
-           "the mean entropy of the map is " + told(loss_nat, "nat") +
+           "the mean entropy of the map is " + in_words(loss_nat, "nat") +
                " above that with the poses given"}};
 }
 
@@ -38,7 +38,7 @@ std::vector<Found> find_thicker_than_given(const GateInput& input, const Thresho
   const double thicker_m = std::sqrt(sharpness->of_map.mean_plane_variance_m2) -
                            std::sqrt(sharpness->of_given->mean_plane_variance_m2);
   return {{std::nullopt, std::nullopt, thicker_m,
-           "planes of the map are " + told(thicker_m, "m") +
+           "planes of the map are " + in_words(thicker_m, "m") +
                " thicker than with the poses given (standard deviation)"}};
 }
 
@@ -48,8 +48,9 @@ std::vector<Found> find_residual(const GateInput& input, const Threshold&) {
     return unknown("the map names no pose graph: its poses were given, or it is too old");
   }
   const double residual_m = trajectory->rms_translation_residual_m;
-  return {{std::nullopt, std::nullopt, residual_m,
-           "steps and loops of the trajectory disagree by " + told(residual_m, "m") + " (RMS)"}};
+  return {
+      {std::nullopt, std::nullopt, residual_m,
+       "steps and loops of the trajectory disagree by " + in_words(residual_m, "m") + " (RMS)"}};
 }
 
 std::vector<Found> find_turn_residual(const GateInput& input, const Threshold&) {
@@ -58,9 +59,9 @@ std::vector<Found> find_turn_residual(const GateInput& input, const Threshold&) 
     return unknown("the map names no pose graph: its poses were given, or it is too old");
   }
   const double residual_deg = trajectory->rms_rotation_residual_rad * 180.0 / std::numbers::pi;
-  return {
-      {std::nullopt, std::nullopt, residual_deg,
-       "steps and loops of the trajectory disagree by " + told(residual_deg, "deg") + " (RMS)"}};
+  return {{std::nullopt, std::nullopt, residual_deg,
+           "steps and loops of the trajectory disagree by " + in_words(residual_deg, "deg") +
+               " (RMS)"}};
 }
 
 std::vector<Found> find_pieces(const GateInput& input, const Threshold&) {
@@ -86,7 +87,7 @@ std::vector<Found> find_overlap(const GateInput& input, const Threshold&) {
   }
   return {{std::nullopt, std::nullopt, trajectory->median_overlap,
            "of what half of the scans see upright, less than " +
-               told(trajectory->median_overlap, "share") + " meets what was seen before them"}};
+               in_words(trajectory->median_overlap, "share") + " meets what was seen before them"}};
 }
 
 using enum Severity;

@@ -19,7 +19,7 @@ struct ChangeRule {
   std::string what;           // "the range"
   std::string_view unit;      // of before and after
   double sign = 1.0;          // +1: a rise is bad, -1: a fall
-  bool is_in_limits = false;  // the change is told as a share of the limit
+  bool is_in_limits = false;  // the change is a share of the limit
 };
 
 struct ChangeOfSites {
@@ -39,11 +39,11 @@ Found tell_change(const GateInput& input, const ChangeRule& rule, const ChangeOf
   const RouteStretch place = stretch_between(input.map->sites, stretch.first, stretch.last);
   const std::string_view unit = rule.is_in_limits ? "of the limit" : rule.unit;
   return {limit_m, place, stretch.worst,
-          told(place) + ": " + rule.what + within(limit_m) + " was " +
-              told(mean_between(change.before, stretch), rule.unit) + " and is " +
-              told(mean_between(change.after, stretch), rule.unit) + " over the worst " +
-              format_double(input.change_stretch_m) + " m of route, " + told(stretch.worst, unit) +
-              (rule.sign > 0.0 ? " more" : " less")};
+          in_words(place) + ": " + rule.what + within(limit_m) + " was " +
+              in_words(mean_between(change.before, stretch), rule.unit) + " and is " +
+              in_words(mean_between(change.after, stretch), rule.unit) + " over the worst " +
+              format_double(input.change_stretch_m) + " m of route, " +
+              in_words(stretch.worst, unit) + (rule.sign > 0.0 ? " more" : " less")};
 }
 
 // Every stretch where the change is too large; where there is none, the worst one.
@@ -147,12 +147,13 @@ std::vector<Found> find_newly_unmet(const GateInput& input, const Threshold& thr
       if (length_m <= allowed_m) continue;
       const RouteStretch place = stretch_between(input.map->sites, stretch.first, stretch.last);
       found.push_back({limit.limit_m, place, length_m,
-                       told(place) + ": where some range was good enough" + within(limit.limit_m) +
-                           ", now none is, for " + told(length_m, "m") + " of route"});
+                       in_words(place) + ": where some range was good enough" +
+                           within(limit.limit_m) + ", now none is, for " + in_words(length_m, "m") +
+                           " of route"});
     }
     if (found.size() > told_before) continue;
     found.push_back({limit.limit_m, std::nullopt, longest_m,
-                     "at most " + told(longest_m, "m") +
+                     "at most " + in_words(longest_m, "m") +
                          " of route at a time lost every range good enough" +
                          within(limit.limit_m)});
   }

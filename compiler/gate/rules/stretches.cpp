@@ -74,7 +74,7 @@ RouteStretch stretch_between(const Sites& sites, std::size_t first, std::size_t 
   return stretch;
 }
 
-std::string told(const RouteStretch& stretch) {
+std::string in_words(const RouteStretch& stretch) {
   const Eigen::Vector3d& p_m = stretch.middle_world_m;
   return fmt::format(
       "{}sites {} to {} (run {}, {:.0f} to {:.0f} m, around ({:.1f}, {:.1f}, {:.1f}) m in the "

@@ -13,7 +13,7 @@ namespace sightline {
 RouteStretch stretch_between(const Sites& sites, std::size_t first, std::size_t last);
 
 // "sites 120 to 163 (run 0, 120 to 163 m, around (12.0, -64.5, 1.8) m in the world)"
-std::string told(const RouteStretch& stretch);
+std::string in_words(const RouteStretch& stretch);
 
 struct StretchSearch {
   double length_m = 0.0;  // of route that is judged at a time

@@ -13,7 +13,7 @@
 namespace sightline {
 
 // What is taken off world coordinates where clouds of 32-bit floats are written: 0, or whole 100 km
-// (export_origin_world_m in formats/reader/map_layout.h; MapInfo tells it to the vehicle).
+// (export_origin_world_m in formats/reader/map_layout.h; MapInfo has it for the vehicle).
 Eigen::Vector3d export_origin_m(const MapFrame& frame);
 
 // What is added to map coordinates there.

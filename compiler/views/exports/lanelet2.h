@@ -31,7 +31,7 @@ namespace sightline {
 // definitions.md, "Weak stretches"; by the area's limit), with subtype=feature_weak_road.
 struct Lanelet2Options {
   double area_limit_m = 0.0;  // a limit of the map; 0: its widest
-  // A place is weak where the best look's foretold error leaves less of the limit; 0: where it is
+  // A place is weak where the best look's predicted error leaves less of the limit; 0: where it is
   // beyond it.
   double weak_margin = WeakStretchOptions().least_margin;
 };

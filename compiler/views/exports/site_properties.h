@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-// What a GIS is told of a site: its number, run and place along it, and for each limit
+// What a GIS gets of a site: its number, run and place along it, and for each limit
 // ("..._within_0.1_m") range, probability, error, flags and, where a map has them, the look; then
 // the map's columns. The same names in the same order at every site of a map.
 using SiteProperty = std::variant<bool, std::int64_t, double, std::string>;

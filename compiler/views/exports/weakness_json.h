@@ -11,7 +11,7 @@ namespace sightline {
 std::string to_json(const Weakness& weakness, const Sites& sites);
 
 // For a geographic information system, as to_geojson() of a map: each stretch is a line along its
-// sites (a Point where it has one), each place for a board a Point, told apart by the property
+// sites (a Point where it has one), each place for a board a Point, distinguished by the property
 // "kind". Error: bad-argument (a place is no point of the world named).
 Result<std::string> to_geojson(const Weakness& weakness, const Sites& sites, const World& world);
 

@@ -65,7 +65,7 @@ std::string nd_path(const NdtMap& map, const MapBox& box) {
 }
 
 // The ranges that the route takes at the limit, as indices into ranges_m. Colours are spread over
-// these alone, so that neighbours can be told apart.
+// these alone, so that neighbours can be distinguished.
 struct Scale {
   std::size_t first = 0;
   std::size_t last = 0;

@@ -62,14 +62,14 @@ std::string describe_map(const CompiledMap& map) {
 
 // Whom the map's probabilities are for, and who was measured where that is another.
 std::string describe_localizer(const CompiledMap& map) {
-  const LocalizerProfile& foretold = map.model.localizer;
+  const LocalizerProfile& of_map = map.model.localizer;
   std::string text =
-      field("localizer", localizer_title(foretold) + ": ranges and probabilities are for it alone");
-  const std::string parameters = parameters_text(foretold);
+      field("localizer", localizer_title(of_map) + ": ranges and probabilities are for it alone");
+  const std::string parameters = parameters_text(of_map);
   if (!parameters.empty()) text += field("", parameters);
-  if (map.measurement.localizer == foretold) return text;
-  return text + field("measured here", "by " + to_text(map.measurement.localizer) +
-                                           ", which tells nothing of the one above");
+  if (map.measurement.localizer == of_map) return text;
+  return text + field("measured here",
+                      "by " + to_text(map.measurement.localizer) + ", which is not the one above");
 }
 
 // Nothing of a trajectory of one piece that was given.
@@ -117,7 +117,7 @@ std::string describe_measurement(const CompiledMap& map) {
   const MeasurementCard& card = map.measurement;
   if (card.reference == ErrorReference::kSimulated) {
     return "simulated error\n" + field("map", card.mapping_drive + ", finished before") +
-           field("localization", "nobody drove here") + describe_localizer(map) +
+           field("localization", "no drive was here") + describe_localizer(map) +
            field("offsets", fmt::format("{} starts at every site", card.offsets.size())) +
            field("sensor", describe_sensor(map.sensor));
   }
@@ -211,7 +211,7 @@ std::string describe_looks(const CompiledMap& map) {
   return text;
 }
 
-// A fact of the model's card, told for people: three digits where the card has seventeen.
+// A fact of the model's card for people: three digits where the card has seventeen.
 std::string describe_fact(const std::string& name, const std::string& value) {
   const auto is_of = [&](std::string_view first, std::string_view last) {
     return name.starts_with(first) && name.ends_with(last);
@@ -263,10 +263,10 @@ std::string describe(const CompiledMap& map) {
   return text;
 }
 
-std::string judged_by(const LocalizerProfile& foretold, const LocalizerProfile& judging) {
-  if (judging == foretold) return "";
+std::string judged_by(const LocalizerProfile& of_map, const LocalizerProfile& judging) {
+  if (judging == of_map) return "";
   return "Judged by " + to_text(judging) + "; the map's ranges and probabilities are for " +
-         to_text(foretold) + "\n\n";
+         to_text(of_map) + "\n\n";
 }
 
 std::string describe(const ErrorModel& model) {

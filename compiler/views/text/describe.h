@@ -7,13 +7,13 @@
 
 namespace sightline {
 
-// For people: what the map covers, how far it tells to look for each limit, what is promised, and
+// For people: what the map covers, how far to look for each limit, what is promised, and
 // what the model is worth. Several lines, ends in a newline.
 std::string describe(const CompiledMap& map);
 
 // A line that stands before figures of a map's ranges where another localizer made them than the
-// one whose errors the map foretells; empty where both are one.
-std::string judged_by(const LocalizerProfile& foretold, const LocalizerProfile& judging);
+// one whose errors the map predicts; empty where both are one.
+std::string judged_by(const LocalizerProfile& of_map, const LocalizerProfile& judging);
 
 // For people: format, sizes and digests of the file.
 std::string describe(const MapSummary& summary);

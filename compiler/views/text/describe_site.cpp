@@ -12,7 +12,7 @@
 namespace sightline {
 namespace {
 
-constexpr double kFarOff = 2.0;  // robust z from which a factor is told
+constexpr double kFarOff = 2.0;  // robust z from which a factor is listed
 constexpr std::size_t kMostTold = 6;
 
 std::string at_range(double range_m) { return fmt::format("{:g} m", range_m); }
@@ -260,9 +260,9 @@ Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& ro
   if (map.factors.factors.empty()) return text + "  this map holds no factors\n";
   // What the strictest limit had to look through.
   const std::size_t range = chosen_range(map, site, 0);
-  std::vector<std::size_t> told = {0};
-  if (range != 0) told.push_back(range);
-  for (const std::size_t each : told) {
+  std::vector<std::size_t> described = {0};
+  if (range != 0) described.push_back(range);
+  for (const std::size_t each : described) {
     text += describe_factors(map, route, site, each) + describe_weakness(map, site, each);
   }
   return text;

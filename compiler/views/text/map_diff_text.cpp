@@ -58,25 +58,25 @@ std::uint64_t changed_nds(const Stretch& stretch) {
 }
 
 // Indices of the stretches to tell, along the route.
-std::vector<std::size_t> told_stretches(const MapDiff& diff) {
-  std::vector<std::size_t> told;
+std::vector<std::size_t> shown_stretches(const MapDiff& diff) {
+  std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < diff.stretches.size(); ++i) {
-    told.push_back(i);
+    shown.push_back(i);
   }
   const auto weight = [&](std::size_t i) {
     return 10 * std::uint64_t{changed_answers(diff.stretches[i])} + changed_nds(diff.stretches[i]);
   };
-  if (told.size() > kMostStretches) {
-    std::stable_sort(told.begin(), told.end(),
+  if (shown.size() > kMostStretches) {
+    std::stable_sort(shown.begin(), shown.end(),
                      [&](std::size_t a, std::size_t b) { return weight(a) > weight(b); });
-    told.resize(kMostStretches);
-    std::sort(told.begin(), told.end());
+    shown.resize(kMostStretches);
+    std::sort(shown.begin(), shown.end());
   }
-  return told;
+  return shown;
 }
 
 std::string answer_text(const Stretch& stretch, const StretchLimit& limit) {
-  if (stretch.is_of_old_map) return "no longer told";
+  if (stretch.is_of_old_map) return "no longer there";
   if (limit.mean_range_after_m == 0.0) return "new";
   std::string text =
       fixed(limit.mean_range_before_m, 1) + " -> " + fixed(limit.mean_range_after_m, 1) + " m";
@@ -111,13 +111,13 @@ Section stretches_section(const MapDiff& diff) {
   for (const double limit_m : common_limits_m(diff)) {
     section.grid[0].push_back("mean range for " + limit_name(limit_m));
   }
-  const std::vector<std::size_t> told = told_stretches(diff);
-  for (const std::size_t i : told) section.grid.push_back(stretch_row(diff.stretches[i]));
-  const std::size_t untold = diff.stretches.size() - told.size();
+  const std::vector<std::size_t> shown = shown_stretches(diff);
+  for (const std::size_t i : shown) section.grid.push_back(stretch_row(diff.stretches[i]));
+  const std::size_t hidden = diff.stretches.size() - shown.size();
   section.remark = "NDs: + new, - gone, ~ moved by more than " +
                    format_double(diff.options.tolerance_m) +
-                   " m; where none are told the place is the same and its ranges are not.";
-  if (untold > 0) section.remark += fmt::format(" {} lesser stretches not shown.", untold);
+                   " m; where none are listed the place is the same and its ranges are not.";
+  if (hidden > 0) section.remark += fmt::format(" {} lesser stretches not shown.", hidden);
   if (diff.nds_scattered > 0) {
     section.remark +=
         fmt::format(" {} changed NDs scattered along the rest of the route.", diff.nds_scattered);

@@ -7,7 +7,7 @@
 namespace sightline {
 
 // For people, the most important first: what changed along the route as stretches, of which the
-// longest are told, then the figures of each limit and what else changed. Several lines.
+// longest are listed, then the figures of each limit and what else changed. Several lines.
 std::string to_text(const MapDiff& diff);
 
 // The same for a pull request: GitHub's and GitLab's Markdown.

@@ -17,16 +17,16 @@ Result<void> keep_site(int site, Table& table);
 // those of parse_box.
 Result<void> keep_box(const std::string& text, Table& table);
 
-// Behind the name of a table that tells of ranges: the same of the looks that take a sample.
+// Behind the name of a table of ranges: the table of the looks that take a sample.
 inline constexpr std::string_view kLooksSuffix = "-looks";
 
-// Of a table that tells of looks, keeps those that take a sample, with the suffix in its name, or
+// Of a table of looks, keeps those that take a sample, with the suffix in its name, or
 // else the observation ranges, and then no column "look", which says no more than "range_m";
 // without the columns that are then empty. Any other table is left as it is.
 enum class KeptLooks { kRanges, kSamples };
 void keep_looks(KeptLooks kept, Table& table);
 // Moves the rows that keep_looks() would keep of samples, as it would leave them; the other rows
-// stay. Of a table that tells of looks.
+// stay. Of a table of looks.
 Table take_samples(Table& table);
 
 }  // namespace sightline

@@ -79,7 +79,7 @@ std::string summary_sentence(const Weakness& weakness) {
       "good enough)\n",
       limit_m, weakness.stretch_count, weakness.weak_m, weakness.route_m, weakness.unmet_m);
   return text + fmt::format(
-                    "thin: the best look's foretold error leaves less than {:.0f} % of the limit; "
+                    "thin: the best look's predicted error leaves less than {:.0f} % of the limit; "
                     "thinnest: site {}, {:.0f} %\n",
                     100.0 * weakness.options.stretches.least_margin, weakness.thinnest_site,
                     100.0 * weakness.thinnest.margin);

@@ -41,7 +41,7 @@ std::string flags_in_words(std::uint32_t flags) {
       {sightline::kAnswerTighterLimit, "the limit is tighter than any of the map"},
       {sightline::kAnswerUnknownLocalizer, "the map is of another localizer"},
       {sightline::kAnswerNotVisible, "neither look nor range can be seen now"},
-      {sightline::kAnswerSimulated, "simulated, nobody drove here"}};
+      {sightline::kAnswerSimulated, "simulated, no drive was here"}};
   std::string text;
   for (const auto& [flag, name] : names) {
     if ((flags & flag) != 0) text += (text.empty() ? "" : "; ") + std::string(name);

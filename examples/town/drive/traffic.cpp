@@ -96,7 +96,7 @@ std::optional<Pose2d> place_pedestrian(const Town& town, const Mover& mover, con
   const double side = mover.lateral_m > 0.0 ? 1.0 : -1.0;
   const double facade_m = side > 0.0 ? street.left_m : street.right_m;
   const double kerb_m = side > 0.0 ? street.kerb_left_m : street.kerb_right_m;
-  // Where there is no pavement people keep close to the wall; nobody walks through one.
+  // Where there is no pavement people keep close to the wall and never walk through one.
   const double away_m = std::min(kerb_m + std::abs(mover.lateral_m), facade_m - 0.5);
   return beside(town, s_m, side * away_m, mover.speed_m_s < 0.0);
 }

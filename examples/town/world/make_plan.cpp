@@ -43,7 +43,7 @@ void bend(Compass& compass, Random& random) {
   compass.lean_rad += leans_left ? -by : by;
 }
 
-// Lays streets end to end until the line through them is long enough; tells the joints between.
+// Lays streets end to end until the line through them is long enough; returns the joints between.
 std::vector<Joint> lay_route(TownPlan& plan, double length_m, Random& random) {
   Deck<StreetKind> kinds({StreetKind::kCanyon, StreetKind::kLane, StreetKind::kPlaza,
                           StreetKind::kSmooth, StreetKind::kRepeating, StreetKind::kAvenue});

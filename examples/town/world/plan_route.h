@@ -53,7 +53,7 @@ void widen_corner(Street& before, Street& after);
 double tangent_length_m(double angle_rad, double radius_m);
 double corner_radius_m(double angle_rad);
 
-// Rounds the corners, and tells each of the first `on_route` streets its share of the line, which
+// Rounds the corners, and gives each of the first `on_route` streets its share of the line, which
 // runs on straight for `beyond_m`.
 DrivenLine trace_line(std::vector<Street>& streets, std::size_t on_route, double beyond_m);
 

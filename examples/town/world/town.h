@@ -23,7 +23,7 @@ struct TownOptions {
   std::vector<Board> boards = {};  // that were put up, in town coordinates
 };
 
-// What is true of the town whoever drives through it.
+// What is true of the town for every drive through it.
 struct Town {
   TownOptions options;
   TownPlan plan;

@@ -43,7 +43,7 @@ Error write_failure(const std::filesystem::path& path, const std::string& what, 
 // Writes all from the file's place on; the errno, 0 where there is none.
 int write_all(const Descriptor& file, std::span<const std::byte> bytes);
 
-// Bytes in memory that nobody filled with zeros first.
+// Bytes in memory that are not filled with zeros first.
 class FileContent {
  public:
   FileContent() = default;

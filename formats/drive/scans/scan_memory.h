@@ -10,7 +10,7 @@ namespace sightline {
 // Scans that were read, up to a bound of memory, shared by the drives of one run. Passes that work
 // tile by tile ask for a scan once for each tile that it reaches, which costs most where scans are
 // compressed or lie far away. Which scan makes room for another is a matter of chance, from a fixed
-// seed: whoever asks for all scans in turn, again and again, would else never find one.
+// seed: a caller that reads all scans in turn, again and again, would else never find one.
 class ScanMemory {
  public:
   // What a compile may keep: the scans of a kilometre of 16 beams, so that passes which come back

@@ -113,7 +113,7 @@ Error too_short(const FileBytes& file, std::size_t expected) {
                     at_byte(file.bytes.size()));
 }
 
-// Padding is left out of the compressed columns by PCL and kept by others; the size tells.
+// Padding is left out of the compressed columns by PCL and kept by others; the size decides.
 PcdHeader without_padding(const PcdHeader& header) {
   PcdHeader packed = header;
   std::erase_if(packed.fields, [](const PcdField& field) { return field.name == "_"; });

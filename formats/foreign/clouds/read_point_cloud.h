@@ -32,7 +32,7 @@ std::string scan_endings_text();
 //
 // Errors, with the byte or line: file-not-found, cannot-open, cannot-read, git-lfs-pointer,
 // unsupported-format (LAZ, E57, archives, meshes, recordings of many scans, coordinates in degrees
-// or feet, a .bin of which nothing tells how many floats a point has, ...; says what to do),
+// or feet, a .bin in which nothing shows how many floats a point has, ...; says what to do),
 // malformed-header, malformed-text, missing-field (no x, y or z), truncated-scan, empty-scan (no
 // points at all), no-finite-points (every point was dropped).
 Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path,

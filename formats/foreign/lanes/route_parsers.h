@@ -32,7 +32,7 @@ inline constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 
 // No place on Earth is farther away from another one, or from an origin that anyone chose.
 inline constexpr double kFarthest_m = 1e8;
-// A longer route is none, and nobody has the memory for its sites.
+// A longer route is none, and no machine has the memory for its sites.
 inline constexpr double kLongestRoute_m = 1e7;
 
 // Whether a place can be one: finite, and not farther than any is; its height may be NaN.

@@ -129,7 +129,7 @@ std::int64_t HesaiLidar::time_ns(std::span<const std::byte> bytes) const {
   const auto part = [&](std::size_t i, int least, int most) {
     return std::clamp(byte_at(bytes, date + i), least, most);
   };
-  // Firmwares count the years from 2000 or from 1900, which a year of this century tells.
+  // Firmwares count the years from 2000 or from 1900, which a year of this century shows.
   const int year = byte_at(bytes, date);
   const int first_year = year >= 100 ? 1900 : model_.first_year;
   // A clock that was not set may have no month and no day.

@@ -58,7 +58,7 @@ const HesaiModel* hesai_model_of(std::span<const std::byte> packet);
 // When each channel fires, microseconds after its block's time; not in high resolution.
 std::vector<double> hesai_firings_us(const HesaiModel& model);
 
-// Of a unit that nobody measured.
+// Of a unit that was not measured.
 std::vector<HesaiAngles> hesai_nominal_angles(const HesaiModel& model);
 
 }  // namespace sightline

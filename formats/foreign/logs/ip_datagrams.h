@@ -29,7 +29,7 @@ class IpDatagrams {
     std::vector<std::byte> key;  // addresses and identification
     std::vector<std::byte> bytes;
     std::vector<bool> is_there;  // of each 8 bytes
-    bool has_end = false;        // the last fragment told how long it is
+    bool has_end = false;        // the last fragment gave the length
     std::uint64_t offset = 0;
     std::uint64_t serial = 0;
   };

@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-// Opens a pcap by whose packets it holds: the first data packet of a maker tells.
+// Opens a pcap by whose packets it holds: the first data packet of a maker decides.
 //
 // - Velodyne VLP-16 and HDL-32E: whole revolutions (rotating_pcap.h).
 // - Hesai Pandar64, Pandar128, PandarXT-32 and PandarXT-16: whole revolutions; angles of the

@@ -11,7 +11,7 @@
 #include "formats/base/units.h"
 
 // The classic capture file: 24 bytes of header, then records of 16 bytes and a frame each, in the
-// byte order of the machine that wrote them, which the magic number tells. A pcapng
+// byte order of the machine that wrote them, which the magic number shows. A pcapng
 // (draft-ietf-opsawg-pcapng): blocks of a type, a length before and behind, and a body.
 
 namespace sightline {
@@ -22,7 +22,7 @@ constexpr std::size_t kRecordHeaderSize = 16;
 constexpr std::uint32_t kMostFrame = 1U << 18U;  // libpcap's own limit
 constexpr std::uint32_t kMagicMicroseconds = 0xa1b2c3d4;
 constexpr std::uint32_t kMagicNanoseconds = 0xa1b23c4d;
-// Of pcapng: the same in both byte orders, and what tells which it is.
+// Of pcapng: the same in both byte orders, and what shows which it is.
 constexpr std::uint32_t kSectionHeader = 0x0a0d0d0a;
 constexpr std::uint32_t kByteOrder = 0x1a2b3c4d;
 constexpr std::uint32_t kInterface = 1;

@@ -31,7 +31,7 @@ class ScanContainer {
   // The frame that the scans name, by which transforms find them; empty: none.
   [[nodiscard]] const std::string& frame() const { return frame_; }
 
-  // The file that tells the sensor's beams, as `sensor` of a recording takes it; empty: none.
+  // The file of the sensor's beams, as `sensor` of a recording takes it; empty: none.
   [[nodiscard]] const std::filesystem::path& sensor_file() const { return sensor_file_; }
 
   // All that the file says of one scan. Safe from several threads. Error: cannot-read.

@@ -79,14 +79,14 @@ Result<std::span<const std::byte>> packed_body(std::span<const std::byte> bytes,
                  "found " + std::to_string(bytes.size()) + " bytes, expected a header of 20", file,
                  "byte 0"};
   }
-  const auto told = [](const ApolloNodeIndex& node) {
+  const auto text_of = [](const ApolloNodeIndex& node) {
     return "resolution " + std::to_string(node.resolution) + ", zone " + std::to_string(node.zone) +
            ", m " + std::to_string(node.m) + ", n " + std::to_string(node.n);
   };
   if (!(found == index)) {
     return Error{ErrorCode::kMalformedHeader,
-                 "found " + told(found) + ", expected " + told(index) + " as its folders say", file,
-                 "byte 0"};
+                 "found " + text_of(found) + ", expected " + text_of(index) + " as its folders say",
+                 file, "byte 0"};
   }
   if (body_size == reader.remaining()) return bytes.subspan(reader.offset());
   return Error{
@@ -96,7 +96,7 @@ Result<std::span<const std::byte>> packed_body(std::span<const std::byte> bytes,
       file, "byte 16"};
 }
 
-// Along one axis: the cell of a coordinate that is told from the corner of cell `key`.
+// Along one axis: the cell of a coordinate that is relative to the corner of cell `key`.
 struct AxisPlace {
   double key = 0.0;
   double in_cell_m = 0.0;

@@ -68,7 +68,7 @@ Result<void> take_digests(Recording& recording, int threads, const DigestMemory*
     }
     return {};
   }
-  // Before a file is read: whoever writes to it then leaves another state behind.
+  // Before a file is read: a later writer leaves another state behind.
   const std::optional<Digest> state = memory != nullptr ? state_of_files(recording) : std::nullopt;
   if (state && recall_digests(*memory, *state, recording)) return {};
   const std::size_t first_warning = recording.warnings.size();

@@ -38,7 +38,7 @@ struct RecordingOptions {
   // the first of them.
   std::string world = "local";
   std::string stamps;                 // file with one time a line; empty: see open_recording
-  double rate_hz = 10.0;              // scans a second, where nothing tells their times
+  double rate_hz = 10.0;              // scans a second, where their times are unknown
   std::string sensor = "generic-16";  // name of a built-in profile, or a file (sensor_file.h)
   int rings = 0;                      // 0: the profile's own beams; else this many, evenly from
   double lowest_beam_deg = -15.0;     // here

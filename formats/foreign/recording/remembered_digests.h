@@ -5,9 +5,9 @@
 #include "formats/foreign/recording/digest_memory.h"
 #include "formats/foreign/recording/recording.h"
 
-// A file that nobody has written to since is not read again to know its digest. That it was not
-// written to is told as make and git tell it: by its place, size, inode, and the times of its last
-// change, of which nobody can set the second. A file that is read later is compared with its digest
+// A file that was not written to since is not read again to know its digest. That it was not
+// written to is decided as make and git do: by its place, size, inode, and the times of its last
+// change, the second of which cannot be set. A file that is read later is compared with its digest
 // all the same.
 
 namespace sightline {

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-// A pose that a receiver of satellites or an inertial unit tells. Angles as ROS has them (REP 103):
+// A pose of a satellite receiver or an inertial unit. Angles as ROS has them (REP 103):
 // x forward, y left, z up; yaw from east, counter-clockwise; pitch positive with the nose down.
 struct GeodeticFix {
   std::optional<std::int64_t> stamp_ns;

@@ -112,7 +112,7 @@ Result<void> add_directions(const std::vector<GeodeticFix>& fixes, const std::st
     if (!yaws_rad[i]) yaws_rad[i] = last_rad;
     if (!yaws_rad[i]) {
       return Error{ErrorCode::kMalformedPose,
-                   "no heading is told, and the vehicle moves less than a metre: add a column "
+                   "no heading is given, and the vehicle moves less than a metre: add a column "
                    "heading or yaw",
                    path};
     }
@@ -217,7 +217,7 @@ Result<TrackInWorld> in_world(const GeodeticTrack& track, const std::string& wor
   if (has_headings) return found;
   SIGHTLINE_TRY(add_directions(track.fixes, path, found.rows));
   found.warnings.push_back(path +
-                           ": where no heading is told it is taken from the direction of "
+                           ": where no heading is given it is taken from the direction of "
                            "travel, without roll and pitch of its own");
   return found;
 }

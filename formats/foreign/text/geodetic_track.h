@@ -7,7 +7,7 @@
 #include "formats/foreign/text/geodetic_fix.h"
 #include "formats/foreign/text/pose_row.h"
 
-// Poses that a receiver of satellites or an inertial unit tells in degrees.
+// Poses of a satellite receiver or an inertial unit in degrees.
 
 namespace sightline {
 
@@ -21,7 +21,7 @@ bool is_geodetic(const std::filesystem::path& path);
 Result<GeodeticTrack> read_geodetic_track(const std::filesystem::path& path);
 
 // The same poses in a world, which for "local" is that of enu_world_name() at the first; a warning
-// then names it. Where no heading is told it is the direction of travel. Errors: malformed-pose
+// then names it. Where no heading is given it is the direction of travel. Errors: malformed-pose
 // (none at all, or neither a heading nor a metre of way), bad-argument (no place of the world).
 struct TrackInWorld {
   std::vector<PoseRow> rows;

@@ -11,7 +11,7 @@ namespace sightline {
 // Where KITTI's poses are those of, seen from the laser scanner.
 struct KittiCalibration {
   Pose T_posed_lidar = Pose::Identity();  // posed: the left camera, or the inertial unit
-  // Poses of the camera are told in axes of its first pose, where z points forward: the world is
+  // Poses of the camera are in axes of its first pose, where z points forward: the world is
   // then turned to those of the scanner at its first pose.
   bool is_of_camera = false;
 };

@@ -34,10 +34,10 @@ std::optional<std::string_view> sentence_of(std::string_view line) {
   if (star == std::string_view::npos) return line.substr(begin + 1);
   unsigned sum = 0;
   for (const char c : body) sum ^= static_cast<unsigned char>(c);
-  unsigned told = 0;
+  unsigned given_sum = 0;
   const std::string_view digits = line.substr(star + 1, 2);
-  const auto end = std::from_chars(digits.data(), digits.data() + digits.size(), told, 16);
-  if (end.ec != std::errc() || told != sum) return std::nullopt;
+  const auto end = std::from_chars(digits.data(), digits.data() + digits.size(), given_sum, 16);
+  if (end.ec != std::errc() || given_sum != sum) return std::nullopt;
   return body;
 }
 
@@ -96,7 +96,7 @@ class NmeaReader {
     if (without_fix_ > 0) {
       warn(std::to_string(without_fix_) + " places without a fix are skipped");
     }
-    if (!date_ns_) warn("no date is told (RMC, ZDA); times count from midnight");
+    if (!date_ns_) warn("no date is given (RMC, ZDA); times count from midnight");
     for (GeodeticFix& fix : track_.fixes) *fix.stamp_ns += date_ns_.value_or(0);
     return std::move(track_);
   }

@@ -97,7 +97,7 @@ Result<OutsideError> error_of(const Words& words, const Places& places, std::siz
   return OutsideError{*scan, *look_m, *start, *error_m, static_cast<std::uint32_t>(line)};
 }
 
-// By scan, look and start; the same twice is told at the later line.
+// By scan, look and start; the same twice is reported at the later line.
 Result<void> sort_once(std::vector<OutsideError>& errors) {
   const auto key = [](const OutsideError& error) {
     return std::tuple(error.scan, error.range_m, error.start);

@@ -20,7 +20,7 @@ std::uint64_t contents_size(std::size_t layer_count) {
   return kHeadSize + kEntrySize * layer_count;
 }
 
-bool is_told(const PackedBlock& layer) {
+bool is_listed(const PackedBlock& layer) {
   return !is_derived(layer.name) && layer.name.size() <= kLongestContentsName;
 }
 
@@ -64,11 +64,11 @@ ContentsEntry get_entry(std::span<const std::byte> bytes) {
 
 TileContents contents_of(TileKey key, const Digest& digest, std::span<const PackedBlock> layers) {
   TileContents contents{key, digest, {}};
-  const auto told = static_cast<std::size_t>(std::ranges::count_if(layers, is_told));
-  std::uint64_t offset = contents_size(told);
+  const auto listed = static_cast<std::size_t>(std::ranges::count_if(layers, is_listed));
+  std::uint64_t offset = contents_size(listed);
   for (const PackedBlock& layer : layers) {
     if (is_derived(layer.name)) continue;
-    if (is_told(layer)) {
+    if (is_listed(layer)) {
       contents.layers.push_back({layer.name, layer.version, layer.is_required, layer.codec,
                                  layer.row_count, offset, layer.stored.size(), layer.raw_size,
                                  layer.stored_checksum, layer.raw_digest});

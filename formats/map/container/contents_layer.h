@@ -11,8 +11,8 @@
 #include "formats/map/container/packed_block.h"
 #include "formats/surroundings/ndt_map.h"
 
-// The layer "contents" of a tile (schemas/map_format.md): what lies behind it, told a second time,
-// so that a file that lost its directory still tells what it holds.
+// The layer "contents" of a tile (schemas/map_format.md): what lies behind it, a second time,
+// so that a file that lost its directory still has a list of what it holds.
 
 namespace sightline {
 

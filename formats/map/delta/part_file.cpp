@@ -46,8 +46,8 @@ PartFile::~PartFile() {
 }
 
 Result<PartFile> PartFile::open(const std::filesystem::path& path) {
-  // A link would let whoever may write to the folder choose another file to be overwritten; a pipe
-  // would wait for ever.
+  // A link would let any program that may write to the folder choose another file to be
+  // overwritten; a pipe would wait for ever.
   const int descriptor =
       ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644);
   if (descriptor < 0) return failure(ErrorCode::kCannotOpen, path, "cannot open", errno);

@@ -18,7 +18,7 @@ namespace {
 
 // Of one tile; nearest sites are looked for in the new map.
 struct TileNds {
-  std::vector<Nd> before;  // told in the new map's frame
+  std::vector<Nd> before;  // in the new map's frame
   std::vector<Nd> after;
 };
 
@@ -131,7 +131,7 @@ void count(NdChange change, NdCounts& counts) {
                                     : counts.moved);
 }
 
-// Fills the NDs of `diff`, and tells which sites they lie near to.
+// Fills the NDs of `diff`, and returns which sites they are near to.
 Result<NdsBySite> compare_nds(MapSide& before, MapSide& after, const std::vector<TilePair>& tiles,
                               const GridShift& shift, ComparedSites& compared, MapDiff& diff) {
   const CommonLimits limits = common_limits(before.card(), after.card());

@@ -19,7 +19,7 @@ namespace sightline {
 using CommonLimits = std::vector<std::pair<std::size_t, std::size_t>>;
 CommonLimits common_limits(const CompiledMap& before, const CompiledMap& after);
 
-// A site of the new map beside what the old map tells there; answers are of the common limits.
+// A site of the new map beside the old map's answer there; answers are of the common limits.
 struct ComparedSite {
   const SiteRow* row = nullptr;
   bool is_known_before = false;
@@ -32,7 +32,7 @@ struct ComparedSite {
 ComparedSite same_site(const SiteRow& row, const CommonLimits& limits);
 
 // By site: those of every new tile where NDs or answers may differ; of the old map those of such
-// tiles where the new map tells nothing.
+// tiles where the new map has no answer.
 struct ComparedSites {
   std::map<std::uint32_t, ComparedSite> after;
   std::map<std::uint32_t, const SiteRow*> only_before;

@@ -21,7 +21,7 @@ struct MapDiffOptions {
   double changed_share = 0.05;
   double window_m = 5.0;
   double join_m = 25.0;      // two changes along a route no farther apart belong to one stretch
-  double longest_m = 100.0;  // of a stretch: a longer one is told in pieces
+  double longest_m = 100.0;  // of a stretch: a longer one is split
 };
 
 // A property of the map as a whole: "frame.origin_world_m", "definitions.sites", "model.digest".
@@ -50,7 +50,7 @@ struct NdDiff {
   double moved_m = 0.0;
 };
 
-// What a vehicle is told at one place for one limit that both maps know.
+// A vehicle's answer at one place for one limit that both maps know.
 struct AnswerDiff {
   double range_before_m = 0.0;
   double range_after_m = 0.0;

@@ -16,7 +16,7 @@
 
 namespace sightline {
 
-// What the map tells at a site for one limit.
+// The map's answer at a site for one limit.
 struct SiteAnswer {
   double range_m = 0.0;
   double probability = 0.0;

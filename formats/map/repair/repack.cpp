@@ -81,9 +81,9 @@ Result<Repacked> strip_map(std::span<const std::byte> file) {
   SIGHTLINE_ASSIGN(std::vector<std::byte> stripped, repack(container, keep));
   Repacked result{std::move(stripped), {}};
   for (const auto& [name, bytes] : dropped) {
-    result.told.push_back("dropped " + name + ", " + std::to_string(bytes) + " bytes");
+    result.actions.push_back("dropped " + name + ", " + std::to_string(bytes) + " bytes");
   }
-  if (dropped.empty()) result.told.emplace_back("there was nothing to drop");
+  if (dropped.empty()) result.actions.emplace_back("there was nothing to drop");
   return result;
 }
 

@@ -14,7 +14,7 @@ namespace sightline {
 
 struct Repacked {
   std::vector<std::byte> file;
-  std::vector<std::string> told;  // what was done, a sentence each
+  std::vector<std::string> actions;  // what was done, a sentence each
 };
 
 // The map without what only engineers need: the layers "factors" and "debug", the sections

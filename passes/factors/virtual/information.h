@@ -6,7 +6,8 @@
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/grid/match_grid.h"
 
-// What a virtual scan tells about the pose of the sensor (schemas/definitions.md, "virtual scan").
+// The information of a virtual scan about the pose of the sensor (schemas/definitions.md, "virtual
+// scan").
 
 namespace sightline {
 
@@ -22,8 +23,8 @@ struct ScanInformation {
   std::size_t unmatched_count = 0;  // of them, in no valid ND
 };
 
-// Adds what one sample r from p tells, by the information (inverse covariance) of its ND: J^T A J
-// with J = [I, -[r]x] (schemas/definitions.md, "Factors from a virtual scan").
+// Adds the information of one sample r from p, by the information (inverse covariance) of its ND:
+// J^T A J with J = [I, -[r]x] (schemas/definitions.md, "Factors from a virtual scan").
 void add_sample(const Eigen::Vector3d& r_m, const Eigen::Matrix3d& information_per_m2,
                 Matrix6d& pose);
 

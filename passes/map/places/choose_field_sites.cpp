@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kPlace = "pass choose-field-sites";
 
-// The raster that tells what is free is finer than the grid, and half a metre at most.
+// The raster of free ground is finer than the grid, and half a metre at most.
 constexpr double kFinest_m = 0.5;
 // From the place that a user names to free ground.
 constexpr double kNear_m = 10.0;

@@ -16,7 +16,7 @@ namespace sightline {
 namespace {
 
 constexpr double kOffMap_m = 20.0;       // without any surface so near
-constexpr double kOffGround_m = 3.0;     // of a height that the route tells
+constexpr double kOffGround_m = 3.0;     // of a height that the route has
 constexpr double kLongestHole_m = 10.0;  // in the ground, that is bridged
 // From one place to the next, the steepest street and unevenness.
 constexpr double kMostSlope = 0.3;
@@ -29,7 +29,7 @@ constexpr std::size_t kFateCount = 5;
 // A place of a line, before it becomes a site.
 struct Place {
   double s_m = 0.0;
-  Eigen::Vector3d at_map_m = Eigen::Vector3d::Zero();  // z: as the line tells, else 0
+  Eigen::Vector3d at_map_m = Eigen::Vector3d::Zero();  // z: that of the line, else 0
   Eigen::Vector2d heading = Eigen::Vector2d::UnitX();  // of unit length
   std::vector<double> floors_m;
   std::optional<double> ground_m;
@@ -75,7 +75,7 @@ struct Ground {
   double vehicle_m = 0.0;    // height of the vehicle's origin above ground
 };
 
-// By the height that the line tells, where it tells any.
+// By the height of the line, where it has one.
 void lay_by_height(const Way& way, const Ground& ground, Place& place) {
   if (place.fate != Fate::kKept) return;
   const bool is_vehicle = way.line.heights == RouteHeights::kVehicle;
@@ -139,7 +139,7 @@ void bridge_holes(std::vector<Place>& places) {
   }
 }
 
-// Of ground that was seen: what is told from ground beside it reaches far over holes.
+// Of ground that was seen: extrapolated ground reaches far over holes.
 std::vector<double> seen_floors(const GroundFloors& floors, const Eigen::Vector2d& at_m) {
   std::vector<double> seen_m = floors.at(at_m);
   std::erase_if(seen_m, [&](double floor_m) { return !floors.is_seen_around(at_m, floor_m); });
@@ -204,7 +204,7 @@ void append_sites(const std::vector<Place>& places, const Ground& ground,
 
 constexpr std::array<const char*, kFateCount> kReasons = {
     "", "off the map", "without ground in the map", "more than 3 m from any ground of the map",
-    "on one of several floors that nothing tells apart"};
+    "on one of several floors that nothing distinguishes"};
 
 void warn_of_left_out(const PassContext& ctx, const Route& route, const Tally& tally) {
   for (std::size_t fate = 1; fate < kFateCount; ++fate) {

@@ -21,7 +21,7 @@ std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options);
 // them. Where the map has several floors, that of the line's height is taken, or without one that
 // which goes on from a place where there is one floor alone. Left out, with a warning that counts
 // them and names the first: places off the map (no surface within 20 m), without ground, farther
-// than 3 m from any floor, or on floors that nothing tells apart; a hole of at most 10 m in the
+// than 3 m from any floor, or on floors that nothing distinguishes; a hole of at most 10 m in the
 // ground is bridged. A place left out ends a run.
 // Errors where no place is left: no-overlap (off the map; says how far away it is), no-ground,
 // two-floors.

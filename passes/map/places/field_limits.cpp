@@ -15,7 +15,7 @@ constexpr double kKibOfMib = 1024.0;
 constexpr double kMibOfGib = 1024.0;
 
 // Measured on squares of 5 193 to 39 000 places: of each place, of a square metre of the raster
-// that tells what is free, and beside them.
+// of free ground, and beside them.
 constexpr double kMemoryOfPlace_kib = 6.5;
 constexpr double kMemoryOfGround_kib = 1.1;
 constexpr double kLeastMemory_mib = 200.0;

@@ -19,7 +19,7 @@ constexpr double kMostStep_m = 0.15;
 constexpr double kMostSlope = 0.3;
 // What is lower a wheel goes over, or it is the ground itself.
 constexpr double kOver_m = 0.3;
-// Along ground that nobody saw.
+// Along ground that was not seen.
 constexpr double kUnseen_m = 3.0;
 
 // Columns that may have a floor: those with a level patch and their neighbours, ascending.
@@ -198,7 +198,7 @@ void FreeGround::keep(const std::vector<std::uint8_t>& is_kept) {
   index();
 }
 
-// What was told from ground beside it goes on behind walls too: there is no way far along it.
+// Extrapolated ground goes on behind walls too: there is no way far along it.
 void FreeGround::keep_near_seen(const GroundFloors& floors) {
   std::vector<std::uint8_t> is_near(places_.size(), 0);
   std::vector<std::uint32_t> reached;

@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-// The heights at which a vehicle could stand over places of the plane, told from the level patches
+// The heights at which a vehicle could stand over places of the plane, from the level patches
 // of a surface. Where the surface's own cells are wider than a column, a patch counts in each
 // column that the middle of a solid square of it lies in. Keeps no reference to the surface.
 class GroundFloors {
@@ -26,10 +26,10 @@ class GroundFloors {
   // no ground was seen.
   [[nodiscard]] std::vector<double> at(const Eigen::Vector2d& place_map_m) const;
 
-  // True where level ground of about that height was seen in the column of a place, not only told
-  // from ground beside it (ground_gaps.h).
+  // True where level ground of about that height was seen in the column of a place, not only
+  // extrapolated from ground beside it (ground_gaps.h).
   [[nodiscard]] bool is_seen(const Eigen::Vector2d& place_map_m, double height_m) const;
-  // The same of the square of 3 m around the place, by the planes told at it.
+  // Whether that holds in the square of 3 m around the place, by the planes known at it.
   [[nodiscard]] bool is_seen_around(const Eigen::Vector2d& place_map_m, double height_m) const;
 
   // Columns that have a level patch, in no promised order, each once. Elsewhere there is a floor

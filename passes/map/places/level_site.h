@@ -5,7 +5,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
 
-// A place where nobody drove, as a site.
+// A place without a drive, as a site.
 
 namespace sightline {
 

@@ -89,7 +89,7 @@ class CellWalk {
   Axis x_, y_, z_;
 };
 
-// Along an axis on which a ray hardly moves, rounding decides where it changes cells: then nobody
+// Along an axis on which a ray hardly moves, rounding decides where it changes cells: then nothing
 // can say beforehand how long it is in one.
 bool hardly_moves(const Eigen::Vector3d& direction) {
   constexpr double kLeastAlong = 1e-4;
@@ -97,7 +97,7 @@ bool hardly_moves(const Eigen::Vector3d& direction) {
       direction, [](double along) { return along != 0.0 && std::abs(along) < kLeastAlong; });
 }
 
-// The bits of the cells of a block in the layers between two heights, told in those of cells.
+// The bits of the cells of a block in the layers between two heights, in units of those of cells.
 std::uint64_t layers_between(double one, double other) {
   constexpr double kPerHeight = 1.0 / PatchGrid::kHeightsOfCell;
   constexpr int kCellsOfLayer = PatchGrid::kBlock_cells * PatchGrid::kBlock_cells;

@@ -60,7 +60,7 @@ class PatchLanes {
   using Ints = std::int32_t __attribute__((vector_size(16)));
   using Bits = std::uint32_t __attribute__((vector_size(16)));
 
-  // What a place has three of: how far it is from the plane, its column and its row, each told so
+  // What a place has three of: how far it is from the plane, its column and its row, each given so
   // that what decides are whole numbers. The plane from 0 to 1 in its room for returns, squares
   // from 0 to kPatchSquares. Last how much float may lose of them.
   struct Lanes {
@@ -110,7 +110,7 @@ class PatchLanes::Patch {
     const Ints beside =
         is_beyond(off, 1.0F) | is_beyond(column, kPatchSquares) | is_beyond(row, kPatchSquares);
     const Ints unsure = is_near_whole(off) | is_near_whole(column) | is_near_whole(row);
-    // Unsigned, since nobody asks what comes of places that are far beside.
+    // Unsigned: the result of places far beside is not used.
     const auto in_rows = std::bit_cast<Bits>(__builtin_convertvector(row, Ints));
     const auto in_columns = std::bit_cast<Bits>(__builtin_convertvector(column, Ints));
     const auto square = std::bit_cast<Ints>(kPatchSquares * in_rows + in_columns);
@@ -119,7 +119,7 @@ class PatchLanes::Patch {
     return std::bit_cast<std::array<std::int32_t, kAtOnce>>(found);
   }
 
-  // False only where a ray does not cross the patch between two distances along it, which are told
+  // False only where a ray does not cross the patch between two distances along it, which are given
   // with the ray's slack, or at an angle whose sine is below kLeastSlope.
   [[nodiscard]] bool may_cross(const Ray& ray, float enter_m, float leave_m) const {
     constexpr float kMiddle = 0.5F * kPatchSquares;
@@ -130,7 +130,7 @@ class PatchLanes::Patch {
     const float along_m = (0.5F - from[0]) / per_m[0];
     const Floats at = from + per_m * along_m;
     const float reach = kMiddle + ray.slacks * at_middle_[3];
-    // All at once: nobody can foresee which of them fails. What is no number does not fail.
+    // All at once: which of them fails cannot be predicted. What is no number does not fail.
     const float from_middle = std::max(std::abs(at[1] - kMiddle), std::abs(at[2] - kMiddle));
     const bool is_outside = (along_m < enter_m) | (along_m > leave_m);
     return !(is_outside | (from_middle > reach));

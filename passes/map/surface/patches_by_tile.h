@@ -18,7 +18,7 @@ class PatchesByTile {
  public:
   PatchesByTile(double cell_m, double tile_m) : order_{{}, cell_m, tile_m, {}} {}
 
-  // Safe from several threads. A failure is told by finish().
+  // Safe from several threads. A failure is returned by finish().
   void add(std::span<const SurfacePatch> patches);
   // After the last add() and before what follows. Errors: disk-full, cannot-write.
   [[nodiscard]] Result<void> finish();

@@ -36,7 +36,7 @@ BlockGrid blocks_of_tiles(double cell_m, std::int32_t step_cells = 1);
 // The square tiles over which something stands.
 class CellTiles {
  public:
-  // The extents are told in the blocks of the grid.
+  // The extents are in units of the blocks of the grid.
   CellTiles(std::vector<ScanExtent> extents, const BlockGrid& grid);
 
   [[nodiscard]] std::size_t size() const { return tiles_.size(); }

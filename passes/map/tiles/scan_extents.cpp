@@ -19,7 +19,7 @@ struct Extents {
   std::uint32_t outside = kNone;  // the first of them that has a point which the grid cannot hold
 };
 
-// Of points that are told one after the other.
+// Of points that are added one after the other.
 class ExtentSum {
  public:
   explicit ExtentSum(const BlockGrid& grid) : grid_(grid), reach_m_(0x1.0p30 * grid.cell_m) {}
@@ -189,9 +189,9 @@ PassContext after_extents(const PassContext& ctx, const SurfacePoints& points) {
   }
   if (ctx.parts_sink) {
     after.parts_sink = [&ctx, later](std::span<const PartName> parts) {
-      std::vector<PartName> told;
-      for (const PartName& part : parts) told.push_back(later(part));
-      ctx.parts_sink(told);
+      std::vector<PartName> reported;
+      for (const PartName& part : parts) reported.push_back(later(part));
+      ctx.parts_sink(reported);
     };
   }
   return after;

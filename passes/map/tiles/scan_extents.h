@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-// What is known of one part of surface points (SurfacePointReader) without its points. It is told
+// What is known of one part of surface points (SurfacePointReader) without its points. It is given
 // of all that are within range, whether they stood or moved: what moved may turn out otherwise
 // where another drive comes by, and the extents of all that it may not reach shall stay as they
 // are.
@@ -24,7 +24,7 @@ struct ScanExtent {
   std::vector<TileKey> blocks;  // that hold one of them, ascending
 };
 
-// Square columns of whole cells, in which extents are told.
+// Square columns of whole cells, the unit of extents.
 struct BlockGrid {
   double cell_m = 0.0;
   std::int32_t block_cells = 1;

@@ -199,10 +199,10 @@ void RollingMatchGrid::set_lanes(const CellKey& key, const CellNumbers& numbers,
 }
 
 void RollingMatchGrid::fill_lanes(const CellKey& key, const CellNumbers& numbers, std::int32_t nd) {
-  const MatchNd& told = grid_.nds[static_cast<std::size_t>(nd)];
+  const MatchNd& record = grid_.nds[static_cast<std::size_t>(nd)];
   for (std::size_t i = 0; i < kNeighbourCount; ++i) {
     const Eigen::Vector3d centre_m = cell_centre_m(neighbouring(key, i), grid_.cell_m);
-    set_nd(told, centre_m, grid_.gauss.d2, i, grid_.records[numbers[i] + 1]);
+    set_nd(record, centre_m, grid_.gauss.d2, i, grid_.records[numbers[i] + 1]);
   }
 }
 
@@ -213,8 +213,8 @@ void RollingMatchGrid::put(std::span<const Nd> nds, const InformationOfNd& infor
   }
 }
 
-// Where an ND is told is found in steps, each of which waits for memory: each is taken for all
-// before the next.
+// Where the record of an ND is is found in steps, each of which waits for memory: each is taken for
+// all before the next.
 void RollingMatchGrid::put_some(std::span<const Nd> nds,
                                 const InformationOfNd& information_per_m2) {
   for (const Nd& nd : nds) grid_.cells.prefetch(nd.key);
@@ -267,9 +267,9 @@ void RollingMatchGrid::add(const CellKey& key, const MatchNd& nd) {
 // Most NDs change from scan to scan, and stay where they are.
 void RollingMatchGrid::change(const CellKey& key, std::int32_t number, const MatchNd& nd) {
   const CellNumbers& numbers = numbers_of_nd_[static_cast<std::size_t>(number)];
-  MatchNd& told = grid_.nds[static_cast<std::size_t>(number)];
-  const bool is_turned = told.normal_class != nd.normal_class;
-  told = nd;
+  MatchNd& record = grid_.nds[static_cast<std::size_t>(number)];
+  const bool is_turned = record.normal_class != nd.normal_class;
+  record = nd;
   fill_lanes(key, numbers, number);
   if (!is_turned) return;
   for (const std::uint32_t cell : numbers) {

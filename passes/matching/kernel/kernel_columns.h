@@ -16,7 +16,7 @@ struct KernelColumn {
 // Cells by columns, row by row of y from low_y on, each row from low_x on. A cell that is not there
 // has record 0.
 struct KernelColumns {
-  const KernelColumn* columns = nullptr;  // null: cells are told in another way
+  const KernelColumn* columns = nullptr;  // null: cells are given in another way
   const std::int32_t* records = nullptr;
   std::int32_t low_x = 0, low_y = 0;
   std::uint32_t size_x = 0, size_y = 0;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "passes/model/choice/floor.h"
-#include "passes/model/choice/heard_drives.h"
+#include "passes/model/choice/leave_one_drive_out.h"
 
 namespace sightline {
 namespace {
@@ -122,31 +122,32 @@ Choice choose_for_limit(const ChooseRangesOptions& options, const ChoiceInputs& 
   return choice;
 }
 
-std::optional<HeardAnswer> hear(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
-                                std::size_t limit, const LimitPromise& promise) {
+std::optional<DriveVote> vote_of_drives(const ChooseRangesOptions& options,
+                                        const ChoiceInputs& inputs, std::size_t limit,
+                                        const LimitPromise& promise) {
   const bool is_controlled = options.risk_control != RiskControl::kFixed;
   if (!is_controlled || inputs.left_out.empty()) return std::nullopt;
-  const HearingOptions hearing{.limit_m = promise.limit_m,
-                               .coverage = static_coverage(options, promise),
-                               .is_promised = promise.is_earned,
-                               .threshold = promise.history_threshold,
-                               .alpha = promise.alpha,
-                               .block_count = block_count_of(inputs.sites)};
-  return hear_drives(inputs.left_out, inputs.evidence, hearing,
-                     [&](const PredictedError& predicted, double threshold) {
-                       return choose_at(options, inputs, predicted, limit,
-                                        {promise.probability_threshold, threshold},
-                                        hearing.coverage);
-                     });
+  const DriveVoteOptions voting{.limit_m = promise.limit_m,
+                                .coverage = static_coverage(options, promise),
+                                .is_promised = promise.is_earned,
+                                .threshold = promise.history_threshold,
+                                .alpha = promise.alpha,
+                                .block_count = block_count_of(inputs.sites)};
+  return leave_one_drive_out(inputs.left_out, inputs.evidence, voting,
+                             [&](const PredictedError& predicted, double threshold) {
+                               return choose_at(options, inputs, predicted, limit,
+                                                {promise.probability_threshold, threshold},
+                                                voting.coverage);
+                             });
 }
 
 // What the drives say holds where they were; elsewhere the floor does.
-void take_heard(const ChooseRangesOptions& options, const ChoiceInputs& inputs, std::size_t limit,
-                const HeardAnswer& heard, LimitPromise& promise, Choice& choice) {
+void take_vote(const ChooseRangesOptions& options, const ChoiceInputs& inputs, std::size_t limit,
+               const DriveVote& vote, LimitPromise& promise, Choice& choice) {
   const std::vector<std::uint8_t>& has_history = inputs.predicted.has_history;
-  Choice of_sites = choose_at(options, inputs, inputs.predicted, limit,
-                              {promise.probability_threshold, heard.threshold},
-                              static_coverage(options, promise));
+  Choice of_sites =
+      choose_at(options, inputs, inputs.predicted, limit,
+                {promise.probability_threshold, vote.threshold}, static_coverage(options, promise));
   if (std::ranges::count(has_history, std::uint8_t{0}) > 0) {
     put_floor(options, inputs, promise, choice);
   }
@@ -154,15 +155,15 @@ void take_heard(const ChooseRangesOptions& options, const ChoiceInputs& inputs, 
     if (has_history[site] == 0) continue;
     choice.range_index[site] = of_sites.range_index[site];
     choice.flags[site] = of_sites.flags[site];
-    if (!heard.everywhere) continue;
-    take_static(inputs.evidence, promise.limit_m, *heard.everywhere, site, choice);
+    if (!vote.everywhere) continue;
+    take_static(inputs.evidence, promise.limit_m, *vote.everywhere, site, choice);
   }
-  promise.history_threshold = heard.threshold;
-  if (promise.is_earned && !heard.keeps_promise) {
+  promise.history_threshold = vote.threshold;
+  if (promise.is_earned && !vote.keeps_promise) {
     promise.is_earned = false;
     promise.statement = "nothing is promised: another answer is cheaper and proven here";
   }
-  promise.statement += "; " + to_text(heard, promise.limit_m);
+  promise.statement += "; " + to_text(vote, promise.limit_m);
 }
 
 }  // namespace
@@ -197,9 +198,9 @@ Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Choic
       promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
     }
     Choice choice = choose_for_limit(options, inputs, limit, promise);
-    const std::optional<HeardAnswer> heard = hear(options, inputs, limit, promise);
-    if (heard) {
-      take_heard(options, inputs, limit, *heard, promise, choice);
+    const std::optional<DriveVote> vote = vote_of_drives(options, inputs, limit, promise);
+    if (vote) {
+      take_vote(options, inputs, limit, *vote, promise, choice);
     } else {
       put_floor(options, inputs, promise, choice);
     }

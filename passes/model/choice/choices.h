@@ -42,7 +42,7 @@ struct ChoiceInputs {
   const PredictedError& predicted;
   const ErrorModel& model;
   const OwnEvidence& evidence;
-  const std::vector<LeftOutDrive>& left_out;  // none where fewer than two drives were told
+  const std::vector<LeftOutDrive>& left_out;  // none where fewer than two drives are known
 };
 
 struct Chosen {

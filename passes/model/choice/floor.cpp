@@ -38,7 +38,7 @@ std::string found_here(const OwnEvidence& evidence) {
 
 std::string reason_of(const OwnEvidence& evidence, const FloorOptions& options) {
   if (options.is_simulated) {
-    return "nobody drove here, and no model from elsewhere judges what was simulated";
+    return "no drive was here, and no model from elsewhere judges what was simulated";
   }
   if (options.is_too_short) return "the drive is too short to learn from";
   if (options.explained <= 0.0) {

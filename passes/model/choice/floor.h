@@ -14,8 +14,8 @@
 namespace sightline {
 
 // 1 - residual / total sum of squares of the model's out-of-fold means, range by range and added
-// up: what it tells of places beyond what the range alone tells. 0 where all labels of each range
-// are one.
+// up: what it explains of places beyond what the range alone explains. 0 where all labels of each
+// range are one.
 double explained_share(const ErrorModel& model);
 
 // A promise is worth this much: a static answer must be cheaper by more than a tenth to replace it.
@@ -56,7 +56,7 @@ std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit
 // What simulation asks for where nothing else is known: each site takes the shortest range whose
 // own error is within the limit, dilated as every choice is, but none cheaper than the static
 // answer for 80 % of the sites and none dearer than that for static_coverage (the dearer where no
-// answer is within the limit). Simulation ranks places better than it tells how good they are:
+// answer is within the limit). Simulation ranks places better than it measures how good they are:
 // what is hard at one place in five is not left to it anywhere. Flags as apply_floor sets them;
 // the sentence says what is taken.
 std::string take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,

@@ -17,7 +17,7 @@ Result<std::vector<LeftOutDrive>> leave_out_in_turn(const PassContext& ctx, cons
   // Columns are kept of drives by the model's localizer alone (predict_error).
   for (MeasuredError& drive : drives) drive.matching.localizer = model.card.localizer;
   const std::vector<bool> is_independent = independence_of_columns(factors);
-  PassContext quiet;  // what there is to warn of was said when all drives were told
+  PassContext quiet;  // warnings were given when all drives were used
   quiet.threads = ctx.threads;
   quiet.seed = ctx.seed;
   for (std::size_t i = 0; i < drives.size(); ++i) {

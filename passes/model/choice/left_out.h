@@ -12,7 +12,8 @@
 
 namespace sightline {
 
-// A drive whose errors no prediction here was told: what the others foretell, and what it measured.
+// A drive whose errors no prediction here used: what is predicted from the others, and what it
+// measured.
 struct LeftOutDrive {
   PredictedError predicted;
   MeasuredError measured;

@@ -44,8 +44,8 @@ std::vector<double> cost_of(const FactorTable& factors) {
   return cost;
 }
 
-// Recordings without coordinates of the world all begin at 0: the site's prediction tells whether a
-// case of the model that lies there is its own.
+// Recordings without coordinates of the world all begin at 0: the site's prediction decides whether
+// a case of the model that lies there is its own.
 bool is_of_case(const PredictedError& predicted, std::size_t site, const ErrorModel& model,
                 std::size_t trained) {
   if (model.sites[trained].has_label == 0) return false;

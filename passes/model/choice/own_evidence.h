@@ -31,7 +31,7 @@ struct OwnEvidence {
 Result<OwnEvidence> own_evidence_of(const FactorTable& factors);
 
 // Where the model learnt from these very sites, the errors that its drive measured there count
-// wherever they are larger: the map's own scans helped to make it, and flatter.
+// wherever they are larger: the map's own scans helped to make it, and are optimistic.
 void add_measured(const Sites& sites, const PredictedError& predicted, const ErrorModel& model,
                   OwnEvidence& evidence);
 

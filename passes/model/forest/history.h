@@ -10,13 +10,13 @@
 #include "formats/grid/point_grid.h"
 #include "passes/model/forest/growing/feature_rows.h"
 
-// What earlier drives found at a place, told as features (schemas/definitions.md, "Measured
+// What earlier drives found at a place, as features (schemas/definitions.md, "Measured
 // history"). Whoever learns from it must take the label from another drive.
 
 namespace sightline {
 
-// What a model was told of: where no place of its training had two earlier drives or more, how they
-// differ is no feature.
+// What history a model was trained with: where no place of its training had two earlier drives or
+// more, how they differ is no feature.
 enum class HistoryKind : std::uint8_t { kOfOneDrive, kOfSeveral };
 
 // The sites that a drive measured, found by their places in the map frame.

@@ -14,7 +14,7 @@ namespace sightline {
 // that the drive did not measure. Those of a second drive, added after the first, are
 // `measured_mean_m[2]` and so on.
 // `measured_is_independent` follows, 1 everywhere, where neither the map nor the model that
-// annotates it were made of the drive: its errors may judge a choice that was not told them.
+// annotates it were made of the drive: its errors may judge a choice that did not use them.
 FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured,
                                   bool is_independent = false);
 

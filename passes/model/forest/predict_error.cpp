@@ -79,19 +79,19 @@ bool is_of_the_world(const Eigen::Vector3d& p_world_m) {
   return p_world_m.head<2>().cwiseAbs().maxCoeff() > kFarthestOwn_m;
 }
 
-// What the model was told of earlier drives.
+// What the model uses of earlier drives.
 HistoryKind kind_for(const ErrorModel& model) {
   std::vector<std::string> names;
   for (const FeatureCard& feature : model.features) names.push_back(feature.name);
   return history_kind_of(names);
 }
 
-// The rows that the model's forest expects. `told`: null where no earlier drive is known.
+// The rows that the model's forest expects. `earlier`: null where no earlier drive is known.
 Result<FeatureRows> features_for(const ErrorModel& model, const FactorTable& factors,
-                                 const History* told) {
+                                 const History* earlier) {
   Result<FeatureRows> rows = gather_features(factors, factors_of(model));
   if (!rows || !model.card.knows_history) return rows;
-  return with_history(*rows, kind_for(model), told);
+  return with_history(*rows, kind_for(model), earlier);
 }
 
 // What a model says, stretch by stretch.
@@ -161,12 +161,12 @@ struct Asked {
 };
 
 // Of some sites in a row.
-History some_of(const History& told, std::size_t first, std::size_t count) {
+History some_of(const History& earlier, std::size_t first, std::size_t count) {
   const std::size_t per_site =
-      told.is_known.empty() ? 0 : told.values.size() / told.is_known.size();
-  const auto known = told.is_known.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto values = told.values.begin() + static_cast<std::ptrdiff_t>(first * per_site);
-  return {told.kind,
+      earlier.is_known.empty() ? 0 : earlier.values.size() / earlier.is_known.size();
+  const auto known = earlier.is_known.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto values = earlier.values.begin() + static_cast<std::ptrdiff_t>(first * per_site);
+  return {earlier.kind,
           {known, known + static_cast<std::ptrdiff_t>(count)},
           {values, values + static_cast<std::ptrdiff_t>(count * per_site)}};
 }
@@ -181,19 +181,19 @@ struct ByForest {
   std::vector<std::uint64_t> digests;  // [site]: of its features
 };
 
-// `told` is null, or of these sites.
+// `earlier` is null, or of these sites.
 Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOptions& options,
                                    const ErrorModel& model, const Asked& asked,
-                                   const History* told) {
+                                   const History* earlier) {
   const std::size_t site_count = asked.sites.sites.size();
   const Forest forest(model, options.support_margin, ctx.threads);
   ByForest all{forest.nothing(options.support_margin), {}};
   for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
     const std::size_t count = std::min(kRowsAtOnce, site_count - first);
     SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors.of_sites(first, count));
-    const History told_here = told == nullptr ? History() : some_of(*told, first, count);
+    const History earlier_here = earlier == nullptr ? History() : some_of(*earlier, first, count);
     const Result<FeatureRows> features =
-        features_for(model, factors, told == nullptr ? nullptr : &told_here);
+        features_for(model, factors, earlier == nullptr ? nullptr : &earlier_here);
     if (!features) return from_site(features.error(), first);
     forest.append(ctx, *features, all.predicted);
     for (std::size_t i = 0; i < count; ++i) {
@@ -201,7 +201,7 @@ Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOpt
     }
   }
   put_on_curve(model.card.curve, all.predicted);
-  if (told != nullptr) all.predicted.has_history = told->is_known;
+  if (earlier != nullptr) all.predicted.has_history = earlier->is_known;
   return all;
 }
 
@@ -252,7 +252,7 @@ void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const As
   ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(own.size()) +
            " sites lie within " + format_double(model.card.buffer_m) +
            " m of where the model was trained, but are not its own sites: if this is the same "
-           "place, the forest knows it, and predictions there may flatter");
+           "place, the forest knows it, and predictions there may be optimistic");
 }
 
 // `history`: none, or measured at these sites and looks.
@@ -261,8 +261,8 @@ Result<ByForest> predict_told_or_not(const PassContext& ctx, const PredictErrorO
                                      const EarlierDrives& history) {
   SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors.head()));
   if (history.empty()) return predict_by_forest(ctx, options, model, asked, nullptr);
-  const History told = history_of(asked.sites, history, kind_for(model));
-  return predict_by_forest(ctx, options, model, asked, &told);
+  const History earlier = history_of(asked.sites, history, kind_for(model));
+  return predict_by_forest(ctx, options, model, asked, &earlier);
 }
 
 // The same drives by the looks that take a sample; none unless all know them.
@@ -309,8 +309,8 @@ Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOp
   const LocalizerProfile& localizer = drives.front()->matching.localizer;
   if (!(localizer == model.card.localizer)) {
     ctx.warn(who + (are_several ? " were" : " was") + " localized by " + to_text(localizer) +
-             ", the model foretells the errors of " + to_text(model.card.localizer) +
-             ": what was measured here is not told to it");
+             ", the model predicts the errors of " + to_text(model.card.localizer) +
+             ": what was measured here is no input of it");
     return predict_both(ctx, options, model, asked, {});
   }
   if (!model.card.knows_history) {
@@ -318,8 +318,8 @@ Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOp
              " measured here " + (are_several ? "are" : "is") + " worth, and does not use it");
     return predict_both(ctx, options, model, asked, {});
   }
-  ctx.warn("the errors of " + who + " are told to the model: figures judged on " +
-           (are_several ? "those drives" : "that drive") + " flatter");
+  ctx.warn("the errors of " + who + " are model inputs: figures judged on " +
+           (are_several ? "those drives" : "that drive") + " are optimistic");
   return predict_both(ctx, options, model, asked, drives);
 }
 
@@ -340,7 +340,7 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
                  "their spread",
                  0.0, 10.0),
           choice("history", options.history,
-                 "whether a model made elsewhere (--model) is told what the localization drive "
+                 "whether a model made elsewhere (--model) uses what the localization drive "
                  "measured here",
                  {"auto", "never"})};
 }

@@ -34,9 +34,9 @@ std::vector<Case> cases_of(const DrivenPlaces& places) {
   return cases;
 }
 
-// What "all" means: every factor but a direction, which turns with the map's axes and tells a place
-// nothing of its own, and but the map's evidence, which judges the model and cannot be learnt from
-// where a drive both makes the map and is localized in it.
+// What "all" means: every factor but a direction, which turns with the map's axes and identifies a
+// place nothing of its own, and but the map's evidence, which judges the model and cannot be learnt
+// from where a drive both makes the map and is localized in it.
 std::vector<std::string> chosen_factors(const TrainingSetOptions& options,
                                         const DrivenPlaces& places) {
   if (options.features == FeatureSet::kPaper) return paper_factors();
@@ -102,9 +102,9 @@ void append_case(const DrivenPlaces& places, const Case& of, FeatureRows& factor
   for (const std::size_t drive : of.history_drives) earlier.push_back(&place.drives[drive]);
   History history;
   if (!earlier.empty()) history = history_of(place.sites, earlier, kind);
-  const History* told = earlier.empty() ? nullptr : &history;
+  const History* known = earlier.empty() ? nullptr : &history;
   if (training_set.knows_history) {
-    append_rows(with_history(factors, kind, told), training_set);
+    append_rows(with_history(factors, kind, known), training_set);
   } else if (more == MoreCases::kNone) {
     append_rows(std::move(factors), training_set);
   } else {
@@ -112,7 +112,7 @@ void append_case(const DrivenPlaces& places, const Case& of, FeatureRows& factor
   }
   const std::uint32_t first_run =
       training_set.sites.empty() ? 0 : training_set.sites.back().run + 1;
-  append_sites(place, of, told, first_run, training_set);
+  append_sites(place, of, known, first_run, training_set);
   append_labels(place, place.drives[of.label_drive], training_set);
 }
 
@@ -189,7 +189,7 @@ Result<void> settle_hold_out(const TrainingSetOptions& options, const DrivenPlac
   return {};
 }
 
-// A model foretells the errors of one localizer.
+// A model predicts the errors of one localizer.
 Result<void> check_localizers(const DrivenPlaces& places) {
   const LocalizerProfile& first = places.places.front().drives.front().matching.localizer;
   for (const DrivenPlace& place : places.places) {
@@ -198,7 +198,7 @@ Result<void> check_localizers(const DrivenPlaces& places) {
       return Error{ErrorCode::kMismatchedInputs,
                    "drive '" + drive.drive + "' was localized by " +
                        to_text(drive.matching.localizer) + ", expected " + to_text(first) +
-                       " as on every other: a model foretells the errors of one localizer",
+                       " as on every other: a model predicts the errors of one localizer",
                    "", "place " + place.name};
     }
   }

@@ -15,9 +15,10 @@
 #include "passes/model/forest/hold_out.h"
 
 // All that there is to learn, laid out as rows. A place gives two cases for each drive, whose
-// errors are the labels: without history, and told of what others of its drives found. Of n drives
-// one alone tells the first, two the second, and so on up to n - 1, then one again, so that the
-// model learns what any number of them is worth. A drive is never both history and label.
+// errors are the labels: without history, and with what others of its drives found. Of n drives
+// one alone is the history of the first, two of the second, and so on up to n - 1, then one again,
+// so that the model learns what any number of them is worth. A drive is never both history and
+// label.
 
 namespace sightline {
 

@@ -18,16 +18,16 @@ Choice choose_out_of_fold(const ErrorModel& model, std::size_t limit, double thr
   return choice;
 }
 
-Misses misses_of_rule(const Witnesses& witnesses, std::size_t limit,
+Misses misses_of_rule(const CalibrationDrives& calibration_drives, std::size_t limit,
                       const CalibrationOptions& options, const Choice* tighter) {
-  const ErrorModel& model = witnesses.model;
+  const ErrorModel& model = calibration_drives.model;
   const double limit_m = model.out_of_fold.limits_m[limit];
   Misses misses;
-  misses.sites_in_block = witnesses.cases_in_block;
+  misses.sites_in_block = calibration_drives.cases_in_block;
   const auto try_threshold = [&](double threshold) {
     misses.thresholds.push_back(threshold);
     misses.in_block.push_back(
-        missed_cases(witnesses, limit_m,
+        missed_cases(calibration_drives, limit_m,
                      choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
   };
   if (options.risk_control == RiskControl::kFixed) {
@@ -65,12 +65,13 @@ AlphaDecision decide_for(const Misses& misses, const CalibrationOptions& options
 // The share that was named; else the strictest of kStrictness that is earned about the next drive,
 // kUnearned where none is. `stricter`: the one before it, which is not.
 AlphaDecision strictest_earned(const Misses& misses, const CalibrationOptions& options,
-                               const Witnesses& witnesses, AlphaDecision& stricter) {
+                               const CalibrationDrives& calibration_drives,
+                               AlphaDecision& stricter) {
   constexpr double kStrictness[] = {0.01, 0.02, 0.05, 0.10};
   constexpr double kUnearned = 0.05;
-  const TrainingCard& card = witnesses.model.card;
+  const TrainingCard& card = calibration_drives.model.card;
   if (options.alpha > 0.0) return decide_for(misses, options, options.alpha, card);
-  const bool is_next_drive = witnesses.count.scope == PromiseScope::kNextDrive;
+  const bool is_next_drive = calibration_drives.count.scope == PromiseScope::kNextDrive;
   for (const double alpha : kStrictness) {
     const AlphaDecision decided = decide_for(misses, options, alpha, card);
     if (decided.decision.is_earned && is_next_drive) return decided;
@@ -80,7 +81,7 @@ AlphaDecision strictest_earned(const Misses& misses, const CalibrationOptions& o
   return decide_for(misses, options, kUnearned, card);
 }
 
-void take_counts(const WitnessCount& count, LimitPromise& promise) {
+void take_counts(const CalibrationCount& count, LimitPromise& promise) {
   promise.block_count = count.blocks;
   promise.place_count = count.places;
   promise.drive_count = count.drives;
@@ -88,17 +89,17 @@ void take_counts(const WitnessCount& count, LimitPromise& promise) {
 }
 
 // What the decision is worth, in numbers and words.
-void state(const RiskDecision& decision, const Witnesses& witnesses, const Choice& choice,
-           LimitPromise& promise) {
-  const bool is_next_drive = witnesses.count.scope == PromiseScope::kNextDrive;
+void state(const RiskDecision& decision, const CalibrationDrives& calibration_drives,
+           const Choice& choice, LimitPromise& promise) {
+  const bool is_next_drive = calibration_drives.count.scope == PromiseScope::kNextDrive;
   promise.is_earned = decision.is_earned && is_next_drive;
   if (promise.is_earned) {
-    promise.statement =
-        earned_statement(promise, worst_place_miss_share(witnesses, promise.limit_m, choice));
+    promise.statement = earned_statement(
+        promise, worst_place_miss_share(calibration_drives, promise.limit_m, choice));
   } else if (decision.is_earned) {
-    promise.statement = this_drive_statement(promise, witnesses.model.card);
+    promise.statement = this_drive_statement(promise, calibration_drives.model.card);
   } else {
-    promise.statement = unearned_statement(promise, witnesses, decision.needed_blocks);
+    promise.statement = unearned_statement(promise, calibration_drives, decision.needed_blocks);
   }
 }
 
@@ -106,10 +107,10 @@ void state(const RiskDecision& decision, const Witnesses& witnesses, const Choic
 
 Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, CaseKind kind,
                                   const CalibrationOptions& options, const Choice* tighter) {
-  const Witnesses witnesses = witnesses_of(model, kind);
-  const Misses misses = misses_of_rule(witnesses, limit, options, tighter);
+  const CalibrationDrives calibration_drives = calibration_drives_of(model, kind);
+  const Misses misses = misses_of_rule(calibration_drives, limit, options, tighter);
   AlphaDecision stricter;
-  const auto [alpha, decision] = strictest_earned(misses, options, witnesses, stricter);
+  const auto [alpha, decision] = strictest_earned(misses, options, calibration_drives, stricter);
   Calibration calibration;
   LimitPromise& promise = calibration.promise;
   promise.limit_m = model.out_of_fold.limits_m[limit];
@@ -117,15 +118,15 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
       decision.threshold;
   promise.alpha = options.risk_control == RiskControl::kFixed ? 0.0 : alpha;
   promise.delta = options.risk_control == RiskControl::kLearnThenTest ? options.delta : 0.0;
-  take_counts(witnesses.count, promise);
+  take_counts(calibration_drives.count, promise);
   promise.calibration_miss_share = decision.miss_share;
   promise.method = risk_control_name(options.risk_control);
   calibration.choice =
       choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
-  state(decision, witnesses, calibration.choice, promise);
+  state(decision, calibration_drives, calibration.choice, promise);
   if (promise.is_earned && stricter.alpha > 0.0) {
-    promise.statement +=
-        stricter_statement(promise, witnesses, stricter.alpha, stricter.decision.needed_blocks);
+    promise.statement += stricter_statement(promise, calibration_drives, stricter.alpha,
+                                            stricter.decision.needed_blocks);
   }
   return calibration;
 }
@@ -134,13 +135,13 @@ LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit) {
   LimitPromise promise;
   promise.limit_m = model.out_of_fold.limits_m[limit];
   promise.method = "mean";
-  const Witnesses witnesses = witnesses_of(model, CaseKind::kMapOnly);
-  take_counts(witnesses.count, promise);
+  const CalibrationDrives calibration_drives = calibration_drives_of(model, CaseKind::kMapOnly);
+  take_counts(calibration_drives.count, promise);
   Misses misses;
-  misses.sites_in_block = witnesses.cases_in_block;
+  misses.sites_in_block = calibration_drives.cases_in_block;
   misses.thresholds = {0.0};
-  misses.in_block = {
-      missed_cases(witnesses, promise.limit_m, choose_by_mean(model.out_of_fold, promise.limit_m))};
+  misses.in_block = {missed_cases(calibration_drives, promise.limit_m,
+                                  choose_by_mean(model.out_of_fold, promise.limit_m))};
   promise.calibration_miss_share = miss_share(misses, 0);
   promise.statement = "nothing is promised: a mean within the limit says little about misses; " +
                       observed_misses(promise);

@@ -6,8 +6,8 @@
 
 #include "formats/annotation/range_table.h"
 #include "formats/model/error_model.h"
+#include "passes/model/promise/calibration_drives.h"
 #include "passes/model/promise/selection.h"
-#include "passes/model/promise/witnesses.h"
 
 namespace sightline {
 
@@ -29,8 +29,8 @@ struct Calibration {
 // with `tighter` (the choice for the next tighter limit; null for the tightest) as cap, to the
 // model's out-of-fold predictions, and counting misses block by block. A promise is earned only
 // where they were counted on drives that the trees did not learn from
-// (passes/model/promise/witnesses.h); elsewhere the threshold is kept, and the statement says that
-// it is of this drive. Thresholds tried: 0.005, 0.010, ..., 1.
+// (passes/model/promise/calibration_drives.h); elsewhere the threshold is kept, and the statement
+// says that it is of this drive. Thresholds tried: 0.005, 0.010, ..., 1.
 Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, CaseKind kind,
                                   const CalibrationOptions& options, const Choice* tighter);
 

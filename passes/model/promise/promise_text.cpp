@@ -50,7 +50,7 @@ bool is_simulated(const TrainingCard& card) { return card.reference == ErrorRefe
 
 // Why a threshold of this drive is none of the next.
 std::string why_this_drive(const LimitPromise& promise, const TrainingCard& card) {
-  if (is_simulated(card)) return "nobody drove here, errors are those of simulated scans";
+  if (is_simulated(card)) return "no drive was here, errors are those of simulated scans";
   if (promise.drive_count <= 1) return "one drive alone was measured";
   if (card.hold_out == "blocks") return "the trees learnt from the drives that set the threshold";
   return "fewer than two drives were measured that neither made the map nor taught the trees";
@@ -125,17 +125,19 @@ std::string this_drive_statement(const LimitPromise& promise, const TrainingCard
          method_text(promise) + "; " + observed_misses(promise) + ")";
 }
 
-std::string stricter_statement(const LimitPromise& promise, const Witnesses& witnesses,
-                               double stricter_alpha, std::uint32_t needed_blocks) {
+std::string stricter_statement(const LimitPromise& promise,
+                               const CalibrationDrives& calibration_drives, double stricter_alpha,
+                               std::uint32_t needed_blocks) {
   LimitPromise stricter = promise;
   stricter.alpha = stricter_alpha;
-  return "; " + short_percent(stricter_alpha) +
-         " is not earned: " + what_is_wanting(stricter, witnesses.model.card, needed_blocks);
+  return "; " + short_percent(stricter_alpha) + " is not earned: " +
+         what_is_wanting(stricter, calibration_drives.model.card, needed_blocks);
 }
 
-std::string unearned_statement(const LimitPromise& promise, const Witnesses& witnesses,
+std::string unearned_statement(const LimitPromise& promise,
+                               const CalibrationDrives& calibration_drives,
                                std::uint32_t needed_blocks) {
-  const TrainingCard& card = witnesses.model.card;
+  const TrainingCard& card = calibration_drives.model.card;
   const std::string nothing = "nothing is promised: ";
   if (promise.method == risk_control_name(RiskControl::kFixed)) {
     return nothing + "the threshold was given; " + observed_misses(promise);
@@ -143,7 +145,7 @@ std::string unearned_statement(const LimitPromise& promise, const Witnesses& wit
   if (promise.method == risk_control_name(RiskControl::kEmpirical)) {
     return nothing + "the threshold fits what was seen; " + observed_misses(promise);
   }
-  const double least_m = least_error_m(witnesses);
+  const double least_m = least_error_m(calibration_drives);
   if (promise.block_count > 0 && least_m > promise.limit_m) {
     return nothing + "no range reached " + format_double(promise.limit_m) +
            " m anywhere, the least error measured is " + format_double(least_m) + " m";

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "formats/annotation/range_table.h"
-#include "passes/model/promise/witnesses.h"
+#include "passes/model/promise/calibration_drives.h"
 
 // The one sentence of a promise: of which drives and places, what is promised, or why nothing is.
 
@@ -13,7 +13,7 @@ namespace sightline {
 // "3.1 % missed out of fold in 70 blocks of 7 places, 14 drives"
 std::string observed_misses(const LimitPromise& promise);
 
-// Of a promise that is earned. It is about the mean over places: `worst_place_miss_share` tells how
+// Of a promise that is earned. It is about the mean over places: `worst_place_miss_share` is how
 // far one may lie from it.
 std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share);
 
@@ -21,12 +21,14 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card);
 
 // Of a threshold that no bound was reached for; `needed_blocks`: fewer cannot reach it.
-std::string unearned_statement(const LimitPromise& promise, const Witnesses& witnesses,
+std::string unearned_statement(const LimitPromise& promise,
+                               const CalibrationDrives& calibration_drives,
                                std::uint32_t needed_blocks);
 
 // "; 2 % is not earned: ..." of the next stricter share.
-std::string stricter_statement(const LimitPromise& promise, const Witnesses& witnesses,
-                               double stricter_alpha, std::uint32_t needed_blocks);
+std::string stricter_statement(const LimitPromise& promise,
+                               const CalibrationDrives& calibration_drives, double stricter_alpha,
+                               std::uint32_t needed_blocks);
 
 // Whether errors are those against known poses. A match to the very map is no truth: against it
 // errors vanish with range by construction.

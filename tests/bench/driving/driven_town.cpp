@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "formats/base/stopwatch.h"
-#include "passes/matching/foretold_pose.h"
 #include "passes/matching/match_starts.h"
+#include "passes/matching/predicted_pose.h"
 #include "tests/bench/cold_caches.h"
 
 namespace sightline {
@@ -19,12 +19,12 @@ class StaticVehicle : public Vehicle {
     if (!takes_every_return(look)) options_.stop_step_m = kSampleStop_m;
   }
 
-  PlannedMatch localize(const Scan& scan, const Foretold& foretold) override {
-    const Pose& T_map_start = foretold.T_map_vehicle;
+  PlannedMatch localize(const Scan& scan, const PosePrediction& prediction) override {
+    const Pose& T_map_start = prediction.T_map_vehicle;
     cutter_.cut(localizer_, scan, sensor_, look_, T_map_start, cut_);
     PlannedMatch result;
     result.look_count = 1;
-    result.match = look_.mode == LookMode::kSettle && foretold.is_tracking
+    result.match = look_.mode == LookMode::kSettle && prediction.is_tracking
                        ? settle(localizer_, cut_, T_map_start, options_)
                        : sightline::localize(localizer_, cut_, T_map_start, options_);
     return result;
@@ -44,8 +44,8 @@ class PlannedVehicle : public Vehicle {
   PlannedVehicle(const DrivenTown& town, const LookPlan& plan)
       : plan_(plan), planned_{town.of_samples, town.sensor, plan_} {}
 
-  PlannedMatch localize(const Scan& scan, const Foretold& foretold) override {
-    return localize_in_looks(planned_, scan, foretold, memory_);
+  PlannedMatch localize(const Scan& scan, const PosePrediction& prediction) override {
+    return localize_in_looks(planned_, scan, prediction, memory_);
   }
 
  private:
@@ -76,8 +76,8 @@ std::unique_ptr<Vehicle> make_planned_vehicle(const DrivenTown& town, const Look
   return std::make_unique<PlannedVehicle>(town, plan);
 }
 
-Foretold ClosedLoop::foretell(std::size_t scan) {
-  if (found_count_ > 0) return {foretold_pose(T_map_last_, motion_), found_count_ >= 2};
+PosePrediction ClosedLoop::predict(std::size_t scan) {
+  if (found_count_ > 0) return {predicted_pose(T_map_last_, motion_), found_count_ >= 2};
   static const std::vector<InitialOffset> kOffsets = initial_offsets(StartPattern{});
   const Pose& T_map_true = drive_.T_map_vehicle[scan];
   motion_ = Pose::Identity();
@@ -86,12 +86,12 @@ Foretold ClosedLoop::foretell(std::size_t scan) {
 }
 
 DriveStep ClosedLoop::step(std::size_t scan, bool is_timed) {
-  const Foretold foretold = foretell(scan);
+  const PosePrediction prediction = predict(scan);
   DriveStep step;
-  step.is_tracking = foretold.is_tracking;
+  step.is_tracking = prediction.is_tracking;
   if (is_timed) empty_caches();
   const double begin_ms = is_timed ? thread_cpu_ms() : 0.0;
-  step.found = vehicle_.localize(drive_.scans[scan], foretold);
+  step.found = vehicle_.localize(drive_.scans[scan], prediction);
   if (is_timed) step.time_ms = thread_cpu_ms() - begin_ms;
   const Pose& T_map_found = step.found.match.T_map_sensor;
   const Eigen::Vector3d true_m = drive_.T_map_vehicle[scan].translation();

@@ -25,7 +25,7 @@ std::unique_ptr<DrivenTown> make_driven_town(const MappedTownOptions& options);
 class Vehicle {
  public:
   virtual ~Vehicle() = default;
-  virtual PlannedMatch localize(const Scan& scan, const Foretold& foretold) = 0;
+  virtual PlannedMatch localize(const Scan& scan, const PosePrediction& prediction) = 0;
 };
 
 // One look always; where it settles and the vehicle does not track, it searches.
@@ -42,7 +42,7 @@ struct DriveStep {
   double time_ms = -1.0;  // thread CPU time with cold caches; below 0: not measured
 };
 
-// A vehicle on a drive. It begins up to a metre off, as from outside, and foretells itself from its
+// A vehicle on a drive. It begins up to a metre off, as from outside, and predicts itself from its
 // last two results: from the third scan on it tracks.
 class ClosedLoop {
  public:
@@ -50,7 +50,7 @@ class ClosedLoop {
   DriveStep step(std::size_t scan, bool is_timed);
 
  private:
-  Foretold foretell(std::size_t scan);
+  PosePrediction predict(std::size_t scan);
   const TownDrive& drive_;
   Vehicle& vehicle_;
   Pose T_map_last_ = Pose::Identity();

@@ -10,11 +10,11 @@
 #include "tests/bench/driving/learn_plan.h"
 
 // How good and how dear is driving by a plan of looks? Drives 1 and 2 of each town whole, in closed
-// loop, begun up to a metre off and then foretold from the last two results, against the true pose;
-// beside one look always and static 50 m with every return, as fast as tests/bench/static_50m keeps
-// it. The plan's test and threshold are learnt from the other towns (--test left-out), or those of
-// the product (--test usual). Time is thread CPU time; before each scan and rule the caches are
-// emptied by writing 64 MiB, and all rules take turns at one scan.
+// loop, begun up to a metre off and then predicted from the last two results, against the true
+// pose; beside one look always and static 50 m with every return, as fast as tests/bench/static_50m
+// keeps it. The plan's test and threshold are learnt from the other towns (--test left-out), or
+// those of the product (--test usual). Time is thread CPU time; before each scan and rule the
+// caches are emptied by writing 64 MiB, and all rules take turns at one scan.
 
 namespace sightline {
 namespace {

@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-// Looks that are off with odds exp(2 s3 - 1): sign 3 alone tells.
+// Looks that are off with odds exp(2 s3 - 1): sign 3 alone matters.
 std::vector<LookExample> examples_by_third_sign(std::size_t count) {
   Random random(4);
   std::vector<LookExample> examples(count);
@@ -55,14 +55,14 @@ TEST(AreaUnderCurve, CountsPairsInTheirOrderAndEqualOnesHalf) {
   EXPECT_DOUBLE_EQ(area_under_curve(mixed, LookTest{}), 0.5);
 }
 
-// A vehicle that finds the pose it was foretold, moved by this.
+// A vehicle that finds the predicted pose, moved by this.
 class MovedBy : public Vehicle {
  public:
   explicit MovedBy(double off_m) : off_m_(off_m) {}
-  PlannedMatch localize(const Scan&, const Foretold& foretold) override {
-    tracked.push_back(foretold.is_tracking);
+  PlannedMatch localize(const Scan&, const PosePrediction& prediction) override {
+    tracked.push_back(prediction.is_tracking);
     PlannedMatch found;
-    found.match.T_map_sensor = foretold.T_map_vehicle;
+    found.match.T_map_sensor = prediction.T_map_vehicle;
     found.match.T_map_sensor.translation().z() += off_m_;
     return found;
   }
@@ -78,7 +78,7 @@ TEST(ClosedLoop, TracksFromTheThirdScanAndBeginsAnewWhereItIsLost) {
     drive.scans.emplace_back();
     drive.T_map_vehicle.push_back(Pose::Identity());
   }
-  MovedBy vehicle(0.3);  // each step adds to the motion that is foretold: lost sooner or later
+  MovedBy vehicle(0.3);  // each step adds to the motion that is predicted: lost sooner or later
   const std::vector<DriveStep> steps = drive_whole(drive, vehicle);
   EXPECT_FALSE(vehicle.tracked[0]);
   EXPECT_FALSE(vehicle.tracked[1]);

@@ -20,7 +20,7 @@ struct Localizers {
   Localizer of_samples;
 };
 
-// What a localization ends with, whoever ran it.
+// What a localization ends with, for any localizer.
 struct Found {
   Eigen::Vector3d p_map_m = Eigen::Vector3d::Zero();
   int evaluations = 0;

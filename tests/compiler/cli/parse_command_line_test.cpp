@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// What the made-up verb `paint` is told.
+// What the made-up verb `paint` is given.
 struct PaintFlags {
   std::string wall;
   std::vector<std::string> tools;

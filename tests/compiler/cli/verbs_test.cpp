@@ -80,7 +80,7 @@ TEST(Verbs, MeanTheSameByTheSameFlag) {
   // Where a file is named, the help says which; it may differ.
   const std::set<std::string> with_own_help = {"--output", "--map",  "--json",
                                                "--format", "--site", "--fleet"};
-  // Who makes a map names a LiDAR, a vehicle that admits one tells the digest of its own.
+  // Who makes a map names a LiDAR, a vehicle that admits one names the digest of its own.
   const std::string of_two_meanings = "--sensor";
   std::map<std::string, Flag> known;
   for (const Verb& verb : sightline_program().verbs) {

@@ -45,7 +45,7 @@ TEST(LargeBlocks, SmallOnesLieWhereMallocPutsThem) {
   ::operator delete(none);
 }
 
-// Kept, so that no compiler leaves out a block that nobody uses.
+// Kept, so that no compiler leaves out a block that is not used.
 void* volatile kept = nullptr;
 
 TEST(LargeBlocks, WhatNoAddressesAreLeftForIsBadAlloc) {

@@ -401,7 +401,7 @@ TEST_F(Init, RefusesAFolderWithoutADriveAndSaysWhatItPassedOver) {
 TEST(GuessSensor, TellsEveryBuiltInProfileByItsBeams) {
   for (const std::string& name : sensor_profile_names()) {
     const std::vector<double> beams_deg = sensor_profile(name)->beam_elevations_deg;
-    // Beams that see nothing but sky here, or ground that is too near to count, cannot be told
+    // Beams that see only sky here, or ground that is too near to count, cannot be counted
     // apart.
     if (beams_deg.back() > 35.0 || beams_deg.front() < -50.0) continue;
     const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
@@ -435,7 +435,7 @@ TEST(GuessSensor, CountsBeamsThatMergeByTheirReturns) {
   const SensorGuess guess = guess_sensor(scans);
   EXPECT_EQ(guess.profile, "");
   EXPECT_NEAR(guess.rings, 72, 2);
-  EXPECT_THAT(guess.reason, HasSubstr("12 beams are told apart"));
+  EXPECT_THAT(guess.reason, HasSubstr("12 beams are distinguished"));
 }
 
 TEST(GuessSensor, AsksForTheNameWhereNothingTells) {

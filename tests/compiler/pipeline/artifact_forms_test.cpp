@@ -134,22 +134,24 @@ Result<NdtMap> make_whole(PassContext& /*ctx*/, const NoOptions& /*options*/, co
   return nds;
 }
 
-Result<SiteColumn> count_tiles_and_tell(PassContext& ctx, const NoOptions& options,
-                                        const TiledNds& nds) {
+Result<SiteColumn> count_tiles_and_report(PassContext& ctx, const NoOptions& options,
+                                          const TiledNds& nds) {
   ctx.progress(0, 1);
   return count_tiles(ctx, options, nds);
 }
 
 constexpr Pass kMakeWhole{"make-whole", 1, "whole", "The same, whole", &make_whole};
-constexpr Pass kTell{"tell", 1, "told", "How many tiles there are", &count_tiles_and_tell};
-constexpr Pass kTellAgain{"tell-again", 1, "told-again", "The number again", &count_tiles_and_tell};
+constexpr Pass kReport{"count-tiles", 1, "tile-count", "How many tiles there are",
+                       &count_tiles_and_report};
+constexpr Pass kReportAgain{"count-tiles-again", 1, "tile-count-again", "The number again",
+                            &count_tiles_and_report};
 
 TEST_F(ArtifactForms, OfAWholeTheLastToTakeAFormReadsItFromTheStore) {
   Plan plan;
   const Wire<NdtMap> provided = plan.input<NdtMap>("provided");
   const Wire<NdtMap> whole = plan.run(kMakeWhole, provided);
-  const Wire<SiteColumn> first = plan.run(kTell, whole);
-  const Wire<SiteColumn> last = plan.run(kTellAgain, whole);
+  const Wire<SiteColumn> first = plan.run(kReport, whole);
+  const Wire<SiteColumn> last = plan.run(kReportAgain, whole);
   std::vector<bool> is_form;  // of the entry, while a step runs
   observer_.progress = [&](std::size_t, std::size_t) {
     is_form.push_back(artifacts_.entry(whole).type->is_form);

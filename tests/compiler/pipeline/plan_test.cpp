@@ -55,7 +55,7 @@ TEST(Plan, GivesPassesTheirOwnAndTheSharedSettings) {
   settings.own["slope"]["slope"] = "4";
   settings.own["slope"]["leaf_m"] = "9";  // shared: not the pass's own to set
   settings.shared["leaf_m"] = "0.5";
-  settings.shared["slope"] = "7";  // own: nobody else's to set
+  settings.shared["slope"] = "7";  // own: not to be set by others
   const Plan plan(settings);
   EXPECT_EQ(plan.options(kSlope).slope, 4.0);
   EXPECT_EQ(plan.options(kSlope).leaf_m, 0.5);

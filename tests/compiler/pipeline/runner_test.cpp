@@ -264,7 +264,7 @@ TEST_F(Runner, LoadsNothingThatIsNotNeeded) {
   ASSERT_TRUE(run(2));
   for (const std::filesystem::path& object : objects_of("scale")) std::filesystem::remove(object);
   ASSERT_TRUE(run(2, 3, Wants::kSum));
-  EXPECT_EQ(g_calls, 2) << "the sum is there, so nobody asks for what it was made of";
+  EXPECT_EQ(g_calls, 2) << "the sum is there, so what it was made of is not needed";
   EXPECT_EQ(artifacts_.get(sum_).value, 9);
   ASSERT_EQ(reports_.size(), 2U);
   EXPECT_TRUE(reports_[0].from_cache);
@@ -322,18 +322,18 @@ TEST_F(Runner, LoadsWhatAStepTakesWhenItIsTaken) {
 TEST_F(Runner, RepeatsTheWarningsOfWhatItFindsInTheCache) {
   ASSERT_TRUE(run(2));
   for (const Wants wants : {Wants::kAll, Wants::kSum}) {
-    std::vector<std::string> heard;
+    std::vector<std::string> messages;
     observer_.warning = [&](const std::string& pass, const std::string& message) {
-      heard.push_back(pass + ": " + message);
+      messages.push_back(pass + ": " + message);
     };
     ASSERT_TRUE(run(2, 3, wants));
     EXPECT_EQ(g_calls, 2);
-    EXPECT_EQ(heard, std::vector<std::string>{"scale: scaled once"});
+    EXPECT_EQ(messages, std::vector<std::string>{"scale: scaled once"});
     EXPECT_EQ(reports_.at(0).warnings, std::vector<std::string>{"scaled once"});
   }
 }
 
-// What a drive that is left out costs is said each time, though nobody opens the drive again.
+// A warning about a drive is repeated each time, though the drive is not opened again.
 TEST_F(Runner, RepeatsTheWarningsOfWhatIsNeverKeptAndNotNeeded) {
   for (int run = 0; run < 2; ++run) {
     Plan plan;
@@ -341,14 +341,14 @@ TEST_F(Runner, RepeatsTheWarningsOfWhatIsNeverKeptAndNotNeeded) {
     const Wire<Number> read = plan.run(kRead, plan.run(kOpen, source));
     ArtifactSet artifacts;
     artifacts.provide(source, Number{3});
-    std::vector<std::string> heard;
+    std::vector<std::string> messages;
     observer_.warning = [&](const std::string& pass, const std::string& message) {
-      heard.push_back(pass + ": " + message);
+      messages.push_back(pass + ": " + message);
     };
     ASSERT_TRUE(run_plan(plan, {read}, options_, observer_, artifacts, reports_));
     EXPECT_EQ(artifacts.get(read).value, 3);
     EXPECT_EQ(g_calls, 2) << "the second run finds what was read";
-    EXPECT_EQ(heard, std::vector<std::string>{"open: half of it is left out"});
+    EXPECT_EQ(messages, std::vector<std::string>{"open: half of it is left out"});
   }
 }
 

@@ -56,7 +56,7 @@ TEST_F(Cache, CountsThePartsThatAreThere) {
   EXPECT_EQ(count->all, 3U);
   EXPECT_EQ(count->there, 1U);
   EXPECT_FALSE(cache.part_count("a", other_));
-  // What the pass tells later stands beside it, and what it told before counts once.
+  // What the pass reports later is kept beside it, and what it reported before counts once.
   const auto first_list = read_file(folder_ / place_of({"a part list", key_}));
   cache.store_part_list("a", key_, std::vector<Digest>{other_, sha256("four")}, 1);
   cache.store_part_list("a", key_, std::vector<Digest>{sha256("five")}, 2);
@@ -126,7 +126,7 @@ TEST_F(Cache, RemovesWhatNoRunUsedForLongWhereItIsAsked) {
   for (const Digest& key : {key_, other_}) {
     ASSERT_TRUE(cache.store("pass", key, content_));
     ASSERT_TRUE(cache.store_warnings("pass", key, {"a warning"}));
-    const Digest later = derived_digest("told later", key, {});
+    const Digest later = derived_digest("reported later", key, {});
     cache.store_part_list("pass", key, std::vector<Digest>{key});
     cache.store_part_list("pass", key, std::vector<Digest>{later}, 1);
     cache.store_part("pass", key, content_);
@@ -135,7 +135,7 @@ TEST_F(Cache, RemovesWhatNoRunUsedForLongWhereItIsAsked) {
   for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
     if (entry.is_regular_file()) grow_old(entry.path());
   }
-  EXPECT_EQ(look_at_cache(folder_)->unused.size(), 0U) << "nobody asked";
+  EXPECT_EQ(look_at_cache(folder_)->unused.size(), 0U) << "not requested";
   EXPECT_EQ(look_at_cache(folder_, std::chrono::hours(480))->unused.size(), 0U);
   cache.mark_used("pass", other_);
   const Result<CacheContents> contents = look_at_cache(folder_, std::chrono::hours(120));

@@ -7,7 +7,7 @@
 #include "formats/foreign/ros/ros_messages.h"
 #include "tests/formats/foreign/bag_files.h"
 
-// Small bags for tests: a drive with clouds, odometry and a topic that nobody reads.
+// Small bags for tests: a drive with clouds, odometry and a topic that is not read.
 
 namespace sightline {
 

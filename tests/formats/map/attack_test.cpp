@@ -69,7 +69,7 @@ TEST(Attack, LayersSwappedBetweenTilesAreRefused) {
   }
 }
 
-// Every tile is whole in itself, so the root digest is all that tells.
+// Every tile is whole in itself, so only the root digest differs.
 TEST(Attack, TilesOfTwoVersionsMixedAreRefused) {
   const CompiledMap older = twin_tiles();
   CompiledMap newer = older;
@@ -80,7 +80,7 @@ TEST(Attack, TilesOfTwoVersionsMixedAreRefused) {
   const Digest root = decode_header(encode_map(older))->root_digest;
   const std::vector<std::byte> file =
       with_header(mixed, [&](FileHeader& header) { header.root_digest = root; });
-  // The section look-up is sealed with the root digest that it was made for, and so tells first.
+  // The section look-up is sealed with the root digest that it was made for, and so fails first.
   EXPECT_EQ(refusal_of(file), ErrorCode::kBadLayer);
   std::vector<std::byte> sealed_anew = mixed;
   repair_map(sealed_anew, root);
@@ -96,7 +96,8 @@ TEST(Attack, ALookUpThatSendsTheVehicleElsewhereIsRefused) {
   forged[rows] ^= std::byte{0xff};  // a site somewhere else
   seal_page(std::span(forged).subspan(rows, kPageSize), 1, page_seed(header));
   require(open_container(forged));
-  // The block's own checksum tells; where that was forged too, the comparison with the layers does.
+  // The block's own checksum differs; where that was forged too, the comparison with the layers
+  // does.
   EXPECT_EQ(refusal_of(forged), ErrorCode::kChecksumMismatch);
 }
 

@@ -581,7 +581,7 @@ TEST(MapReader, NamesTheLocalizerWhoseErrorsWereMeasured) {
   }
 }
 
-// A file in memory that nobody may write to any more stands for a read-only file system.
+// A file in memory that is sealed against writing stands for a read-only file system.
 TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
   const CompiledMap map = random_map({.seed = 9});
   const std::vector<std::byte> file = encode_map(map);

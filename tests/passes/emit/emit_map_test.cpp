@@ -52,7 +52,7 @@ struct Workshop {
                                                   .mapping = is_finished ? nullptr : &mapping,
                                                   .columns = made.columns}));
     EXPECT_TRUE(validate(map));
-    EXPECT_EQ(map.foretold, model.card.localizer);
+    EXPECT_EQ(map.predicted_localizer, model.card.localizer);
     SIGHTLINE_ASSIGN(file, map.bytes.read(0, map.bytes.size()));
     return read_map(file);
   }
@@ -209,7 +209,7 @@ TEST(EmitMap, NamesTheLocalizerOfTheModelAndNoCoverageOfAnother) {
   EXPECT_EQ(other->measurement.measured_site_count, 0u);
   EXPECT_EQ(other->quality[0].measured_coverage, 0.0);
   ASSERT_EQ(workshop.warnings.size(), 1u);
-  EXPECT_THAT(workshop.warnings[0], HasSubstr("foretells the errors of my-ndt v2"));
+  EXPECT_THAT(workshop.warnings[0], HasSubstr("predicts the errors of my-ndt v2"));
   CompiledMap lying = *other;
   lying.model.localizer.name = "pcl-ndt";
   EXPECT_EQ(model_of(lying.model).error().code, ErrorCode::kDigestMismatch);

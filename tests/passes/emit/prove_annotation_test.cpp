@@ -44,18 +44,18 @@ FactorTable with_own_error(const FactorTable& factors, const MeasuredError& meas
   return table;
 }
 
-// Annotated as emit-map and the passes before it do; `told`: with what a first drive measured
-// there.
-CompiledMap annotated(const DrivenPlace& place, bool told) {
+// Annotated as emit-map and the passes before it do; `has_history`: with what a first drive
+// measured there.
+CompiledMap annotated(const DrivenPlace& place, bool has_history) {
   PassContext ctx;
   CompiledMap map;
   map.sites = place.sites;
-  map.factors = told ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
+  map.factors = history ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
   map.factors = with_own_error(map.factors, place.drives[0]);
   const Result<PredictedError> predicted =
-      told ? predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings,
-                           &place.drives[0])
-           : predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings);
+      history ? predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings,
+                              &place.drives[0])
+              : predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings);
   EXPECT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
   const Result<RangeTable> ranges =
@@ -100,15 +100,15 @@ TEST(ProveAnnotation, MakesThemAgainWithWhatAnEarlierDriveMeasured) {
 TEST(ProveAnnotation, MakesThemAgainWithWhatSeveralDrivesMeasured) {
   DrivenPlace place = place_driven_often(9, 4, kSmall);
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
-  const MeasuredDrives told{{place.drives[0], place.drives[1], place.drives[3]}, {0, 1, 3}, 4};
+  const MeasuredDrives history{{place.drives[0], place.drives[1], place.drives[3]}, {0, 1, 3}, 4};
   PassContext ctx;
   CompiledMap map = annotated(place, false);
-  const Result<PredictedError> predicted =
-      predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings, nullptr, &told);
+  const Result<PredictedError> predicted = predict_error(
+      ctx, {}, model(), place.sites, place.factors, place.recordings, nullptr, &history);
   ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
   const Result<FactorTable> factors =
-      add_history(ctx, {}, map.factors, told, *predicted, model(), place.recordings);
+      add_history(ctx, {}, map.factors, history, *predicted, model(), place.recordings);
   ASSERT_TRUE(factors.has_value());
   map.factors = *factors;
   EXPECT_EQ(map.factors.factors.back(), "measured_is_independent[3]");

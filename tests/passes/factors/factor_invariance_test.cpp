@@ -93,7 +93,7 @@ const std::map<std::string, double> kBounds = {
     {"flat_050", 0.2},       {"virtual_points", 0.35},  {"virtual_error", 1.9},
     {"rival_score", 0.15}};
 
-// Of a factor that nobody has measured yet: as the worst of these.
+// Of a factor that has not been measured yet: as the worst of these.
 constexpr double kUnmeasured = 1.9;
 
 void expect_within_bounds(const ToyWorld& world, double turn_deg, const Eigen::Vector3d& by_m,

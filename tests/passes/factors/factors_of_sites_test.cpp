@@ -58,7 +58,7 @@ FactorTable factors_of(PassContext& ctx, const Place& place) {
   return *table;
 }
 
-// Depth images and virtual scans of all sites at once, as nobody else makes them any more.
+// Depth images and virtual scans of all sites at once, which product code no longer makes.
 TEST(FactorsOfSites, AreThoseOfDepthImagesAndVirtualScansOfTheWholeMap) {
   const Place place = street();
   PassContext ctx;

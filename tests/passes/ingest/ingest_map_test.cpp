@@ -48,7 +48,7 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
   const NdtMap ndt = value_of(whole_nds(build_ndt(ctx_, {}, points)));
   EXPECT_EQ(ndt.nds.size(), 16U * 8U);
   EXPECT_EQ(ndt.point_count, points.standing_count);
-  // No ray opens what nobody looked through.
+  // No ray opens what was not looked through.
   const Surface surface = value_of(whole(build_surface(ctx_, {}, points)));
   EXPECT_GE(surface.patches.size(), 64U * 32U);
   // What comes from the cache finds its pieces again.

@@ -21,12 +21,12 @@ SyntheticDrive small_drive() {
   return drive;
 }
 
-struct Told {
+struct Added {
   Result<FactorTable> table;
   std::vector<std::string> warnings;
 };
 
-Told told(const SyntheticDrive& drive, const std::string& localizing_sensor = "vlp-16") {
+Added added(const SyntheticDrive& drive, const std::string& localizing_sensor = "vlp-16") {
   PassContext ctx;
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
@@ -59,7 +59,7 @@ void for_each_row(const FactorTable& table, const FactorTable& before, const Exp
 
 TEST(AddMappingError, TellsWhatWasMeasuredAndElsewhereWhatTheVirtualScanSays) {
   const SyntheticDrive drive = small_drive();
-  const auto [table, warnings] = told(drive);
+  const auto [table, warnings] = added(drive);
   ASSERT_TRUE(table.has_value());
   EXPECT_TRUE(warnings.empty());
   for_each_row(*table, drive.factors,
@@ -72,7 +72,7 @@ TEST(AddMappingError, TellsWhatWasMeasuredAndElsewhereWhatTheVirtualScanSays) {
 
 TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
   const SyntheticDrive drive = small_drive();
-  const auto [table, warnings] = told(drive, "hdl-64e");
+  const auto [table, warnings] = added(drive, "hdl-64e");
   ASSERT_TRUE(table.has_value());
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings[0],
@@ -106,7 +106,7 @@ TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
   drive.measured.of_samples = {drive.measured};
   drive.measured.of_samples.front().looks = looks;
   for (ErrorRow& row : drive.measured.of_samples.front().rows) row.from_given_m *= 0.1;
-  const auto [table, warnings] = told(drive);
+  const auto [table, warnings] = added(drive);
   ASSERT_TRUE(table.has_value());
   ASSERT_TRUE(validate(*table).has_value());
   ASSERT_EQ(table->of_samples.size(), 1U);
@@ -146,7 +146,7 @@ TEST(AddMappingError, RefusesOtherSitesOtherRangesAndFactorsWithoutAStandIn) {
   SyntheticDrive no_stand_in = small_drive();
   no_stand_in.factors.factors.back() = "crlb_max";
   for (const SyntheticDrive& drive : {other_sites, other_ranges, no_stand_in}) {
-    const Result<FactorTable> table = told(drive).table;
+    const Result<FactorTable> table = added(drive).table;
     ASSERT_FALSE(table.has_value());
     EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
     EXPECT_EQ(table.error().place, "pass add-mapping-error");

@@ -47,9 +47,9 @@ Result<MeasuredDrives> join(PassContext& ctx, const std::vector<Drive>& drives,
 
 TEST(JoinErrors, KeepsEachDriveAsItIs) {
   const DrivenPlace place = place_driven_often(1, 3, kSmall);
-  Warned told;
+  Warned warned;
   const Result<MeasuredDrives> three =
-      join(told.ctx, {drive_with("first"), drive_with("second"), drive_with("third")},
+      join(warned.ctx, {drive_with("first"), drive_with("second"), drive_with("third")},
            {place.drives[0], place.drives[1], place.drives[2]});
   ASSERT_TRUE(three.has_value()) << to_string(three.error());
   ASSERT_EQ(three->drives.size(), 3u);
@@ -57,16 +57,16 @@ TEST(JoinErrors, KeepsEachDriveAsItIs) {
     EXPECT_EQ(to_bytes(three->drives[i]), to_bytes(place.drives[i]));
   }
   EXPECT_EQ(three->numbers, (std::vector<std::uint32_t>{0, 1, 2}));
-  EXPECT_TRUE(told.warnings.empty());
+  EXPECT_TRUE(warned.warnings.empty());
 }
 
 TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
   const DrivenPlace place = place_driven_often(1, 4, kSmall);
-  Warned told;
+  Warned warned;
   Drive raised = drive_with("raised");
   raised.sensor.T_vehicle_lidar.translation().z() += 0.5;
   const Result<MeasuredDrives> joined =
-      join(told.ctx,
+      join(warned.ctx,
            {drive_with("first"), drive_with("far"), drive_with("other", "hdl-64e"), raised,
             drive_with("last")},
            {place.drives[0], nowhere(place.drives[1]), place.drives[2], place.drives[2],
@@ -74,21 +74,22 @@ TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
   ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
   EXPECT_EQ(joined->numbers, (std::vector<std::uint32_t>{0, 4}));
   EXPECT_EQ(joined->named_count, 5u);
-  ASSERT_EQ(told.warnings.size(), 3u);
-  EXPECT_NE(told.warnings[0].find("drive 2, 'far', is left out: it comes near no site"),
+  ASSERT_EQ(warned.warnings.size(), 3u);
+  EXPECT_NE(warned.warnings[0].find("drive 2, 'far', is left out: it comes near no site"),
             std::string::npos)
-      << told.warnings[0];
-  EXPECT_NE(told.warnings[1].find("'other', is left out: its sensor is hdl-64e"), std::string::npos)
-      << told.warnings[1];
-  EXPECT_NE(told.warnings[2].find("'raised', is left out: its sensor sits elsewhere"),
+      << warned.warnings[0];
+  EXPECT_NE(warned.warnings[1].find("'other', is left out: its sensor is hdl-64e"),
             std::string::npos)
-      << told.warnings[2];
+      << warned.warnings[1];
+  EXPECT_NE(warned.warnings[2].find("'raised', is left out: its sensor sits elsewhere"),
+            std::string::npos)
+      << warned.warnings[2];
 }
 
 TEST(JoinErrors, GoesOnWithoutTheFirst) {
   const DrivenPlace place = place_driven_often(1, 2, kSmall);
-  Warned told;
-  const Result<MeasuredDrives> joined = join(told.ctx, {drive_with("far"), drive_with("near")},
+  Warned warned;
+  const Result<MeasuredDrives> joined = join(warned.ctx, {drive_with("far"), drive_with("near")},
                                              {nowhere(place.drives[0]), place.drives[1]});
   ASSERT_TRUE(joined.has_value());
   EXPECT_EQ(joined->numbers, std::vector<std::uint32_t>{1});
@@ -98,9 +99,9 @@ TEST(JoinErrors, RefusesErrorsOfOtherSites) {
   const DrivenPlace place = place_driven_often(1, 2, kSmall);
   const DrivenPlace longer = place_driven_often(
       1, 2, {.site_count = 13, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
-  Warned told;
+  Warned warned;
   const Result<MeasuredDrives> joined =
-      join(told.ctx, {drive_with("a"), drive_with("b")}, {place.drives[0], longer.drives[1]});
+      join(warned.ctx, {drive_with("a"), drive_with("b")}, {place.drives[0], longer.drives[1]});
   ASSERT_FALSE(joined.has_value());
   EXPECT_EQ(joined.error().code, ErrorCode::kMismatchedInputs);
 }

@@ -258,7 +258,7 @@ TEST(MeasureError, StartsThatShareClimbsEndNearWhereEachEndsAlone) {
     }
     EXPECT_NEAR(measured->of_samples.front().row(site, 0).mean_m,
                 mean_alone_m(world, options, own, options.looks.front(), site), 1e-12)
-        << "a cut that depends on its start is nobody else's";
+        << "a cut that depends on its start is its own";
   }
   EXPECT_TRUE(differs);
 }

@@ -50,7 +50,7 @@ TEST(TrackDrive, LooksUpTheRangeWhereItExpectsToBe) {
   EXPECT_EQ(tracks.step(0, 9).range_m, 30.0);  // x = 4.1 m
   EXPECT_EQ(tracks.step(0, 17).range_m, 30.0);
   EXPECT_EQ(tracks.step(1, 10).range_m, 15.0);
-  // Where the map chooses as the static rule does, nothing tells the two replays apart.
+  // Where the map chooses as the static rule does, the two replays do not differ.
   for (std::size_t scan = 0; scan <= 6; ++scan) {
     EXPECT_EQ(tracks.step(0, scan).error_m, tracks.step(1, scan).error_m);
     EXPECT_EQ(tracks.step(0, scan).work, tracks.step(1, scan).work);
@@ -83,7 +83,7 @@ TEST(TrackDrive, ReplaysLooksAndThePlanBesideRanges) {
     const bool is_second = (tracks.step(2, scan).flags & kTrackSecondLook) != 0;
     EXPECT_EQ(is_second, scan >= 2) << scan;
   }
-  // Where the map chooses as the static rule does, nothing tells the two replays apart.
+  // Where the map chooses as the static rule does, the two replays do not differ.
   for (std::size_t scan = 0; scan <= 6; ++scan) {
     EXPECT_EQ(tracks.step(1, scan).error_m, tracks.step(3, scan).error_m);
   }

@@ -99,7 +99,7 @@ TEST(ScanRays, SaysWhatEveryRayByItselfSays) {
   }
 }
 
-// The places of a scan's sensor at T_map_lidar, told from an anchor in the map.
+// The places of a scan's sensor at T_map_lidar, relative to an anchor in the map.
 struct MapPlaces {
   std::vector<float> x_m, y_m, z_m;
   RayPlaces places;

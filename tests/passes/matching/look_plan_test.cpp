@@ -36,27 +36,27 @@ LookPlan room_plan(double doubt_above) {
   return plan;
 }
 
-Foretold foretold_beside_truth(double off_m) {
-  Foretold foretold;
-  foretold.T_map_vehicle.translation().x() = off_m;
-  return foretold;
+PosePrediction prediction_beside_truth(double off_m) {
+  PosePrediction prediction;
+  prediction.T_map_vehicle.translation().x() = off_m;
+  return prediction;
 }
 
 // With a memory of its own.
-PlannedMatch localize_room(const LookPlan& plan, const Foretold& foretold,
+PlannedMatch localize_room(const LookPlan& plan, const PosePrediction& prediction,
                            const LookDeadline& deadline = {},
                            MatchKernel kernel = MatchKernel::kFastest) {
   const SensorProfile sensor;
   PlannedLocalizer planned{room_localizer(), sensor, plan};
   planned.options.kernel = kernel;
   LookMemory memory;
-  return localize_in_looks(planned, room_scan(5), foretold, memory, deadline);
+  return localize_in_looks(planned, room_scan(5), prediction, memory, deadline);
 }
 
 double error_m(const PlannedMatch& found) { return found.match.T_map_sensor.translation().norm(); }
 
 TEST(LookPlan, AConfidentFirstLookRunsNoSecond) {
-  const PlannedMatch found = localize_room(room_plan(kNever), foretold_beside_truth(0.1));
+  const PlannedMatch found = localize_room(room_plan(kNever), prediction_beside_truth(0.1));
   EXPECT_EQ(found.look_count, 1);
   EXPECT_EQ(found.match.T_map_sensor.matrix(), found.T_map_first.matrix());
   EXPECT_LT(error_m(found), 0.05);
@@ -64,8 +64,8 @@ TEST(LookPlan, AConfidentFirstLookRunsNoSecond) {
 }
 
 TEST(LookPlan, ADoubtfulFirstLookRunsTheSecondAndItsResultStands) {
-  const PlannedMatch first = localize_room(room_plan(kNever), foretold_beside_truth(0.1));
-  const PlannedMatch found = localize_room(room_plan(kAlways), foretold_beside_truth(0.1));
+  const PlannedMatch first = localize_room(room_plan(kNever), prediction_beside_truth(0.1));
+  const PlannedMatch found = localize_room(room_plan(kAlways), prediction_beside_truth(0.1));
   EXPECT_EQ(found.look_count, 2);
   EXPECT_EQ(found.T_map_first.matrix(), first.T_map_first.matrix());
   EXPECT_NE(found.match.T_map_sensor.matrix(), found.T_map_first.matrix());
@@ -73,48 +73,48 @@ TEST(LookPlan, ADoubtfulFirstLookRunsTheSecondAndItsResultStands) {
 }
 
 TEST(LookPlan, IterationsAndWorkAreOfAllLooks) {
-  const Foretold foretold = foretold_beside_truth(0.1);
-  const PlannedMatch first = localize_room(room_plan(kNever), foretold);
-  const PlannedMatch both = localize_room(room_plan(kAlways), foretold);
+  const PosePrediction prediction = prediction_beside_truth(0.1);
+  const PlannedMatch first = localize_room(room_plan(kNever), prediction);
+  const PlannedMatch both = localize_room(room_plan(kAlways), prediction);
   LookCutter cutter;
   ScanForMatch cut;
-  cutter.cut(room_localizer(), room_scan(5), {}, room_plan(kAlways).second, foretold.T_map_vehicle,
-             cut);
+  cutter.cut(room_localizer(), room_scan(5), {}, room_plan(kAlways).second,
+             prediction.T_map_vehicle, cut);
   const MatchResult second =
-      settle(room_localizer(), cut, foretold.T_map_vehicle, {.stop_step_m = kSampleStop_m});
+      settle(room_localizer(), cut, prediction.T_map_vehicle, {.stop_step_m = kSampleStop_m});
   EXPECT_EQ(both.match.iterations, first.match.iterations + 11 + second.iterations);
   EXPECT_EQ(both.match.work, first.match.work + 11 * cut.thin_count + second.work);
 }
 
 TEST(LookPlan, TheThresholdDecidesWhichMatchesAreDoubted) {
-  const double doubt = localize_room(room_plan(kNever), foretold_beside_truth(0.2)).doubt;
-  EXPECT_EQ(localize_room(room_plan(doubt), foretold_beside_truth(0.2)).look_count, 1);
-  EXPECT_EQ(localize_room(room_plan(doubt - 1e-9), foretold_beside_truth(0.2)).look_count, 2);
+  const double doubt = localize_room(room_plan(kNever), prediction_beside_truth(0.2)).doubt;
+  EXPECT_EQ(localize_room(room_plan(doubt), prediction_beside_truth(0.2)).look_count, 1);
+  EXPECT_EQ(localize_room(room_plan(doubt - 1e-9), prediction_beside_truth(0.2)).look_count, 2);
 }
 
 TEST(LookPlan, AVehicleThatDoesNotTrackSearchesWithTheSecondLookAlone) {
-  Foretold foretold = foretold_beside_truth(0.6);
-  foretold.is_tracking = false;
-  const PlannedMatch found = localize_room(room_plan(kNever), foretold);
+  PosePrediction prediction = prediction_beside_truth(0.6);
+  prediction.is_tracking = false;
+  const PlannedMatch found = localize_room(room_plan(kNever), prediction);
   EXPECT_EQ(found.look_count, 1);
   EXPECT_LT(error_m(found), 0.03);
   const SensorProfile sensor;
   LookCutter cutter;
   ScanForMatch cut;
   cutter.cut(room_localizer(), room_scan(5), sensor, room_plan(kNever).second,
-             foretold.T_map_vehicle, cut);
+             prediction.T_map_vehicle, cut);
   const MatchResult searched =
-      localize(room_localizer(), cut, foretold.T_map_vehicle, {.stop_step_m = kSampleStop_m});
+      localize(room_localizer(), cut, prediction.T_map_vehicle, {.stop_step_m = kSampleStop_m});
   EXPECT_EQ(found.match.T_map_sensor.matrix(), searched.T_map_sensor.matrix());
 }
 
 TEST(LookPlan, TheSecondLookFindsAVehicleThatTurnedFurtherThanForetold) {
   for (const double turn_deg : {-9.0, -6.0, 6.0, 9.0}) {
-    Foretold foretold;
-    foretold.T_map_vehicle.linear() =
+    PosePrediction prediction;
+    prediction.T_map_vehicle.linear() =
         Eigen::AngleAxisd(turn_deg * std::acos(-1.0) / 180.0, Eigen::Vector3d::UnitZ())
             .toRotationMatrix();
-    EXPECT_LT(error_m(localize_room(room_plan(kAlways), foretold)), 0.03) << turn_deg;
+    EXPECT_LT(error_m(localize_room(room_plan(kAlways), prediction)), 0.03) << turn_deg;
   }
 }
 
@@ -129,17 +129,18 @@ TEST(LookPlan, NoLookBeginsPastTheDeadline) {
   deadline.latest_ms = 10.0;
   clock_ms = 10.0;
   const PlannedMatch in_time =
-      localize_room(room_plan(kAlways), foretold_beside_truth(0.1), deadline);
+      localize_room(room_plan(kAlways), prediction_beside_truth(0.1), deadline);
   EXPECT_EQ(in_time.look_count, 2);
   EXPECT_FALSE(in_time.is_past_deadline);
   clock_ms = 10.1;
-  const PlannedMatch late = localize_room(room_plan(kAlways), foretold_beside_truth(0.1), deadline);
+  const PlannedMatch late =
+      localize_room(room_plan(kAlways), prediction_beside_truth(0.1), deadline);
   EXPECT_EQ(late.look_count, 1);  // the first look is always had
   EXPECT_TRUE(late.is_past_deadline);
   EXPECT_EQ(late.match.T_map_sensor.matrix(), late.T_map_first.matrix());
   EXPECT_EQ(questions, 2);
   const PlannedMatch confident =
-      localize_room(room_plan(kNever), foretold_beside_truth(0.1), deadline);
+      localize_room(room_plan(kNever), prediction_beside_truth(0.1), deadline);
   EXPECT_FALSE(confident.is_past_deadline);
 }
 
@@ -152,21 +153,21 @@ TEST(LookPlan, AllocatesNothingOnceItHasSeenSuchAScan) {
   deadline.now_ms = [] { return 0.0; };
   deadline.latest_ms = 1.0;
   LookMemory memory;
-  localize_in_looks(planned, scan, foretold_beside_truth(0.1), memory, deadline);
+  localize_in_looks(planned, scan, prediction_beside_truth(0.1), memory, deadline);
   const std::size_t before = allocation_count();
   const PlannedMatch found =
-      localize_in_looks(planned, scan, foretold_beside_truth(0.1), memory, deadline);
+      localize_in_looks(planned, scan, prediction_beside_truth(0.1), memory, deadline);
   EXPECT_EQ(allocation_count(), before);
   EXPECT_EQ(found.look_count, 2);
 }
 
 TEST(LookPlan, AllKernelsGiveTheSameBytes) {
   const PlannedMatch expected =
-      localize_room(room_plan(kAlways), foretold_beside_truth(0.2), {}, MatchKernel::kPortable);
+      localize_room(room_plan(kAlways), prediction_beside_truth(0.2), {}, MatchKernel::kPortable);
   for (const MatchKernel kernel : {MatchKernel::kAvx2, MatchKernel::kAvx512}) {
     if (!is_supported(kernel)) continue;
     const PlannedMatch found =
-        localize_room(room_plan(kAlways), foretold_beside_truth(0.2), {}, kernel);
+        localize_room(room_plan(kAlways), prediction_beside_truth(0.2), {}, kernel);
     EXPECT_EQ(std::memcmp(found.match.T_map_sensor.data(), expected.match.T_map_sensor.data(),
                           16 * sizeof(double)),
               0);
@@ -180,17 +181,17 @@ TEST(LookPlan, WhereNothingCanBeMatchedTheForetoldPoseStands) {
   const LookPlan plan = room_plan(kNever);
   const PlannedLocalizer planned{room_localizer(), sensor, plan};
   LookMemory memory;
-  const Foretold foretold = foretold_beside_truth(0.3);
-  const PlannedMatch found = localize_in_looks(planned, Scan{}, foretold, memory);
+  const PosePrediction prediction = prediction_beside_truth(0.3);
+  const PlannedMatch found = localize_in_looks(planned, Scan{}, prediction, memory);
   EXPECT_EQ(found.look_count, 2);  // a first look without a match is always doubted
   EXPECT_EQ(found.match.stop, MatchStop::kNoPoints);
-  EXPECT_EQ(found.match.T_map_sensor.matrix(), foretold.T_map_vehicle.matrix());
+  EXPECT_EQ(found.match.T_map_sensor.matrix(), prediction.T_map_vehicle.matrix());
 }
 
 TEST(LookPlan, ASecondLookThatSeesNothingLeavesTheFirstOnesPose) {
   LookPlan plan = room_plan(kAlways);
   plan.second.range_m = 0.5;
-  const PlannedMatch found = localize_room(plan, foretold_beside_truth(0.1));
+  const PlannedMatch found = localize_room(plan, prediction_beside_truth(0.1));
   EXPECT_EQ(found.look_count, 2);
   EXPECT_EQ(found.match.T_map_sensor.matrix(), found.T_map_first.matrix());
   EXPECT_EQ(found.match.stop, MatchStop::kConverged);
@@ -201,11 +202,11 @@ TEST(LookPlan, AMemoryKeepsNothingOfTheScanBefore) {
   const LookPlan plan = room_plan(kAlways);
   const PlannedLocalizer planned{room_localizer(), sensor, plan};
   LookMemory memory;
-  localize_in_looks(planned, room_scan(9), foretold_beside_truth(0.4), memory);
+  localize_in_looks(planned, room_scan(9), prediction_beside_truth(0.4), memory);
   const PlannedMatch found =
-      localize_in_looks(planned, room_scan(5), foretold_beside_truth(0.1), memory);
+      localize_in_looks(planned, room_scan(5), prediction_beside_truth(0.1), memory);
   EXPECT_EQ(found.match.T_map_sensor.matrix(),
-            localize_room(plan, foretold_beside_truth(0.1)).match.T_map_sensor.matrix());
+            localize_room(plan, prediction_beside_truth(0.1)).match.T_map_sensor.matrix());
 }
 
 }  // namespace

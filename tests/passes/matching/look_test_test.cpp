@@ -57,9 +57,9 @@ TEST(LookTest, SignsAreFiniteForAnyMatch) {
 TEST(LookTest, SignsDoNotDependOnWhereInTheMapTheVehicleIs) {
   Random random(6);
   MatchResult match = match_with(400.0, 25.0);
-  const Pose T_map_foretold = random_pose(random, 0.1, 0.1);
-  const LookSigns here = look_signs(match, 80, T_map_foretold);
-  Pose there = T_map_foretold;
+  const Pose T_map_predicted = random_pose(random, 0.1, 0.1);
+  const LookSigns here = look_signs(match, 80, T_map_predicted);
+  Pose there = T_map_predicted;
   there.translation() += Eigen::Vector3d(512.0, 256.0, 0.0);
   match.T_map_sensor.translation() += Eigen::Vector3d(512.0, 256.0, 0.0);
   const LookSigns elsewhere = look_signs(match, 80, there);

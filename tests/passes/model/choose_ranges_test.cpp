@@ -112,7 +112,7 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   EXPECT_NE(promise_of(1801).statement.find("1801 of 3600 sites are unlike"), std::string::npos);
 }
 
-// The factors of a map that nobody scanned.
+// The factors of a map without scans.
 FactorTable simulated_factors(const ErrorModel& model) {
   const FactorTable measured = demanding_factors(model);
   FactorTable table = measured;
@@ -246,7 +246,7 @@ TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
 }
 
 TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
-  // The even cases were told of an earlier drive and are always right at 0.5; the others at 0.9.
+  // The even cases know an earlier drive and are always right at 0.5; the others at 0.9.
   std::vector<HandmadeSite> sites;
   for (std::size_t i = 0; i < 400; ++i) {
     const bool is_told = i >= 200;
@@ -276,9 +276,9 @@ TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
 
 TEST(ChooseRanges, RefusesHistoryThatTheModelKnowsNothingOf) {
   const ErrorModel model = five_sites();
-  PredictedError told = model.out_of_fold;
-  told.has_history[2] = 1;
-  EXPECT_EQ(failure_of(choose(model, {}, told)).code, ErrorCode::kMismatchedInputs);
+  PredictedError with_history = model.out_of_fold;
+  with_history.has_history[2] = 1;
+  EXPECT_EQ(failure_of(choose(model, {}, with_history)).code, ErrorCode::kMismatchedInputs);
 }
 
 TEST(ChooseRanges, RefusesInputsThatDoNotBelongTogether) {

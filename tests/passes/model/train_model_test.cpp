@@ -52,7 +52,7 @@ TEST(TrainModel, PredictsPlacesItsTreesNeverSaw) {
 }
 
 TEST(TrainModel, NeverShowsAFoldItsOwnLabels) {
-  // Labels that are pure noise: whoever saw them could predict them, nobody else can.
+  // Labels that are pure noise: only a forest that saw them can predict them.
   SyntheticDrive drive = synthetic_drive(3, kSmall);
   Random random(9);
   for (ErrorRow& row : drive.measured.rows) row.mean_m = random.uniform();
@@ -89,8 +89,7 @@ TEST(TrainModel, LearnsFromManyPlacesAndJudgesEachByTheOthers) {
   EXPECT_EQ(model.card.block_count, 9u);
   EXPECT_TRUE(model.card.knows_history);
   EXPECT_EQ(model.sites.size(), 3u * 4u * 200u);
-  EXPECT_NE(to_text(model).find("3 folds of whole places; told of earlier drives"),
-            std::string::npos);
+  EXPECT_NE(to_text(model).find("3 folds of whole places; with earlier drives"), std::string::npos);
 }
 
 TEST(TrainModel, KnowsAPlaceBetterWhereAnEarlierDriveToldOfIt) {
@@ -214,7 +213,7 @@ TEST(TrainModel, RefusesABufferThatLeavesNothingToLearnFrom) {
   EXPECT_NE(refused.message.find("500 m"), std::string::npos);
 }
 
-// A forest that learnt simulations would foretell simulations.
+// A forest that learnt simulations would predict simulations.
 TEST(TrainModel, SimulatedErrorsTeachItNothing) {
   SyntheticDrive drive = synthetic_drive(1, kSmall);
   drive.factors.factors.back() = "own_error";

@@ -29,7 +29,7 @@ class Squares {
       const std::lock_guard<std::mutex> lock(mutex_);
       store_[part.number].assign(bytes.begin(), bytes.end());
     };
-    ctx_.parts_sink = [this](std::span<const PartName> told) { told_ = told.size(); };
+    ctx_.parts_sink = [this](std::span<const PartName> reported) { reported_ = reported.size(); };
   }
 
   // Fails at `broken`, none where it is negative.
@@ -62,7 +62,7 @@ class Squares {
     for (std::size_t i = 0; i < squares_.size(); ++i) EXPECT_EQ(squares_[i], i * i);
   }
   [[nodiscard]] const std::vector<std::size_t>& made() const { return made_; }
-  [[nodiscard]] std::size_t told() const { return told_; }
+  [[nodiscard]] std::size_t reported() const { return reported_; }
   std::map<std::size_t, std::vector<std::byte>>& store() { return store_; }
   void have_threads(int threads) { ctx_.threads = threads; }
   void stand_apart() { order_ = PartOrder::kApart; }
@@ -76,7 +76,7 @@ class Squares {
   std::vector<std::uint64_t> squares_;
   std::vector<std::size_t> made_;
   std::map<std::size_t, int> threads_of_;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
   PartOrder order_ = PartOrder::kSideBySide;
 };
 
@@ -86,7 +86,7 @@ TEST(WorkInParts, MakesEveryPartOnce) {
     ASSERT_TRUE(squares.run({}, 3));
     squares.expect_squares();
     EXPECT_EQ(squares.made().size(), count);
-    EXPECT_EQ(squares.told(), count);
+    EXPECT_EQ(squares.reported(), count);
     ASSERT_TRUE(squares.run());
     EXPECT_TRUE(squares.made().empty()) << "what is there is taken";
     squares.expect_squares();
@@ -186,7 +186,7 @@ class Texts {
       store_[*part.content].assign(bytes.begin(), bytes.end());
     };
     ctx_.parts_sink = [this](std::span<const PartName> parts) {
-      told_.assign(parts.begin(), parts.end());
+      reported_.assign(parts.begin(), parts.end());
     };
   }
 
@@ -211,21 +211,21 @@ class Texts {
     EXPECT_TRUE(work_in_parts(ctx_, work, 1));
     return made;
   }
-  [[nodiscard]] const std::vector<PartName>& told() const { return told_; }
+  [[nodiscard]] const std::vector<PartName>& reported() const { return reported_; }
 
  private:
   PassContext ctx_;
   std::map<Digest, std::vector<std::byte>> store_;
-  std::vector<PartName> told_;
+  std::vector<PartName> reported_;
 };
 
 TEST(WorkInParts, FindsWhatItMadeOfTheSameContentWhereverThatIs) {
   Texts texts;
   EXPECT_EQ(texts.run({"a", "b", "c"}), (std::vector<std::size_t>{0, 1, 2}));
   EXPECT_EQ(texts.run({"c", "x", "a", "b"}), std::vector<std::size_t>{1});
-  ASSERT_EQ(texts.told().size(), 4U);
-  EXPECT_EQ(texts.told()[3].number, 3U);
-  EXPECT_EQ(texts.told()[3].content, sha256("b"));
+  ASSERT_EQ(texts.reported().size(), 4U);
+  EXPECT_EQ(texts.reported()[3].number, 3U);
+  EXPECT_EQ(texts.reported()[3].content, sha256("b"));
 }
 
 // Two parts begin side by side, where neither ends before the other has begun.

@@ -93,16 +93,16 @@ class Shares(SharedWork):
                 shares = [f"{k}/{count}" for k in range(1, count + 1)]
                 chance.shuffle(shares)
                 for worker in [shared.start(stage, share) for share in shares]:
-                    _, told = worker.communicate()
-                    self.assertEqual(worker.returncode, 0, told)
+                    _, printed = worker.communicate()
+                    self.assertEqual(worker.returncode, 0, printed)
             self.assert_links_to(self.expected, shared, f"{count} shares")
 
     def test_two_workers_on_the_same_share(self):
         shared = self.fresh()
         for stage in STAGES:
             for worker in [shared.start(stage, "1/2") for _ in range(2)]:
-                _, told = worker.communicate()
-                self.assertEqual(worker.returncode, 0, told)
+                _, printed = worker.communicate()
+                self.assertEqual(worker.returncode, 0, printed)
         self.assert_links_to(self.expected, shared)
 
     def test_a_given_model_and_a_map_of_several_days(self):
@@ -112,8 +112,8 @@ class Shares(SharedWork):
         shared = self.fresh(*options, config=self.town.config_of_two_days)
         for stage in STAGES:
             for worker in [shared.start(stage, f"{k}/3") for k in (3, 1, 2)]:
-                _, told = worker.communicate()
-                self.assertEqual(worker.returncode, 0, told)
+                _, printed = worker.communicate()
+                self.assertEqual(worker.returncode, 0, printed)
         self.assert_links_to(expected, shared)
         self.assertNotEqual(expected, self.expected)
 
@@ -137,9 +137,9 @@ class Shares(SharedWork):
             self.assertEqual(self.keys_of_parts(shared)[first][: len(earliest)], earliest)
 
     def keys_of_parts(self, shared):
-        """In their order, as the pass told them: three digests, and then the seal."""
-        (told,) = shared.store.glob("compute-factors-*.slp")
-        return [told.read_bytes()[32 * part : 32 * part + 32].hex() for part in range(3)]
+        """In their order, as the pass reported them: three digests, and then the seal."""
+        (printed,) = shared.store.glob("compute-factors-*.slp")
+        return [printed.read_bytes()[32 * part : 32 * part + 32].hex() for part in range(3)]
 
     def test_workers_may_be_called_from_anywhere(self):
         os.mkdir(f"{self.folder}/elsewhere")
@@ -165,14 +165,14 @@ class Ends(SharedWork):
                     if ended < KILLS:
                         time.sleep(chance.uniform(0, self.usual_s[stage]))
                         worker.send_signal(number)
-                    _, told = worker.communicate()
+                    _, printed = worker.communicate()
                     status = worker.returncode
-                    if status != -number or told:  # else it ended before it could know of the signal
-                        self.assertIn(status, (0, expected_status), told)
+                    if status != -number or printed:  # else it ended before it could know of the signal
+                        self.assertIn(status, (0, expected_status), printed)
                     ended += status == expected_status
                     if beside:
-                        _, told = beside.communicate()
-                        self.assertEqual(beside.returncode, 0, told)
+                        _, printed = beside.communicate()
+                        self.assertEqual(beside.returncode, 0, printed)
                     kept = self.assert_nothing_lost(shared, kept)
             self.assert_links_to(self.expected, shared, f"{ended} ended")
         return ended

@@ -10,7 +10,7 @@ enum class Mark { kLine, kSteps, kPoints, kBars };
 
 // One line, or one set of points or bars, of a chart.
 struct ChartSeries {
-  std::string name;    // in the legend; empty: not told there
+  std::string name;    // in the legend; empty: not there
   std::string colour;  // any CSS colour
   Mark mark = Mark::kLine;
   std::vector<double> x;            // ascending for lines and steps

@@ -14,7 +14,7 @@ namespace {
 // every tenth's.
 constexpr std::size_t kMostBytes = 3'000'000;
 constexpr double kLeastSpacing_m = 2.0;   // what is seen a metre on is nearly the same
-constexpr std::size_t kSampleCount = 32;  // images from which their size is told beforehand
+constexpr std::size_t kSampleCount = 32;  // images from which their size is estimated
 constexpr double kNothing = 255.0;
 constexpr double kFarthest = 254.0;
 

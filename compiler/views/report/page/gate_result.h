@@ -10,7 +10,7 @@
 
 namespace sightline {
 
-// What `sightline gate --json` wrote, as far as the page tells it.
+// What `sightline gate --json` wrote, as far as the page shows it.
 struct GateResult {
   struct Violation {
     std::string rule;

@@ -141,13 +141,13 @@ async function drawNds(context, tile, tile_m, scale, stride) {
 }
 
 const farthestStride = 16;
-const farthestOverSurface = 3;  // from farther away the surface tells as much, and is drawn at once
+const farthestOverSurface = 3;  // from farther away the surface shows as much, and is drawn at once
 
 function ndLayer(nds, hasSurface) {
   const tilesIn = tileFinder(nds.tiles, nds.tile_m);
   return new CanvasLayer(async (context, box, scale) => {
-    // A cell of less than two pixels cannot be told from its neighbours: one for each such square is drawn, and
-    // none from so far that unpacking them all would be for nothing: there the surface tells enough.
+    // A cell of less than two pixels cannot be distinguished from its neighbours: one for each such square is drawn, and
+    // none from so far that unpacking them all would be for nothing: there the surface shows enough.
     const stride = Math.max(1, Math.ceil((2 / (nds.cell_m * scale)) ** 2));
     if (stride > (hasSurface ? farthestOverSurface : farthestStride)) return;
     for (const tile of tilesIn(box, nds.cell_m)) await drawNds(context, tile, nds.tile_m, scale, stride);

@@ -10,7 +10,7 @@
 //
 // An array is an object {"type", "count", "data"}: `data` is base64 of a zlib stream of the
 // elements' little-endian bytes by planes (packed.h); types are u8, u16, u32, f32, f64. Arrays of
-// several indices are told as [slowest]...[fastest].
+// several indices are written as [slowest]...[fastest].
 //
 //   ranges_m, limits_m, site_spacing_m, selection, dilation_m, thresholds: of the map
 //   origin_world_m: of the map frame, [x, y, z]

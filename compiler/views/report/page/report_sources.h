@@ -17,7 +17,7 @@
 namespace sightline {
 
 // What a report is made of. A null pointer: not known here; the page then says so and leaves out
-// what it would have told. All artifacts are of the map's sites, ranges and limits.
+// what it would have shown. All artifacts are of the map's sites, ranges and limits.
 struct ReportSources {
   const CompiledMap* map = nullptr;  // always there
   MapSummary summary;
@@ -27,7 +27,7 @@ struct ReportSources {
   const Evaluation* evaluation = nullptr;   // of the same drive
   const DriveTracks* tracks = nullptr;      // of the same drive
   const Trajectory* trajectory = nullptr;   // of the mapping drive
-  const SurfacePoints* points = nullptr;    // of which what moved is told
+  const SurfacePoints* points = nullptr;    // of which what moved is shown
   const Surface* surface = nullptr;
   const DepthImages* depth = nullptr;
   const MapDiff* diff = nullptr;  // from an older map to this one

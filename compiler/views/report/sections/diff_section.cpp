@@ -9,7 +9,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kMostStretches = 200;  // shown in the page; `sightline diff` tells them all
+constexpr std::size_t kMostStretches = 200;  // shown in the page; `sightline diff` lists them all
 
 // "town.slmap: map 25a1, version 1, release 1, b0aad14757b2"
 std::string name_of(const std::string& file, const DiffedMap& map) {
@@ -60,7 +60,7 @@ std::string limits_table(const MapDiff& diff) {
                            " less far, " + std::to_string(limit.newly_unmet) + " newly unmet, " +
                            std::to_string(limit.no_longer_unmet) + " no longer unmet");
   }
-  return html_table(grid, "What a vehicle is told, before and after") + fact_table(sites);
+  return html_table(grid, "What a vehicle reads, before and after") + fact_table(sites);
 }
 
 std::string link_to_site(const Stretch& stretch) {
@@ -103,7 +103,7 @@ std::string stretches_table(const MapDiff& diff) {
   if (shown == diff.stretches.size()) return html;
   return html + paragraph("The first " + std::to_string(shown) + " of " +
                           std::to_string(diff.stretches.size()) +
-                          " stretches; sightline diff tells the others.");
+                          " stretches; sightline diff lists the others.");
 }
 
 std::string facts_table(const MapDiff& diff) {

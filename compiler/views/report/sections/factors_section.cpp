@@ -61,7 +61,7 @@ std::string expectation_table(const FactorReport& report) {
         fixed(range.expected_time_ms, 2), fixed(range.measured_time_ms, 2)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   }
-  return html_table(grid, "Points and time foretold from the map alone, and measured; r = " +
+  return html_table(grid, "Points and time predicted from the map alone, and measured; r = " +
                               fixed(report.point_correlation, 3) + " over all ranges");
 }
 

@@ -4,7 +4,7 @@
 #include "formats/base/hash.h"
 #include "formats/text/quoted_text.h"
 
-// What the provenance file beside the map tells, and what the map says of itself.
+// What the provenance file beside the map holds, and the map's own facts.
 
 namespace sightline {
 namespace {

@@ -119,7 +119,7 @@ Section ranges_section(const Evaluation& evaluation, const Sites& sites) {
       " sites and at every range, from several starts around the reference pose. The error is the "
       "distance from " +
       (is_known       ? "the known pose."
-       : is_simulated ? "the place at which its scan was simulated: nobody drove there."
+       : is_simulated ? "the place at which its scan was simulated: no drive was there."
                       : "the match at the sensor's full range."));
   section.html += table_one(evaluation) + figure_five(evaluation, sites) + figure_six(evaluation);
   return section;

@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kMostViolations = 8;  // shown; the gate tells them all
+constexpr std::size_t kMostViolations = 8;  // shown; the gate lists them all
 
 enum class Sign { kGood, kOpen, kBad };
 
@@ -36,7 +36,7 @@ std::string promise_status(const CompiledMap& map, const LimitPromise& promise) 
                   "Promised: at least " + in_percent(1.0 - promise.alpha) + " % of the next drive");
   }
   if (is_simulated(map)) {
-    return status(Sign::kOpen, "No promise: nobody drove here, errors were simulated");
+    return status(Sign::kOpen, "No promise: no drive was here, errors were simulated");
   }
   return status(Sign::kOpen, promise.scope == PromiseScope::kNextDrive
                                  ? "No promise: it was not earned"

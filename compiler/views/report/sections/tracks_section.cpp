@@ -53,12 +53,11 @@ std::string error_figure(const DriveTracks& tracks) {
                          tracks.rules[rule].limit_m == tracks.limits_m.front();
     if (is_plan) chart.series.push_back(error_of(tracks, rule, kPink));
   }
-  return html_figure(
-      {"tracks", "Continuous localization.",
-       "Error of every scan when each match starts where the poses found before "
-       "foretell, with this map's ranges, by its plan of looks where it has one, and "
-       "with the longest range throughout.",
-       chart_svg(chart), ""});
+  return html_figure({"tracks", "Continuous localization.",
+                      "Error of every scan when each match starts where the poses found before "
+                      "predict, with this map's ranges, by its plan of looks where it has one, and "
+                      "with the longest range throughout.",
+                      chart_svg(chart), ""});
 }
 
 }  // namespace

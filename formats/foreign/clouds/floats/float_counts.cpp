@@ -81,7 +81,7 @@ Result<std::size_t> the_one_count(FloatCounts fitting, FloatCounts dividing) {
   if (both != 0) {
     return Error{ErrorCode::kUnsupportedFormat,
                  counts_text(both) +
-                     " floats a point fit, and nothing tells which; say how many there are with "
+                     " floats a point fit, and which is unknown; say how many there are with "
                      "`columns`, such as columns: 4"};
   }
   return Error{ErrorCode::kTruncatedScan,

@@ -18,14 +18,15 @@
 // columns, is least for the right count:
 //
 // - It cannot refuse the count that a file has. The kind of a float depends on its place in its
-//   point, and that is what the right count tells. Another count tells the place in the point in
-//   part or not at all, and to know less never lowers an entropy (Cover and Thomas, Elements of
+//   point, and that is what the right count explains. Another count explains the place in the point
+//   in part or not at all, and to know less never lowers an entropy (Cover and Thomas, Elements of
 //   Information Theory, 2.6.5). The order of the points plays no part. What a point's neighbours
 //   tell (beams that take turns) lowers it only for multiples of the right count, and for others by
 //   little. On recordings of six sensors, laid out in 17 ways, the right count was ahead of all
 //   that are no multiples of it by 0.45 bit and more, by 0.16 bit in a made-up worst case: beams
 //   that take turns and miss every other time.
-// - A multiple of the right count tells as much as that, so it is judged otherwise: by whether the
+// - A multiple of the right count explains as much as that, so it is judged otherwise: by whether
+// the
 //   points of each turn are alike. 8 floats are two points of 4 where what would be x and y of the
 //   second have the kinds of x and y of the first (the divergence of Jensen and Shannon, 0 to 1,
 //   was at most 0.02 in recordings, and at least 0.47 for normals, colours, rings and times in

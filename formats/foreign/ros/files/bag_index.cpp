@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-// A closed bag ends with its index: a record for each connection, and one for each chunk that tells
+// A closed bag ends with its index: a record for each connection, and one for each chunk that lists
 // where it lies and how many messages of which connection it holds. Behind a chunk stands the place
 // of each message in it (kIndexData); only their count is used, since a chunk that is unpacked is
 // cheap to walk through, and a place that is not believed cannot be wrong.

@@ -9,7 +9,7 @@
 
 // A file is a magic number, a header, the data (schemas, channels, chunks of messages, or messages
 // as they are; behind a chunk the places of its messages by channel), the end of the data, a
-// summary that repeats schemas and channels and tells where chunks lie, a footer, and the magic
+// summary that repeats schemas and channels and lists where chunks lie, a footer, and the magic
 // number again. The records are walked through in turn: that costs one read for each chunk, needs
 // no summary, and a place that is not believed cannot be wrong.
 

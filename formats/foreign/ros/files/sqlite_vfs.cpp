@@ -11,7 +11,7 @@
 
 // SQLite calls these functions instead of the operating system. Its own would follow a pipe, lock
 // the file and make files beside it, which a recording on read-only storage does not allow. The
-// file is told to be immutable, so neither locks nor journals are asked for.
+// file is opened as immutable, so neither locks nor journals are used.
 
 namespace sightline {
 namespace {

@@ -27,10 +27,10 @@ struct Split {
   double left_sum = 0.0;
   std::size_t left_size = 0;
   std::size_t at = 0;                       // where the right side begins
-  std::uint32_t feature = TreeRows::kNone;  // kNone: no feature tells rows apart
+  std::uint32_t feature = TreeRows::kNone;  // kNone: no feature distinguishes rows
 };
 
-// The split of the highest score by one of these features, between rows that it tells apart. Of
+// The split of the highest score by one of these features, between rows that it distinguishes. Of
 // equal ones the first feature's, of one feature the first in its order.
 Split best_split(const TreeRows& rows, const Part& part, std::span<const std::uint32_t> features);
 

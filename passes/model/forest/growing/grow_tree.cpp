@@ -94,7 +94,7 @@ void TreeGrower::set_sides(const Part& part, const Split& split) {
   for (std::size_t i = part.begin; i < part.end; ++i) rows_.set_side(rows[i], i >= split.at);
 }
 
-// The row that dlib has first where no feature that was tried tells any apart: it keeps the order
+// The row that dlib has first where no feature that was tried distinguishes any: it keeps the order
 // of equal values from one sort to the next.
 std::uint32_t TreeGrower::first_row(const Part& part) const {
   const std::uint32_t* all = rows_.order(part.sure);

@@ -48,7 +48,7 @@ TEST(Relief, TheHighestPatchIsSeenAndNothingIsZero) {
   ASSERT_EQ(raster.height, 4U);
   EXPECT_NEAR(relief_height_m(raster.at(2, 2)), 3.0, 0.03);
   EXPECT_EQ(raster.at(0, 0), 0);
-  EXPECT_EQ(raster.at(6, 2), 255);  // as high as can be told
+  EXPECT_EQ(raster.at(6, 2), 255);  // as high as can be shown
   EXPECT_EQ(raster.at(4, 2), 0);    // beside the wall
 }
 

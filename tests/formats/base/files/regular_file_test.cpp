@@ -33,7 +33,7 @@ TEST_F(RegularFiles, AreReadFromTheirBeginning) {
   EXPECT_EQ(*read_beginning(file, 0), "");
 }
 
-// A pipe that nobody writes to would wait for ever; this test would too.
+// A pipe without a writer would wait for ever; this test would too.
 TEST_F(RegularFiles, AloneAreOpened) {
   const std::string pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

@@ -74,7 +74,7 @@ std::string as_pcapng(const std::string& pcap, bool is_swapped = false) {
   };
   std::string bytes = block(0x0a0d0d0a, u32(0x1a2b3c4d) + u16_pair(1, 0) + std::string(8, '\xff'));
   bytes += block(1, u16_pair(1, 0) + u32(0) + u16_pair(9, 1) + std::string("\x09\0\0\0", 4));
-  bytes += block(4, std::string(4, '\0'));  // names, which nobody needs
+  bytes += block(4, std::string(4, '\0'));  // names, which are not needed
   for (std::size_t at = 24; at < pcap.size();) {
     std::uint32_t head[4] = {};
     std::memcpy(head, pcap.data() + at, sizeof head);

@@ -124,7 +124,7 @@ TEST(ApolloNode, NumbersThatNoPointsHaveAreLeftOutAndCounted) {
   const double nan = std::nan("");
   const ApolloTestCell good = small_node().cells.begin()->second;
   std::vector<ApolloTestCell> bad(6, good);
-  bad[0].count = 0x80000000U;  // negative for whoever reads it so
+  bad[0].count = 0x80000000U;  // negative for a reader that takes it for signed
   bad[1].mean_m.y() = nan;
   bad[2].products_m2(1, 2) = nan;
   bad[3].mean_m.x() = 100.0;

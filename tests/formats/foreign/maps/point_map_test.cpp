@@ -42,7 +42,7 @@ TEST_F(PointMapTest, AutowaresSquaresAreThoseOfItsMetadata) {
   EXPECT_EQ(squares->name, "map");
 
   const std::shared_ptr<const ScanStore> store = point_map_store(*map);
-  EXPECT_FALSE(store->has_origins()) << "nobody knows from where a map was seen";
+  EXPECT_FALSE(store->has_origins()) << "from where a map was seen is unknown";
   const Result<Scan> piece = store->read(1);
   ASSERT_TRUE(piece.has_value());
   EXPECT_EQ(piece->points_m[0], Eigen::Vector3d(20.0, 0.0, 1.0));
@@ -69,7 +69,7 @@ TEST_F(PointMapTest, RefusesWhatIsNoMap) {
   EXPECT_EQ(refusal("nowhere.pcd"), ErrorCode::kFileNotFound);
   folder_.write("scan.bin", std::string(160, 'x'));
   EXPECT_EQ(refusal("scan.bin"), ErrorCode::kUnsupportedFormat);
-  // A square that the metadata name is missing: a hole nobody would see.
+  // A square that the metadata name is missing: a hole that would not be seen.
   write_square("hole/pointcloud_map.pcd/0_0.pcd", 0.0F, 0.0F);
   folder_.write("hole/pointcloud_map_metadata.yaml", "0_0.pcd: [0, 0]\n20_0.pcd: [20, 0]\n");
   EXPECT_EQ(refusal("hole"), ErrorCode::kFileNotFound);

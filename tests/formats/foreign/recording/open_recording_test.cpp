@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-// A folder of scans of one point each, named as told.
+// A folder of scans of one point each, with the names given.
 class RecordingTest : public testing::Test {
  protected:
   void write_scans(std::initializer_list<const char*> names) {

@@ -107,7 +107,7 @@ TEST(ScanFiles, AFileOfAFormatThatIsNotReadSaysHowToConvertIt) {
   const ScratchFolder other;
   EXPECT_THAT(said(other.write("a.lvx2", "livox_tech")), testing::HasSubstr("livox_ros_driver"));
   EXPECT_THAT(said(other.write("a.e57", "ASTM-E57")), testing::HasSubstr("CloudCompare"));
-  // A single scan is told by the verb that was called.
+  // A single scan is reported by the verb that was called.
   EXPECT_EQ(list_scan_files(other.write("a.pcd", "# .PCD")).error().code, ErrorCode::kCannotOpen);
 }
 

@@ -60,7 +60,7 @@ TEST_P(OtherWriters, TravelWithTheDriveAboutTheAxesOfTheVehicle) {
   EXPECT_TRUE(recording->turn_rates.front().rate_rad_per_s.isApprox(Eigen::Vector3d(-0.2, 3.0, 2.0),
                                                                     1e-12));
   EXPECT_EQ(recording->warnings.size(), 4U);
-  // The camera's place is known to nobody, and the recording is another one without rates.
+  // The camera's place is unknown, and the recording is another one without rates.
   options.imu_topic = "/camera/imu";
   const Result<Recording> without = open_recording(options);
   ASSERT_TRUE(without.has_value());

@@ -64,7 +64,7 @@ TEST(McapDamage, LeavesTurnRatesThatAscendWhereverOneByteIsAnother) {
     changed[at] = static_cast<char>(changed[at] ^ '\x11');
     const MemoryFile file(std::as_bytes(std::span(changed)));
     const Result<BagTurns> turns = read_bag_turns(file.path(), "", "lidar");
-    ASSERT_TRUE(turns.has_value()) << "nobody asked for them";
+    ASSERT_TRUE(turns.has_value()) << "they were not requested";
     for (std::size_t i = 1; i < turns->of_sensor.size(); ++i) {
       ASSERT_LT(turns->of_sensor[i - 1].stamp_ns, turns->of_sensor[i].stamp_ns);
     }
@@ -86,7 +86,7 @@ TEST(McapDamage, SaysWhatIsWrongAndWhere) {
   std::string packed = whole;
   packed.replace(packed.find("zstd"), 4, "zzzz");
   EXPECT_EQ(error_of(packed).code, ErrorCode::kUnsupportedFormat);
-  // A byte of a chunk that is not packed: its checksum tells.
+  // A byte of a chunk that is not packed: its checksum differs.
   std::string plain = content_of("none.mcap");
   plain[plain.find("lidar")] = 'L';
   const Error damaged = error_of(plain);

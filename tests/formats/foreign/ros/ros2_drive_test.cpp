@@ -180,7 +180,7 @@ TEST(Ros2Fixes, AreReadWhereTheyAreNamed) {
   options.scans = options.poses = file.string();
   options.topic = "/livox/lidar";
   options.poses_topic = "/fix";
-  EXPECT_NE(to_string(open_recording(options).error()).find("no heading is told"),
+  EXPECT_NE(to_string(open_recording(options).error()).find("no heading is given"),
             std::string::npos);
 }
 

@@ -69,7 +69,7 @@ TEST(GeodeticTrack, WithoutHeadingLooksWhereItGoes) {
     const Eigen::Vector3d forward = found.rows[i].T_world_vehicle.linear().col(0);
     EXPECT_GT(forward.dot(way_m.normalized()), 0.999) << i;
   }
-  EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("no height is told")));
+  EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("no height is given")));
   EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("direction of travel")));
 }
 

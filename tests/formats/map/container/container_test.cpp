@@ -162,7 +162,7 @@ TEST(MapContainer, WithAManifestThatIsNoFlatBufferIsRefused) {
 }
 
 // The manifest with a vector of one of its tables once more at its end, where its elements lie at
-// no multiple of 8. A table is told by its first byte.
+// no multiple of 8. A table is chosen by its first byte.
 std::vector<std::byte> with_misaligned(std::vector<std::byte> manifest, const void* table,
                                        flatbuffers::voffset_t field, std::size_t element_size) {
   const std::uint8_t* address = static_cast<const flatbuffers::Table*>(table)->GetAddressOf(field);

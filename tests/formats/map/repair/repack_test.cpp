@@ -44,7 +44,7 @@ TEST(StripMap, OfAStrippedMapChangesNothing) {
   const Repacked once = value_of(strip_map(encode_map(random_map({.seed = 2}))));
   const Repacked twice = value_of(strip_map(once.file));
   EXPECT_EQ(twice.file, once.file);
-  EXPECT_THAT(twice.told, testing::ElementsAre("there was nothing to drop"));
+  EXPECT_THAT(twice.actions, testing::ElementsAre("there was nothing to drop"));
 }
 
 TEST(StripMap, KeepsWhatIsOptionalAndUnknown) {

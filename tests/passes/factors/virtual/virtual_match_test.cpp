@@ -67,8 +67,7 @@ TEST(VirtualMatch, InAStreetOfEqualWindowsFindsTheRivalThatTheVehicleMayEndIn) {
   EXPECT_GT(along.error_m, 0.25);
   EXPECT_GT(along.rival_score, 0.95);
   place.loose_heading_deg = 90.0;
-  EXPECT_LT(virtual_match(localizer, place).rival_score, 0.8)
-      << "nobody takes one wall for the other";
+  EXPECT_LT(virtual_match(localizer, place).rival_score, 0.8) << "no wall is taken for the other";
 }
 
 TEST(VirtualMatch, LaysStartsOutAlongTheVehicle) {

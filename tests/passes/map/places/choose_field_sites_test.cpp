@@ -187,7 +187,7 @@ TEST(ChooseFieldSites, AStepThatNoWheelTakesDividesTheStreet) {
   }
 }
 
-// Ground that nobody saw is laid around all that was seen (ground_gaps.h), behind walls too.
+// Unseen ground is added around all that was seen (ground_gaps.h), behind walls too.
 TEST(ChooseFieldSites, NobodyDrivesFarOverGroundThatWasNotSeen) {
   Surface surface = street();
   for (double x_m = 0.5; x_m < 80.0; x_m += 1.0) {
@@ -216,7 +216,7 @@ TEST(ChooseFieldSites, NobodyDrivesFarOverGroundThatWasNotSeen) {
   }
 }
 
-// A bridge without a ramp is a floor that nobody reaches; with one it is driven on.
+// A bridge without a ramp is a floor that is not reached; with one it is driven on.
 TEST(ChooseFieldSites, AFloorAboveIsReachedOverARampAlone) {
   Surface bridge = street();
   add_floor(box(10.0, -5.0, 20.0, 5.0), 6.1, bridge);

@@ -71,7 +71,7 @@ std::vector<Eigen::Vector3d> house(Random& random, double yaw_rad) {
   return points_m;
 }
 
-// As where a quick turn of the hand was not seen: entropy hardly tells, planes do.
+// As where a quick turn of the hand was not seen: entropy hardly shows it, planes do.
 TEST(MeasureSharpness, TellsAHouseThatIsLaidTwiceByItsPlanes) {
   Random random(3);
   std::vector<Eigen::Vector3d> once_m = house(random, 0.0);

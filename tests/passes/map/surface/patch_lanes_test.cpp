@@ -33,7 +33,7 @@ Eigen::AlignedBox3d box_m() {
   return {kPlace_m - Eigen::Vector3d::Constant(110.0), kPlace_m + Eigen::Vector3d::Constant(110.0)};
 }
 
-// Over a patch, told in its halves.
+// Over a patch, in units of its halves.
 Eigen::Vector3d at(const PatchPlane& plane, double along, double across, double off) {
   return plane.centre_m +
          plane.half_side_m * (along * plane.side + across * plane.other_side + off * plane.normal);

@@ -90,7 +90,7 @@ inline std::vector<Eigen::Vector3d> standing_m(const SurfacePoints& points) {
 // What is kept between runs of one pass.
 struct NumberedParts {
   std::map<std::size_t, std::vector<std::byte>> parts;
-  std::size_t count = 0;  // as the pass told them
+  std::size_t count = 0;  // as the pass counted them
 
   PassContext context(int threads, WorkShare share = {}) {
     PassContext ctx;

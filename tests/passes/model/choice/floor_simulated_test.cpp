@@ -51,13 +51,13 @@ TEST(Floor, OfSimulationEachPlaceTakesItsOwnBetweenWhatIsEnoughAtMostPlaces) {
   Choice choice = everywhere(3);
   const std::string reason =
       take_simulated(four_kinds_of_places(), 0.1, 0.95, route_of_metres(20, 0.0), choice);
-  std::vector<std::uint8_t> expected(16, 1);  // 20 m are enough at 80 %, whoever asks for less
-  expected.resize(20, 2);                     // 30 m at 95 %, whoever asks for more
+  std::vector<std::uint8_t> expected(16, 1);  // 20 m are enough at 80 % and below
+  expected.resize(20, 2);                     // 30 m at 95 % and above
   EXPECT_EQ(choice.range_index, expected);
   EXPECT_EQ(choice.flags[0], kStatic);
   EXPECT_EQ(choice.flags[19], kStatic | kUnmet);
   EXPECT_EQ(reason,
-            "nothing is promised: nobody drove here, and no model from elsewhere judges what was "
+            "nothing is promised: no drive was here, and no model from elsewhere judges what was "
             "simulated; it takes from 20 m to 30 m, by site, where what was simulated here, each "
             "error taken twice, is within 0.1 m at 95.0 % of the sites");
 }

@@ -34,7 +34,7 @@ const ErrorModel& model() {
 // Another place, its drives and what they are called.
 struct Street {
   DrivenPlace place = place_driven_often(9, 4, kSmall);
-  MeasuredDrives told{{place.drives[0], place.drives[2], place.drives[3]}, {0, 2, 3}, 4};
+  MeasuredDrives measured_here{{place.drives[0], place.drives[2], place.drives[3]}, {0, 2, 3}, 4};
 
   Street() {
     for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
@@ -45,10 +45,11 @@ FactorTable factors_of(const Street& street) {
   PassContext ctx;
   const Result<PredictedError> predicted =
       predict_error(ctx, {}, model(), street.place.sites, street.place.factors,
-                    street.place.recordings, nullptr, &street.told);
+                    street.place.recordings, nullptr, &street.measured_here);
   EXPECT_TRUE(predicted.has_value());
-  const Result<FactorTable> factors = add_history(ctx, {}, street.place.factors, street.told,
-                                                  *predicted, model(), street.place.recordings);
+  const Result<FactorTable> factors =
+      add_history(ctx, {}, street.place.factors, street.measured_here, *predicted, model(),
+                  street.place.recordings);
   EXPECT_TRUE(factors.has_value());
   return *factors;
 }
@@ -66,13 +67,14 @@ TEST(LeftOut, EachDriveIsForetoldByTheOthersAlone) {
   const std::vector<LeftOutDrive> left_out = left_out_of(street, factors_of(street));
   ASSERT_EQ(left_out.size(), 3U) << "n drives are n cases";
   for (std::size_t i = 0; i < 3; ++i) {
-    MeasuredDrives others = street.told;
+    MeasuredDrives others = street.measured_here;
     others.drives.erase(others.drives.begin() + static_cast<std::ptrdiff_t>(i));
     PassContext ctx;
     const Result<PredictedError> expected = predict_error(
         ctx, {}, model(), street.place.sites, street.place.factors, {}, nullptr, &others);
     EXPECT_EQ(to_bytes(left_out[i].predicted), to_bytes(*expected));
-    EXPECT_EQ(left_out[i].measured.row(7, 1).mean_m, street.told.drives[i].row(7, 1).mean_m);
+    EXPECT_EQ(left_out[i].measured.row(7, 1).mean_m,
+              street.measured_here.drives[i].row(7, 1).mean_m);
   }
 }
 
@@ -82,7 +84,7 @@ TEST(LeftOut, NothingThatADriveFoundReachesItsOwnPrediction) {
   const std::vector<LeftOutDrive> before = left_out_of(street, factors_of(street));
   for (std::size_t i = 0; i < 3; ++i) {
     Street other = street;
-    for (ErrorRow& row : other.told.drives[i].rows) row.mean_m = row.p90_m = 3.0;
+    for (ErrorRow& row : other.measured_here.drives[i].rows) row.mean_m = row.p90_m = 3.0;
     const std::vector<LeftOutDrive> after = left_out_of(other, factors_of(other));
     for (std::size_t k = 0; k < 3; ++k) {
       const bool is_same = to_bytes(after[k].predicted) == to_bytes(before[k].predicted);
@@ -102,7 +104,7 @@ TEST(LeftOut, OfDrivesThatMadeTheMapOrTheModelNoneJudges) {
     }
   }
   EXPECT_EQ(left_out_of(known, factors_of(known)).size(), 2U);
-  // Told twice under two names, a drive would foretell itself.
+  // Listed twice under two names, a drive would predict itself.
   Street twice;
   RecordingCard* first = nullptr;
   for (RecordingCard& card : twice.place.recordings.cards) {
@@ -114,9 +116,9 @@ TEST(LeftOut, OfDrivesThatMadeTheMapOrTheModelNoneJudges) {
 
 TEST(LeftOut, OneDriveIsNotHeard) {
   Street street;
-  street.told = {{street.place.drives[0]}, {0}, 1};
+  street.measured_here = {{street.place.drives[0]}, {0}, 1};
   EXPECT_TRUE(left_out_of(street, factors_of(street)).empty());
-  EXPECT_TRUE(left_out_of(street, street.place.factors).empty()) << "nor where none was told";
+  EXPECT_TRUE(left_out_of(street, street.place.factors).empty()) << "nor where none is known";
 }
 
 }  // namespace

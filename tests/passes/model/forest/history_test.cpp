@@ -82,8 +82,8 @@ TEST(History, FindsNeighboursAsASearchThroughAllDoes) {
         }
       }
       EXPECT_EQ(history.is_known[i] != 0, worst_m > 0.0);
-      const float told = history.values[i * history_features().size() + 5];
-      EXPECT_EQ(told, worst_m > 0.0 ? static_cast<float>(std::log(worst_m)) : 0.0F);
+      const float worst = history.values[i * history_features().size() + 5];
+      EXPECT_EQ(worst, worst_m > 0.0 ? static_cast<float>(std::log(worst_m)) : 0.0F);
     }
   }
 }
@@ -152,14 +152,14 @@ TEST(History, GoesBeforeTheRange) {
   rows.names = {"a", "range_m"};
   rows.row_count = 2;
   rows.values = {1.0F, 10.0F, 2.0F, 20.0F};
-  const FeatureRows told = with_history(rows, HistoryKind::kOfOneDrive, nullptr);
-  ASSERT_EQ(told.names.size(), 2u + history_features().size());
-  EXPECT_EQ(told.names.front(), "a");
-  EXPECT_EQ(told.names[1], "history_known");
-  EXPECT_EQ(told.names.back(), "range_m");
-  EXPECT_EQ(told.row(1)[0], 2.0F);
-  EXPECT_EQ(told.row(1)[1], 0.0F);
-  EXPECT_EQ(told.row(1)[told.names.size() - 1], 20.0F);
+  const FeatureRows with_earlier = with_history(rows, HistoryKind::kOfOneDrive, nullptr);
+  ASSERT_EQ(with_earlier.names.size(), 2u + history_features().size());
+  EXPECT_EQ(with_earlier.names.front(), "a");
+  EXPECT_EQ(with_earlier.names[1], "history_known");
+  EXPECT_EQ(with_earlier.names.back(), "range_m");
+  EXPECT_EQ(with_earlier.row(1)[0], 2.0F);
+  EXPECT_EQ(with_earlier.row(1)[1], 0.0F);
+  EXPECT_EQ(with_earlier.row(1)[with_earlier.names.size() - 1], 20.0F);
 }
 
 }  // namespace

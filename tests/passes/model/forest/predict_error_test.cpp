@@ -90,21 +90,22 @@ TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   DrivenPlace place = place_driven_twice(9, kSmall);
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
   place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
-  const Result<PredictedError> told = predict_error(ctx, {}, *model, place.sites, place.factors,
-                                                    place.recordings, &place.drives[0]);
+  const Result<PredictedError> with_history = predict_error(
+      ctx, {}, *model, place.sites, place.factors, place.recordings, &place.drives[0]);
   const Result<PredictedError> map_only =
       predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings);
-  ASSERT_TRUE(told.has_value() && map_only.has_value());
-  EXPECT_EQ(told->has_history, std::vector<std::uint8_t>(kSmall.site_count, 1));
+  ASSERT_TRUE(with_history.has_value() && map_only.has_value());
+  EXPECT_EQ(with_history->has_history, std::vector<std::uint8_t>(kSmall.site_count, 1));
   EXPECT_EQ(map_only->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
-  double told_square = 0.0;
+  double square_with_history = 0.0;
   double map_only_square = 0.0;
-  for (std::size_t i = 0; i < told->mean_m.size(); ++i) {
+  for (std::size_t i = 0; i < with_history->mean_m.size(); ++i) {
     const double truth_m = place.drives[1].rows[i].mean_m;
-    told_square += (told->mean_m[i] - truth_m) * (told->mean_m[i] - truth_m);
+    square_with_history +=
+        (with_history->mean_m[i] - truth_m) * (with_history->mean_m[i] - truth_m);
     map_only_square += (map_only->mean_m[i] - truth_m) * (map_only->mean_m[i] - truth_m);
   }
-  EXPECT_LT(told_square, 0.5 * map_only_square);
+  EXPECT_LT(square_with_history, 0.5 * map_only_square);
 }
 
 MeasuredDrives drives_of(const DrivenPlace& place, std::size_t count) {
@@ -170,12 +171,13 @@ TEST(PredictError, BelievesThreeDrivesMoreThanOne) {
   const auto square_error = [&](std::uint64_t seed, std::size_t told_count) {
     const DrivenPlace place = far_away(place_of_noisy_drives(seed));
     const DrivenPlace without_noise = place_driven_often(seed, 4, kSmall);
-    const Result<PredictedError> told =
+    const Result<PredictedError> with_history =
         predict_with(ctx, *model, place, drives_of(place, told_count));
-    EXPECT_TRUE(told.has_value());
+    EXPECT_TRUE(with_history.has_value());
     double square = 0.0;
-    for (std::size_t i = 0; i < told->mean_m.size(); ++i) {
-      const double miss = std::log(told->mean_m[i] / without_noise.drives[0].rows[i].mean_m);
+    for (std::size_t i = 0; i < with_history->mean_m.size(); ++i) {
+      const double miss =
+          std::log(with_history->mean_m[i] / without_noise.drives[0].rows[i].mean_m);
       square += miss * miss;
     }
     return square;
@@ -205,9 +207,9 @@ TEST(PredictError, RefusesADriveOfOtherSitesAmongSeveral) {
   MeasuredDrives drives = drives_of(place, 3);
   drives.drives[2].scan_of_site.pop_back();
   PassContext ctx;
-  const Result<PredictedError> told = predict_with(ctx, model, place, drives);
-  ASSERT_FALSE(told.has_value());
-  EXPECT_EQ(told.error().code, ErrorCode::kMismatchedInputs);
+  const Result<PredictedError> with_history = predict_with(ctx, model, place, drives);
+  ASSERT_FALSE(with_history.has_value());
+  EXPECT_EQ(with_history.error().code, ErrorCode::kMismatchedInputs);
 }
 
 TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
@@ -241,7 +243,7 @@ TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
   ASSERT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("was localized by pcl-ndt v3, the model foretells the errors of "
+  EXPECT_NE(warnings[0].find("was localized by pcl-ndt v3, the model predicts the errors of "
                              "searching v3"),
             std::string::npos)
       << warnings[0];

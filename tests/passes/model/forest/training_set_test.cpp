@@ -23,7 +23,7 @@ TEST(TrainingSet, TakesTheLabelFromAnotherDriveThanTheHistory) {
   ASSERT_EQ(training_set.sites.size(), 4u * 130u);
   const std::size_t width = training_set.features.names.size();
   const DrivenPlace& place = places.places[0];
-  // Cases: drive 0 alone, 0 told of 1, 1 alone, 1 told of 0.
+  // Cases: drive 0 alone, 0 knowing 1, 1 alone, 1 knowing 0.
   const std::size_t label_drive[] = {0, 0, 1, 1};
   const std::size_t history_drive[] = {9, 1, 9, 0};
   const std::size_t own_log = width - history_features().size();  // history_log_mean
@@ -32,10 +32,10 @@ TEST(TrainingSet, TakesTheLabelFromAnotherDriveThanTheHistory) {
       const std::size_t site = c * 130 + i;
       EXPECT_EQ(training_set.labels[site * 2], place.drives[label_drive[c]].row(i, 0).mean_m);
       EXPECT_EQ(training_set.sites[site].has_history, c % 2);
-      const float told = training_set.features.row(site * 2)[own_log];
+      const float own_feature = training_set.features.row(site * 2)[own_log];
       const double expected =
           c % 2 == 0 ? 0.0 : std::log(place.drives[history_drive[c]].row(i, 0).mean_m);
-      EXPECT_EQ(told, static_cast<float>(expected));
+      EXPECT_EQ(own_feature, static_cast<float>(expected));
     }
   }
 }

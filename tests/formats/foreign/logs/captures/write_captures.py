@@ -70,7 +70,7 @@ AZIMUTHS_DEG = [(4.23, 1.41, -1.4, -4.19)[i % 4] + 0.01 * i for i in range(BEAMS
 
 
 def ouster_range_m(column, beam, height_mm):
-    """What the sensor tells for the wall: the way of light from the lidar's axis."""
+    """What the sensor measures for the wall: the way of light from the lidar's axis."""
     encoder = -2 * math.pi * column / COLUMNS
     aim = encoder - math.radians(AZIMUTHS_DEG[beam])
     rise = math.radians(ALTITUDES_DEG[beam])
@@ -253,7 +253,7 @@ class Pandar128:
             body += struct.pack("<H", azimuth)
             for unit in units:
                 body += struct.pack("<HB", *unit) + (b"\xc8" if self.has_confidence else b"")
-        body += b"\x11\x22\x33\x44"  # a checksum, which nobody reads
+        body += b"\x11\x22\x33\x44"  # a checksum, which is not read
         safety = bytes(range(17)) if self.has_safety else b""
         year, *rest = utc
         rpm = round(STEP_DEG / self.block_us * 1e6 / 6)

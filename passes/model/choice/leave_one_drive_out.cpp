@@ -1,4 +1,4 @@
-#include "passes/model/choice/heard_drives.h"
+#include "passes/model/choice/leave_one_drive_out.h"
 
 #include <algorithm>
 
@@ -13,13 +13,13 @@ namespace {
 constexpr int kThresholdSteps = 200;  // as in calibration.cpp
 
 // A site that a drive passed which was left out, and others too.
-struct HeardCase {
+struct DriveCase {
   std::size_t drive = 0;
   std::size_t site = 0;
 };
 
-std::vector<HeardCase> cases_of(std::span<const LeftOutDrive> left_out) {
-  std::vector<HeardCase> cases;
+std::vector<DriveCase> cases_of(std::span<const LeftOutDrive> left_out) {
+  std::vector<DriveCase> cases;
   for (std::size_t drive = 0; drive < left_out.size(); ++drive) {
     const LeftOutDrive& one = left_out[drive];
     for (std::size_t site = 0; site < one.predicted.site_count; ++site) {
@@ -44,10 +44,10 @@ class Judge {
     for (const LeftOutDrive& drive : left_out_) {
       choices.push_back(rule_at(drive.predicted, threshold));
     }
-    return standing([&](const HeardCase& of) { return choices[of.drive].range_index[of.site]; });
+    return standing([&](const DriveCase& of) { return choices[of.drive].range_index[of.site]; });
   }
   [[nodiscard]] Standing of_static(std::uint8_t range) const {
-    return standing([&](const HeardCase&) { return range; });
+    return standing([&](const DriveCase&) { return range; });
   }
 
  private:
@@ -55,7 +55,7 @@ class Judge {
   [[nodiscard]] Standing standing(const RangeOf& range_of) const {
     std::vector<double> within;
     std::vector<double> costs;
-    for (const HeardCase& of : cases_) {
+    for (const DriveCase& of : cases_) {
       const std::size_t range = range_of(of);
       const double error_m = left_out_[of.drive].measured.row(of.site, range).mean_m;
       within.push_back(error_m <= limit_m_ ? 1.0 : 0.0);
@@ -68,7 +68,7 @@ class Judge {
   std::span<const LeftOutDrive> left_out_;
   const OwnEvidence& evidence_;
   double limit_m_;
-  std::vector<HeardCase> cases_;
+  std::vector<DriveCase> cases_;
 };
 
 bool covers(const Standing& standing, double coverage) {
@@ -82,9 +82,9 @@ bool is_better(const Standing& a, const Standing& b) {
   return a.coverage > b.coverage || (a.coverage == b.coverage && a.cost < b.cost);
 }
 
-HeardAnswer best_of_rule(const Judge& judge, double coverage, const RuleAt& rule_at) {
-  HeardAnswer most;
-  HeardAnswer least;
+DriveVote best_of_rule(const Judge& judge, double coverage, const RuleAt& rule_at) {
+  DriveVote most;
+  DriveVote least;
   bool is_found = false;
   for (int step = kThresholdSteps; step >= 1; --step) {
     const double threshold = static_cast<double>(step) / kThresholdSteps;
@@ -104,8 +104,8 @@ HeardAnswer best_of_rule(const Judge& judge, double coverage, const RuleAt& rule
   return is_found ? least : most;
 }
 
-HeardAnswer best_static_of(const Judge& judge, double coverage, const OwnEvidence& evidence) {
-  HeardAnswer best;
+DriveVote best_static_of(const Judge& judge, double coverage, const OwnEvidence& evidence) {
+  DriveVote best;
   bool does_cover = false;
   for (std::size_t look = 0; look < evidence.looks.size(); ++look) {
     const auto range = static_cast<std::uint8_t>(look);
@@ -124,7 +124,7 @@ HeardAnswer best_static_of(const Judge& judge, double coverage, const OwnEvidenc
 
 // Of two answers: one that covers before one that does not; else the cheaper of those that do, the
 // better of those that do not.
-bool is_preferred(const HeardAnswer& a, const HeardAnswer& b, double coverage) {
+bool is_preferred(const DriveVote& a, const DriveVote& b, double coverage) {
   const bool a_covers = covers(a.standing, coverage);
   const bool b_covers = covers(b.standing, coverage);
   if (a_covers != b_covers) return a_covers;
@@ -133,17 +133,18 @@ bool is_preferred(const HeardAnswer& a, const HeardAnswer& b, double coverage) {
 
 }  // namespace
 
-std::optional<HeardAnswer> hear_drives(std::span<const LeftOutDrive> left_out,
-                                       const OwnEvidence& evidence, const HearingOptions& options,
-                                       const RuleAt& rule_at) {
+std::optional<DriveVote> leave_one_drive_out(std::span<const LeftOutDrive> left_out,
+                                             const OwnEvidence& evidence,
+                                             const DriveVoteOptions& options,
+                                             const RuleAt& rule_at) {
   const Judge judge(left_out, evidence, options.limit_m);
   if (judge.case_count() == 0) return std::nullopt;
-  const HeardAnswer rule = best_of_rule(judge, options.coverage, rule_at);
-  const HeardAnswer everywhere = best_static_of(judge, options.coverage, evidence);
-  HeardAnswer answer = is_preferred(everywhere, rule, options.coverage) ? everywhere : rule;
+  const DriveVote rule = best_of_rule(judge, options.coverage, rule_at);
+  const DriveVote everywhere = best_static_of(judge, options.coverage, evidence);
+  DriveVote answer = is_preferred(everywhere, rule, options.coverage) ? everywhere : rule;
   answer.keeps_promise = !options.is_promised;
   if (options.is_promised) {
-    HeardAnswer promised = rule;
+    DriveVote promised = rule;
     promised.threshold = std::max(rule.threshold, options.threshold);
     promised.standing = judge.of_rule(rule_at, promised.threshold);
     const bool is_worth =
@@ -158,9 +159,9 @@ std::optional<HeardAnswer> hear_drives(std::span<const LeftOutDrive> left_out,
   return answer;
 }
 
-std::string to_text(const HeardAnswer& answer, double limit_m) {
+std::string to_text(const DriveVote& answer, double limit_m) {
   return "of " + std::to_string(answer.drive_count) +
-         " drives here, each left out in turn and foretold by the others, " +
+         " drives here, each left out in turn and predicted by the others, " +
          percent(answer.standing.coverage) + " of the sites were within " + format_double(limit_m) +
          " m at such answers";
 }

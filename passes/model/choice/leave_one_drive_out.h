@@ -12,11 +12,11 @@
 #include "passes/model/promise/selection.h"
 
 // What the drives of a street, each left out in turn, say of a rule: evidence of the next drive,
-// where the map's own scans flatter.
+// where the map's own scans are optimistic.
 
 namespace sightline {
 
-struct HearingOptions {
+struct DriveVoteOptions {
   double limit_m = 0.1;
   double coverage = 0.95;    // that an answer must reach on the drives left out
   bool is_promised = false;  // the rule at `threshold` comes with a promise
@@ -28,7 +28,7 @@ struct HearingOptions {
 // The choice of the rule for sites with history at a threshold, from one drive's predictions.
 using RuleAt = std::function<Choice(const PredictedError& predicted, double threshold)>;
 
-struct HeardAnswer {
+struct DriveVote {
   double threshold = 0.0;                  // of the rule, at sites with history
   std::optional<std::uint8_t> everywhere;  // in its place one range at all of them
   bool keeps_promise = true;
@@ -42,11 +42,12 @@ struct HeardAnswer {
 // one that covers most. A promise is kept, at a threshold no less strict than its own, unless
 // another answer is cheaper by more than a tenth and proven (passes/model/choice/floor.h). Nothing
 // where there are no cases.
-std::optional<HeardAnswer> hear_drives(std::span<const LeftOutDrive> left_out,
-                                       const OwnEvidence& evidence, const HearingOptions& options,
-                                       const RuleAt& rule_at);
+std::optional<DriveVote> leave_one_drive_out(std::span<const LeftOutDrive> left_out,
+                                             const OwnEvidence& evidence,
+                                             const DriveVoteOptions& options,
+                                             const RuleAt& rule_at);
 
 // One sentence, without its full stop.
-std::string to_text(const HeardAnswer& answer, double limit_m);
+std::string to_text(const DriveVote& answer, double limit_m);
 
 }  // namespace sightline

@@ -14,7 +14,7 @@ namespace sightline {
 enum class CaseKind : std::uint8_t { kMapOnly, kHistory };
 
 // What a threshold is set on.
-struct WitnessCount {
+struct CalibrationCount {
   std::uint32_t blocks = 0;
   std::uint32_t places = 0;  // of different recordings
   std::uint32_t drives = 0;  // different recordings
@@ -25,23 +25,24 @@ struct WitnessCount {
 // predicted by trees that learnt from none of their errors, and made no map of their place: the
 // cases of these drives alone, and what they witness is of the next drive. Else all cases, and what
 // they witness is of these drives.
-struct Witnesses {
+struct CalibrationDrives {
   const ErrorModel& model;
   std::vector<std::size_t> cases;
   std::vector<std::uint32_t> block_of_case;
   std::vector<std::uint32_t> cases_in_block;  // none 0
-  WitnessCount count;
+  CalibrationCount count;
 };
-Witnesses witnesses_of(const ErrorModel& model, CaseKind kind);
+CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind);
 
 // Per block the cases that miss the limit at the range chosen for them.
-std::vector<std::uint32_t> missed_cases(const Witnesses& witnesses, double limit_m,
+std::vector<std::uint32_t> missed_cases(const CalibrationDrives& calibration_drives, double limit_m,
                                         const Choice& choice);
 
 // The largest share of misses of any place.
-double worst_place_miss_share(const Witnesses& witnesses, double limit_m, const Choice& choice);
+double worst_place_miss_share(const CalibrationDrives& calibration_drives, double limit_m,
+                              const Choice& choice);
 
 // Of the witnesses at any range, m.
-double least_error_m(const Witnesses& witnesses);
+double least_error_m(const CalibrationDrives& calibration_drives);
 
 }  // namespace sightline

@@ -1,4 +1,4 @@
-#include "passes/model/choice/heard_drives.h"
+#include "passes/model/choice/leave_one_drive_out.h"
 
 #include <gtest/gtest.h>
 
@@ -52,11 +52,11 @@ Choice rule_at(const PredictedError& predicted, double threshold) {
   return choose_by_probability(predicted, 0, {threshold, threshold});
 }
 
-HeardAnswer heard(const Street& street, const HearingOptions& options) {
-  const std::optional<HeardAnswer> answer =
-      hear_drives(street.left_out, street.evidence, options, rule_at);
+DriveVote vote_of(const Street& street, const DriveVoteOptions& options) {
+  const std::optional<DriveVote> answer =
+      leave_one_drive_out(street.left_out, street.evidence, options, rule_at);
   EXPECT_TRUE(answer.has_value());
-  return answer.value_or(HeardAnswer{});
+  return answer.value_or(DriveVote{});
 }
 
 // The second of two sites is hard, and the model knows it.
@@ -65,8 +65,8 @@ Street hard_and_easy() {
                    {{{0.05, 0.05}, {0.2, 0.05}}, {{0.05, 0.05}, {0.2, 0.05}}});
 }
 
-TEST(HeardDrives, TakeTheLeastThresholdThatCovers) {
-  const HeardAnswer answer = heard(hard_and_easy(), {.coverage = 0.99});
+TEST(LeaveOneDriveOut, TakeTheLeastThresholdThatCovers) {
+  const DriveVote answer = vote_of(hard_and_easy(), {.coverage = 0.99});
   EXPECT_FALSE(answer.everywhere.has_value());
   EXPECT_NEAR(answer.threshold, 0.305, 1e-12) << "above it the hard site takes the dearer look";
   EXPECT_EQ(answer.standing.coverage, 1.0);
@@ -74,42 +74,42 @@ TEST(HeardDrives, TakeTheLeastThresholdThatCovers) {
   EXPECT_EQ(answer.case_count, 4U);
   EXPECT_EQ(answer.drive_count, 2U);
   EXPECT_EQ(to_text(answer, 0.1),
-            "of 2 drives here, each left out in turn and foretold by the others, 100.0 % of the "
+            "of 2 drives here, each left out in turn and predicted by the others, 100.0 % of the "
             "sites were within 0.1 m at such answers");
-  EXPECT_NEAR(heard(hard_and_easy(), {.coverage = 0.5}).standing.cost, 1.0, 1e-12);
+  EXPECT_NEAR(vote_of(hard_and_easy(), {.coverage = 0.5}).standing.cost, 1.0, 1e-12);
 }
 
-TEST(HeardDrives, TakeOneAnswerEverywhereWhereTheModelIsDearerForNothing) {
+TEST(LeaveOneDriveOut, TakeOneAnswerEverywhereWhereTheModelIsDearerForNothing) {
   const Street street = street_of({{0.1, 0.95}, {0.1, 0.95}},
                                   {{{0.05, 0.05}, {0.05, 0.05}}, {{0.05, 0.05}, {0.05, 0.05}}});
-  HearingOptions options{.coverage = 0.99, .is_promised = true, .threshold = 0.5, .alpha = 0.05};
+  DriveVoteOptions options{.coverage = 0.99, .is_promised = true, .threshold = 0.5, .alpha = 0.05};
   options.block_count = 5.0;
-  EXPECT_TRUE(heard(street, options).keeps_promise) << "five blocks prove nothing";
-  EXPECT_EQ(heard(street, options).threshold, 0.5);
+  EXPECT_TRUE(vote_of(street, options).keeps_promise) << "five blocks prove nothing";
+  EXPECT_EQ(vote_of(street, options).threshold, 0.5);
   options.block_count = 30.0;
-  EXPECT_FALSE(heard(street, options).keeps_promise);
-  EXPECT_EQ(heard(street, options).standing.cost, 1.0);
+  EXPECT_FALSE(vote_of(street, options).keeps_promise);
+  EXPECT_EQ(vote_of(street, options).standing.cost, 1.0);
 }
 
 // A promise is about the mean over places; where this one is harder, more is asked for.
-TEST(HeardDrives, AskForMoreThanThePromiseWhereTheStreetIsHarder) {
-  const HeardAnswer answer =
-      heard(hard_and_easy(), {.coverage = 0.99, .is_promised = true, .threshold = 0.2});
+TEST(LeaveOneDriveOut, AskForMoreThanThePromiseWhereTheStreetIsHarder) {
+  const DriveVote answer =
+      vote_of(hard_and_easy(), {.coverage = 0.99, .is_promised = true, .threshold = 0.2});
   EXPECT_TRUE(answer.keeps_promise);
   EXPECT_NEAR(answer.threshold, 0.305, 1e-12);
   EXPECT_EQ(
-      heard(hard_and_easy(), {.coverage = 0.99, .is_promised = true, .threshold = 0.9}).threshold,
+      vote_of(hard_and_easy(), {.coverage = 0.99, .is_promised = true, .threshold = 0.9}).threshold,
       0.9)
       << "never less strict than what was promised";
 }
 
-TEST(HeardDrives, CountOnlyWhatOthersDroveBy) {
+TEST(LeaveOneDriveOut, CountOnlyWhatOthersDroveBy) {
   Street street = hard_and_easy();
   street.left_out[0].measured.scan_of_site[1] = -1;
   street.left_out[1].predicted.has_history[0] = 0;
-  EXPECT_EQ(heard(street, {}).case_count, 2U);
+  EXPECT_EQ(vote_of(street, {}).case_count, 2U);
   for (LeftOutDrive& drive : street.left_out) drive.predicted.has_history = {0, 0};
-  EXPECT_FALSE(hear_drives(street.left_out, street.evidence, {}, rule_at).has_value());
+  EXPECT_FALSE(leave_one_drive_out(street.left_out, street.evidence, {}, rule_at).has_value());
 }
 
 // Honest predictions: a site with P misses with probability 1 - P, on every drive anew.
@@ -132,13 +132,13 @@ Street honest_street(Random& random, std::size_t drive_count) {
   return street_of(probability, error_m);
 }
 
-TEST(HeardDrives, ALooserCoverageNeverCostsMoreAndWhatCanBeCoveredIs) {
+TEST(LeaveOneDriveOut, ALooserCoverageNeverCostsMoreAndWhatCanBeCoveredIs) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Random random(seed);
     const Street street = honest_street(random, 3);
     double dearest = 0.0;
     for (const double coverage : {0.6, 0.7, 0.8, 0.9, 0.95}) {
-      const HeardAnswer answer = heard(street, {.coverage = coverage});
+      const DriveVote answer = vote_of(street, {.coverage = coverage});
       EXPECT_GE(answer.standing.coverage, coverage) << seed;
       EXPECT_GE(answer.standing.cost, dearest) << seed;
       dearest = answer.standing.cost;
@@ -147,7 +147,7 @@ TEST(HeardDrives, ALooserCoverageNeverCostsMoreAndWhatCanBeCoveredIs) {
 }
 
 // What six drives that are left out say comes true on a seventh.
-TEST(HeardDrives, ForetellTheNextDrive) {
+TEST(LeaveOneDriveOut, ForetellTheNextDrive) {
   double within = 0.0;
   double count = 0.0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
@@ -155,7 +155,7 @@ TEST(HeardDrives, ForetellTheNextDrive) {
     Street street = honest_street(random, 7);
     const LeftOutDrive next = street.left_out.back();
     street.left_out.pop_back();
-    const HeardAnswer answer = heard(street, {.coverage = 0.9});
+    const DriveVote answer = vote_of(street, {.coverage = 0.9});
     const Choice choice = rule_at(next.predicted, answer.threshold);
     for (std::size_t site = 0; site < street.evidence.site_count; ++site) {
       const std::size_t look = answer.everywhere.value_or(choice.range_index[site]);

@@ -1,4 +1,4 @@
-#include "passes/model/promise/witnesses.h"
+#include "passes/model/promise/calibration_drives.h"
 
 #include <algorithm>
 #include <limits>
@@ -40,8 +40,8 @@ std::vector<std::uint32_t> groups_of(const TrainingCard& card) {
 }
 
 // Of the given cases. A drive whose recording is not known counts as one of its place.
-WitnessCount count_of(const ErrorModel& model, const std::vector<std::size_t>& cases,
-                      const std::vector<std::vector<WitnessDrive>>& drives) {
+CalibrationCount count_of(const ErrorModel& model, const std::vector<std::size_t>& cases,
+                          const std::vector<std::vector<WitnessDrive>>& drives) {
   const std::vector<std::uint32_t> group_of_place = groups_of(model.card);
   std::set<std::uint32_t> blocks, groups;
   std::set<Digest> known;
@@ -61,20 +61,21 @@ WitnessCount count_of(const ErrorModel& model, const std::vector<std::size_t>& c
           static_cast<std::uint32_t>(known.size() + unknown.size()), PromiseScope::kThisDrive};
 }
 
-void add_case(std::size_t i, std::vector<std::uint32_t>& dense_block, Witnesses& witnesses) {
-  std::uint32_t& block = dense_block[witnesses.model.sites[i].block];
+void add_case(std::size_t i, std::vector<std::uint32_t>& dense_block,
+              CalibrationDrives& calibration_drives) {
+  std::uint32_t& block = dense_block[calibration_drives.model.sites[i].block];
   if (block == std::numeric_limits<std::uint32_t>::max()) {
-    block = static_cast<std::uint32_t>(witnesses.cases_in_block.size());
-    witnesses.cases_in_block.push_back(0);
+    block = static_cast<std::uint32_t>(calibration_drives.cases_in_block.size());
+    calibration_drives.cases_in_block.push_back(0);
   }
-  witnesses.cases.push_back(i);
-  witnesses.block_of_case.push_back(block);
-  ++witnesses.cases_in_block[block];
+  calibration_drives.cases.push_back(i);
+  calibration_drives.block_of_case.push_back(block);
+  ++calibration_drives.cases_in_block[block];
 }
 
 }  // namespace
 
-Witnesses witnesses_of(const ErrorModel& model, CaseKind kind) {
+CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind) {
   const std::vector<std::vector<WitnessDrive>> drives = drives_of(model.card);
   std::vector<std::size_t> all, independent;
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
@@ -83,32 +84,35 @@ Witnesses witnesses_of(const ErrorModel& model, CaseKind kind) {
     all.push_back(i);
     if (drives[site.place][site.drive].is_independent) independent.push_back(i);
   }
-  Witnesses witnesses{model, {}, {}, {}, count_of(model, independent, drives)};
-  const bool is_next_drive = witnesses.count.drives >= 2;
-  if (!is_next_drive) witnesses.count = count_of(model, all, drives);
-  witnesses.count.scope = is_next_drive ? PromiseScope::kNextDrive : PromiseScope::kThisDrive;
+  CalibrationDrives calibration_drives{model, {}, {}, {}, count_of(model, independent, drives)};
+  const bool is_next_drive = calibration_drives.count.drives >= 2;
+  if (!is_next_drive) calibration_drives.count = count_of(model, all, drives);
+  calibration_drives.count.scope =
+      is_next_drive ? PromiseScope::kNextDrive : PromiseScope::kThisDrive;
   std::vector<std::uint32_t> dense_block(model.card.block_count,
                                          std::numeric_limits<std::uint32_t>::max());
-  for (const std::size_t i : is_next_drive ? independent : all) add_case(i, dense_block, witnesses);
-  return witnesses;
+  for (const std::size_t i : is_next_drive ? independent : all)
+    add_case(i, dense_block, calibration_drives);
+  return calibration_drives;
 }
 
-std::vector<std::uint32_t> missed_cases(const Witnesses& witnesses, double limit_m,
+std::vector<std::uint32_t> missed_cases(const CalibrationDrives& calibration_drives, double limit_m,
                                         const Choice& choice) {
-  std::vector<std::uint32_t> missed(witnesses.cases_in_block.size(), 0);
-  for (std::size_t i = 0; i < witnesses.cases.size(); ++i) {
-    const std::size_t site = witnesses.cases[i];
-    const double error_m = witnesses.model.measured(site, choice.range_index[site]);
-    if (error_m > limit_m) ++missed[witnesses.block_of_case[i]];
+  std::vector<std::uint32_t> missed(calibration_drives.cases_in_block.size(), 0);
+  for (std::size_t i = 0; i < calibration_drives.cases.size(); ++i) {
+    const std::size_t site = calibration_drives.cases[i];
+    const double error_m = calibration_drives.model.measured(site, choice.range_index[site]);
+    if (error_m > limit_m) ++missed[calibration_drives.block_of_case[i]];
   }
   return missed;
 }
 
-double worst_place_miss_share(const Witnesses& witnesses, double limit_m, const Choice& choice) {
-  const ErrorModel& model = witnesses.model;
+double worst_place_miss_share(const CalibrationDrives& calibration_drives, double limit_m,
+                              const Choice& choice) {
+  const ErrorModel& model = calibration_drives.model;
   std::vector<std::size_t> missed(model.card.places.size(), 0);
   std::vector<std::size_t> count(model.card.places.size(), 0);
-  for (const std::size_t i : witnesses.cases) {
+  for (const std::size_t i : calibration_drives.cases) {
     const std::uint32_t place = model.sites[i].place;
     ++count[place];
     if (model.measured(i, choice.range_index[i]) > limit_m) ++missed[place];
@@ -121,11 +125,11 @@ double worst_place_miss_share(const Witnesses& witnesses, double limit_m, const 
   return worst;
 }
 
-double least_error_m(const Witnesses& witnesses) {
+double least_error_m(const CalibrationDrives& calibration_drives) {
   double least_m = std::numeric_limits<double>::infinity();
-  for (const std::size_t site : witnesses.cases) {
-    for (std::size_t range = 0; range < witnesses.model.ranges.size(); ++range) {
-      least_m = std::min(least_m, witnesses.model.measured(site, range));
+  for (const std::size_t site : calibration_drives.cases) {
+    for (std::size_t range = 0; range < calibration_drives.model.ranges.size(); ++range) {
+      least_m = std::min(least_m, calibration_drives.model.measured(site, range));
     }
   }
   return least_m;
