@@ -49,7 +49,7 @@ TEST(MeasureClearance, NeverGrowsWhenAWallIsAdded) {
   NdtMap map;
   PassContext ctx;
   const Sites sites = route({{0.0, 0.0, 0.0}, {4.0, 2.0, 0.0}, {-9.0, 5.0, 0.5}});
-  std::vector<double> before(3, std::numeric_limits<double>::infinity());
+  std::vector<float> before(3, std::numeric_limits<float>::infinity());
   for (int i = 0; i < 50; ++i) {
     map.nds.push_back(wall_at(random.uniform(-30.0, 30.0), random.uniform(-30.0, 30.0), 0.0));
     const Result<SiteColumn> table = measure_clearance(ctx, MeasureClearanceOptions{}, map, sites);

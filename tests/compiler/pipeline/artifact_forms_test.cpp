@@ -36,12 +36,12 @@ Result<TiledNds> copy_nds(PassContext& /*ctx*/, const NoOptions& /*options*/, co
 
 Result<SiteColumn> count_tiles(PassContext& /*ctx*/, const NoOptions& /*options*/,
                                const TiledNds& nds) {
-  return SiteColumn{"tiles", {static_cast<double>(nds.tiles().size())}};
+  return SiteColumn{"tiles", "", {static_cast<float>(nds.tiles().size())}};
 }
 
 Result<SiteColumn> count_nds(PassContext& /*ctx*/, const NoOptions& /*options*/,
                              const NdtMap& nds) {
-  return SiteColumn{"nds", {static_cast<double>(nds.nds.size())}};
+  return SiteColumn{"nds", "", {static_cast<float>(nds.nds.size())}};
 }
 
 constexpr Pass kCopyNds{"copy-nds", 1, "copy", "The same", &copy_nds};

@@ -23,14 +23,13 @@ Result<SiteColumn> digits(PassContext&, const NoOptions&, const SiteColumn* hund
     value += unit * digit->values[0];
     unit *= 0.1;
   }
-  return SiteColumn{"digits", {value}};
+  return SiteColumn{"digits", "", {static_cast<float>(value)}};
 }
 constexpr Pass kDigits{"digits", 1, "number", "A decimal number", &digits};
 
 Result<SiteColumn> count(PassContext&, const NoOptions&, Many<SiteColumn> first,
                          Many<SiteColumn> second) {
-  return SiteColumn{
-      "count", {10.0 * static_cast<double>(first.size()) + static_cast<double>(second.size())}};
+  return SiteColumn{"count", "", {static_cast<float>(10 * first.size() + second.size())}};
 }
 constexpr Pass kCount{"count", 1, "counts", "How many there are", &count};
 
@@ -45,11 +44,11 @@ class OptionalInputs : public ::testing::Test {
     artifacts_ = {};
     for (const int digit : {1, 2, 3}) {
       const Wire<SiteColumn> wire = plan_.input<SiteColumn>("digit-" + std::to_string(digit));
-      artifacts_.provide(wire, SiteColumn{"digit", {static_cast<double>(digit)}});
+      artifacts_.provide(wire, SiteColumn{"digit", "", {static_cast<float>(digit)}});
       digit_[static_cast<std::size_t>(digit)] = wire;
     }
   }
-  double made(Wire<SiteColumn> wanted) {
+  float made(Wire<SiteColumn> wanted) {
     std::vector<StepReport> reports;
     const Result<void> done = run_plan(plan_, {wanted}, options_, {}, artifacts_, reports);
     EXPECT_TRUE(done) << to_string(done.error());
@@ -66,13 +65,13 @@ class OptionalInputs : public ::testing::Test {
 
 TEST_F(OptionalInputs, AMissingOneIsNullAndAListKeepsItsOrder) {
   begin();
-  EXPECT_DOUBLE_EQ(made(plan_.run_as("all", kDigits, {}, digit_[1], digit_[2], digit_[3],
-                                     {digit_[3], digit_[1]})),
-                   123.31);
-  EXPECT_DOUBLE_EQ(made(plan_.run_as("least", kDigits, {}, {}, {}, digit_[3], {})), 3.0);
-  EXPECT_DOUBLE_EQ(made(plan_.run_as("no tens", kDigits, {}, digit_[1], {}, digit_[3], {})), 103.0);
+  EXPECT_FLOAT_EQ(made(plan_.run_as("all", kDigits, {}, digit_[1], digit_[2], digit_[3],
+                                    {digit_[3], digit_[1]})),
+                  123.31);
+  EXPECT_FLOAT_EQ(made(plan_.run_as("least", kDigits, {}, {}, {}, digit_[3], {})), 3.0);
+  EXPECT_FLOAT_EQ(made(plan_.run_as("no tens", kDigits, {}, digit_[1], {}, digit_[3], {})), 103.0);
   const Wire<SiteColumn> never_connected;
-  EXPECT_DOUBLE_EQ(
+  EXPECT_FLOAT_EQ(
       made(plan_.run_as("of the user", kDigits, {}, never_connected, digit_[2], digit_[3], {})),
       23.0);
 }
@@ -80,15 +79,15 @@ TEST_F(OptionalInputs, AMissingOneIsNullAndAListKeepsItsOrder) {
 // The same artifacts in the same order: only which parameter has them differs.
 TEST_F(OptionalInputs, TheKeyContainsWhichParameterHasWhich) {
   begin();
-  EXPECT_DOUBLE_EQ(made(plan_.run(kDigits, digit_[1], {}, digit_[3], {})), 103.0);
+  EXPECT_FLOAT_EQ(made(plan_.run(kDigits, digit_[1], {}, digit_[3], {})), 103.0);
   begin();
-  EXPECT_DOUBLE_EQ(made(plan_.run(kDigits, {}, digit_[1], digit_[3], {})), 13.0);
+  EXPECT_FLOAT_EQ(made(plan_.run(kDigits, {}, digit_[1], digit_[3], {})), 13.0);
   begin();
-  EXPECT_DOUBLE_EQ(made(plan_.run(kDigits, digit_[1], {}, digit_[3], {})), 103.0);
+  EXPECT_FLOAT_EQ(made(plan_.run(kDigits, digit_[1], {}, digit_[3], {})), 103.0);
   EXPECT_TRUE(is_from_cache_);
-  EXPECT_DOUBLE_EQ(made(plan_.run(kCount, {digit_[1], digit_[2]}, {digit_[3]})), 21.0);
+  EXPECT_FLOAT_EQ(made(plan_.run(kCount, {digit_[1], digit_[2]}, {digit_[3]})), 21.0);
   begin();
-  EXPECT_DOUBLE_EQ(made(plan_.run(kCount, {digit_[1]}, {digit_[2], digit_[3]})), 12.0);
+  EXPECT_FLOAT_EQ(made(plan_.run(kCount, {digit_[1]}, {digit_[2], digit_[3]})), 12.0);
 }
 
 // What a step runs in, when the plan is shared by several processes.

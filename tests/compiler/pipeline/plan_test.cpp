@@ -22,7 +22,7 @@ using testing::ElementsAre;
 
 Result<SiteColumn> slope(PassContext&, const SlopeOptions& options, const SiteColumn& column) {
   SiteColumn sloped = column;
-  for (double& value : sloped.values) value *= options.slope;
+  for (float& value : sloped.values) value *= static_cast<float>(options.slope);
   return sloped;
 }
 constexpr Pass kSlope{"slope", 3, "sloped", "Values times a number", &slope};

@@ -50,12 +50,12 @@ CompiledMap annotated(const DrivenPlace& place, bool has_history) {
   PassContext ctx;
   CompiledMap map;
   map.sites = place.sites;
-  map.factors = history ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
+  map.factors = has_history ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
   map.factors = with_own_error(map.factors, place.drives[0]);
   const Result<PredictedError> predicted =
-      history ? predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings,
-                              &place.drives[0])
-              : predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings);
+      has_history ? predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings,
+                                  &place.drives[0])
+                  : predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings);
   EXPECT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
   const Result<RangeTable> ranges =
