@@ -1,5 +1,7 @@
 #include "formats/surroundings/tiled_surface.h"
 
+#include <algorithm>
+
 namespace sightline {
 namespace {
 
@@ -13,6 +15,13 @@ SurfacePatch decoded(std::span<const std::byte> row) {
 }  // namespace
 
 Surface RowsOf<Surface>::head_of(const Surface& surface) { return part_of(surface, 0, 0); }
+
+Surface RowsOf<Surface>::in_order(const Surface& whole) {
+  Surface sorted = whole;
+  std::ranges::sort(sorted.patches, {},
+                    [&](const SurfacePatch& patch) { return order_of(patch, whole); });
+  return sorted;
+}
 
 Surface RowsOf<Surface>::part_of(const Surface& head, std::size_t /*first*/,
                                  std::size_t /*count*/) {

@@ -14,6 +14,8 @@ struct RowsOf<Surface> {
   static std::size_t size(const Surface& /*head*/) { return kEncodedPatch; }
   static std::size_t count(const Surface& surface) { return surface.patches.size(); }
   static Surface head_of(const Surface& surface);
+  // Patches of a whole surface may have any order.
+  static Surface in_order(const Surface& whole);
   static Surface part_of(const Surface& head, std::size_t first, std::size_t count);
   static void resize(Surface& head, std::size_t count) { head.patches.resize(count); }
   static void encode_head(const Surface& surface, ByteWriter& writer);

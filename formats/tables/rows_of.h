@@ -34,6 +34,10 @@
 //     static TileKey tile(const X& head, std::span<const std::byte> row);
 //     static double reach_m(std::span<const std::byte> row);  // from its place, along each axis
 //
+// and, where rows of a whole X may have another order than that of its table,
+//
+//     static X in_order(const X& whole);
+//
 // Rows of any other X are sites: its head counts them.
 
 namespace sightline {

@@ -37,7 +37,7 @@ template <HasRows X>
 class StoredTable {
  public:
   StoredTable() = default;
-  // Converts implicitly from an X, whose rows stay in memory.
+  // Converts implicitly from an X, whose rows stay in memory, in the order of a table.
   StoredTable(const X& whole);  // NOLINT(google-explicit-constructor)
 
   // All but the rows.
@@ -182,7 +182,11 @@ StoredTable<X>::StoredTable(const X& whole)
     : head_(RowsOf<X>::head_of(whole)), row_count_(RowsOf<X>::count(whole)) {
   ByteWriter writer;
   writer.reserve(row_count_ * RowsOf<X>::size(whole));
-  RowsOf<X>::encode(whole, 0, row_count_, writer);
+  if constexpr (requires { RowsOf<X>::in_order(whole); }) {
+    RowsOf<X>::encode(RowsOf<X>::in_order(whole), 0, row_count_, writer);
+  } else {
+    RowsOf<X>::encode(whole, 0, row_count_, writer);
+  }
   if constexpr (HasTiles<X>) add_to_tiles(writer.bytes());
   rows_ = StoredBytes(writer.take());
 }

@@ -144,9 +144,11 @@ class Init : public ::testing::Test {
 };
 
 TEST_F(Init, GivesThreeDrivesTheirRolesAndTheirPoses) {
+  Way way;
   for (const std::string name : {"2024-01", "mapping", "2024-02"}) {
-    write_scans(folder_ / name / "scans", {});
-    write_poses(folder_ / name / "poses.tum", {});
+    ++way.scans;  // no two drives are the same recording
+    write_scans(folder_ / name / "scans", way);
+    write_poses(folder_ / name / "poses.tum", way);
   }
   const CompileConfig config = draft();
   EXPECT_EQ(config.mapping.scans, path("mapping/scans"));

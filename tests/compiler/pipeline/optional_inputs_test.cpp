@@ -67,7 +67,7 @@ TEST_F(OptionalInputs, AMissingOneIsNullAndAListKeepsItsOrder) {
   begin();
   EXPECT_FLOAT_EQ(made(plan_.run_as("all", kDigits, {}, digit_[1], digit_[2], digit_[3],
                                     {digit_[3], digit_[1]})),
-                  123.31);
+                  123.31F);
   EXPECT_FLOAT_EQ(made(plan_.run_as("least", kDigits, {}, {}, {}, digit_[3], {})), 3.0);
   EXPECT_FLOAT_EQ(made(plan_.run_as("no tens", kDigits, {}, digit_[1], {}, digit_[3], {})), 103.0);
   const Wire<SiteColumn> never_connected;

@@ -118,7 +118,7 @@ TEST(TiledSurface, AnyPayloadIsRefusedOrValid) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, 500);
+  EXPECT_GT(refused, 300);  // rows have no index beside them that could contradict
 }
 
 TEST(TiledSurface, RefusesTilesThatDoNotAscend) {
