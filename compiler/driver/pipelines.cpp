@@ -277,15 +277,16 @@ void take_finished_map(const CompileConfig& config, CompilePlan& compile) {
       plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
 }
 
-// A further figure of each site is one line, at the end of the step that makes its inputs:
-//
-//   compile.columns.push_back(plan.run(kMeanNdDensity, compile.ndt, compile.sites));
-//
-// The map keeps it, and reader, differences, exports and reports show it.
-
 // Step 5: factors. From here on the map is done; what follows asks how well a vehicle localizes in
 // it, by the sensor that will localize. Depth images and virtual scans of the whole map are made
 // only for those who look at them: factors are computed with their own, block of sites by block.
+//
+// A further figure of each site, beside the factors, is one line in the step that has its inputs.
+// Of NDs and sites it is a line here:
+//
+//   compile.columns.push_back(plan.run(kMeanNdDensity, compile.ndt, compile.sites));
+//
+// The map keeps the figure, and reader, differences, exports and reports show it.
 Wire<FactorTable> compute_factors(CompilePlan& compile) {
   Plan& plan = compile.plan;
   const Wire<SensorProfile>& sensor = compile.localizing_sensor;

@@ -19,7 +19,8 @@ enum class Selection : std::uint8_t { kMean, kProbability };
 template <>
 inline constexpr auto kNamesOf<Selection> = enum_names("mean", "probability");
 
-// What sets the probability that is asked for (schemas/definitions.md, "Choice of range").
+// What sets the probability that is asked for (schemas/definitions.md, "Error model and
+// choice of range").
 enum class RiskControl : std::uint8_t { kConformal, kLearnThenTest, kEmpirical, kFixed };
 
 // "conformal", "learn-then-test", "empirical", "fixed".

@@ -146,7 +146,8 @@ Result<void> check_known(const schema::Block& block, const std::string& place) {
                      std::string(name) + " is unknown to this program",
                  "", place};
   }
-  // A vehicle has no decompressor, so the layer that it reads lies in the file as it is.
+  // The section look-up, which a vehicle reads, is made of the range layer. Neither is compressed,
+  // since a vehicle's reader has no decompressor.
   if (is_range && block.codec() != schema::Codec::None) {
     return Error{ErrorCode::kBadLayer, "the range layer is compressed", "", place};
   }

@@ -19,7 +19,7 @@
 
 namespace sightline {
 
-// Flags of an answer. The first two and the last are the map's own (schemas/map_format.md).
+// Flags of an answer: 1, 2, 16 and 128 are the map's own flags (schemas/map_format.md).
 inline constexpr std::uint32_t kAnswerUnmet = 1;         // no range is good enough here
 inline constexpr std::uint32_t kAnswerExtrapolated = 2;  // unlike what the model was trained on
 inline constexpr std::uint32_t kAnswerFar = 4;           // no site within the map's reach

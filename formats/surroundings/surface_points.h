@@ -41,7 +41,9 @@ std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const P
 // SurfacePointReader); here is which voxels moved.
 struct SurfacePoints {
   MapFrame frame;
-  std::vector<Eigen::Vector3d> points_m;   // that lie in memory: made ones, none of a recording's
+  // Points in memory, made by tests and benchmarks. Empty for recordings and for finished maps,
+  // whose files are `scans`.
+  std::vector<Eigen::Vector3d> points_m;
   std::vector<PlacedScan> scans;           // in the drive's order
   double voxel_m = 0.0;                    // edge of a voxel; 0 when nothing was looked for
   std::vector<CellKey> moved_voxels;       // ascending: what was removed
@@ -88,8 +90,8 @@ class SurfacePointReader {
   explicit SurfacePointReader(const SurfacePoints& points);
   // One that is asked for these parts alone: it remembers no voxel that their rays do not reach.
   SurfacePointReader(const SurfacePoints& points, std::span<const std::size_t> parts);
-  // And that is asked what moved in this part of the plane of the map alone: standing() and
-  // moving() give nothing beyond it, and of what all() gives there nothing counts as moved.
+  // A reader of these parts within a rectangle of the map's plane: standing() and moving() return
+  // only points in it. all() returns the points outside too, each with has_moved 0.
   SurfacePointReader(const SurfacePoints& points, std::span<const std::size_t> parts,
                      const Eigen::AlignedBox2d& within_m);
 

@@ -28,7 +28,8 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 // coordinates of the sensor in metres), unlike-profile, and those of read_recorded_scan for the
 // first scan that cannot be read.
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording);
-// After decode: gives the drive its scans back.
+// Connects a decoded drive to the files of its recording, from which its scans are read: the
+// encoded drive contains no points.
 void reattach(Drive& drive, const Recording& recording);
 inline constexpr Pass kIngest = Pass{"ingest", 4, "drive", "Reading drives", &ingest}
                                     .in(Stage::kDrives)

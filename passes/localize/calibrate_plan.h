@@ -33,6 +33,9 @@ struct FirstLook {
 double raised_threshold(const CalibratePlanOptions& options, const LookPlan& plan,
                         const std::vector<FirstLook>& looks);
 
+// Sets the threshold at which a vehicle takes a second look. The probability p* of chosen ranges is
+// set by passes/model/promise/calibration.h.
+//
 // The usual plan (passes/pass/default_looks.h), whose test was learnt in generated towns, with a
 // threshold for this map's street: on a real one, whose walls are no planes, good matches score
 // less, and the learnt threshold doubts most of them. Each scan of the drive is matched by the

@@ -52,6 +52,9 @@ bool all_inside(std::span<const Eigen::Vector3d> points_m, double cell_m) {
   return signs >= 0;
 }
 
+// Cut, ChunkRuns and add_points() are for points in memory, such as a point cloud that a vehicle
+// opens (ndt_from_points). Recordings and the files of a finished map go through map_of_scans().
+
 // How work is cut; no result depends on it.
 struct Cut {
   std::size_t part_count = 1;

@@ -31,7 +31,9 @@ enum class MatchStop : std::uint8_t {
 std::string_view to_text(MatchStop stop);
 
 struct MatchResult {
-  Pose T_map_sensor = Pose::Identity();  // the start where nothing could be matched
+  // The pose of the frame of the scan's points: the sensor's or, in SiteLocalizer and LookMatcher,
+  // the vehicle's. The start where nothing could be matched.
+  Pose T_map_sensor = Pose::Identity();
   MatchStop stop = MatchStop::kNoPoints;
   int iterations = 0;      // evaluations of score and derivatives
   std::uint64_t work = 0;  // points x iterations: a stand-in for time that never varies

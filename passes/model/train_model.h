@@ -34,14 +34,14 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // Learns the mean localization error from map factors, measured history and range: one forest over
 // rows (case of a site with a scan, range; passes/model/forest/training_set.h says which cases
 // there are), and out-of-fold predictions of every case by trees that saw nothing within buffer_m
-// of its fold (schemas/definitions.md, "Error model"). A single place with less route than two
-// blocks is judged on shorter ones, which a warning says and the model's card shows. Equal inputs,
-// options and seed give equal bytes for any thread count. Factors that never vary are named in a
-// warning, and so is a model that knows one place alone.
-// Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor, or
-// where drives were localized by different localizers; invalid-artifact for a factor or error that
-// is not finite; no-training-rows; drive-too-short where not even two blocks of 15 m fit, or the
-// buffer leaves a fold nothing to learn from; both name the place.
+// of its fold (schemas/definitions.md, "Error model and choice of range"). A single place with less
+// route than two blocks is judged on shorter ones, which a warning says and the model's card shows.
+// Equal inputs, options and seed give equal bytes for any thread count. Factors that never vary are
+// named in a warning, and so is a model that knows one place alone. Errors: mismatched-inputs where
+// sites, factors and errors are not of one map or lack a factor, or where drives were localized by
+// different localizers; invalid-artifact for a factor or error that is not finite;
+// no-training-rows; drive-too-short where not even two blocks of 15 m fit, or the buffer leaves a
+// fold nothing to learn from; both name the place.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
 inline constexpr Pass kTrainModel = Pass{"train-model", 8, "model", "The error model", &train_model}

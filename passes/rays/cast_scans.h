@@ -31,9 +31,9 @@ int azimuth_stride(const CastScansOptions& options, const SensorProfile& sensor)
 
 // What the localizing sensor would measure at every site: each of its beams at the azimuth steps of
 // azimuth_stride(), the first along map +x, that lies in its view, cast level from p on the surface
-// and subsampled on the localizer's voxel grid. Definition: schemas/definitions.md, "virtual scan".
-// Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far),
-// cannot-read.
+// and subsampled on the localizer's voxel grid. Definition: schemas/definitions.md, "Factors from a
+// virtual scan". Errors: mismatched-inputs (surface and sites in different frames), bad-value (near
+// beyond far), cannot-read.
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
                                 const TiledSurface& surface, const Sites& sites,
                                 const SensorProfile& sensor);

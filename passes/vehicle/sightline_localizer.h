@@ -84,13 +84,13 @@ typedef struct sightline_localizer_info {
   size_t nd_count;
 } sightline_localizer_info;
 
-/* Opens what is localized in: a compiled map (.slmap), a point cloud (PCD, PLY, LAS, or any of them
- * in gzip) or a folder of such clouds, as Autoware's. Of a cloud the normal distributions are
- * computed as the compiler does. `options` may be NULL. On success *localizer is to be closed; on
- * failure it is NULL, and a sentence about what was found goes to message (cut to
- * message_size, always terminated), which may be NULL. Errors: those of reading a map or a cloud;
- * empty-map (no cell has points enough), unsupported-format (points farther apart than a grid
- * reaches), bad-value (an option). */
+/* Opens what is localized in: a compiled map (.slmap), a point cloud (PCD, PLY, LAS, .npy, or any
+ * of them in gzip) or a folder of such clouds, as Autoware's. Of a cloud the normal distributions
+ * are computed as the compiler does. `options` may be NULL. On success *localizer is to be closed;
+ * on failure it is NULL, and a sentence about what was found goes to message (cut to message_size,
+ * always terminated), which may be NULL. Errors: those of reading a map or a cloud; empty-map (no
+ * cell has points enough), unsupported-format (points farther apart than a grid reaches), bad-value
+ * (an option). */
 int sightline_localizer_open(const char* path, const sightline_localizer_options* options,
                              sightline_localizer** localizer, char* message, size_t message_size);
 

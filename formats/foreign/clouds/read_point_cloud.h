@@ -17,15 +17,16 @@ namespace sightline {
 // Whether files of this ending ("." and small letters) are read: those below, and .gz of them.
 bool is_scan_ending(std::string_view extension);
 
-// ".pcd, .ply, .las or .bin", for messages.
+// ".pcd, .ply, .las, .npy or .bin", for messages.
 std::string scan_endings_text();
 
 // Reads PCD (ascii, binary, binary_compressed; versions up to 0.7; any order of fields, any field
 // types, extra fields), PLY (ascii, binary of both byte orders), LAS (1.0 to 1.4, point formats 0
-// to 10), .bin (float32 without a header: KITTI's x y z intensity, nuScenes' fifth float, the ring,
-// and others), and any of them in gzip. Coordinates keep the precision that the file has: doubles
-// and the decimal digits of text stay double. A file is checked against its own header and size
-// before any of it is believed, so a damaged one is refused and never crashes.
+// to 10), .npy (an array of numpy, one point a row), .bin (float32 without a header: KITTI's x y z
+// intensity, nuScenes' fifth float, the ring, and others), and any of them in gzip. Coordinates
+// keep the precision that the file has: doubles and the decimal digits of text stay double. A file
+// is checked against its own header and size before any of it is believed, so a damaged one is
+// refused and never crashes.
 //
 // What the floats of a .bin are, `columns` says; without it they speak for themselves where one
 // count of floats a point fits (fitting_counts), and begin with x y z intensity.

@@ -12,8 +12,9 @@
 
 namespace sightline {
 
-// The map's own CellMoments, about the cell's centre as well. In pairs, since every x86-64 adds two
-// doubles at once.
+// The sums of CellMoments (formats/surroundings/cell_moments.h, used by local maps), also about the
+// cell's centre, but faster and additive only: no point can be taken away. In pairs, since every
+// x86-64 adds two doubles at once.
 struct CellSums {
   Eigen::Array2d x_y = Eigen::Array2d::Zero();
   Eigen::Array2d xx_yy = Eigen::Array2d::Zero();

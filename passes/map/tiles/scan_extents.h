@@ -13,10 +13,9 @@
 
 namespace sightline {
 
-// What is known of one part of surface points (SurfacePointReader) without its points. It is given
-// of all that are within range, whether they stood or moved: what moved may turn out otherwise
-// where another drive comes by, and the extents of all that it may not reach shall stay as they
-// are.
+// What is known of one part of surface points (SurfacePointReader) without its points. It covers
+// all points within range, both standing and moving: a further drive can change which points count
+// as moving, but the extents of earlier scans stay the same.
 struct ScanExtent {
   std::uint64_t point_count = 0;
   Eigen::Vector2d low_m = Eigen::Vector2d::Zero();  // box of the points, map frame
@@ -37,7 +36,8 @@ struct BlockGrid {
 Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const SurfacePoints& points,
                                                 const BlockGrid& grid, const std::string& pass);
 
-// The context for the parts of the same pass that follow: none has the number of an earlier one.
+// The context for the later parts of the same pass. Their numbers begin after those that
+// measure_extents() used, so that each number is used once.
 PassContext after_extents(const PassContext& ctx, const SurfacePoints& points);
 
 }  // namespace sightline

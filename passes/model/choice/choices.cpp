@@ -7,6 +7,36 @@
 #include "passes/model/choice/floor.h"
 #include "passes/model/choice/leave_one_drive_out.h"
 
+// The rules of choose-ranges in their order; a later rule overrides the earlier ones. They are
+// applied limit by limit, from the tightest limit to the loosest. By probability:
+//
+//   1  p* is calibrated on the model's own sites, separately for sites with measured history
+//      (Calibrator). The promise is withdrawn if the model learnt from one place only and these
+//      sites are in another.
+//   2  Each site takes the cheapest look with P(error <= limit) >= p*. If there is none, it takes
+//      the most probable look and is flagged kUnmet.
+//   3  Sites whose look by rule 2 is extrapolated are flagged kExtrapolated. They take the static
+//      answer (kStatic) if the option extrapolated_takes_static is set. The promise is withdrawn if
+//      more than half of the sites are extrapolated.
+//   4  Dilation: each site takes the longest range, or the dearest look, of the sites of its run
+//      within dilation_m (3 m).
+//   5a If two drives or more are known here and p* is controlled, the drives vote
+//      (leave_one_drive_out.h). Sites with history are chosen again by rules 2 to 4, at the vote's
+//      threshold, or all take one static answer; the other sites get rule 5b. The promise is
+//      withdrawn if the vote replaces the promised rule by a cheaper, proven answer.
+//   5b Otherwise the floor applies (floor.h). If the model was trained on simulated errors only,
+//      ranges are chosen from what was simulated at each site. Otherwise all sites take one static
+//      answer if the model is from too short a drive, explains nothing out of fold, or costs more
+//      than a static answer that covers as much. The promise is withdrawn if the floor replaces the
+//      choice.
+//   6  A site looks no further than for the next tighter limit. The promise is withdrawn if this
+//      shortens any range.
+//   7  In a map without scans, sites where no drive was measured are flagged kSimulatedAnswer
+//      (choose_ranges.cpp). The promise is withdrawn unless the model learnt from such maps.
+//
+// By mean: rule 2 takes the shortest range whose predicted mean error is within the limit, or else
+// the longest, flagged kUnmet. Then rules 3, 6 and 7 apply. The mean rule makes no promise.
+
 namespace sightline {
 namespace {
 

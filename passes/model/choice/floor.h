@@ -9,7 +9,8 @@
 #include "passes/model/choice/own_evidence.h"
 #include "passes/model/promise/selection.h"
 
-// A floor under every choice: no model may look farther than the street's own evidence asks for.
+// The floor of a choice is a lower bound, from the street's own evidence, of how well one static
+// answer does there: a choice that does no better at a higher cost is replaced, so it caps cost.
 
 namespace sightline {
 
@@ -44,21 +45,25 @@ struct DilatedRoute {
 
 // Gives every site the street's best static answer where the model says nothing of it, or where
 // that answer is cheaper than `choice` and covers as much by the street's own evidence: the lesser
-// of what the choice covers and static_coverage. A promise is given up for no less than a tenth of
-// the cost, and for no answer that is proven less well: over n blocks of the street, which were
-// seen on one drive, n / (n + 1) misses + 1 / (n + 1) must be at most alpha, as the promise itself
-// had to show on drives that its model never saw. Evidence by which a choice covers no site says
-// nothing against it. Then all sites are flagged kStatic, kUnmet is left where the own error at
-// that range exceeds the limit, and the sentence says why. Nothing where the choice stands.
+// of what the choice covers and static_coverage. If the choice covers no site by that evidence,
+// costs are not compared.
+//
+// A choice with a promise is replaced only if the static answer is cheaper by more than a tenth and
+// is proven: n / (n + 1) misses + 1 / (n + 1) must be at most alpha, where n is the number of
+// blocks of the street. The promise met the same bound on drives that its model was not trained on.
+//
+// Where the choice is replaced all sites are flagged kStatic, and kUnmet where the own error at
+// that range exceeds the limit. The returned sentence gives the reason; nothing is returned where
+// the choice is kept.
 std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
                                        const FloorOptions& options, Choice& choice);
 
 // What simulation asks for where nothing else is known: each site takes the shortest range whose
 // own error is within the limit, dilated as every choice is, but none cheaper than the static
 // answer for 80 % of the sites and none dearer than that for static_coverage (the dearer where no
-// answer is within the limit). Simulation ranks places better than it measures how good they are:
-// what is hard at one place in five is not left to it anywhere. Flags as apply_floor sets them;
-// the sentence says what is taken.
+// answer is within the limit). Simulation ranks places better than it measures how good they are.
+// Therefore a range that is too short at more than one site in five is used at none. Flags are set
+// as by apply_floor; the sentence describes the answer.
 std::string take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
                            const DilatedRoute& dilated, Choice& choice);
 

@@ -37,11 +37,12 @@ struct DriveVote {
   std::size_t drive_count = 0;
 };
 
-// The cheapest answer that covers `coverage` of the cases: the rule at the least threshold at
-// which, and at every stricter one, it does, or the best static answer. Where no answer does, the
-// one that covers most. A promise is kept, at a threshold no less strict than its own, unless
-// another answer is cheaper by more than a tenth and proven (passes/model/choice/floor.h). Nothing
-// where there are no cases.
+// The cheapest answer that covers `coverage` of the cases: the rule, or the best static answer. The
+// rule's threshold is lowered from 1 in steps. Once a threshold reaches `coverage`, it is lowered
+// further until the next step would not; the last one that does is taken. Where no answer reaches
+// it, the one that covers most is taken. A promise is kept, at a threshold no less strict than its
+// own, unless another answer is cheaper by more than a tenth and proven
+// (passes/model/choice/floor.h). Nothing where there are no cases.
 std::optional<DriveVote> leave_one_drive_out(std::span<const LeftOutDrive> left_out,
                                              const OwnEvidence& evidence,
                                              const DriveVoteOptions& options,

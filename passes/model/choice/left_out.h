@@ -19,9 +19,10 @@ struct LeftOutDrive {
   MeasuredError measured;
 };
 
-// Of the drives that lie in the factors' columns (passes/model/forest/measured_columns.h) each one
-// that is independent, in turn: n drives are n cases, as in training. None of fewer than two
-// drives, and of a model that knows no history. Errors: those of predict_error.
+// One element for each independent drive in the factors' columns
+// (passes/model/forest/measured_columns.h): the prediction from all other drives there, and the
+// errors of this one. So each drive is left out once, as in training. Empty if there are fewer than
+// two drives, or the model was trained without history. Errors: those of predict_error.
 Result<std::vector<LeftOutDrive>> leave_out_in_turn(const PassContext& ctx, const ErrorModel& model,
                                                     const Sites& sites, const FactorTable& factors,
                                                     double support_margin);

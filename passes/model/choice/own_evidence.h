@@ -10,16 +10,19 @@
 #include "formats/grid/site_shape.h"
 #include "formats/model/error_model.h"
 
-// What was measured in a street itself says of it, without any model.
+// How well each range localizes in a street by errors measured in that street itself, or simulated
+// there. No error model is used.
 
 namespace sightline {
 
 struct OwnEvidence {
   std::vector<Look> looks;  // from the cheapest to the dearest
   std::uint32_t site_count = 0;
-  std::vector<double> error_m;  // [site][range]: how far off the map's own scan ends
-  std::vector<double> cost;     // [site][range]: of one match, in points; in metres of range where
-                                // the factors have neither match_cost nor virtual_points
+  // [site][range]: the error of the map's own scan. After add_measured() also the error of a drive
+  // that the model was trained on, where that is larger.
+  std::vector<double> error_m;
+  std::vector<double> cost;  // [site][range]: of one match, in points; in metres of range where
+                             // the factors have neither match_cost nor virtual_points
 
   bool is_simulated = false;  // no scan of a drive is behind it
 

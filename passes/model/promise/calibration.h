@@ -19,6 +19,9 @@ struct CalibrationOptions {
   double dilation_m = 3.0;
 };
 
+// Sets p*, the probability that a chosen range must reach. The threshold at which a vehicle takes a
+// second look is set by passes/localize/calibrate_plan.h.
+
 // One limit calibrated on the model's own sites.
 struct Calibration {
   LimitPromise promise;

@@ -21,10 +21,11 @@ struct CalibrationCount {
   PromiseScope scope = PromiseScope::kThisDrive;
 };
 
-// The labelled cases of one kind, by blocks that hold any. Where two drives or more were each
-// predicted by trees that learnt from none of their errors, and made no map of their place: the
-// cases of these drives alone, and what they witness is of the next drive. Else all cases, and what
-// they witness is of these drives.
+// The labelled cases of one kind, by blocks that contain any. A drive is independent if its errors
+// were predicted by trees that were not trained on them, and it did not make the map of its place.
+// With two independent drives or more, only their cases are used, and a promise from them is about
+// the next drive (PromiseScope::kNextDrive). Otherwise all cases are used, and the threshold is
+// valid for these drives only (kThisDrive).
 struct CalibrationDrives {
   const ErrorModel& model;
   std::vector<std::size_t> cases;

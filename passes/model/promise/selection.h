@@ -48,7 +48,8 @@ void mark_extrapolated(const PredictedError& predicted, Choice& choice);
 void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& choice);
 
 // What meets a tighter limit meets a looser one: a site that looks no further for the tighter limit
-// need not for the looser. A range that is taken over brings its kStatic with it.
+// need not for the looser. Where the tighter limit's range replaces a longer one, the site's flag
+// kStatic is copied with it.
 void cap_by_tighter(const Choice& tighter, Choice& choice);
 
 }  // namespace sightline

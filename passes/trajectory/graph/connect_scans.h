@@ -21,8 +21,8 @@ struct Connections {
 };
 
 // Joins the pieces of an odometry (join_pieces, which moves its poses) and, if `closes_loops`,
-// finds loops (find_loops). Of known pieces, loops from later scans to theirs alone. A warning for
-// each piece that is not joined. Errors: those of reading a scan.
+// finds loops (find_loops). With known pieces, only loops between a scan of these and a scan after
+// them are searched. A warning for each piece that is not joined. Errors: those of reading a scan.
 Result<Connections> connect_scans(const EstimateTask& task, const GivenPoses& given,
                                   Odometry& odometry, const KnownPieces& known = {});
 

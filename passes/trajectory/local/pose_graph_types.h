@@ -26,7 +26,7 @@ struct GraphPrior {
 
 struct PoseGraph {
   std::vector<GraphEdge> odometry;
-  std::vector<GraphEdge> loops;    // Huber's loss beyond one sigma
+  std::vector<GraphEdge> loops;    // and joins between pieces; Huber's loss beyond one sigma
   std::vector<GraphPrior> priors;  // Huber's loss too; without priors the first pose is fixed
   // More poses that are fixed: one of each part that no edge joins to the first.
   std::vector<std::uint32_t> held = {};
