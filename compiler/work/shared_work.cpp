@@ -79,7 +79,8 @@ Result<SharedWork> open_work(const std::filesystem::path& plan) {
 std::vector<AnyWire> outputs_of(const CompilePlan& compile, Stage stage) {
   const Plan& plan = compile.plan;
   std::vector<AnyWire> outputs;
-  for (const std::size_t index : steps_for(plan, reported_artifacts(compile), [](AnyWire) { return false; })) {
+  for (const std::size_t index :
+       steps_for(plan, reported_artifacts(compile), [](AnyWire) { return false; })) {
     const PassStep& step = plan.steps()[index];
     if (can_be_kept(plan, step) && step.stage == stage) outputs.push_back({step.output});
   }
@@ -110,8 +111,8 @@ std::vector<StepState> states_of(const SharedWork& work) {
   const Plan& plan = work.compile.plan;
   const ArtifactCache cache = ArtifactCache::to_look_at(work.store);
   std::vector<StepState> states;
-  for (const PlannedRun& run :
-       planned_runs(plan, reported_artifacts(work.compile), options_in(work, Stage::kLink), work.artifacts)) {
+  for (const PlannedRun& run : planned_runs(plan, reported_artifacts(work.compile),
+                                            options_in(work, Stage::kLink), work.artifacts)) {
     if (!run.is_kept) continue;
     StepState state{plan.steps()[run.step].stage, run.name, cache.has(run.name, run.key)};
     if (const auto parts = cache.part_count(run.name, run.key)) {

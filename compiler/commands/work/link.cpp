@@ -27,9 +27,9 @@ Result<void> link(const LinkFlags& flags) {
   const Plan& plan = work.compile.plan;
   RunOptions options = options_in(work, Stage::kLink);
   options.threads = flags.run.threads;
-  SIGHTLINE_ASSIGN(
-      const std::vector<StepReport> reports,
-      run_steps(plan, reported_artifacts(work.compile), flags.run, options, work.config, work.artifacts));
+  SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
+                   run_steps(plan, reported_artifacts(work.compile), flags.run, options,
+                             work.config, work.artifacts));
   SIGHTLINE_TRY(
       write_compiled(output, if_exists, work.config, work.compile, work.artifacts, reports));
   return flags.run.is_quiet ? Result<void>() : print_summary(work.compile, work.artifacts);

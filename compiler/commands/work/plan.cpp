@@ -39,9 +39,9 @@ Result<void> write_plan(const PlanFlags& flags, const PlanFile& file) {
 std::string cost_text(const SharedWork& work) {
   RunOptions options = options_in(work, Stage::kLink);
   options.threads = 1;
-  return to_text(
-      expected_cost(work.compile.plan, reported_artifacts(work.compile), options, work.config, work.artifacts),
-      work.store);
+  return to_text(expected_cost(work.compile.plan, reported_artifacts(work.compile), options,
+                               work.config, work.artifacts),
+                 work.store);
 }
 
 std::string next_steps(const PlanFlags& flags) {
