@@ -147,7 +147,8 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
   const bool wants_pcl = config.passes.options(kMeasureError).localizer == LocalizerKind::kPclNdt;
   if (wants_pcl && !has_pcl_ndt()) {
     return Error{ErrorCode::kBadValue,
-                 "measure-error.localizer is pcl-ndt, and this program was built without PCL",
+                 "measure-error.localizer is pcl-ndt, and this program was built without PCL; "
+                 "tests/support/setup builds one with it",
                  file.string()};
   }
   return {};

@@ -299,8 +299,8 @@ Wire<FactorTable> compute_factors(CompilePlan& compile) {
 }
 
 // Step 6: evidence. The scans that made the map are localized in it, at the poses that they made it
-// with; in a finished map simulated scans are. From here on every site has an error that no drive
-// of others was needed for. A model that learns one half of a drive from the other would trust this
+// with; in a finished map simulated scans are. From here on every site has an error that needs no
+// other drive. A model that learns one half of a drive from the other would trust this
 // error too much elsewhere: it is evidence for the choice then, not a factor.
 
 Wire<MeasuredError> measure_own_scans(const CompileConfig& config, CompilePlan& compile) {

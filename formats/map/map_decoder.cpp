@@ -143,13 +143,14 @@ Result<void> MapDecoder::check_look_up() const {
 }
 
 Result<void> MapDecoder::visit_column(const PackedBlock& block, std::span<const std::byte> raw) {
-  for (std::size_t i = 0; i < map_.columns.size(); ++i) {
-    SiteColumn& column = map_.columns[i];
+  for (SiteColumn& column : map_.columns) {
     if (block.name != column_section(column.name)) continue;
-    const auto number = static_cast<flatbuffers::uoffset_t>(i);
-    if (sha256(raw) != to_digest(*container_.manifest->columns()->Get(number)->digest())) {
-      return wrong_digest("the column", byte_place(offset_of(container_, block)));
+    const std::string place = byte_place(offset_of(container_, block));
+    if (block.codec != BlockCodec::kNone) {
+      return Error{ErrorCode::kBadLayer, "a column is compressed", "", place};
     }
+    const Result<void> checked = check_column(container_, column.name, raw);
+    if (!checked) return at(checked.error(), place);
     return decode_column(raw, map_.sites.sites.size(), column);
   }
   return {};  // of a later program

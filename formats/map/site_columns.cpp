@@ -2,7 +2,10 @@
 
 #include <cstring>
 
+#include "formats/map/container/map_digests.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/reader/map_layout.h"
+#include "map_generated.h"
 
 namespace sightline {
 
@@ -13,6 +16,16 @@ std::string column_section(std::string_view name) {
 std::vector<std::byte> encode_column(const SiteColumn& column) {
   const std::span<const std::byte> bytes = std::as_bytes(std::span(column.values));
   return {bytes.begin(), bytes.end()};
+}
+
+Result<void> check_column(const MapContainer& container, std::string_view name,
+                          std::span<const std::byte> raw) {
+  const Digest digest = sha256(raw);
+  for (const schema::SiteColumn* column : *container.manifest->columns()) {
+    if (column->name()->string_view() != name) continue;
+    if (to_digest(*column->digest()) == digest) return {};
+  }
+  return wrong_digest("the column", "");
 }
 
 Result<void> decode_column(std::span<const std::byte> raw, std::size_t site_count,

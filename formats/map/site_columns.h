@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/annotation/site_column.h"
+#include "formats/reader/map_container.h"
 
 // Columns of sites as they are in the file: an optional section each (schemas/map_format.md).
 
@@ -16,6 +17,9 @@ namespace sightline {
 std::string column_section(std::string_view name);
 // float32, little-endian, one a site.
 std::vector<std::byte> encode_column(const SiteColumn& column);
+// Whether these bytes are the column that the map's manifest names. Error: digest-mismatch.
+Result<void> check_column(const MapContainer& container, std::string_view name,
+                          std::span<const std::byte> raw);
 // Fills the values. Error: bad-layer (not one of 4 bytes for each site).
 Result<void> decode_column(std::span<const std::byte> raw, std::size_t site_count,
                            SiteColumn& column);

@@ -256,7 +256,8 @@ Result<MapColumn> MapReader::column(std::string_view name) const {
   const std::string section = std::string(kColumnSection) + std::string(name);
   const schema::Block* block = find_section(container, section);
   const std::uint64_t size = std::uint64_t{info_.site_count} * sizeof(float);
-  if (block == nullptr || block->codec() != schema::Codec::None || block->raw_size() != size) {
+  if (block == nullptr || block->version() != kColumnSectionVersion ||
+      block->codec() != schema::Codec::None || block->raw_size() != size) {
     return Error{ErrorCode::kBadLayer, "there is no section of one number for each site", "",
                  "section " + section};
   }

@@ -193,9 +193,8 @@ class MapReader {
   [[nodiscard]] Result<std::vector<MapSite>> sites(std::size_t limit) const;
 
   // A column of sites by its name (MapInfo::columns): look up once and keep it, its values are
-  // those of RangeAnswer::site. Reads the directory and checks the whole column; allocates only for
-  // an error. Errors: bad-argument (no such column), checksum-mismatch, bad-layer, and those of
-  // open_directory().
+  // those of RangeAnswer::site. Reads the directory and checks the whole column. Errors:
+  // bad-argument (no such column), checksum-mismatch, bad-layer, and those of open_directory().
   [[nodiscard]] Result<MapColumn> column(std::string_view name) const;
 
   [[nodiscard]] const MapInfo& info() const { return info_; }

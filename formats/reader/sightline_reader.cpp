@@ -196,9 +196,10 @@ int sightline_get_column(const sightline_map* map, size_t index, sightline_colum
   try {
     const std::span<const std::string_view> names = map->reader.info().columns;
     if (index >= names.size()) return static_cast<int>(ErrorCode::kBadArgument);
+    // FlatBuffers ends its strings with a zero.
+    column->name = names[index].data();
     const Result<MapColumn> found = map->reader.column(names[index]);
     if (!found) return static_cast<int>(found.error().code);
-    // FlatBuffers ends its strings with a zero.
     *column = {found->name.data(), found->unit.data(), found->values.data(), found->values.size()};
     return 0;
   } catch (const std::bad_alloc&) {

@@ -179,7 +179,7 @@ size_t sightline_column_count(const sightline_map* map);
 
 /* Column `index`, below sightline_column_count; names ascend. Checks all of its values: get it once
  * and keep it. Returns 0, or the number of bad-argument, checksum-mismatch, bad-layer or
- * out-of-memory, and then *column has no values. */
+ * out-of-memory, and then *column has no values, but its name where the map has such a column. */
 int sightline_get_column(const sightline_map* map, size_t index, sightline_column* column);
 
 /* "0.1.0": of the library that answers. */

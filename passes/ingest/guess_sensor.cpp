@@ -111,7 +111,7 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
   guess.rings = rings.told_apart + rings.merged;
   if (rings.told_apart >= 8) {
     guess.reason = "no built-in profile fits; " + std::to_string(rings.told_apart) +
-                   " beams are distinguished from " + span;
+                   " distinct beams are found from " + span;
     if (rings.merged > 0) {
       guess.reason += ", and the returns between them are as many as those of " +
                       std::to_string(rings.merged) + " more: please correct the number";

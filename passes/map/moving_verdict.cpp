@@ -9,8 +9,7 @@
 // - What stands has edges that are hit once and seen through often, by noise and because a ray
 //   beside an edge goes on. A voxel next to several that stand beyond doubt is such an edge.
 // - What moves leaves a dense trail of voxels, some of which are crossed by hardly any ray. A voxel
-// of
-//   little evidence goes with the trail that it lies in.
+//   of little evidence goes with its trail.
 // - What moves on a street stands on it: edges of facades, wires and foliage that rays go
 //   through do not, and stay.
 

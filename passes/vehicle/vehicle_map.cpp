@@ -90,7 +90,8 @@ Result<VehicleMap> read_either(const std::filesystem::path& path,
   if (std::filesystem::is_directory(path, ignored)) return read_cloud(path, options);
   SIGHTLINE_ASSIGN(const std::string beginning,
                    read_beginning(path.string(), kMapBeginning.size()));
-  const bool is_map = path.extension() == ".slmap" || beginning == kMapBeginning;
+  const bool is_map =
+      path.extension() == ".slmap" || beginning.starts_with(kMapBeginning.substr(0, 4));
   return is_map ? read_compiled(path) : read_cloud(path, options);
 }
 

@@ -186,7 +186,7 @@ Result<const TileSites*> MapSide::sites(std::uint32_t tile) {
 Result<SiteColumn> MapSide::column(const SiteColumn& card) {
   const std::string name = column_section(card.name);
   const schema::Block* block = find_section(container_, name);
-  if (block == nullptr) {
+  if (block == nullptr || block->version() != kColumnSectionVersion) {
     return Error{ErrorCode::kBadLayer, "the map names a column that it does not hold", "",
                  "section " + name};
   }

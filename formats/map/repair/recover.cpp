@@ -76,6 +76,10 @@ Result<void> check_rows(const PackedBlock& layer, const schema::Manifest& manife
 // Every required layer is what the tile's digest names.
 Result<void> check_tile(const PackedTile& tile, const schema::Manifest& manifest) {
   for (const PackedBlock& layer : tile.layers) {
+    const bool must_be_required = layer.name == kNdtLayer || layer.name == kRangeLayer;
+    if (!layer.is_required && must_be_required) {
+      return Error{ErrorCode::kBadLayer, "layer " + layer.name + " is marked optional"};
+    }
     if (!layer.is_required) continue;
     SIGHTLINE_TRY(check_rows(layer, manifest));
     SIGHTLINE_TRY(checked_bytes(layer));
@@ -179,13 +183,14 @@ Result<void> decode_column(const MapContainer& container, const SiteIds& ids, Si
     return Error{ErrorCode::kBadLayer, "it is not there"};
   }
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
+  SIGHTLINE_TRY(check_column(container, column.name, raw.bytes()));
   SiteColumn whole = column;
   SIGHTLINE_TRY(decode_column(raw.bytes(), container.manifest->site_count(), whole));
   for (const std::uint32_t id : ids) {
     if (id >= whole.values.size()) return Error{ErrorCode::kBadLayer, "it has too few sites"};
     column.values.push_back(whole.values[id]);
   }
-  return {};
+  return validate(column);
 }
 
 void note_fault(const std::string& what, const Result<void>& result,

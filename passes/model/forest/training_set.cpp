@@ -34,8 +34,8 @@ std::vector<Case> cases_of(const DrivenPlaces& places) {
   return cases;
 }
 
-// What "all" means: every factor but a direction, which turns with the map's axes and identifies a
-// place nothing of its own, and but the map's evidence, which judges the model and cannot be learnt
+// What "all" means: every factor but a direction, which turns with the map's axes and contains
+// nothing about the place, and but the map's evidence, which judges the model and cannot be learnt
 // from where a drive both makes the map and is localized in it.
 std::vector<std::string> chosen_factors(const TrainingSetOptions& options,
                                         const DrivenPlaces& places) {

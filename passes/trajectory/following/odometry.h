@@ -15,8 +15,8 @@ namespace sightline {
 // Whether every scan has a given pose.
 bool lead_to_all(const GivenPoses& given);
 
-// Moves an odometry that began before the first given pose so that this scan lies there: the pose
-// graph then moves poses little.
+// Moves an odometry so that the first scan with a given pose is at that pose: the pose graph then
+// moves poses little.
 void start_at_given(const GivenPoses& given, Odometry& odometry);
 
 // Matches scan after scan to a map of the last `local_map_m` of way, from where even motion leads

@@ -437,7 +437,7 @@ TEST(GuessSensor, CountsBeamsThatMergeByTheirReturns) {
   const SensorGuess guess = guess_sensor(scans);
   EXPECT_EQ(guess.profile, "");
   EXPECT_NEAR(guess.rings, 72, 2);
-  EXPECT_THAT(guess.reason, HasSubstr("12 beams are distinguished"));
+  EXPECT_THAT(guess.reason, HasSubstr("12 distinct beams are found"));
 }
 
 TEST(GuessSensor, AsksForTheNameWhereNothingTells) {

@@ -51,10 +51,16 @@ class Column(Structure):
     @property
     def values(self):
         """One a site, in the map's memory: a read-only array of NumPy where that is installed."""
-        array = (c_float * self._count).from_address(ctypes.cast(self._values, c_void_p).value or 0) \
-            if self._count else (c_float * 0)()
+        if not self._count:
+            return records((c_float * 0)())
+        array = (c_float * self._count).from_address(ctypes.cast(self._values, c_void_p).value)
         array._owner = self._map
-        return records(array)
+        view = memoryview(array).cast("B").cast("f").toreadonly()  # the map's memory cannot be written
+        try:
+            import numpy
+        except ImportError:
+            return view
+        return numpy.frombuffer(view, dtype=numpy.float32)
 
 
 class MapInfo(Structure):

@@ -82,18 +82,19 @@ class Map:
         library = c.reader()
         for index in range(library.sightline_column_count(self._pointer())):
             column = c.Column()
-            c.check(library.sightline_get_column(self._pointer(), index, byref(column)))
+            code = library.sightline_get_column(self._pointer(), index, byref(column))
             column._map = self._handle  # its names and values are in the map
-            yield column
+            yield column, code
 
     def columns(self):
         """The names of further figures of each site, ascending."""
-        return [column.name for column in self._columns()]
+        return [column.name for column, _ in self._columns()]
 
     def column(self, name):
         """One of them, a sightline.Column: name, unit, and values by the number of a site."""
-        for column in self._columns():
+        for column, code in self._columns():
             if column.name == name:
+                c.check(code)
                 return column
         raise KeyError(f"the map has no column {name!r}, only {self.columns()}")
 
