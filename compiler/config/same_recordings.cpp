@@ -57,25 +57,35 @@ Result<void> settle_same_recordings(const std::filesystem::path& file, CompileCo
   const std::vector<NamedDrive> localization = drives_for(RecordingUse::kLocalization, config);
   SIGHTLINE_TRY(check_named_once(mapping, file));
   SIGHTLINE_TRY(check_named_once(localization, file));
-  const auto own = [&](const NamedDrive& drive) { return same_drive(mapping, drive.place); };
-  const auto first = std::ranges::find_if(localization, own);
-  const bool is_other = first == localization.end();
+  // The mapping drive that each is; files are compared once.
+  std::vector<const NamedDrive*> own;
+  for (const NamedDrive& drive : localization) own.push_back(same_drive(mapping, drive.place));
+  const auto first = std::ranges::find_if(own, [](const NamedDrive* drive) { return drive; });
+  const bool is_other = first == own.end();
   if (is_other && config.annotation.split == Split::kEvenOdd && !localization.empty()) {
     return Error{ErrorCode::kBadValue,
                  "annotation.split is even-odd and a localization drive is named: choose one",
                  file.string()};
   }
   if (is_other) return {};
-  const std::string found = first->role + ".scans: found the recording of " + own(*first)->role;
-  if (!std::ranges::all_of(localization, own)) {
+  const std::string found = localization[static_cast<std::size_t>(first - own.begin())].role +
+                            ".scans: found the recording of " + (*first)->role;
+  if (std::ranges::find(own, nullptr) != own.end()) {
     return Error{ErrorCode::kBadValue,
                  found + ", expected a drive that did not make the map, as the others: remove it",
                  file.string()};
   }
+  if (config.imports_errors()) {
+    return Error{ErrorCode::kBadValue,
+                 found +
+                     ", expected another drive: of a drive that makes the map every second scan is "
+                     "localized, and import-errors has errors of all",
+                 file.string()};
+  }
   become_split(config);
   config.notes.push_back(found +
-                         ": every second scan of the mapping drive makes the map, the others are "
-                         "localized in it, as without localization");
+                         ": every second scan of the mapping drives makes the map, the others are "
+                         "localized in it; what is set under localization is not used");
   return {};
 }
 

@@ -78,7 +78,8 @@ struct CompilePlan {
   Plan plan;
   // From outside; a split recording localizes by its own sensor, which is not provided again.
   std::vector<RecordingInput> recordings;
-  std::vector<OutsideInput> outside;  // those that were named
+  bool learns_from_evaluation = false;  // the model does, from the evaluation drive
+  std::vector<OutsideInput> outside;    // those that were named
   FinishedMapInput finished;
   Wire<RecordingCards> cards;
   Wire<ErrorModel> given_model;  // connected where the model is given

@@ -63,10 +63,12 @@ Result<void> provide_recording(const RecordingInput& input, const CachedDigests&
   return {};
 }
 
-// By the contents of their scans, so that copies are found too.
+// By the contents of their scans, so that copies are found too. An evaluation drive may be one of
+// the others where nothing is learnt from it.
 Result<void> check_named_once(const CompilePlan& compile, const ArtifactSet& artifacts) {
   std::map<Digest, const RecordingInput*> input_of;
   for (const RecordingInput& input : compile.recordings) {
+    if (input.use == RecordingUse::kEvaluation && !compile.learns_from_evaluation) continue;
     const auto [other, is_new] =
         input_of.try_emplace(scans_digest(artifacts.get(input.recording)), &input);
     if (is_new) continue;

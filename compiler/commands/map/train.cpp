@@ -82,6 +82,7 @@ Result<OpenPlace> open_place(const TrainFlags& flags, const std::string& file) {
     place.drives.push_back(place.compile.measured);
   }
   if (flags.with_evaluation) {
+    place.compile.learns_from_evaluation = true;
     place.drives.push_back(measure_evaluation_drive(place.config, place.compile));
   }
   SIGHTLINE_TRY(provide_drives(place.compile, cache_directory(place.run), place.artifacts));

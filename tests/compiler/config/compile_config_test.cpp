@@ -384,6 +384,29 @@ TEST_F(SameRecordings, AsMappingAndLocalizationAreTheSplit) {
   EXPECT_FALSE(load_here("mapping: {scans: a}\nlocalization: {scans: c}\n")->is_split());
 }
 
+TEST_F(SameRecordings, TheEvaluationDriveMayBeAnotherDriveUnlessAModelLearnsFromIt) {
+  const Result<CompileConfig> config =
+      load_here("mapping: {scans: a}\nlocalization: {scans: c}\nevaluation: {scans: c/}\n");
+  ASSERT_TRUE(config) << to_string(config.error());
+  CompilePlan compile = compile_plan(*config);
+  measure_evaluation_drive(*config, compile);
+  ArtifactSet artifacts;
+  const Result<void> opened = provide_drives(compile, {}, artifacts);
+  EXPECT_TRUE(opened) << to_string(opened.error());
+  compile.learns_from_evaluation = true;
+  ArtifactSet more;
+  EXPECT_EQ(provide_drives(compile, {}, more).error().code, ErrorCode::kBadValue);
+}
+
+TEST_F(SameRecordings, ErrorsFromOutsideAreNotOfADriveThatMakesTheMap) {
+  const Result<CompileConfig> config = load_here(
+      "mapping: {scans: a}\nlocalization: {scans: a}\n"
+      "import-errors: {file: errors.csv, localizer: mine}\n");
+  ASSERT_FALSE(config);
+  EXPECT_NE(config.error().message.find("import-errors has errors of all"), std::string::npos)
+      << config.error().message;
+}
+
 TEST_F(SameRecordings, OneOfSeveralLocalizationDrivesIsNoMappingDrive) {
   expect_refused("mapping: {scans: a}\nlocalization: [{scans: c}, {scans: link}]\n",
                  "localization[2]", "mapping");
