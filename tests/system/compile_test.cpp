@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -125,8 +126,12 @@ TEST(Compile, MappingErrorIsWhatTheMapsOwnScansFindWhenTheyAreLocalized) {
   compiled_map();
   const std::vector<double> mapping_error_m = dumped(config(), "factors", "mapping_error");
   EXPECT_EQ(mapping_error_m, dumped(config(), "own/measured", "from_given_m"));
-  // As a drive that judges, whose starts share nothing.
-  const std::string folder = small_town().string() + "/mapping";
+  // As a drive that judges, whose starts share nothing. The mapping recording itself would be the
+  // split: one scan of the copy ends in another byte.
+  const std::filesystem::path copy = fresh_folder() / "mapping";
+  std::filesystem::copy(small_town() / "mapping", copy, std::filesystem::copy_options::recursive);
+  std::ofstream(copy / "scans" / "000000.pcd", std::ios::app) << '\n';
+  const std::string folder = copy.string();
   const std::vector<double> judged_m =
       dumped(config() + " --set localization.scans=" + folder +
                  "/scans --set localization.poses=" + folder + "/poses.tum",
