@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "formats/base/parallel.h"
 
@@ -84,12 +85,10 @@ const SiteColumn* find_column(const MapSide& side, const std::string& name) {
 }  // namespace
 
 Result<std::vector<FactDiff>> diff_columns(MapSide& before, MapSide& after) {
-  std::vector<std::string> names;
+  std::set<std::string> names;
   for (const MapSide* side : {&before, &after}) {
-    for (const SiteColumn& column : side->card().columns) names.push_back(column.name);
+    for (const SiteColumn& column : side->card().columns) names.insert(column.name);
   }
-  std::ranges::sort(names);
-  names.erase(std::ranges::unique(names).begin(), names.end());
   std::vector<FactDiff> facts;
   for (const std::string& name : names) {
     const SiteColumn* old_card = find_column(before, name);

@@ -58,8 +58,8 @@ TEST(RecoverMap, OfAWholeFileGivesTheSameFile) {
 TEST(RecoverMap, LeavesOutADamagedColumnAndNothingElse) {
   const CompiledMap map = sample(1);
   std::vector<std::byte> file = encode_map(map);
-  const auto kind = std::ranges::search(file, std::as_bytes(std::span(map.columns[1].values)));
-  *kind.begin() ^= std::byte{1};
+  const auto values = std::as_bytes(std::span(map.columns[1].values));
+  *std::search(file.begin(), file.end(), values.begin(), values.end()) ^= std::byte{1};
   const Result<Recovered> recovered = recover_map(file);
   ASSERT_TRUE(recovered) << to_string(recovered.error());
   ASSERT_EQ(recovered->map.columns.size(), 1U);
