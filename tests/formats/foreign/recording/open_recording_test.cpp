@@ -243,8 +243,8 @@ TEST_F(RecordingTest, ManyApolloRowsAreFoundById) {
   const Result<void> described = describe_scans(options(rows), files, recording);
   EXPECT_LT(std::clock() - begin, 3 * CLOCKS_PER_SEC);
   ASSERT_TRUE(described.has_value()) << to_string(described.error());
-  for (const std::size_t i : {0, 7, kCount - 1}) {
-    EXPECT_EQ(x_m(recording.scans.at(i)), static_cast<double>(i));
+  for (const int i : {0, 7, kCount - 1}) {
+    EXPECT_EQ(x_m(recording.scans.at(static_cast<std::size_t>(i))), static_cast<double>(i));
   }
 }
 
