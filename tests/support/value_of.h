@@ -1,6 +1,5 @@
 #pragma once
 
-#include <source_location>
 #include <sstream>
 #include <stdexcept>
 
@@ -8,36 +7,36 @@
 
 // Results in tests. Each ends the test, with the place of the call, where it finds the other kind;
 // `about` is added to the message, for calls in a loop.
+// Clang 14 has no std::source_location with the library of GCC 12: builtins of both take its place.
 
 namespace sightline {
 
 template <class About>
-[[noreturn]] void end_test(const std::string& why, const About& about,
-                           const std::source_location& where) {
+[[noreturn]] void end_test(const std::string& why, const About& about, const char* file, int line) {
   std::ostringstream text;
-  text << where.file_name() << ":" << where.line() << ": " << why << " " << about;
+  text << file << ":" << line << ": " << why << " " << about;
   throw std::runtime_error(text.str());
 }
 
 // The value of a call that must succeed.
 template <class X, class About = const char*>
-X value_of(Result<X> result, const About& about = "",
-           const std::source_location& where = std::source_location::current()) {
-  if (!result) end_test(to_string(result.error()), about, where);
+X value_of(Result<X> result, const About& about = "", const char* file = __builtin_FILE(),
+           int line = __builtin_LINE()) {
+  if (!result) end_test(to_string(result.error()), about, file, line);
   return *std::move(result);
 }
 
 template <class X, class About = const char*>
-void require(const Result<X>& result, const About& about = "",
-             const std::source_location& where = std::source_location::current()) {
-  if (!result) end_test(to_string(result.error()), about, where);
+void require(const Result<X>& result, const About& about = "", const char* file = __builtin_FILE(),
+             int line = __builtin_LINE()) {
+  if (!result) end_test(to_string(result.error()), about, file, line);
 }
 
 // The error of a call that must fail.
 template <class X, class About = const char*>
 Error failure_of(const Result<X>& result, const About& about = "",
-                 const std::source_location& where = std::source_location::current()) {
-  if (result) end_test("the call succeeded, a failure was expected", about, where);
+                 const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  if (result) end_test("the call succeeded, a failure was expected", about, file, line);
   return result.error();
 }
 

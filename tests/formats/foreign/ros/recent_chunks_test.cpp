@@ -47,7 +47,9 @@ TEST(RecentChunks, ThreadsThatReadDifferentPartsUnpackEachChunkOnce) {
 
 TEST(RecentChunks, WhatWasNotReadForLongestMakesRoom) {
   Packed packed{RecentChunks(3 * kChunkSize)};
-  for (const std::size_t chunk : {1, 2, 3, 1, 4, 1, 3, 4}) ASSERT_TRUE(packed.read(chunk));
+  for (const std::size_t chunk : {1U, 2U, 3U, 1U, 4U, 1U, 3U, 4U}) {
+    ASSERT_TRUE(packed.read(chunk));
+  }
   EXPECT_EQ(packed.times[1], 1);
   EXPECT_EQ(packed.times[3], 1);
   EXPECT_EQ(packed.times[4], 1);
@@ -57,7 +59,7 @@ TEST(RecentChunks, WhatWasNotReadForLongestMakesRoom) {
 
 TEST(RecentChunks, AChunkLargerThanAllIsKeptUntilTheNext) {
   Packed packed{RecentChunks(kChunkSize / 2)};
-  for (const std::size_t chunk : {1, 1, 1, 2, 1}) ASSERT_TRUE(packed.read(chunk));
+  for (const std::size_t chunk : {1U, 1U, 1U, 2U, 1U}) ASSERT_TRUE(packed.read(chunk));
   EXPECT_EQ(packed.times[1], 2);
 }
 
