@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "compiler/config/same_recordings.h"
+#include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/pipelines.h"
 
 // The configuration, with the options of every pass that a plan runs.

@@ -4,7 +4,7 @@
 
 #include "compiler/driver/plans.h"
 
-// The passes of each verb, in their order.
+// The passes of a compile, in their order.
 
 namespace sightline {
 
@@ -15,9 +15,5 @@ std::vector<AnyWire> reported_artifacts(const CompilePlan& compile);
 
 // Adds the steps that measure the evaluation drive on the map of the plan.
 Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile);
-
-EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map);
-
-TrainPlan train_plan(const CompileConfig& config);
 
 }  // namespace sightline

@@ -7,7 +7,6 @@
 #include "compiler/pipeline/artifact_set.h"
 #include "formats/annotation/calibrated_plan.h"
 #include "formats/annotation/drive_tracks.h"
-#include "formats/annotation/driven_places.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/annotation/outside_errors.h"
 #include "formats/annotation/site_column.h"
@@ -136,13 +135,6 @@ struct EvaluatePlan {
   // Not connected where the drive is localized by another localizer than this program's own:
   // nothing replays it then.
   Wire<DriveTracks> tracks;
-};
-
-// From the places of a training to its error model.
-struct TrainPlan {
-  Plan plan;
-  Wire<DrivenPlaces> places;  // from outside
-  Wire<ErrorModel> model;
 };
 
 }  // namespace sightline

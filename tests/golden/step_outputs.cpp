@@ -5,6 +5,7 @@
 #include <map>
 
 #include "compiler/driver/configuration.h"
+#include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/pipeline/runner.h"

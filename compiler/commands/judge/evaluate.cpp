@@ -8,7 +8,7 @@
 #include "compiler/commands/commands.h"
 #include "compiler/config/same_recordings.h"
 #include "compiler/driver/configuration.h"
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/picture/charts/calibration_chart.h"
 #include "compiler/views/picture/charts/chart_svg.h"

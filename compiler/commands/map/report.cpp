@@ -10,6 +10,7 @@
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
+#include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/report/report.h"

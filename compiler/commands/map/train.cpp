@@ -179,13 +179,15 @@ Result<void> train(const TrainFlags& flags) {
   if (stops_early(flags)) return run_places(flags, std::move(open));
   SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags, std::move(open)));
   const CompileConfig& config = training.first_config;
-  const TrainPlan plan = train_plan(config);
+  Plan plan(config.passes);
+  const Wire<DrivenPlaces> places = plan.input<DrivenPlaces>("places");
+  const Wire<ErrorModel> learnt = plan.run(kTrainModel, places);
   ArtifactSet artifacts;
-  artifacts.provide(plan.places, std::move(training.places), training.key);
+  artifacts.provide(places, std::move(training.places), training.key);
   RunFlags run = flags.run;
   run.config_file = flags.configs.front();
-  SIGHTLINE_TRY(run_steps(plan.plan, {}, run, config, artifacts));
-  const ErrorModel& model = artifacts.get(plan.model);
+  SIGHTLINE_TRY(run_steps(plan, {}, run, config, artifacts));
+  const ErrorModel& model = artifacts.get(learnt);
   SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model),
                                       flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
   if (flags.run.is_quiet) return {};

@@ -1,4 +1,5 @@
 #include "compiler/driver/configuration.h"
+#include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 
