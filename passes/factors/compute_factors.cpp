@@ -2,19 +2,18 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
 
+#include "formats/annotation/sites.h"
 #include "formats/base/parallel.h"
-#include "passes/factors/group_nds.h"
-#include "passes/factors/paper/dimensions.h"
-#include "passes/factors/paper/feature_count.h"
-#include "passes/factors/paper/normal_entropy.h"
-#include "passes/factors/paper/occupancy_ratio.h"
-#include "passes/factors/paper/r_average.h"
-#include "passes/factors/paper/score_entropy.h"
-#include "passes/factors/virtual/crlb.h"
-#include "passes/factors/virtual/flat_050.h"
-#include "passes/factors/virtual/hz_lmin.h"
-#include "passes/factors/virtual/virtual_match.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/factors/information.h"
+#include "passes/factors/self_score.h"
+#include "passes/factors/vicinity.h"
+#include "passes/factors/virtual_match.h"
 #include "passes/matching/scan_preparation.h"
 
 // Sites are taken in groups of consecutive ones. A group gathers the NDs within reach of any of its
@@ -25,8 +24,66 @@
 namespace sightline {
 namespace {
 
+// The NDs that a group of neighbouring sites looks at, and what each is for all of them. Lists run
+// in parallel.
+struct GroupNds {
+  std::vector<Nd> nds;
+  std::vector<std::uint32_t> all;  // 0, 1, 2, ...
+  std::vector<int> dimension_class;
+  std::vector<int> normal_bin;  // -1 where the ND is not planar
+  std::vector<ShiftGrid> self_score;
+};
+
 // Enough for neighbours to share most of their NDs; few enough for the grids to stay in memory.
 constexpr std::size_t kSitesPerGroup = 64;
+
+// So that what lies at exactly the reach is decided by its distance, not by rounding here.
+constexpr double kSlack_m = 0.01;
+
+bool is_within(double reach_m, const Eigen::Vector3d& mean_m, std::span<const Site> sites) {
+  return std::any_of(sites.begin(), sites.end(), [&](const Site& site) {
+    return (mean_m - site.p_map_m).squaredNorm() <= reach_m * reach_m;
+  });
+}
+
+std::vector<Nd> nds_within(double reach_m, const NdtMap& map, const TileIndex& index,
+                           std::span<const Site> sites) {
+  Eigen::Vector3d low_m = sites[0].p_map_m;
+  Eigen::Vector3d high_m = sites[0].p_map_m;
+  for (const Site& site : sites) {
+    low_m = low_m.cwiseMin(site.p_map_m);
+    high_m = high_m.cwiseMax(site.p_map_m);
+  }
+  const TileKey low = tile_key(low_m.array() - reach_m, map.tile_m);
+  const TileKey high = tile_key(high_m.array() + reach_m, map.tile_m);
+  std::vector<Nd> found;
+  for (std::int32_t x = low.x; x <= high.x; ++x) {
+    for (std::int32_t y = low.y; y <= high.y; ++y) {
+      const auto tile = index.find({x, y});
+      if (tile == index.end()) continue;
+      for (std::uint32_t i = tile->second.first; i < tile->second.second; ++i) {
+        if (is_within(reach_m, map.nds[i].mean_m, sites)) found.push_back(map.nds[i]);
+      }
+    }
+  }
+  return found;
+}
+
+// All NDs within reach of any site of the group; a few beyond may come along.
+GroupNds gather_nds(const FactorWorld& world, std::span<const Site> sites, int threads) {
+  GroupNds found;
+  found.nds = nds_within(world.ranges_m.back() + kSlack_m, world.map, world.index, sites);
+  for (const Nd& nd : found.nds) {
+    found.all.push_back(static_cast<std::uint32_t>(found.all.size()));
+    found.dimension_class.push_back(dimension_class(nd));
+    const bool is_planar = found.dimension_class.back() == 2;
+    found.normal_bin.push_back(is_planar ? normal_bin(nd.eigenvectors.col(2)) : -1);
+  }
+  found.self_score = parallel_map<ShiftGrid>(found.nds.size(), threads, [&](std::size_t i) {
+    return self_score(found.nds[i], world.grid);
+  });
+  return found;
+}
 
 constexpr std::size_t kFactorCount = 20;
 constexpr std::array<std::string_view, kFactorCount> kFactorNames = {
@@ -123,6 +180,15 @@ Result<void> check_ranges(const std::vector<double>& ranges_m) {
                "pass compute-factors"};
 }
 
+TileIndex tile_index(const NdtMap& map) {
+  TileIndex index;
+  for (std::uint32_t i = 0; i < map.nds.size(); ++i) {
+    const TileKey tile = tile_of(map.nds[i].key, map.cell_m, map.tile_m);
+    index.try_emplace(tile, i, i).first->second.second = i + 1;
+  }
+  return index;
+}
+
 }  // namespace
 
 Result<FactorWorld> make_factor_world(const NdtMap& map, const std::vector<double>& ranges_m) {
@@ -150,8 +216,7 @@ Result<SeenFactors> compute_factors(const PassContext& ctx, const FactorWorld& w
   for (std::size_t begin = 0; begin < site_count; begin += kSitesPerGroup) {
     const std::size_t size = std::min(kSitesPerGroup, site_count - begin);
     const std::span<const Site> members = std::span(sites.sites).subspan(begin, size);
-    const GroupNds group =
-        gather_nds(world.map, world.index, world.grid, {members, longest_m}, ctx.threads);
+    const GroupNds group = gather_nds(world, members, ctx.threads);
     parallel_for(size, ctx.threads, [&](std::size_t i) {
       const std::size_t site = begin + i;
       const View view{members[i], depth.image_of(site), scans.points_of(site)};

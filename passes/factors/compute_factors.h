@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "formats/annotation/factor_table.h"
@@ -7,12 +9,14 @@
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/virtual_scans.h"
-#include "passes/factors/group_nds.h"
 #include "passes/matching/grid/match_grid.h"
 #include "passes/matching/localizer.h"
 #include "passes/pass/pass_context.h"
 
 namespace sightline {
+
+// Where the NDs of each tile lie in a map: [first, second) of its list.
+using TileIndex = std::map<TileKey, std::pair<std::uint32_t, std::uint32_t>>;
 
 // What the factors of all sites share: made once of the map, to which it refers.
 struct FactorWorld {

@@ -7,7 +7,7 @@
 #include "formats/drive/sensor_profile.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/factors/virtual/information.h"
+#include "passes/factors/information.h"
 #include "passes/pass/pass_context.h"
 #include "passes/rays/azimuth_view.h"
 

@@ -1,10 +1,12 @@
 #include "passes/weakness/advise_targets.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
+#include <numbers>
 
-#include "passes/factors/virtual/crlb.h"
+#include "formats/surroundings/cell_moments.h"
+#include "passes/factors/information.h"
+#include "passes/matching/scan_preparation.h"
 #include "tests/passes/weakness/corridor.h"
 
 namespace sightline {
@@ -110,6 +112,138 @@ TEST(GroundHeight, IsKnownWhereGroundIs) {
   const Eigen::Vector3d& p_m = scene.views.front().p_map_m;
   EXPECT_NEAR(*ground_height_m(scene.nds, {40.0, 5.0}, p_m), kCorridorGround_m, 1e-6);
   EXPECT_FALSE(ground_height_m(scene.nds, {40.0, 40.0}, p_m));
+}
+
+// Faces along the street, 8 m ahead of the middle site and 4 m beside it.
+Target board(const CorridorScene& scene) {
+  Target target;
+  target.foot_map_m = scene.views.front().p_map_m + Eigen::Vector3d(8.0, 4.0, -1.9);
+  target.size = {1.5, 2.0, 0.5};
+  return target;
+}
+
+std::vector<Eigen::Vector3d> points_of(const CorridorScene& scene,
+                                       const std::vector<double>& distance_m) {
+  std::vector<Eigen::Vector3d> points_m;
+  for (std::size_t i = 0; i < distance_m.size(); ++i) {
+    if (std::isfinite(distance_m[i])) points_m.emplace_back(distance_m[i] * scene.directions[i]);
+  }
+  return points_m;
+}
+
+Matrix6d information_of(const CorridorScene& scene, const std::vector<double>& distance_m,
+                        const NdtMap& map) {
+  const std::vector<Eigen::Vector3d> thinned_m =
+      voxel_subsample(points_of(scene, distance_m), scene.options.leaf_m);
+  return scan_information(scene.views.front().p_map_m, thinned_m, map, make_match_grid(map),
+                          {scene.options.range_m})[0]
+      .pose;
+}
+
+void expect_near(const Matrix6d& found, const Matrix6d& expected) {
+  EXPECT_LT((found - expected).norm(), 1e-9 * expected.norm());
+}
+
+TEST(SiteView, HoldsTheInformationOfItsThinnedScan) {
+  const CorridorScene scene;
+  expect_near(scene.views.front().information,
+              information_of(scene, scene.views.front().distance_m, scene.map));
+}
+
+TEST(TargetGain, MeetsABoardByHand) {
+  Target target;
+  target.foot_map_m = {10.0, 0.0, 0.0};
+  const Eigen::Vector3d p_m(0.0, 0.0, 1.5);
+  EXPECT_DOUBLE_EQ(*distance_to_target_m(target, p_m, {1.0, 0.0, 0.0}), 10.0);
+  // 0.51 m aside at 10 m; above 2.5 m; below 0.5 m; behind; along the board.
+  EXPECT_FALSE(distance_to_target_m(target, p_m, Eigen::Vector3d(10.0, 0.51, 0.0).normalized()));
+  EXPECT_FALSE(distance_to_target_m(target, p_m, Eigen::Vector3d(10.0, 0.0, 1.01).normalized()));
+  EXPECT_FALSE(distance_to_target_m(target, p_m, Eigen::Vector3d(10.0, 0.0, -1.01).normalized()));
+  EXPECT_FALSE(distance_to_target_m(target, p_m, {-1.0, 0.0, 0.0}));
+  EXPECT_FALSE(distance_to_target_m(target, p_m, {0.0, 1.0, 0.0}));
+  target.facing = {-1.0, 0.0};
+  EXPECT_DOUBLE_EQ(*distance_to_target_m(target, p_m, {1.0, 0.0, 0.0}), 10.0);
+}
+
+// Casting anew, making the NDs anew of all points and adding all samples up anew gives the same.
+TEST(TargetGain, IsThatOfEverythingDoneAnew) {
+  const CorridorScene scene;
+  const SiteView& view = scene.views.front();
+  const Target target = board(scene);
+  const std::vector<TargetHit> hits = hits_of(target, view, scene.directions, 50.0);
+  ASSERT_GT(hits.size(), 50U);
+  std::vector<double> distance_m = view.distance_m;
+  for (std::size_t beam = 0; beam < distance_m.size(); ++beam) {
+    const std::optional<double> hit_m =
+        distance_to_target_m(target, view.p_map_m, scene.directions[beam]);
+    if (hit_m && *hit_m < distance_m[beam]) distance_m[beam] = *hit_m;
+  }
+  // Each hit stands for three scans of the map.
+  std::map<CellKey, CellMoments> cells;
+  for (const TargetHit& hit : hits) {
+    const Eigen::Vector3d at_m = view.p_map_m + hit.distance_m * scene.directions[hit.beam];
+    const CellKey key = cell_key(at_m, 2.0);
+    for (int scan = 0; scan < 3; ++scan) cells[key].add(at_m - cell_centre_m(key, 2.0));
+    cells[key].products_m2 += 3.0 * 0.0008 * Eigen::Matrix3d::Identity();
+  }
+  NdtMap map = scene.map;
+  std::size_t merged = 0;
+  for (Nd& nd : map.nds) {
+    if (!cells.contains(nd.key)) continue;
+    CellMoments cell = cells[nd.key];
+    cell.add(nd, nd.mean_m - cell_centre_m(nd.key, 2.0));
+    nd = nd_of(nd.key, cell, 2.0);
+    cells.erase(nd.key);
+    ++merged;
+  }
+  EXPECT_GT(merged, 0U);
+  std::size_t added = 0;
+  for (const auto& [key, cell] : cells) {
+    if (cell.count < 10.0) continue;
+    map.nds.push_back(nd_of(key, cell, 2.0));
+    ++added;
+  }
+  EXPECT_GT(added, 0U);
+  const ChangedNds changed = nds_with_target(scene.nds, {{view, hits, 3.0}}, scene.directions);
+  EXPECT_EQ(changed.size(), merged + added);
+  const Matrix6d found = information_with_target(
+      view, hits, {scene.nds, changed, scene.directions, scene.options.leaf_m});
+  expect_near(found, information_of(scene, distance_m, map));
+  // And it holds the street's direction better.
+  EXPECT_LT(std_along_m(crlb(found), 0.0), 0.9 * std_along_m(crlb(view.information), 0.0));
+}
+
+TEST(TargetGain, OfABoardThatNothingSeesIsNone) {
+  const CorridorScene scene;
+  Target hidden = board(scene);
+  hidden.foot_map_m.y() += 10.0;  // behind the wall
+  EXPECT_TRUE(hits_of(hidden, scene.views.front(), scene.directions, 50.0).empty());
+  Target far = board(scene);
+  EXPECT_TRUE(hits_of(far, scene.views.front(), scene.directions, 5.0).empty());
+  const Matrix6d found =
+      information_with_target(scene.views.front(), {}, {scene.nds, {}, scene.directions, 1.0});
+  EXPECT_EQ(found, scene.views.front().information);
+}
+
+TEST(TargetGain, IsThatOfBeamsInView) {
+  CorridorScene scene;
+  const Target target = board(scene);
+  const std::vector<TargetHit> round = hits_of(target, scene.views.front(), scene.directions, 50.0);
+  SensorProfile sensor = corridor_sensor();
+  sensor.azimuth_view_deg = 70.4;
+  scene.options.view = AzimuthView(sensor);
+  const Eigen::Vector3d to_board_m = target.foot_map_m - scene.views.front().p_map_m;
+  const double ahead_rad = std::atan2(to_board_m.y(), to_board_m.x());
+  const auto hits_facing = [&](double yaw_rad) {
+    scene.sites.sites[2].T_map_vehicle.linear() =
+        Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Result<std::vector<SiteView>> seen =
+        views_from(scene.ctx, scene.options, scene.nds, scene.sites, {2}, scene.directions);
+    EXPECT_TRUE(seen.has_value());
+    return hits_of(target, seen->front(), scene.directions, 50.0).size();
+  };
+  EXPECT_EQ(hits_facing(ahead_rad), round.size());
+  EXPECT_EQ(hits_facing(ahead_rad + std::numbers::pi), 0U);
 }
 
 }  // namespace

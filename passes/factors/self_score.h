@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "passes/factors/paper/vicinity.h"
+#include "passes/factors/vicinity.h"
 #include "passes/matching/grid/match_grid.h"
 
 // How well a part of the map matches the whole map when it is moved sideways (paper, Eq. 5; exact
@@ -28,5 +28,13 @@ ShiftGrid self_score(const Nd& sender, const MatchGrid& receivers);
 // S(v) of each range: self scores summed over the senders within it, nearest first.
 // score_of[i] belongs to nds[i].
 std::vector<ShiftGrid> self_scores(const Vicinity& vicinity, std::span<const ShiftGrid> score_of);
+
+// Entropy in bits of softmax(S / (0.1 max S)) over the 289 shifts (paper, section IV-F; the softmax
+// is ours, schemas/definitions.md says why); log2 289 where S is 0 everywhere.
+double score_entropy(const ShiftGrid& self_score);
+
+// Largest self score over the shifts of about half a metre (0.375 <= |v| < 0.625 m), over that of
+// no shift: how easily half a metre goes unnoticed. 1 where nothing scores; not clamped.
+double flat_050(const ShiftGrid& self_score);
 
 }  // namespace sightline

@@ -1,4 +1,4 @@
-#include "passes/factors/virtual/virtual_match.h"
+#include "passes/factors/virtual_match.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <span>
 #include <vector>
 
@@ -34,5 +35,23 @@ std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,
                                               std::span<const Eigen::Vector3d> points_m,
                                               const NdtMap& map, const MatchGrid& grid,
                                               const std::vector<double>& ranges_m);
+
+// How far off the pose may be by the Cramer-Rao bound of the samples, with the prior of
+// schemas/definitions.md (10 m, 10 degrees). It takes samples as independent: it ranks places, it
+// is no accuracy.
+struct Crlb {
+  double max_m = 0.0;        // along the weakest horizontal direction
+  double min_m = 0.0;        // along the strongest
+  double heading_deg = 0.0;  // of the weakest, counter-clockwise from map +x, in [0, 180)
+  double yaw_rad = 0.0;
+};
+Crlb crlb(const Matrix6d& information);
+
+// Along a horizontal line of this heading, degrees from map +x, m: between min_m and max_m.
+double std_along_m(const Crlb& bound, double heading_deg);
+
+// Smallest eigenvalue of the summed horizontal part of n n^T: near 0 where some horizontal
+// direction is constrained by nothing (schemas/definitions.md, `hz_lmin`). Never below 0.
+double hz_lmin(const Eigen::Matrix2d& planar_normals);
 
 }  // namespace sightline

@@ -1,7 +1,6 @@
-#include "passes/factors/paper/self_score.h"
+#include "passes/factors/self_score.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "passes/map/build_ndt.h"
@@ -92,6 +91,57 @@ TEST(SelfScore, OfALongWallFallsLessAlongItThanAcross) {
   EXPECT_GT(along, 0.7 * sum[kNoShift]);
   EXPECT_LT(across, 0.8 * along);
 }
+
+const double kLog289 = std::log2(289.0);
+
+TEST(ScoreEntropy, IsLargestWhereNothingTellsShiftsApart) {
+  ShiftGrid score;
+  score.fill(3.0);
+  EXPECT_NEAR(score_entropy(score), kLog289, 1e-12);
+  score.fill(0.0);
+  EXPECT_EQ(score_entropy(score), kLog289);
+}
+
+TEST(ScoreEntropy, OfOnePeakIsTheEntropyOfOneWeightAmongMany) {
+  ShiftGrid score{};
+  score[144] = 5.0;
+  // Softmax of 10 for the peak and 0 for the 288 others.
+  const double total = std::exp(10.0) + 288.0;
+  const double peak = std::exp(10.0) / total;
+  const double other = 1.0 / total;
+  EXPECT_NEAR(score_entropy(score), -peak * std::log2(peak) - 288.0 * other * std::log2(other),
+              1e-12);
+}
+
+TEST(ScoreEntropy, DoesNotDependOnTheScale) {
+  ShiftGrid score;
+  ShiftGrid scaled;
+  for (std::size_t v = 0; v < kShiftCount; ++v) {
+    score[v] = std::cos(0.1 * static_cast<double>(v)) + 1.5;
+    scaled[v] = 1000.0 * score[v];
+  }
+  EXPECT_NEAR(score_entropy(score), score_entropy(scaled), 1e-12);
+}
+
+TEST(Flat050, IsTheBestOfTheTwelveShiftsOfAboutHalfAMetre) {
+  ShiftGrid score{};
+  score[kNoShift] = 4.0;
+  score[kNoShift + 1] = 3.9;                       // 0.25 m: too near
+  score[kNoShift + kShiftsPerAxis + 1] = 3.8;      // 0.35 m: too near
+  score[kNoShift + 2 * kShiftsPerAxis + 2] = 3.7;  // 0.71 m: too far
+  score[kNoShift - 2] = 2.0;                       // 0.5 m
+  score[kNoShift - 2 * kShiftsPerAxis + 1] = 3.0;  // 0.56 m
+  EXPECT_EQ(flat_050(score), 0.75);
+}
+
+TEST(Flat050, MayExceedOne) {
+  ShiftGrid score{};
+  score[kNoShift] = 1.0;
+  score[kNoShift + 2] = 2.0;
+  EXPECT_EQ(flat_050(score), 2.0);
+}
+
+TEST(Flat050, IsOneWhereNothingScores) { EXPECT_EQ(flat_050(ShiftGrid{}), 1.0); }
 
 }  // namespace
 }  // namespace sightline

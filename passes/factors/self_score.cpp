@@ -1,8 +1,10 @@
-#include "passes/factors/paper/self_score.h"
+#include "passes/factors/self_score.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "formats/base/portable_math.h"
+#include "passes/factors/vicinity.h"
 #include "passes/matching/grid/match_grid.h"
 
 // The 17 x 17 shifted copies of a sample fall into few cells (nine at most where cells are 2 m), so
@@ -91,6 +93,37 @@ std::vector<ShiftGrid> self_scores(const Vicinity& vicinity, std::span<const Shi
     by_range.push_back(sum);
   }
   return by_range;
+}
+
+double score_entropy(const ShiftGrid& self_score) {
+  constexpr double kTemperature = 0.1;  // of the largest score
+  const double largest = *std::max_element(self_score.begin(), self_score.end());
+  if (!(largest > 0.0)) return portable_log2(static_cast<double>(kShiftCount));
+  ShiftGrid weight;
+  double total = 0.0;
+  for (std::size_t shift = 0; shift < kShiftCount; ++shift) {
+    // Less the largest exponent, which the division by the total takes out again.
+    weight[shift] = portable_exp((self_score[shift] / largest - 1.0) / kTemperature);
+    total += weight[shift];
+  }
+  return entropy_bits(weight, total);
+}
+
+double flat_050(const ShiftGrid& self_score) {
+  constexpr double kNear_m = 0.375;
+  constexpr double kFar_m = 0.625;
+  constexpr std::size_t kNoShift = kShiftCount / 2;
+  if (!(self_score[kNoShift] > 0.0)) return 1.0;
+  double largest = 0.0;
+  for (int j = -kShiftReach; j <= kShiftReach; ++j) {
+    for (int i = -kShiftReach; i <= kShiftReach; ++i) {
+      const double shift_m = portable_hypot(kShiftStep_m * i, kShiftStep_m * j);
+      if (shift_m < kNear_m || shift_m >= kFar_m) continue;
+      const int index = (j + kShiftReach) * static_cast<int>(kShiftsPerAxis) + i + kShiftReach;
+      largest = std::max(largest, self_score[static_cast<std::size_t>(index)]);
+    }
+  }
+  return largest / self_score[kNoShift];
 }
 
 }  // namespace sightline
