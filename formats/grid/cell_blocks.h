@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/grid/flat_cell_map.h"
+#include "formats/grid/cell_index.h"
 
 // Cells side by side with those around them: who asks for many neighbours of each of many cells
 // finds a block of cells once, where a look into a table of cells would find one neighbour.
@@ -26,8 +26,7 @@ class CellBlocks {
   // Each cell once.
   explicit CellBlocks(std::span<const CellKey> cells) {
     std::vector<std::uint32_t> block_of(cells.size());
-    for (std::size_t i = 0; i < cells.size(); ++i)
-      block_of[i] = blocks_.insert(block(cells[i])).number;
+    for (std::size_t i = 0; i < cells.size(); ++i) block_of[i] = blocks_.add(block(cells[i]));
     begin_.assign(blocks_.size() + 2, 0);
     // A block's begin stands one further on until its cells have moved it there.
     for (const std::uint32_t block : block_of) ++begin_[block + 2];
@@ -46,17 +45,15 @@ class CellBlocks {
   }
   // Of a block by its key: none where there is no such block.
   [[nodiscard]] std::span<const Cell> cells_at(const CellKey& key) const {
-    const std::uint32_t block = blocks_.number_of(key);
-    return block == Blocks::kNone ? std::span<const Cell>() : cells(block);
+    const std::uint32_t block = blocks_.find(key);
+    return block == CellIndex::kNone ? std::span<const Cell>() : cells(block);
   }
 
   // The block in which a cell lies.
   static CellKey block(const CellKey& cell) { return {cell.x >> 3, cell.y >> 3, cell.z >> 3}; }
 
  private:
-  struct Nothing {};
-  using Blocks = FlatCellMap<Nothing>;
-  Blocks blocks_;
+  CellIndex blocks_;
   std::vector<std::uint32_t> begin_;  // of each block in cells_, and the end of the last
   std::vector<Cell> cells_;
 };

@@ -70,12 +70,23 @@ std::uint32_t CellIndex::add_new(Slot& slot, const CellKey& key) {
   const auto number = static_cast<std::uint32_t>(keys_.size());
   slot = {key, number};
   keys_.push_back(key);
-  if (2 * keys_.size() > slots_.size()) grow();
+  if (2 * keys_.size() > slots_.size()) grow(4 * slots_.size());
   return number;
 }
 
-void CellIndex::grow() {
-  HugeVector<Slot>(4 * slots_.size()).swap(slots_);
+void CellIndex::reserve(std::size_t count) {
+  keys_.reserve(count);
+  if (2 * count > slots_.size()) grow(std::bit_ceil(2 * count));
+}
+
+void CellIndex::clear() {
+  keys_.clear();
+  slots_.assign(slots_.size(), Slot{});
+}
+
+void CellIndex::grow(std::size_t slot_count) {
+  constexpr std::size_t kFewest = 64;
+  HugeVector<Slot>(std::max(slot_count, kFewest)).swap(slots_);
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     slots_[slot_of(keys_[i])] = {keys_[i], static_cast<std::uint32_t>(i)};
   }

@@ -9,7 +9,8 @@
 #include "formats/base/huge_pages.h"
 #include "formats/grid/cell_key.h"
 
-// Finding the cells of many points at once: shared by all code that sorts points into a grid.
+// Cells of many points at once, and tables of cells: shared by all code that sorts points into a
+// grid.
 
 namespace sightline {
 
@@ -28,13 +29,12 @@ struct CellRun {
 // number. Takes as many runs as keys to work with, and at most 2^32 keys.
 std::size_t find_runs(std::span<const CellKey> keys, std::span<CellRun> runs);
 
-// Numbers cells 0, 1, 2, ... in the order in which they are first met: open addressing, at most
-// half full, the key beside the number so that one look finds both.
+// Numbers cells 0, 1, 2, ... in the order in which they are first met: open addressing with linear
+// probing, at most half full, the key beside the number so that one look finds both. Holds at most
+// 2^31 cells. Reading is safe from several threads.
 class CellIndex {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-  CellIndex() : slots_(kFirstSize) {}
 
   // The cell's number; one not met before gets the next.
   std::uint32_t add(const CellKey& key) {
@@ -53,8 +53,12 @@ class CellIndex {
   [[nodiscard]] const std::vector<CellKey>& keys() const { return keys_; }
   [[nodiscard]] std::size_t size() const { return keys_.size(); }
 
+  // Takes memory for this many cells.
+  void reserve(std::size_t count);
+  // Without a cell again, the memory kept for the next.
+  void clear();
+
  private:
-  static constexpr std::size_t kFirstSize = 4096;
   struct Slot {
     CellKey key;
     std::uint32_t number = kNone;
@@ -72,18 +76,35 @@ class CellIndex {
     return slot;
   }
   std::uint32_t add_new(Slot& slot, const CellKey& key);
-  void grow();
+  void grow(std::size_t slot_count);
 
-  HugeVector<Slot> slots_;
+  // A power of two of them. One that is free from the start: so no look asks whether there is any.
+  HugeVector<Slot> slots_ = HugeVector<Slot>(1);
   std::vector<CellKey> keys_;
 };
 
-// What is summed over the points of each cell. `Sums` is default constructible: no point yet.
-template <class Sums>
+// A value for each cell, numbered as a CellIndex does. `Value` is default constructible.
+template <class Value>
 class CellTable {
  public:
-  // Calls add(sums of the run's cell, run) for each run, in their order. Points in random order
-  // find neither their cell nor its sums in the cache: both are asked for ahead.
+  static constexpr std::uint32_t kNone = CellIndex::kNone;
+
+  struct Inserted {
+    std::uint32_t number = 0;
+    bool is_new = false;
+  };
+
+  // The number of a cell; one that is not there yet is added with `value`. References to values
+  // then hold no longer.
+  Inserted insert(const CellKey& key, const Value& value = {}) {
+    const std::uint32_t number = index_.add(key);
+    const bool is_new = number == values_.size();
+    if (is_new) values_.push_back(value);
+    return {number, is_new};
+  }
+
+  // Calls add(value of the run's cell, run) for each run, in their order. Points in random order
+  // find neither their cell nor its value in the cache: both are asked for ahead.
   template <class Add>
   void add(std::span<const CellRun> runs, const Add& add) {
     constexpr std::size_t kAhead = 12;
@@ -92,27 +113,55 @@ class CellTable {
       if (i + kAhead < runs.size()) index_.prefetch(runs[i + kAhead].key);
       numbers_[i] = index_.add(runs[i].key);
     }
-    sums_.resize(index_.size());
+    values_.resize(index_.size());
     for (std::size_t i = 0; i < runs.size(); ++i) {
-      if (i + kAhead < runs.size()) prefetch(sums_[numbers_[i + kAhead]]);
-      add(sums_[numbers_[i]], runs[i]);
+      if (i + kAhead < runs.size()) prefetch(values_[numbers_[i + kAhead]]);
+      add(values_[numbers_[i]], runs[i]);
     }
   }
 
-  // By number, in the order in which cells were first met.
+  // kNone for a cell that is not there.
+  [[nodiscard]] std::uint32_t number_of(const CellKey& key) const { return index_.find(key); }
+  // nullptr for a cell that is not there.
+  [[nodiscard]] const Value* find(const CellKey& key) const {
+    const std::uint32_t number = number_of(key);
+    return number == kNone ? nullptr : &values_[number];
+  }
+  [[nodiscard]] Value* find(const CellKey& key) {
+    const std::uint32_t number = number_of(key);
+    return number == kNone ? nullptr : &values_[number];
+  }
+  void prefetch(const CellKey& key) const { index_.prefetch(key); }
+
+  // By number.
   [[nodiscard]] const std::vector<CellKey>& keys() const { return index_.keys(); }
-  [[nodiscard]] const std::vector<Sums>& sums() const { return sums_; }
+  [[nodiscard]] std::span<const Value> values() const { return values_; }
+  [[nodiscard]] std::span<Value> values() { return values_; }
+
+  [[nodiscard]] std::size_t size() const { return index_.size(); }
+  [[nodiscard]] bool empty() const { return size() == 0; }
+
+  // Takes memory for this many cells, so that no value is moved until there are more.
+  void reserve(std::size_t count) {
+    index_.reserve(count);
+    values_.reserve(count);
+  }
+  // Without a cell again, the memory kept for the next.
+  void clear() {
+    index_.clear();
+    values_.clear();
+  }
 
  private:
-  // The sums may lie in two lines of the cache.
-  static void prefetch(const Sums& sums) {
-    const char* begin = reinterpret_cast<const char*>(&sums);
+  // A value may lie in two lines of the cache.
+  static void prefetch(const Value& value) {
+    const char* begin = reinterpret_cast<const char*>(&value);
     __builtin_prefetch(begin, 1);
-    __builtin_prefetch(begin + sizeof(Sums) - 1, 1);
+    __builtin_prefetch(begin + sizeof(Value) - 1, 1);
   }
 
   CellIndex index_;
-  std::vector<Sums> sums_;
+  std::vector<Value> values_;
   std::vector<std::uint32_t> numbers_;  // of the runs being added
 };
 

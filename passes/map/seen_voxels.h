@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "formats/grid/flat_cell_map.h"
+#include "formats/grid/cell_index.h"
 
 namespace sightline {
 
@@ -28,6 +28,6 @@ struct SeenVoxel {
 
 // The voxels with returns of one place. Free space is not stored: memory grows with the surface
 // alone.
-using SeenVoxels = FlatCellMap<SeenVoxel>;
+using SeenVoxels = CellTable<SeenVoxel>;
 
 }  // namespace sightline

@@ -42,9 +42,9 @@ CellKey place_of(const CellKey& key) {
 // How many columns of a place have a voxel at a level.
 using Levels = std::map<std::int32_t, std::uint32_t>;
 
-FlatCellMap<Levels> levels_of_places(const SeenVoxels& seen) {
-  FlatCellMap<std::uint8_t> counted;  // columns, level by level
-  FlatCellMap<Levels> places;
+CellTable<Levels> levels_of_places(const SeenVoxels& seen) {
+  CellTable<std::uint8_t> counted;  // columns, level by level
+  CellTable<Levels> places;
   for (std::size_t v = 0; v < seen.size(); ++v) {
     const CellKey& key = seen.keys()[v];
     const std::int32_t level = floor_to_int(seen.values()[v].mean_m().z() / kLevel_m);
@@ -61,7 +61,7 @@ FlatCellMap<Levels> levels_of_places(const SeenVoxels& seen) {
 class GroundLevels {
  public:
   explicit GroundLevels(const SeenVoxels& seen) {
-    const FlatCellMap<Levels> places = levels_of_places(seen);
+    const CellTable<Levels> places = levels_of_places(seen);
     for (const CellKey& at : places.keys()) level_m_.insert(at, common_level_m(places, at));
   }
 
@@ -69,7 +69,7 @@ class GroundLevels {
   [[nodiscard]] double around_m(const CellKey& key) const { return *level_m_.find(place_of(key)); }
 
  private:
-  static double common_level_m(const FlatCellMap<Levels>& places, const CellKey& at) {
+  static double common_level_m(const CellTable<Levels>& places, const CellKey& at) {
     Levels around;
     std::uint32_t most = 0;
     for (int code = 0; code < 9; ++code) {
@@ -83,7 +83,7 @@ class GroundLevels {
     return kLevel_m * around.begin()->first;
   }
 
-  FlatCellMap<double> level_m_;
+  CellTable<double> level_m_;
 };
 
 // The ground of each column's surroundings.

@@ -242,7 +242,7 @@ std::optional<std::vector<Eigen::Vector3d>> subsample_by_hash(
   std::vector<Eigen::Vector3d> centroids_m;
   centroids_m.reserve(voxels.keys().size());
   for (const std::uint32_t voxel : order_of(voxels.keys())) {
-    centroids_m.push_back(voxels.sums()[voxel].centroid_m());
+    centroids_m.push_back(voxels.values()[voxel].centroid_m());
   }
   return centroids_m;
 }

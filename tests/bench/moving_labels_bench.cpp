@@ -19,7 +19,7 @@
 #include <set>
 
 #include "formats/foreign/recording/open_recording.h"
-#include "formats/grid/flat_cell_map.h"
+#include "formats/grid/cell_index.h"
 #include "passes/ingest/ingest.h"
 #include "passes/map/remove_moving.h"
 #include "passes/trajectory/estimate_trajectory.h"
@@ -57,7 +57,7 @@ struct LabelledVoxel {
   bool is_swept = false;
   bool is_gone = false;
 };
-using LabelledVoxels = FlatCellMap<LabelledVoxel>;
+using LabelledVoxels = CellTable<LabelledVoxel>;
 
 struct Share {
   std::uint64_t all = 0;

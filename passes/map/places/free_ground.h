@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/grid/flat_cell_map.h"
+#include "formats/grid/cell_index.h"
 #include "formats/surroundings/tiled_surface.h"
 #include "passes/map/places/ground_floors.h"
 
@@ -65,7 +65,7 @@ class FreeGround {
 
   double step_m_ = 0.5;
   std::vector<GroundPlace> places_;
-  FlatCellMap<std::uint32_t> first_;  // of the places at (x, y); z is 0
+  CellTable<std::uint32_t> first_;  // of the places at (x, y); z is 0
   std::vector<std::uint32_t> stretches_;
   std::vector<std::size_t> stretch_sizes_;
 };

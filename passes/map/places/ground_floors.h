@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/grid/flat_cell_map.h"
+#include "formats/grid/cell_index.h"
 #include "formats/surroundings/tiled_surface.h"
 
 namespace sightline {
@@ -51,7 +51,7 @@ class GroundFloors {
   // Calls use(level, number of its column) for the levels in the square of 3 m around a place.
   template <class Use>
   void visit_around(const Eigen::Vector2d& place_map_m, const Use& use) const;
-  FlatCellMap<std::vector<Level>> columns_;  // keys with z = 0
+  CellTable<std::vector<Level>> columns_;  // keys with z = 0
 };
 
 // Of a whole surface, of which one tile at a time is in memory. Error: cannot-read.

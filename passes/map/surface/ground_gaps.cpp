@@ -7,7 +7,7 @@
 #include <limits>
 #include <tuple>
 
-#include "formats/grid/flat_cell_map.h"
+#include "formats/grid/cell_index.h"
 
 namespace sightline {
 namespace {
@@ -28,7 +28,7 @@ struct Column {
   double height_m = std::numeric_limits<double>::infinity();  // in the middle of the column
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
-using Columns = FlatCellMap<Column>;  // keys with z = 0
+using Columns = CellTable<Column>;  // keys with z = 0
 
 // What was found between two columns of ground.
 struct Bridge {
@@ -73,14 +73,14 @@ int steps_to_ground(const Columns& columns, const CellKey& from, const std::arra
 }
 
 // Notes what a column may be, if nothing nearer is known.
-void note(const CellKey& key, const Bridge& bridge, FlatCellMap<Bridge>& bridges) {
+void note(const CellKey& key, const Bridge& bridge, CellTable<Bridge>& bridges) {
   const std::uint32_t number = bridges.insert(key).number;
   Bridge& best = bridges.values()[number];
   if (bridge.length_m < best.length_m) best = bridge;
 }
 
 void bridge(const Columns& columns, std::size_t from, const std::array<int, 2>& step,
-            double column_m, FlatCellMap<Bridge>& bridges) {
+            double column_m, CellTable<Bridge>& bridges) {
   const CellKey key = columns.keys()[from];
   const int count = steps_to_ground(columns, key, step);
   if (count == 0) return;
@@ -101,7 +101,7 @@ void bridge(const Columns& columns, std::size_t from, const std::array<int, 2>& 
 
 // As high as the last that was seen; anything between two ends counts as nearer.
 void extend(const Columns& columns, std::size_t from, const std::array<int, 2>& step,
-            double column_m, FlatCellMap<Bridge>& bridges) {
+            double column_m, CellTable<Bridge>& bridges) {
   const CellKey key = columns.keys()[from];
   const Column& last = columns.values()[from];
   for (int i = 1; i <= kColumnsBeyond; ++i) {
@@ -125,7 +125,7 @@ std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, 
   constexpr std::array<std::array<int, 2>, 4> kSteps = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
   const double column_m = kColumnPerCell * cell_m;
   const Columns columns = ground_columns(patches, column_m);
-  FlatCellMap<Bridge> bridges;
+  CellTable<Bridge> bridges;
   for (const std::array<int, 2>& step : kSteps) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       bridge(columns, i, step, column_m, bridges);

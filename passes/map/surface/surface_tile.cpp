@@ -83,7 +83,7 @@ CellTally tally_of(const NdtCells& cells, const NdtMap& map, const CellBox& box)
   CellTally tally;
   for (std::size_t i = 0; i < cells.keys().size(); ++i) {
     if (!box.holds(cells.keys()[i])) continue;
-    ++(cells.sums()[i].count < 2 ? tally.sparse : tally.degenerate);
+    ++(cells.values()[i].count < 2 ? tally.sparse : tally.degenerate);
   }
   for (const Nd& nd : map.nds) tally.valid += box.holds(nd.key) ? 1 : 0;
   tally.degenerate -= tally.valid;

@@ -37,12 +37,12 @@ std::vector<FullCell> full_cells(std::span<const NdtCells> parts, const NdtGrid&
   std::vector<FullCell> cells;
   for (const NdtCells& part : parts) {
     for (std::size_t i = 0; i < part.keys().size(); ++i) {
-      if (part.sums()[i].count < least_count) {
+      if (part.values()[i].count < least_count) {
         ++sparse_count;
         continue;
       }
       const CellKey& key = part.keys()[i];
-      cells.push_back({tile_of(key, grid.cell_m, grid.tile_m), key, &part.sums()[i]});
+      cells.push_back({tile_of(key, grid.cell_m, grid.tile_m), key, &part.values()[i]});
     }
   }
   std::sort(cells.begin(), cells.end(), [](const FullCell& a, const FullCell& b) {

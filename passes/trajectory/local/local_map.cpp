@@ -50,7 +50,7 @@ std::vector<CellPart> parts_of(const CellTable<CellMoments>& cells) {
   std::vector<CellPart> parts;
   parts.reserve(cells.keys().size());
   for (std::size_t i = 0; i < cells.keys().size(); ++i) {
-    parts.push_back({cells.keys()[i], cells.sums()[i]});
+    parts.push_back({cells.keys()[i], cells.values()[i]});
   }
   return parts;
 }

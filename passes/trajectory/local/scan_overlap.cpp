@@ -38,7 +38,7 @@ CellKey cell_of(const Eigen::Vector3d& point_m) {
 
 std::vector<Eigen::Vector3d> upright_points(const std::vector<Eigen::Vector3d>& points_m,
                                             const Eigen::Matrix3d& level) {
-  FlatCellMap<Span> columns;
+  CellTable<Span> columns;
   std::vector<std::uint32_t> near;  // of points_m
   std::vector<std::uint32_t> column_of_near;
   for (std::uint32_t i = 0; i < points_m.size(); ++i) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/geometry.h"
-#include "formats/grid/flat_cell_map.h"
+#include "formats/grid/cell_index.h"
 
 // How much of a scan is found in a local map; part of estimate-trajectory. Level returns do not
 // identify a place, since every road is flat: only upright things count.
@@ -45,7 +45,7 @@ class UprightMap {
 
   double reach_m_;
   std::deque<KeyScan> scans_;
-  FlatCellMap<std::int32_t> counts_;  // of points in a cell
+  CellTable<std::int32_t> counts_;  // of points in a cell
 };
 
 }  // namespace sightline

@@ -8,8 +8,8 @@
 #include <queue>
 #include <tuple>
 
+#include "formats/grid/cell_index.h"
 #include "formats/grid/cell_key.h"
-#include "formats/grid/flat_cell_map.h"
 #include "formats/rotation.h"
 
 // Branch and bound over heading and place. A node is a heading and a square of places; its bound
@@ -150,7 +150,7 @@ struct IsOpenedLater {
 
 // One point in a cell, as many as are needed, evenly over the list.
 std::vector<Eigen::Vector3d> thinned_in_plane(const std::vector<Eigen::Vector3d>& points_m) {
-  FlatCellMap<std::uint8_t> cells;
+  CellTable<std::uint8_t> cells;
   std::vector<Eigen::Vector3d> kept_m;
   for (const Eigen::Vector3d& point_m : points_m) {
     if (point_m.head<2>().norm() > kScanReach_m) continue;
