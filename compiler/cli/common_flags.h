@@ -1,8 +1,10 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "compiler/cli/verb.h"
+#include "formats/base/files/atomic_file.h"
 
 // Flags that stand at several verbs. They are made here so that each means the same everywhere.
 
@@ -38,5 +40,11 @@ Flag passphrase_flag(std::string& file);
 
 // A positional that names a compiled map.
 Positional map_positional(std::string& file, const std::string& help);
+
+// Whether a file may be written there, asked before hours of work rather than after them: as
+// check_output(), and whether its folder, or the deepest one on the way to it that exists, is one
+// and lets files be made. A configuration or a recording (a bag, a capture) is never replaced. An
+// empty path is fine: nothing is written. Errors: those of check_output(); cannot-write.
+Result<void> try_output(const std::filesystem::path& path, IfExists if_exists);
 
 }  // namespace sightline

@@ -24,4 +24,8 @@ std::string facts_of(const Flag& flag);
 // "sightline compile [OPTION]... CONFIG"
 std::string usage_text(const std::string& command, const Verb& verb);
 
+// sightline(1) as roff with the man macros: every verb with its flags and examples, exit statuses,
+// error codes and files.
+std::string man_page(const Program& program);
+
 }  // namespace sightline

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "compiler/cli/flag_value.h"
+#include "compiler/cli/verb.h"
 #include "passes/pass/options.h"
 
 // The one file that talks to CLI11, which splits the words into flags, values and positionals. What

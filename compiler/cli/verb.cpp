@@ -1,13 +1,111 @@
 #include "compiler/cli/verb.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <iterator>
+#include <limits>
 #include <sstream>
+#include <type_traits>
+
+#include "passes/pass/options.h"
 
 namespace sightline {
 namespace {
 
 Flag help_flag() { return {.names = "-h,--help", .help = "Print this help"}; }
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+// The shortest text that reads back as the same number.
+template <class Number>
+std::string number_text(Number number) {
+  char text[32];
+  const std::to_chars_result end = std::to_chars(text, text + sizeof text, number);
+  return {text, end.ptr};
+}
+
+bool is_within_limits(const Flag& flag, double number) {
+  return (!flag.minimum || number >= *flag.minimum) && (!flag.maximum || number <= *flag.maximum);
+}
+
+Error bad_value(const Flag& flag, const std::string& called, const std::string& word) {
+  return {ErrorCode::kBadValue, called + ": found '" + word + "', expected " + expected_text(flag)};
+}
+
+template <class Number>
+Result<void> set_number(const Flag& flag, const std::string& called, const std::string& word,
+                        Number& target) {
+  Number number{};
+  const char* const end = word.data() + word.size();
+  const std::from_chars_result read = std::from_chars(word.data(), end, number);
+  const bool is_read = read.ec == std::errc() && read.ptr == end;
+  if (!is_read || !std::isfinite(static_cast<double>(number)) ||
+      !is_within_limits(flag, static_cast<double>(number))) {
+    return bad_value(flag, called, word);
+  }
+  target = number;
+  return {};
+}
+
+Result<void> check_choice(const Flag& flag, const std::string& called, const std::string& word) {
+  if (flag.choices.empty() || std::ranges::find(flag.choices, word) != flag.choices.end()) {
+    return {};
+  }
+  const std::string near = nearest_name(word, flag.choices);
+  const std::string hint =
+      near.empty() ? "it is one of " + joined(flag.choices) : "did you mean '" + near + "'?";
+  return Error{ErrorCode::kUnknownName, called + ": '" + word + "' is not known; " + hint};
+}
+
+// Overloads for each kind of target.
+struct SetTarget {
+  const Flag& flag;
+  const std::string& called;
+  const std::string& word;
+
+  Result<void> operator()(bool* target) const {
+    if (target != nullptr) *target = true;
+    return {};
+  }
+  Result<void> operator()(std::string* target) const {
+    *target = word;
+    return {};
+  }
+  Result<void> operator()(std::vector<std::string>* target) const {
+    target->push_back(word);
+    return {};
+  }
+  Result<void> operator()(const Setter& setter) const {
+    const Result<void> set = setter(word);
+    if (set) return {};
+    Error error = set.error();
+    error.message = called + ": " + error.message;
+    return error;
+  }
+  template <class Number>
+  Result<void> operator()(Number* target) const {
+    return set_number(flag, called, word, *target);
+  }
+};
+
+// Overloads for each kind of target.
+struct DefaultText {
+  const Flag& flag;
+
+  std::string operator()(const bool* /*target*/) const { return ""; }
+  std::string operator()(const std::string* target) const { return *target; }
+  std::string operator()(const std::vector<std::string>* target) const { return joined(*target); }
+  std::string operator()(const Setter& /*setter*/) const { return ""; }
+  template <class Number>
+  std::string operator()(const Number* target) const {
+    return is_within_limits(flag, static_cast<double>(*target)) ? number_text(*target) : "";
+  }
+};
 
 }  // namespace
 
@@ -57,6 +155,50 @@ std::vector<std::string> verb_names(const Program& program) {
 const Verb* find_verb(const Program& program, const std::string& name) {
   const auto verb = std::ranges::find(program.verbs, name, &Verb::name);
   return verb == program.verbs.end() ? nullptr : &*verb;
+}
+
+Result<void> set_flag(const Flag& flag, const std::string& called,
+                      const std::vector<std::string>& words) {
+  if (words.empty()) {
+    if (!flag.is_required) return {};
+    return Error{ErrorCode::kBadArgument, called + " is required: " + flag.help};
+  }
+  if (takes_value(flag) && !is_list(flag.target) && words.size() > 1) {
+    return Error{ErrorCode::kBadArgument, called + " was given " + std::to_string(words.size()) +
+                                              " times, with '" + words[0] + "' and '" + words[1] +
+                                              "'; it takes one value"};
+  }
+  if (is_list(flag.target)) std::get<std::vector<std::string>*>(flag.target)->clear();
+  for (const std::string& word : words) {
+    SIGHTLINE_TRY(check_choice(flag, called, word));
+    SIGHTLINE_TRY(std::visit(SetTarget{flag, called, word}, flag.target));
+  }
+  return {};
+}
+
+Flag as_flag(const Positional& positional) {
+  return {.value = positional.name,
+          .help = positional.help,
+          .target = positional.target,
+          .choices = positional.choices,
+          .is_required = positional.is_required};
+}
+
+std::string default_text(const Flag& flag) {
+  if (flag.is_required) return "";
+  return std::visit(DefaultText{flag}, flag.target);
+}
+
+std::string expected_text(const Flag& flag) {
+  if (!flag.choices.empty()) return "one of " + joined(flag.choices);
+  const bool is_number = std::holds_alternative<double*>(flag.target);
+  std::string text = is_number ? "a number" : "a whole number";
+  if (flag.minimum && flag.maximum) {
+    text += " from " + number_text(*flag.minimum) + " to " + number_text(*flag.maximum);
+  } else if (flag.minimum) {
+    text += " of at least " + number_text(*flag.minimum);
+  }
+  return text;
 }
 
 }  // namespace sightline

@@ -1,16 +1,162 @@
 #include <cstdio>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "compiler/cli/help_text.h"
-#include "compiler/cli/man_page.h"
-#include "compiler/cli/shell_completion.h"
+#include "compiler/cli/verb.h"
 #include "compiler/commands/commands.h"
+#include "formats/text/quoted_text.h"
 
 // The verbs that speak of the command line itself.
 
 namespace sightline {
 namespace {
+
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+  return text;
+}
+
+std::string all_names(const std::vector<Flag>& flags) {
+  std::vector<std::string> names;
+  for (const Flag& flag : flags) names.push_back(joined(names_of(flag), " "));
+  return joined(names, " ");
+}
+
+// What may stand behind a flag that takes a value, as branches over the word before.
+std::string bash_values(const Verb& verb) {
+  std::string text;
+  for (const Flag& flag : shown_flags(verb)) {
+    if (!takes_value(flag) || !flag.bare_value.empty()) continue;
+    text += "        " + joined(names_of(flag), "|") + ") ";
+    text += flag.choices.empty() ? "return ;;\n" : "words='" + joined(flag.choices, " ") + "' ;;\n";
+  }
+  if (text.empty()) return text;
+  return "      case $before in\n" + text + "      esac\n";
+}
+
+std::string bash_branch(const Verb& verb) {
+  std::string text = "    " + verb.name + ")\n      flags='" + all_names(shown_flags(verb)) + "'\n";
+  for (const Positional& positional : verb.positionals) {
+    if (positional.choices.empty()) continue;
+    text += "      words='" + joined(positional.choices, " ") + "'\n";
+  }
+  return text + bash_values(verb) + "      ;;\n";
+}
+
+// _arguments takes brackets and colons for its own.
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '[' || c == ']' || c == ':' || c == '\\') result += '\\';
+    result += c == '\n' ? ' ' : c;
+  }
+  return result;
+}
+
+bool names_a_file(const std::string& value) { return value == "FILE" || value == "FOLDER"; }
+
+// Nothing is offered for a value that is neither a choice nor a file.
+std::string zsh_action(const std::string& value, const std::vector<std::string>& choices) {
+  if (!choices.empty()) return "(" + joined(choices, " ") + ")";
+  return names_a_file(value) ? "_files" : " ";
+}
+
+// ":FILE:_files:FILE:_files", one pair for each word.
+std::string zsh_values(const Flag& flag) {
+  std::string text;
+  std::istringstream words(flag.value);
+  for (std::string word; words >> word;) text += ":" + word + ":" + zsh_action(word, flag.choices);
+  return text;
+}
+
+// '(-o --output)'{-o,--output}'[help]:FILE:_files', '*--set[help]:KEY=VALUE: '
+std::string zsh_flag(const Flag& flag) {
+  const std::vector<std::string> names = names_of(flag);
+  const std::string help = "[" + escaped(flag.help) + "]";
+  if (!flag.bare_value.empty()) {
+    return shell_word(long_name(flag) + "=-" + help + ":" + zsh_values(flag));
+  }
+  const std::string behind = help + zsh_values(flag);
+  if (is_list(flag.target)) return shell_word("*" + long_name(flag) + behind);
+  if (names.size() == 1) return shell_word(long_name(flag) + behind);
+  return shell_word("(" + joined(names, " ") + ")") + "{" + joined(names, ",") + "}" +
+         shell_word(behind);
+}
+
+std::string zsh_branch(const Verb& verb) {
+  std::string text = "    " + verb.name + ")\n      _arguments -s -S";
+  for (const Flag& flag : shown_flags(verb)) text += " \\\n        " + zsh_flag(flag);
+  int place = 1;
+  for (const Positional& positional : verb.positionals) {
+    const std::string where = is_list(positional.target) ? "*" : std::to_string(place++);
+    // A positional that is no choice may be a file.
+    const std::string action = zsh_action("FILE", positional.choices);
+    text += " \\\n        " + shell_word(where + ":" + escaped(positional.name) + ":" + action);
+  }
+  return text + "\n      ;;\n";
+}
+
+// A script to be sourced by bash 4 or later. Needs nothing but its builtins; where a file may stand
+// it leaves the word to readline.
+std::string bash_completion(const Program& program) {
+  const std::string function = "_" + program.name;
+  std::string text = "# Completion of " + program.name + " in bash; made by `" + program.name +
+                     " completion bash`.\n" + function + "() {\n";
+  text +=
+      "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} verb= i\n"
+      "  local flags= words=\n"
+      "  COMPREPLY=()\n"
+      "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
+      "    if [[ ${COMP_WORDS[i]} != -* ]]; then verb=${COMP_WORDS[i]}; break; fi\n"
+      "  done\n"
+      "  case $verb in\n"
+      "    '')\n"
+      "      flags='" +
+      all_names(flags_without_verb()) + "'\n      words='" + joined(verb_names(program), " ") +
+      "'\n      ;;\n";
+  for (const Verb& verb : program.verbs) text += bash_branch(verb);
+  text +=
+      "  esac\n"
+      "  if [[ $word == -* ]]; then words=$flags; fi\n"
+      "  if [[ -n $words ]]; then COMPREPLY=($(compgen -W \"$words\" -- \"$word\")); fi\n"
+      "}\n";
+  return text + "complete -o default -F " + function + " " + program.name + "\n";
+}
+
+// A completion function for zsh, to be sourced after compinit or put into a folder of $fpath as
+// _sightline.
+std::string zsh_completion(const Program& program) {
+  const std::string function = "_" + program.name;
+  std::string text = "#compdef " + program.name + "\n# Completion in zsh; made by `" +
+                     program.name + " completion zsh`.\n" + function +
+                     "() {\n  local -a verbs\n  verbs=(\n";
+  for (const Verb& verb : program.verbs) {
+    text += "    " + shell_word(verb.name + ":" + escaped(verb.summary)) + "\n";
+  }
+  text +=
+      "  )\n"
+      "  if ((CURRENT == 2)) && [[ $words[2] != -* ]]; then\n"
+      "    _describe -t commands verb verbs\n"
+      "    return\n"
+      "  fi\n"
+      "  if ((CURRENT == 2)); then\n"
+      "    _arguments -s";
+  for (const Flag& flag : flags_without_verb()) text += " \\\n      " + zsh_flag(flag);
+  text +=
+      "\n    return\n"
+      "  fi\n"
+      "  shift words\n"
+      "  ((CURRENT--))\n"
+      "  case $words[1] in\n";
+  for (const Verb& verb : program.verbs) text += zsh_branch(verb);
+  text += "  esac\n}\n";
+  // Loaded from $fpath the file is the body of the function; sourced it must register it.
+  return text + "if [[ $funcstack[1] == " + function + " ]]; then " + function +
+         " \"$@\"; else compdef " + function + " " + program.name + "; fi\n";
+}
 
 void print_help(const std::string& name) {
   const Program program = sightline_program();

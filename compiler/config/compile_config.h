@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compiler/config/config_file.h"
-#include "compiler/pipeline/settings.h"
+#include "compiler/pipeline/plan.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/foreign/recording/recording.h"
 #include "passes/pass/default_looks.h"

@@ -1,11 +1,10 @@
 #include "compiler/config/config_file.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "compiler/pipeline/option_schema.h"
 #include "compiler/pipeline/option_yaml.h"
-#include "compiler/pipeline/yaml_tree.h"
 
 namespace sightline {
 namespace {
@@ -85,6 +84,15 @@ Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& 
   return {};
 }
 
+namespace fs = std::filesystem;
+
+fs::path common_folder(const fs::path& a, const fs::path& b) {
+  const auto end = std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first;
+  fs::path common;
+  for (auto part = a.begin(); part != end; ++part) common /= *part;
+  return common;
+}
+
 }  // namespace
 
 std::vector<ConfigSection> sections_of(const Plan& plan) {
@@ -161,6 +169,18 @@ std::string to_json_schema(const std::vector<ConfigSection>& sections) {
     root["properties"][section.name] = std::move(one);
   }
   return root.dump(2) + "\n";
+}
+
+std::vector<std::string> place_names(const std::vector<std::string>& files) {
+  std::vector<fs::path> paths;
+  for (const std::string& file : files) paths.push_back(fs::absolute(file).lexically_normal());
+  fs::path common = paths.empty() ? fs::path() : paths.front().parent_path();
+  for (const fs::path& path : paths) common = common_folder(common, path.parent_path());
+  std::vector<std::string> names;
+  for (const fs::path& path : paths) {
+    names.push_back(path.lexically_relative(common).generic_string());
+  }
+  return names;
 }
 
 }  // namespace sightline

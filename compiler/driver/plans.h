@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "compiler/config/compile_config.h"
-#include "compiler/pipeline/artifact_set.h"
+#include "compiler/pipeline/plan.h"
 #include "formats/annotation/calibrated_plan.h"
 #include "formats/annotation/drive_tracks.h"
 #include "formats/annotation/measured_drives.h"

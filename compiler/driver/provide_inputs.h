@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "compiler/driver/plans.h"
-#include "compiler/pipeline/artifact_set.h"
+#include "compiler/pipeline/plan.h"
 
 // What plans take from outside.
 

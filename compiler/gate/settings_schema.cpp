@@ -2,7 +2,7 @@
 
 #include "compiler/gate/settings.h"
 #include "compiler/gate/settings_fields.h"
-#include "compiler/pipeline/option_schema.h"
+#include "compiler/pipeline/option_yaml.h"
 
 namespace sightline {
 namespace {

@@ -4,10 +4,12 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "compiler/init/look_at_drive.h"
-#include "compiler/init/yaml_text.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/grid/point_grid.h"
@@ -16,6 +18,66 @@ namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
+
+bool is_number(const std::string& value) {
+  return !value.empty() && value.find_first_not_of("-.0123456789") == std::string::npos;
+}
+
+// The text of a configuration with comments, and paths as they are seen from its folder.
+class YamlText {
+ public:
+  // `folder`: absolute, of the file.
+  explicit YamlText(fs::path folder) : folder_(std::move(folder)) {}
+
+  // Broken into lines of at most 100 characters.
+  void comment(const std::string& text, const std::string& indent = "") {
+    constexpr std::size_t kWidth = 100;
+    std::string line = indent + "#";
+    std::size_t begin = 0;
+    while (begin < text.size()) {
+      const std::size_t end = std::min(text.find(' ', begin), text.size());
+      if (line.size() + 1 + end - begin > kWidth && line.size() > indent.size() + 1) {
+        text_ += line + "\n";
+        line = indent + "#";
+      }
+      line += " " + text.substr(begin, end - begin);
+      begin = end + 1;
+    }
+    text_ += line + "\n";
+  }
+  // One that is written for every drive is read once.
+  void comment_once(const std::string& text, const std::string& indent) {
+    if (said_.insert(text).second) comment(text, indent);
+  }
+  void line(const std::string& text) { text_ += text + "\n"; }
+
+  // Beneath the file's folder relative, elsewhere absolute: then file and recordings may each move.
+  [[nodiscard]] std::string path(const fs::path& absolute) const {
+    const fs::path relative = absolute.lexically_relative(folder_);
+    const bool is_beneath = !relative.empty() && *relative.begin() != "..";
+    return is_beneath ? relative.string() : absolute.string();
+  }
+  // A plain scalar where YAML reads it back as it stands.
+  static std::string scalar(const std::string& value) {
+    const auto is_plain = [](unsigned char c) {
+      return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/' || c == '+';
+    };
+    const bool may_begin = !value.empty() && value.front() != '-';
+    if ((may_begin || is_number(value)) && std::ranges::all_of(value, is_plain)) return value;
+    std::string quoted = "\"";
+    for (const char c : value) {
+      if (c == '"' || c == '\\') quoted += '\\';
+      quoted += c;
+    }
+    return quoted + "\"";
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  fs::path folder_;
+  std::string text_;
+  std::set<std::string> said_;
+};
 
 // Fewer measure nothing; more than these name a drive.
 constexpr std::size_t kFewestScans = 20;
@@ -216,6 +278,8 @@ std::string summary_of(const FoundDrive& drive, const std::string& role) {
          (drive.poses.empty() ? "poses to be estimated"
                               : "poses " + fs::path(drive.poses).filename().string());
 }
+
+namespace fs = std::filesystem;
 
 }  // namespace
 

@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/init/pose_overlap.h"
 #include "compiler/init/pose_sources.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/bag_turns.h"

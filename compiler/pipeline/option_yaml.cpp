@@ -1,6 +1,14 @@
 #include "compiler/pipeline/option_yaml.h"
 
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/yaml.h>
 #include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "formats/base/files/regular_file.h"
 
 namespace sightline {
 namespace {
@@ -19,6 +27,161 @@ Result<std::string> text_of(const YamlNode& node) {
     text += (text.empty() ? "" : ", ") + item.scalar;
   }
   return text;
+}
+
+using Json = nlohmann::ordered_json;
+
+Json json_value(const OptionField& field) {
+  if (std::holds_alternative<EnumValue>(field.value)) return to_text(field);
+  if (bool* const* value = std::get_if<bool*>(&field.value)) return **value;
+  if (int* const* value = std::get_if<int*>(&field.value)) return **value;
+  if (double* const* value = std::get_if<double*>(&field.value)) return **value;
+  if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
+  if (std::vector<Look>* const* value = std::get_if<std::vector<Look>*>(&field.value)) {
+    if ((*value)->empty()) return to_text(field);
+    Json texts = Json::array();
+    for (const Look& look : **value) texts.push_back(to_text(look));
+    return texts;
+  }
+  return *std::get<std::vector<double>*>(field.value);
+}
+
+Json number_schema(const OptionField& field, const char* type) {
+  return {{"type", type}, {"minimum", field.minimum}, {"maximum", field.maximum}};
+}
+
+Json field_schema(const OptionField& field) {
+  Json schema;
+  if (std::holds_alternative<bool*>(field.value)) {
+    schema["type"] = "boolean";
+  } else if (std::holds_alternative<int*>(field.value)) {
+    schema = number_schema(field, "integer");
+  } else if (std::holds_alternative<double*>(field.value)) {
+    schema = number_schema(field, "number");
+  } else if (std::holds_alternative<std::string*>(field.value) ||
+             std::holds_alternative<EnumValue>(field.value)) {
+    schema["type"] = "string";
+    if (!field.choices.empty()) {
+      schema["enum"] = field.choices;
+    } else {
+      schema["type"] = {"string", "number"};  // `columns: 4` is a text as good as any
+    }
+  } else if (std::holds_alternative<std::vector<Look>*>(field.value)) {
+    schema["type"] = {"array", "string"};
+    schema["items"] = {{"type", "string"}};
+    schema["minItems"] = 1;
+  } else {
+    schema = {{"type", "array"}, {"items", number_schema(field, "number")}, {"minItems", 1}};
+  }
+  schema["description"] = field.help;
+  schema["default"] = json_value(field);
+  return schema;
+}
+
+// Aliases can make a short text endless.
+constexpr int kMostDepth = 32;
+constexpr std::size_t kMostNodes = 1'000'000;
+constexpr std::size_t kMostText = std::size_t{1} << 26U;  // of all scalars, bytes
+
+class TreeBuilder {
+ public:
+  YamlNode build(const YAML::Node& from, int depth) {
+    if (depth > kMostDepth || ++count_ > kMostNodes || text_size_ > kMostText) {
+      throw YAML::Exception(from.Mark(), "nested too deep or too large");
+    }
+    YamlNode node;
+    node.line = from.Mark().line + 1;
+    if (from.IsScalar()) {
+      node.kind = YamlNode::Kind::kScalar;
+      node.scalar = from.Scalar();
+      text_size_ += node.scalar.size();
+    } else if (from.IsSequence()) {
+      node.kind = YamlNode::Kind::kList;
+      for (const YAML::Node& item : from) node.values.push_back(build(item, depth + 1));
+    } else if (from.IsMap()) {
+      node.kind = YamlNode::Kind::kMap;
+      for (const auto& entry : from) {
+        node.keys.push_back(build(entry.first, depth + 1));
+        node.values.push_back(build(entry.second, depth + 1));
+      }
+      refuse_second_keys(node);
+    }
+    return node;
+  }
+
+ private:
+  // yaml-cpp keeps all of them, and a look-up returns any.
+  static void refuse_second_keys(const YamlNode& map) {
+    std::map<std::string_view, int> lines;
+    for (const YamlNode& key : map.keys) {
+      if (key.kind != YamlNode::Kind::kScalar) continue;
+      const auto [first, is_new] = lines.emplace(key.scalar, key.line);
+      if (is_new) continue;
+      YAML::Mark mark;
+      mark.line = key.line - 1;
+      throw YAML::Exception(mark, "a second '" + key.scalar + "', the first stands in line " +
+                                      std::to_string(first->second));
+    }
+  }
+
+  std::size_t count_ = 0;
+  std::size_t text_size_ = 0;
+};
+
+// Counts the documents of a text without keeping them: yaml-cpp finds documents without end where a
+// text begins with "," or the like, and would load them all.
+class DocumentCounter : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    constexpr int kMostDocuments = 100;  // lines of --- at the end
+    if (++count_ > kMostDocuments) throw YAML::Exception(mark, "documents without end");
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { add(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {
+    add(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/,
+                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {
+    add(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {
+    add(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void add(const YAML::Mark& mark) const {
+    if (count_ > 1) throw YAML::Exception(mark, "a second document begins here, expected one");
+  }
+
+  int count_ = 0;
+};
+
+void refuse_second_document(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentCounter counter;
+  while (parser.HandleNextDocument(counter)) continue;
+}
+
+// What people mean to write where yaml-cpp understands nothing.
+std::string hint(const YAML::Exception& exception, const std::string& text) {
+  const bool has_tab = text.starts_with('\t') || text.find("\n\t") != std::string::npos;
+  if (has_tab) return "; a line begins with a tab, YAML takes blanks alone";
+  if (exception.msg == YAML::ErrorMsg::MAP_VALUE) {
+    return "; keys of one section begin in one column, each with a blank behind its colon";
+  }
+  return "";
+}
+
+Error too_large() {
+  return {ErrorCode::kMalformedText,
+          "more than " + std::to_string(kLargestYaml) + " bytes, which no configuration has"};
 }
 
 }  // namespace
@@ -69,6 +232,43 @@ Result<void> set_fields(const YamlNode& node, const std::string& where,
     SIGHTLINE_TRY(set_field(node.values[i], *field));
   }
   return {};
+}
+
+// A path need not be UTF-8; what is none of it is replaced.
+std::string json_text(const OptionField& field) {
+  return json_value(field).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string properties_schema(const std::vector<OptionField>& fields) {
+  Json properties = Json::object();
+  for (const OptionField& field : fields) properties[field.name] = field_schema(field);
+  return properties.dump();
+}
+
+// All that knows yaml-cpp.
+
+const YamlNode* YamlNode::find(std::string_view key) const {
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i].kind == Kind::kScalar && keys[i].scalar == key) return &values[i];
+  }
+  return nullptr;
+}
+
+Result<std::string> read_yaml_text(const std::filesystem::path& file) {
+  SIGHTLINE_ASSIGN(std::string text, read_beginning(file.string(), kLargestYaml + 1));
+  if (text.size() > kLargestYaml) return in_file(too_large(), file.string());
+  return text;
+}
+
+Result<YamlNode> parse_yaml(const std::string& text) {
+  if (text.size() > kLargestYaml) return too_large();
+  try {
+    refuse_second_document(text);
+    return TreeBuilder().build(YAML::Load(text), 0);
+  } catch (const YAML::Exception& exception) {
+    return Error{ErrorCode::kMalformedText, "not YAML: " + exception.msg + hint(exception, text),
+                 "", "line " + std::to_string(exception.mark.line + 1)};
+  }
 }
 
 }  // namespace sightline

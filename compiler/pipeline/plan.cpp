@@ -1,7 +1,10 @@
 #include "compiler/pipeline/plan.h"
 
 #include <algorithm>
+#include <limits>
 #include <set>
+
+#include "formats/base/files/stored_bytes.h"
 
 namespace sightline {
 
@@ -52,6 +55,31 @@ std::vector<std::size_t> steps_for(const Plan& plan, const std::vector<AnyWire>&
   }
   std::ranges::reverse(steps);
   return steps;
+}
+
+void PassSettings::set(std::string_view pass, OptionField& field) const {
+  const std::map<std::string, std::string>* values = &shared;
+  if (!field.is_shared) {
+    const auto section = own.find(std::string(pass));
+    if (section == own.end()) return;
+    values = &section->second;
+  }
+  const auto value = values->find(field.name);
+  if (value == values->end()) return;
+  const Result<void> is_set = set_from_text(field, value->second);
+  SIGHTLINE_CHECK(is_set.has_value());
+}
+
+Result<std::shared_ptr<const void>> in_form(const ArtifactSet::Entry& entry,
+                                            const ArtifactType& form) {
+  if (entry.type == &form) return entry.value;
+  SIGHTLINE_CHECK(entry.type->name == form.name && entry.type->write && form.read);
+  // Forms are of the same bytes.
+  constexpr std::size_t kMostOfForm = std::size_t{4} << 20;
+  GrowingBytes bytes(entry.type->is_form ? kMostOfForm : std::numeric_limits<std::size_t>::max());
+  SIGHTLINE_TRY(entry.type->write(
+      entry.value.get(), [&](std::span<const std::byte> piece) { return bytes.append(piece); }));
+  return form.read(bytes.take());
 }
 
 }  // namespace sightline

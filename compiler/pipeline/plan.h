@@ -1,12 +1,16 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "compiler/pipeline/settings.h"
 #include "compiler/pipeline/step.h"
+#include "formats/base/check.h"
+#include "formats/base/hash.h"
+#include "passes/pass/pass.h"
 
 // A plan says which passes run on which artifacts. Artifacts are handed on as typed wires, so that
 // a pass that is given another artifact than its signature takes does not compile:
@@ -19,6 +23,24 @@
 // wires. A wire is of the artifact; a pass may take and make it in another form (step.h).
 
 namespace sightline {
+
+// Values for the options of passes, as texts that were checked when they were read. What is not
+// named keeps the default of the pass.
+struct PassSettings {
+  std::map<std::string, std::string> shared;  // by field: for every pass with a shared field of it
+  std::map<std::string, std::map<std::string, std::string>> own;  // by pass, by field
+
+  // The options of a pass by these settings.
+  template <class Output, class Options, class... Parameters>
+  [[nodiscard]] Options options(const Pass<Output, Options, Parameters...>& pass) const {
+    Options options{};
+    for (OptionField& field : option_fields(options)) set(pass.name, field);
+    return options;
+  }
+
+ private:
+  void set(std::string_view pass, OptionField& field) const;
+};
 
 inline constexpr std::size_t kNotConnected = static_cast<std::size_t>(-1);
 
@@ -183,5 +205,56 @@ bool can_be_kept(const Plan& plan, const PassStep& step);
 // already, in running order. Nothing wanted: all that is not there.
 std::vector<std::size_t> steps_for(const Plan& plan, const std::vector<AnyWire>& wanted,
                                    const std::function<bool(AnyWire)>& is_there);
+
+// Artifacts of one plan, immutable and shared.
+class ArtifactSet {
+ public:
+  struct Entry {
+    const ArtifactType* type = nullptr;  // in the form that it is in
+    std::shared_ptr<const void> value;
+    Digest key{};  // of all that decided the content
+  };
+
+  // An artifact from outside, with a key that names its content.
+  template <class X>
+  void provide(Wire<X> wire, X artifact, const Digest& key) {
+    put(wire, {&artifact_type<X>(), std::make_shared<const X>(std::move(artifact)), key});
+  }
+  // The same, keyed by its encoding.
+  template <class X>
+  void provide(Wire<X> wire, X artifact) {
+    const Digest key = sha256(to_bytes(artifact));
+    provide(wire, std::move(artifact), key);
+  }
+  // An artifact of another plan.
+  template <class X>
+  void share(Wire<X> wire, const ArtifactSet& others, Wire<X> of_others) {
+    put(wire, others.entry(of_others));
+  }
+
+  [[nodiscard]] bool has(AnyWire wire) const { return entries_.contains(wire.index); }
+  // The artifact, which must be there and whole.
+  template <class X>
+  [[nodiscard]] const X& get(Wire<X> wire) const {
+    const Entry& found = entry(wire);
+    SIGHTLINE_CHECK(found.type == &artifact_type<X>());
+    return *static_cast<const X*>(found.value.get());
+  }
+  [[nodiscard]] const Entry& entry(AnyWire wire) const {
+    const auto found = entries_.find(wire.index);
+    SIGHTLINE_CHECK(found != entries_.end());
+    return found->second;
+  }
+  void remove(AnyWire wire) { entries_.erase(wire.index); }
+  void put(AnyWire wire, Entry entry) { entries_[wire.index] = std::move(entry); }
+
+ private:
+  std::map<std::size_t, Entry> entries_;  // by the index of the wire
+};
+
+// The artifact in a form of it. What is whole stays in memory; what is not, and what is made of it,
+// may lie in a temporary file. Errors: cannot-read, disk-full, cannot-write.
+Result<std::shared_ptr<const void>> in_form(const ArtifactSet::Entry& entry,
+                                            const ArtifactType& form);
 
 }  // namespace sightline

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/pipeline/artifact_set.h"
-#include "compiler/pipeline/run_options.h"
+#include "compiler/pipeline/plan.h"
+#include "compiler/pipeline/schedule.h"
 
 namespace sightline {
 

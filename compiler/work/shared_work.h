@@ -9,13 +9,39 @@
 #include "compiler/driver/plans.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/pipeline/runner.h"
-#include "compiler/work/plan_file.h"
+#include "formats/base/result.h"
 
 // A compile that several processes, on any number of machines, do together: each opens the plan,
 // does a share of a stage and leaves what it made in the store of the plan. There are no locks, and
 // no worker needs to know of the others: what is made twice has the same bytes.
 
 namespace sightline {
+
+struct PlannedRecording {
+  std::string role;    // section of the configuration: "mapping", "localization", ...
+  std::string digest;  // hexadecimal
+  friend bool operator==(const PlannedRecording&, const PlannedRecording&) = default;
+};
+
+// What a plan folder says of the compile that it is for: `plan.json` in it
+// (schemas/plan.schema.json). Finished work lies beside it, in `store`.
+struct PlanFile {
+  std::filesystem::path folder;         // in which `sightline plan` was called: paths begin here
+  std::filesystem::path configuration;  // absolute
+  std::vector<std::string> overrides;   // "section.key=value"
+  std::filesystem::path model;          // absolute; empty: one is trained
+  std::string values;                   // digest of every value that the configuration sets
+  std::vector<PlannedRecording> recordings;  // as they were then
+};
+
+std::filesystem::path plan_file_in(const std::filesystem::path& plan);
+std::filesystem::path store_in(const std::filesystem::path& plan);
+
+std::string to_json(const PlanFile& plan);
+
+// Reads plan.json of a plan folder. Errors: file-not-found, too-large, malformed-text (no such
+// JSON), future-version, missing-key.
+Result<PlanFile> read_plan_file(const std::filesystem::path& plan);
 
 struct SharedWork {
   CompileConfig config;

@@ -5,20 +5,28 @@
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
-
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <optional>
 
-#include "compiler/cli/console/color.h"
-#include "compiler/cli/console/remaining_time.h"
 #include "formats/base/printable.h"
 
 namespace sightline {
 namespace {
+
+// Whether text on this file descriptor may have colours: it is a terminal, and NO_COLOR is absent
+// or empty (no-color.org).
+bool allows_color(int descriptor) {
+  const char* const no_color = std::getenv("NO_COLOR");
+  const bool is_forbidden = no_color != nullptr && no_color[0] != '\0';
+  return !is_forbidden && ::isatty(descriptor) == 1;
+}
 
 using Clock = std::chrono::steady_clock;
 
@@ -199,6 +207,32 @@ void explain_interruption(bool has_cache) {
   const auto handler = has_cache ? on_interrupt : on_interrupt_without_cache;
   std::signal(SIGINT, handler);
   std::signal(SIGTERM, handler);
+}
+
+void RemainingTime::finish(const StepReport& report) {
+  if (step_ >= expected_s_.size() || report.from_cache) return;
+  taken_s_ += report.wall_s;
+  foreseen_s_ += expected_s_[step_];
+}
+
+std::optional<double> RemainingTime::of_run_s(double step_left_s) const {
+  if (step_ >= expected_s_.size()) return std::nullopt;
+  double later_s = 0.0;
+  for (std::size_t i = step_ + 1; i < expected_s_.size(); ++i) later_s += expected_s_[i];
+  constexpr double kEnough_s = 2.0;  // to tell this machine from the one that was measured
+  const bool is_known = foreseen_s_ > kEnough_s;
+  return step_left_s + later_s * (is_known ? std::clamp(taken_s_ / foreseen_s_, 0.1, 10.0) : 1.0);
+}
+
+double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
+  const double share = static_cast<double>(done) / static_cast<double>(total);
+  return elapsed_s * (1.0 - share) / share;
+}
+
+std::string clock_text(double seconds) {
+  const int whole = static_cast<int>(std::lround(seconds));
+  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 }  // namespace sightline

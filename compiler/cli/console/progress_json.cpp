@@ -12,7 +12,7 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/cli/console/remaining_time.h"
+#include "compiler/cli/console/console.h"
 
 namespace sightline {
 namespace {

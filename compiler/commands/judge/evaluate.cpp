@@ -4,7 +4,6 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
-#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/config/same_recordings.h"
 #include "compiler/driver/configuration.h"

@@ -2,7 +2,6 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/exports/weakness_json.h"
 #include "compiler/views/text/weakness_text.h"

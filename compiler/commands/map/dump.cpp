@@ -9,7 +9,7 @@
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
-#include "compiler/store/sealed_object.h"
+#include "compiler/store/cache.h"
 #include "compiler/views/picture/dump_picture.h"
 #include "compiler/views/text/table_rows.h"
 #include "formats/base/files/atomic_file.h"

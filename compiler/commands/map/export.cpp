@@ -8,7 +8,6 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/run_flags.h"
-#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/export_answers.h"
 #include "compiler/driver/configuration.h"

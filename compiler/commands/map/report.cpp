@@ -7,7 +7,6 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/cli/run_flags.h"
-#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/evaluate_plan.h"

@@ -2,7 +2,6 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
-#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/compile_to_map.h"
 #include "compiler/driver/pipelines.h"

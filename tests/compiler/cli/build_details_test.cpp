@@ -1,4 +1,4 @@
-#include "compiler/commands/build_details.h"
+#include "compiler/commands/commands.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

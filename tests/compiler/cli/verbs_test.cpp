@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "compiler/cli/command_line.h"
-#include "compiler/cli/flag_value.h"
 #include "compiler/cli/help_text.h"
 #include "compiler/cli/parse_command_line.h"
+#include "compiler/cli/verb.h"
 #include "compiler/commands/commands.h"
 #include "formats/base/files/atomic_file.h"
 

@@ -620,7 +620,7 @@ class Compiles(Faults):
 
     @staticmethod
     def sealed_as(path, content):
-        """An object as compiler/store/sealed_object.h writes it, of other content: who may write can seal anything."""
+        """An object as compiler/store/cache.h writes it, of other content: who may write can seal anything."""
         old = path.read_bytes()
         kind_size = int.from_bytes(old[-40:-36], "little")
         kind_and_key = old[len(old) - 80 - kind_size:-48]

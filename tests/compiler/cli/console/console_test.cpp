@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <string>
 
 #include "compiler/pipeline/runner.h"
@@ -35,5 +34,43 @@ TEST(TimeTable, SaysWhereAnOutputComesFromUnlessItWasMade) {
   EXPECT_THAT(line_of(text, "emit-map"), Not(HasSubstr("(")));
 }
 
+StepReport taken(double wall_s, bool from_cache = false) {
+  StepReport report;
+  report.wall_s = wall_s;
+  report.from_cache = from_cache;
+  return report;
+}
+
+TEST(RemainingTime, IsThatOfTheStepAndWhatIsExpectedOfLaterOnes) {
+  RemainingTime time({10.0, 20.0, 30.0});
+  time.start(0);
+  EXPECT_EQ(time.of_run_s(4.0), 54.0);
+  time.start(2);
+  EXPECT_EQ(time.of_run_s(4.0), 4.0);
+}
+
+TEST(RemainingTime, IsCorrectedByWhatStepsTookThatRan) {
+  RemainingTime time({10.0, 0.0, 30.0, 8.0});
+  time.start(0);
+  time.finish(taken(20.0));
+  time.start(1);
+  time.finish(taken(0.1, true));  // says nothing of this machine
+  time.start(2);
+  EXPECT_EQ(time.of_run_s(60.0), 60.0 + 2.0 * 8.0);
+}
+
+TEST(RemainingTime, OfARunOfWhichNothingIsExpectedIsNotTold) {
+  RemainingTime time({});
+  time.start(0);
+  EXPECT_FALSE(time.of_run_s(4.0));
+}
+
+TEST(RemainingTime, IsShownInMinutesAndHours) {
+  EXPECT_EQ(seconds_left(3.0, 1, 4), 9.0);
+  EXPECT_EQ(clock_text(65.2), "1:05");
+  EXPECT_EQ(clock_text(7380.0), "2:03:00");
+}
+
 }  // namespace
+
 }  // namespace sightline

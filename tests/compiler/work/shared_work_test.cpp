@@ -1,4 +1,4 @@
-#include "compiler/work/plan_file.h"
+#include "compiler/work/shared_work.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "compiler/pipeline/step_key.h"
+#include "compiler/pipeline/schedule.h"
 
 #include <gtest/gtest.h>
 
