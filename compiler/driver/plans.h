@@ -20,9 +20,9 @@
 #include "formats/map/packed_nds.h"
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/sharpness.h"
+#include "formats/surroundings/surface.h"
 #include "formats/surroundings/surface_points.h"
 #include "formats/surroundings/tile_drives.h"
-#include "formats/surroundings/tiled_surface.h"
 
 // What the pipelines of verbs are made of: plans with the wires that their users provide or look
 // at.

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "formats/artifact.h"
-#include "formats/artifact_in_pieces.h"
 #include "formats/base/hash.h"
 #include "passes/pass/pass.h"
 

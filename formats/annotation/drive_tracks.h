@@ -8,7 +8,6 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 
 // A drive replayed as a vehicle lives it: each pose starts from what the poses found before

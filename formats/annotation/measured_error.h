@@ -12,7 +12,6 @@
 #include "formats/drive/localizer_profile.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 #include "formats/tables/stored_table.h"
 

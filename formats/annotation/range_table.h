@@ -10,7 +10,6 @@
 #include "formats/drive/look.h"
 #include "formats/drive/look_plan.h"
 #include "formats/grid/site_shape.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 
 namespace sightline {

@@ -11,7 +11,6 @@
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/turn_rate.h"
 #include "formats/geometry.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 
 namespace sightline {

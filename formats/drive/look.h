@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 
 namespace sightline {

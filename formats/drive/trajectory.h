@@ -8,7 +8,6 @@
 
 #include "formats/artifact.h"
 #include "formats/geometry.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 
 namespace sightline {

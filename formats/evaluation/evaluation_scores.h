@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "formats/model/street_type.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 
 // The rows of an evaluation (formats/evaluation/evaluation.h).

@@ -7,7 +7,6 @@
 
 #include "formats/base/result.h"
 #include "formats/drive/look.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 #include "formats/text/table.h"
 

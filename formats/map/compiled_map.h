@@ -61,6 +61,8 @@ struct ModelRecord {
 
   bool operator==(const ModelRecord&) const = default;
 };
+// All but the bytes.
+SIGHTLINE_SOME_FIELDS(ModelRecord, encoding_version, digest, localizer, card, mean_r_squared)
 
 // What the map's own numbers say of one limit.
 struct LimitQuality {

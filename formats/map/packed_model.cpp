@@ -94,37 +94,4 @@ Table dump(const PackedModel& model) {
   return table;
 }
 
-void BytesOf<PackedModel>::encode_head(const PackedModel& model, ByteWriter& writer) {
-  const ModelRecord& record = model.record;
-  writer.put(record.encoding_version);
-  writer.append(record.digest.data(), record.digest.size());
-  encode(record.localizer, writer);
-  writer.put<std::uint64_t>(record.card.size());
-  for (const auto& [name, value] : record.card) {
-    writer.put_string(name);
-    writer.put_string(value);
-  }
-  writer.put(record.mean_r_squared);
-  writer.put(static_cast<std::uint8_t>(model.codec));
-  writer.put(model.raw_size);
-  writer.put(model.stored_checksum);
-}
-
-void BytesOf<PackedModel>::decode_head(ByteReader& reader, PackedModel& model) {
-  constexpr std::size_t kLeastFact = 2 * sizeof(std::uint64_t);
-  ModelRecord& record = model.record;
-  reader.get(record.encoding_version);
-  for (std::uint8_t& byte : record.digest) reader.get(byte);
-  decode(reader, record.localizer);
-  record.card.resize(reader.get_count(kLeastFact));
-  for (auto& [name, value] : record.card) {
-    reader.get_string(name);
-    reader.get_string(value);
-  }
-  reader.get(record.mean_r_squared);
-  model.codec = static_cast<BlockCodec>(reader.get<std::uint8_t>());
-  reader.get(model.raw_size);
-  reader.get(model.stored_checksum);
-}
-
 }  // namespace sightline

@@ -23,6 +23,9 @@ struct PackedModel {
   std::uint64_t stored_checksum = 0;
   StoredBytes block;
 };
+SIGHTLINE_SOME_FIELDS(PackedModel, record, codec, raw_size, stored_checksum)
+template <>
+inline constexpr auto kBytesOf<PackedModel> = &PackedModel::block;
 
 template <>
 struct ArtifactTraits<PackedModel> {
@@ -40,12 +43,5 @@ Result<PackedBlock> read_section(const PackedModel& model, std::vector<std::byte
 // Unpacks the block, piece by piece. Its content is what record_of() says, or digest-mismatch.
 Result<void> validate(const PackedModel& model);
 Table dump(const PackedModel& model);  // facts: the model card
-
-template <>
-struct BytesOf<PackedModel> {
-  static constexpr StoredBytes PackedModel::*kBytes = &PackedModel::block;
-  static void encode_head(const PackedModel& model, ByteWriter& writer);
-  static void decode_head(ByteReader& reader, PackedModel& model);
-};
 
 }  // namespace sightline

@@ -12,34 +12,6 @@ namespace {
 
 constexpr std::size_t kMostInMemory = std::size_t{2} << 20;  // of a kilometre or two
 
-void encode(const PackedNdTile& tile, ByteWriter& writer) {
-  writer.put(tile.key.x);
-  writer.put(tile.key.y);
-  writer.put(tile.nd_count);
-  writer.put(static_cast<std::uint8_t>(tile.codec));
-  writer.put(tile.raw_size);
-  writer.put(tile.stored_checksum);
-  for (const std::uint8_t byte : tile.raw_digest) writer.put(byte);
-  writer.put(tile.stored_size);
-}
-
-void decode(ByteReader& reader, PackedNdTile& tile) {
-  reader.get(tile.key.x);
-  reader.get(tile.key.y);
-  reader.get(tile.nd_count);
-  tile.codec = static_cast<BlockCodec>(reader.get<std::uint8_t>());
-  reader.get(tile.raw_size);
-  reader.get(tile.stored_checksum);
-  for (std::uint8_t& byte : tile.raw_digest) reader.get(byte);
-  reader.get(tile.stored_size);
-}
-
-std::size_t encoded_tile_size() {
-  ByteWriter writer;
-  encode(PackedNdTile(), writer);
-  return writer.bytes().size();
-}
-
 Error invalid_tile(const char* message, const TileKey& tile) {
   return {ErrorCode::kInvalidArtifact, message, "",
           "tile " + std::to_string(tile.x) + ", " + std::to_string(tile.y)};
@@ -152,34 +124,6 @@ Table dump(const PackedNds& nds) {
                           static_cast<std::int64_t>(tile.raw_size), to_hex(tile.raw_digest)});
   }
   return table;
-}
-
-void BytesOf<PackedNds>::encode_head(const PackedNds& nds, ByteWriter& writer) {
-  encode(nds.frame, writer);
-  writer.put(nds.cell_m);
-  writer.put(nds.tile_m);
-  writer.put(nds.sparse_cell_count);
-  writer.put(nds.degenerate_cell_count);
-  writer.put(nds.point_count);
-  writer.put<std::uint64_t>(nds.tiles.size());
-  for (const PackedNdTile& tile : nds.tiles) encode(tile, writer);
-}
-
-void BytesOf<PackedNds>::decode_head(ByteReader& reader, PackedNds& nds) {
-  decode(reader, nds.frame);
-  reader.get(nds.cell_m);
-  reader.get(nds.tile_m);
-  reader.get(nds.sparse_cell_count);
-  reader.get(nds.degenerate_cell_count);
-  reader.get(nds.point_count);
-  nds.tiles.resize(reader.get_count(encoded_tile_size()));
-  std::uint64_t end = 0;
-  for (PackedNdTile& tile : nds.tiles) {
-    decode(reader, tile);
-    tile.offset = end;
-    end += tile.stored_size;
-    nds.nd_count += tile.nd_count;
-  }
 }
 
 }  // namespace sightline

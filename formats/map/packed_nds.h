@@ -7,7 +7,7 @@
 
 #include "formats/base/files/stored_bytes.h"
 #include "formats/map/container/packed_block.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "formats/tables/head_and_bytes.h"
 
 namespace sightline {
@@ -23,6 +23,8 @@ struct PackedNdTile {
   std::uint64_t offset = 0;  // among the blocks
   std::uint64_t stored_size = 0;
 };
+SIGHTLINE_FIELDS(PackedNdTile, key, nd_count, codec, raw_size, stored_checksum, raw_digest, offset,
+                 stored_size)
 
 // The NDs of a map, ready for its file: who writes a map of a long street holds no ND of it but
 // those of one tile.
@@ -37,11 +39,15 @@ struct PackedNds {
   std::vector<PackedNdTile> tiles;  // that hold NDs, ascending by key
   StoredBytes blocks;               // one after another
 };
+SIGHTLINE_SOME_FIELDS(PackedNds, frame, cell_m, tile_m, nd_count, sparse_cell_count,
+                      degenerate_cell_count, point_count, tiles)
+template <>
+inline constexpr auto kBytesOf<PackedNds> = &PackedNds::blocks;
 
 template <>
 struct ArtifactTraits<PackedNds> {
   static constexpr std::string_view kName = "packed-nds";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 // Rounded as layers.h says. Errors: cannot-read, disk-full, cannot-write.
@@ -59,12 +65,5 @@ Result<NdtMap> unpacked(const PackedNds& nds);
 // Reads every tile.
 Result<void> validate(const PackedNds& nds);
 Table dump(const PackedNds& nds);  // one row a tile
-
-template <>
-struct BytesOf<PackedNds> {
-  static constexpr StoredBytes PackedNds::*kBytes = &PackedNds::blocks;
-  static void encode_head(const PackedNds& nds, ByteWriter& writer);
-  static void decode_head(ByteReader& reader, PackedNds& nds);
-};
 
 }  // namespace sightline

@@ -8,7 +8,7 @@
 
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
-#include "formats/artifact_in_pieces.h"
+#include "formats/artifact.h"
 #include "formats/drive/recording_cards.h"
 #include "formats/model/regression_forest.h"
 #include "formats/model/street_type.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "formats/annotation/of_samples.h"
-#include "formats/array_pieces.h"
+#include "formats/artifact.h"
 
 namespace sightline {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "formats/array_pieces.h"
+#include "formats/artifact.h"
 #include "formats/base/parallel.h"
 
 namespace sightline {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/annotation/factor_table.h"
-#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 

@@ -7,7 +7,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 #include "formats/text/table.h"
 

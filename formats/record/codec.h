@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "formats/base/bytes.h"
-#include "formats/record/enum_names.h"
 #include "formats/record/fields.h"
 
 // Bytes of a struct that lists its fields (record/fields.h): field after field, without padding.

@@ -133,4 +133,56 @@ Table dump(const NdtMap& map) {
   return table;
 }
 
+void encode(const Nd& nd, ByteWriter& writer) {
+  FieldWriter put(writer);
+  put.put(nd.key);
+  put.put(nd.point_count);
+  put.put(nd.mean_m);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) writer.put(nd.covariance_m2(i, j));
+  }
+}
+
+void decode(ByteReader& reader, Nd& nd) {
+  FieldReader get(reader);
+  get.get(nd.key);
+  get.get(nd.point_count);
+  get.get(nd.mean_m);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      reader.get(nd.covariance_m2(i, j));
+      nd.covariance_m2(j, i) = nd.covariance_m2(i, j);
+    }
+  }
+}
+
+// A whole map has the bytes of its table.
+void encode(const NdtMap& map, ByteWriter& writer) { encode_whole(map, writer); }
+void decode(ByteReader& reader, NdtMap& map) { decode_whole(reader, map); }
+
+NdtMap RowsOf<NdtMap>::head_of(const NdtMap& map) {
+  NdtMap head = part_of(map, 0, 0);
+  head.sparse_cell_count = map.sparse_cell_count;
+  head.degenerate_cell_count = map.degenerate_cell_count;
+  head.point_count = map.point_count;
+  return head;
+}
+
+NdtMap RowsOf<NdtMap>::part_of(const NdtMap& head, std::size_t /*first*/, std::size_t /*count*/) {
+  return {head.frame, head.cell_m, head.tile_m, {}, 0, 0, 0};
+}
+
+void RowsOf<NdtMap>::decode(ByteReader& reader, NdtMap& map, std::size_t first, std::size_t count) {
+  RowsInVector::decode(reader, map, first, count);
+  // Not stored: they follow from the covariance, to the bit.
+  decompose(std::span(map.nds).subspan(first, count));
+}
+
+TileKey RowsOf<NdtMap>::tile(const NdtMap& head, std::span<const std::byte> row) {
+  ByteReader reader(row);
+  CellKey key;
+  sightline::decode(reader, key);
+  return tile_of(key, head.cell_m, head.tile_m);
+}
+
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "formats/artifact.h"
 #include "formats/geometry.h"
 #include "formats/grid/cell_key.h"
+#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
@@ -48,6 +50,8 @@ struct NdtMap {
   std::uint64_t degenerate_cell_count = 0;  // largest eigenvalue below 1e-6 m^2
   std::uint64_t point_count = 0;            // all points that fell into any cell
 };
+SIGHTLINE_FIELDS(NdtMap, frame, cell_m, tile_m, nds, sparse_cell_count, degenerate_cell_count,
+                 point_count)
 
 template <>
 struct ArtifactTraits<NdtMap> {
@@ -57,7 +61,27 @@ struct ArtifactTraits<NdtMap> {
 
 Result<void> validate(const NdtMap& map);
 Table dump(const NdtMap& map);
+// Without what follows from the covariance.
+void encode(const Nd& nd, ByteWriter& writer);
+void decode(ByteReader& reader, Nd& nd);
 void encode(const NdtMap& map, ByteWriter& writer);
 void decode(ByteReader& reader, NdtMap& map);
+
+// A row is an ND, without what follows from its covariance.
+template <>
+struct RowsOf<NdtMap> : RowsInVector<NdtMap, Nd, &NdtMap::nds> {
+  static std::size_t size(const NdtMap& /*head*/) {
+    return 4 * sizeof(std::int32_t) + 9 * sizeof(double);
+  }
+  static NdtMap head_of(const NdtMap& map);
+  // Without counts.
+  static NdtMap part_of(const NdtMap& head, std::size_t first, std::size_t count);
+  static void decode(ByteReader& reader, NdtMap& map, std::size_t first, std::size_t count);
+  static TileKey tile(const NdtMap& head, std::span<const std::byte> row);
+  static double reach_m(std::span<const std::byte> /*row*/) { return 0.0; }
+};
+
+// The NDs of a map, tile by tile.
+using TiledNds = StoredTable<NdtMap>;
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #include "formats/surroundings/surface.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -29,6 +30,13 @@ std::string hexadecimal(std::uint64_t bits) {
     *digit = kDigits[bits & 15];
   }
   return text;
+}
+
+SurfacePatch decoded(std::span<const std::byte> row) {
+  ByteReader reader(row);
+  SurfacePatch patch;
+  decode(reader, patch);
+  return patch;
 }
 
 }  // namespace
@@ -82,5 +90,18 @@ Table dump(const Surface& surface) {
   }
   return table;
 }
+
+Surface RowsOf<Surface>::in_order(const Surface& whole) {
+  Surface sorted = whole;
+  std::ranges::sort(sorted.patches, {},
+                    [&](const SurfacePatch& patch) { return order_of(patch, whole); });
+  return sorted;
+}
+
+TileKey RowsOf<Surface>::tile(const Surface& head, std::span<const std::byte> row) {
+  return tile_of(decoded(row).key, head.cell_m, head.tile_m);
+}
+
+double RowsOf<Surface>::reach_m(std::span<const std::byte> row) { return decoded(row).half_side_m; }
 
 }  // namespace sightline

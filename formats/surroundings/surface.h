@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -8,6 +10,7 @@
 #include "formats/geometry.h"
 #include "formats/record/fields.h"
 #include "formats/surroundings/ndt_map.h"
+#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
@@ -78,5 +81,30 @@ Table dump(const Surface& surface);
 // One patch takes so many bytes.
 inline constexpr std::size_t kEncodedPatch =
     3 * sizeof(std::int32_t) + 7 * sizeof(double) + sizeof(std::uint64_t);
+
+// A row is a patch.
+template <>
+struct RowsOf<Surface> : RowsInVector<Surface, SurfacePatch, &Surface::patches> {
+  static std::size_t size(const Surface& /*head*/) { return kEncodedPatch; }
+  static Surface head_of(const Surface& surface) { return part_of(surface, 0, 0); }
+  static Surface part_of(const Surface& head, std::size_t /*first*/, std::size_t /*count*/) {
+    return {head.frame, head.cell_m, head.tile_m, {}};
+  }
+  // Patches of a whole surface may have any order.
+  static Surface in_order(const Surface& whole);
+  static TileKey tile(const Surface& head, std::span<const std::byte> row);
+  // Half the side of the patch.
+  static double reach_m(std::span<const std::byte> row);
+};
+
+// The patches of a surface, tile by tile.
+using TiledSurface = StoredTable<Surface>;
+
+// A surface is an artifact in this form alone.
+template <>
+struct ArtifactTraits<TiledSurface> {
+  static constexpr std::string_view kName = "surface";
+  static constexpr std::uint32_t kVersion = 5;
+};
 
 }  // namespace sightline

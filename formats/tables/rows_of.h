@@ -5,13 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "formats/base/bytes.h"
-#include "formats/base/check.h"
-#include "formats/base/files/byte_sink.h"
+#include "formats/artifact.h"
 #include "formats/grid/cell_key.h"
+#include "formats/record/codec.h"
 
 // How a struct of rows is encoded: a head, the number of rows, and the rows, each of the same size.
 //
@@ -44,6 +45,37 @@ namespace sightline {
 
 template <class X>
 struct RowsOf;
+
+// What RowsOf<X> has in common for rows that an X with fields holds in a vector: the head is every
+// other field.
+template <class X, class Row, std::vector<Row> X::*kRows>
+struct RowsInVector {
+  static std::size_t count(const X& whole) { return (whole.*kRows).size(); }
+  static void resize(X& head, std::size_t count) { (head.*kRows).resize(count); }
+  static void encode_head(const X& whole, ByteWriter& writer) {
+    visit_head(whole, FieldWriter(writer));
+  }
+  static void decode_head(ByteReader& reader, X& head) { visit_head(head, FieldReader(reader)); }
+  static void encode(const X& whole, std::size_t first, std::size_t count, ByteWriter& writer) {
+    for (const Row& row : std::span(whole.*kRows).subspan(first, count)) {
+      FieldWriter(writer).put(row);
+    }
+  }
+  static void decode(ByteReader& reader, X& whole, std::size_t first, std::size_t count) {
+    for (Row& row : std::span(whole.*kRows).subspan(first, count)) FieldReader(reader).get(row);
+  }
+
+ private:
+  template <class AnyX, class Codec>
+  static void visit_head(AnyX& whole, Codec codec) {
+    const auto visit = [&](std::string_view name, auto& field) {
+      if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(field)>, std::vector<Row>>) {
+        codec(name, field);
+      }
+    };
+    fields(visit, whole);
+  }
+};
 
 template <class X>
 concept HasRows = requires(const X& head) {
@@ -93,11 +125,7 @@ Result<void> visit_whole(const X& whole, const ByteSink& sink) {
 
 template <HasRows X>
 void encode_whole(const X& whole, ByteWriter& writer) {
-  const Result<void> written = visit_whole(whole, [&](auto piece) -> Result<void> {
-    writer.append(piece.data(), piece.size());
-    return {};
-  });
-  SIGHTLINE_CHECK(written.has_value());
+  encode_by_visiting([&](const ByteSink& sink) { return visit_whole(whole, sink); }, writer);
 }
 
 template <HasRows X>

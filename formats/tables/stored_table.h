@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/artifact_in_pieces.h"
+#include "formats/artifact.h"
 #include "formats/base/check.h"
 #include "formats/base/files/stored_bytes.h"
 #include "formats/grid/cell_key.h"
@@ -88,13 +88,6 @@ struct ArtifactTraits<StoredTable<X>> {
 };
 
 namespace stored_table {
-
-template <HasRows X>
-Error undecodable() {
-  return {ErrorCode::kBadLayer, "the payload of a " +
-                                    std::string(ArtifactTraits<StoredTable<X>>::kName) +
-                                    " cannot be decoded"};
-}
 
 Error in_tile(Error error, const TileKey& tile);
 // Of sites from `first` on.
@@ -248,12 +241,12 @@ Result<StoredTable<X>> StoredTable<X>::open(const StoredBytes& payload) {
     reader.get(opened.row_count_);
   };
   SIGHTLINE_ASSIGN(const std::optional<std::uint64_t> begin, decode_front(payload, decode));
-  if (!begin) return stored_table::undecodable<X>();
+  if (!begin) return undecodable<X>();
   const std::size_t size = RowsOf<X>::size(opened.head_);
   const std::uint64_t rest = payload.size() - *begin;
   const bool is_full = HasTiles<X> || opened.row_count_ == RowsOf<X>::count(opened.head_);
   if (!is_full || size == 0 || rest % size != 0 || rest / size != opened.row_count_) {
-    return stored_table::undecodable<X>();
+    return undecodable<X>();
   }
   opened.rows_ = payload.part(*begin, rest);
   if constexpr (HasTiles<X>) SIGHTLINE_TRY(opened.find_tiles());

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/map/packed_nds.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

@@ -8,7 +8,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/localizer_profile.h"
 #include "formats/grid/cell_key.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "passes/matching/localizer.h"
 
 namespace sightline {

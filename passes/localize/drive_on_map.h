@@ -9,7 +9,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "passes/pass/options.h"
 
 namespace sightline {

@@ -7,7 +7,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "formats/tables/stored_table.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/match_starts.h"

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "formats/surroundings/ndt_map.h"
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/surface.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

@@ -5,7 +5,6 @@
 
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/surface_points.h"
-#include "formats/surroundings/tiled_nds.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

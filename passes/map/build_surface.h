@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "formats/surroundings/surface.h"
 #include "formats/surroundings/surface_points.h"
-#include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

@@ -9,8 +9,8 @@
 #include "formats/base/bytes.h"
 #include "formats/base/hash.h"
 #include "formats/grid/cell_key.h"
-#include "formats/surroundings/tiled_nds.h"
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/surface.h"
 
 namespace sightline {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/annotation/sites.h"
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/surface.h"
 #include "passes/pass/pass_context.h"
 #include "passes/rays/azimuth_view.h"
 #include "passes/rays/site_blocks.h"

@@ -6,7 +6,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "formats/base/result.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
 

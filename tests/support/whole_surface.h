@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/surface.h"
 
 namespace sightline {
 

@@ -6,12 +6,15 @@
 #include <vector>
 
 #include "formats/base/result.h"
+#include "formats/record/fields.h"
 
 // How the bytes of a layer or section are carried in the file.
 
 namespace sightline {
 
 enum class BlockCodec : std::uint8_t { kNone, kZstd };
+template <>
+inline constexpr auto kNamesOf<BlockCodec> = enum_names("none", "zstd");
 
 struct StoredBlock {
   BlockCodec codec = BlockCodec::kNone;

@@ -2,7 +2,7 @@
 
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/surface.h"
 #include "passes/map/places/field_options.h"
 #include "passes/pass/pass.h"
 

@@ -5,7 +5,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/drive/route.h"
 #include "formats/drive/sensor_profile.h"
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/surface.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

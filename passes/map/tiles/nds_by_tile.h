@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <mutex>
 
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "formats/tables/stored_table_writer.h"
 
 namespace sightline {

@@ -5,7 +5,7 @@
 #include "compiler/pipeline/runner.h"
 #include "compiler/store/cache.h"
 #include "formats/annotation/site_column.h"
-#include "formats/surroundings/tiled_nds.h"
+#include "formats/surroundings/ndt_map.h"
 #include "tests/support/scratch_folder.h"
 
 // One pass may make and another take an artifact in another form than the whole.
