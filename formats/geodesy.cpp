@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "formats/text/table.h"
 
 namespace sightline {

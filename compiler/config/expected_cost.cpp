@@ -9,10 +9,10 @@
 #include <thread>
 
 #include "compiler/pipeline/schedule.h"
-#include "formats/drive/scans/scan_memory.h"
+#include "formats/drive/scan_stores.h"
 #include "formats/foreign/recording/recording.h"
 #include "formats/text/numbers.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 #include "passes/map/places/field_limits.h"
 
 namespace sightline {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "formats/artifact.h"
-#include "formats/drive/look_plan.h"
+#include "formats/drive/look.h"
 #include "formats/record/fields.h"
 
 namespace sightline {

@@ -7,7 +7,7 @@
 #include "formats/base/statistics.h"
 #include "formats/record/cells.h"
 #include "formats/text/numbers.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {

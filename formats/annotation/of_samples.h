@@ -6,7 +6,6 @@
 #include <string>
 
 #include "formats/base/bytes.h"
-#include "formats/base/files/byte_sink.h"
 #include "formats/base/result.h"
 #include "formats/drive/look.h"
 #include "formats/tables/rows_of.h"

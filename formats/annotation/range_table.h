@@ -8,7 +8,6 @@
 
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
-#include "formats/drive/look_plan.h"
 #include "formats/grid/site_shape.h"
 #include "formats/record/fields.h"
 

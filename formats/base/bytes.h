@@ -1,8 +1,10 @@
 #pragma once
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,6 +16,9 @@
 // count is checked against what remains before anything is allocated.
 
 namespace sightline {
+
+// Takes bytes that come in pieces, in their order.
+using ByteSink = std::function<Result<void>(std::span<const std::byte>)>;
 
 static_assert(std::endian::native == std::endian::little,
               "sightline runs on little-endian machines");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -9,11 +10,18 @@
 #include "formats/artifact.h"
 #include "formats/base/hash.h"
 #include "formats/drive/sensor_profile.h"
-#include "formats/drive/turn_rate.h"
 #include "formats/geometry.h"
 #include "formats/record/fields.h"
 
 namespace sightline {
+
+// How fast a vehicle turned at one time, as an inertial unit measured it: about the axes of the
+// vehicle's frame, rad/s. The clock is that of the scans' stamps.
+struct TurnRate {
+  std::int64_t stamp_ns = 0;
+  Eigen::Vector3d rate_rad_per_s = Eigen::Vector3d::Zero();
+};
+SIGHTLINE_FIELDS(TurnRate, stamp_ns, rate_rad_per_s)
 
 // One revolution of the LiDAR: finite returns only, in the sensor's frame, metres.
 struct Scan {

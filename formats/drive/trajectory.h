@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/base/hash.h"
+#include "formats/drive/drive.h"
 #include "formats/geometry.h"
 #include "formats/record/fields.h"
 
@@ -79,5 +81,32 @@ Trajectory rebase(const Trajectory& trajectory, const MapFrame& to);
 
 Result<void> validate(const Trajectory& trajectory);
 Table dump(const Trajectory& trajectory);
+
+// Whether `trajectory` has one pose for each scan of `drive`, in its order.
+// Error: mismatched-inputs, naming the first pose that is of another scan.
+Result<void> check_trajectory_of_drive(const Drive& drive, const Trajectory& trajectory);
+
+// Where the scans of a map were when it was shipped, so that the next one, made of these drives and
+// of more, moves nothing of it. A file of its own beside the map (.slposes).
+struct ReleasedPoses {
+  Trajectory trajectory;
+  std::vector<Digest> scans;  // of each pose: which scan (ScanStore::identity)
+};
+SIGHTLINE_FIELDS(ReleasedPoses, trajectory, scans)
+
+template <>
+struct ArtifactTraits<ReleasedPoses> {
+  static constexpr std::string_view kName = "released-poses";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// The poses of a drive to be shipped. Error: invalid-artifact (scans that have no identity).
+Result<ReleasedPoses> release(const Drive& drive, const Trajectory& trajectory);
+
+// Which pose each scan of a drive has; nullptr where none was released. Refers to `released`.
+std::vector<const TrajectoryPose*> poses_of(const Drive& drive, const ReleasedPoses& released);
+
+Result<void> validate(const ReleasedPoses& released);
+Table dump(const ReleasedPoses& released);
 
 }  // namespace sightline

@@ -3,7 +3,7 @@
 
 #include "formats/evaluation/evaluation.h"
 #include "formats/text/numbers.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "formats/record/cells.h"
 #include "formats/text/numbers.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {

@@ -4,7 +4,7 @@
 #include "formats/model/error_model.h"
 #include "formats/record/cells.h"
 #include "formats/text/numbers.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "formats/base/bytes.h"
-#include "formats/base/files/byte_sink.h"
 #include "formats/base/result.h"
 
 // A regression forest that remembers its training rows and their labels: which labels lie in a leaf

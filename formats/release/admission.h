@@ -7,9 +7,7 @@
 #include <string_view>
 
 #include "formats/base/result.h"
-#include "formats/release/release_record.h"
-#include "formats/release/root_record.h"
-#include "formats/release/seen_state.h"
+#include "formats/release/records.h"
 
 // What a vehicle checks before it drives with a new map, in the order of
 // schemas/release_format.md. Nothing here touches the network, and time comes from the caller.

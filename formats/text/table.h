@@ -39,4 +39,13 @@ Result<TableFormat> parse_table_format(std::string_view name);
 // The shortest decimal form that reads back as the same double.
 std::string format_double(double value);
 
+// A table for people: [row][column]; rows may be short.
+using TextGrid = std::vector<std::vector<std::string>>;
+
+enum class FirstColumn { kLeft, kRight };
+
+// The first column to the left (unless said), the others to the right, two spaces between, one line
+// a row.
+std::string aligned(const TextGrid& grid, FirstColumn first = FirstColumn::kLeft);
+
 }  // namespace sightline

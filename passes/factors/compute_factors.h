@@ -6,9 +6,8 @@
 
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/sites.h"
-#include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/ndt_map.h"
-#include "formats/surroundings/virtual_scans.h"
+#include "formats/surroundings/site_views.h"
 #include "passes/matching/grid/match_grid.h"
 #include "passes/matching/localizer.h"
 #include "passes/pass/pass_context.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "formats/drive/scans/joined_scan_store.h"
+#include "formats/drive/scan_stores.h"
 #include "formats/foreign/text/pose_file.h"
 
 namespace sightline {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "formats/base/units.h"
-#include "formats/drive/scans/joined_scan_store.h"
+#include "formats/drive/scan_stores.h"
 #include "formats/foreign/text/pose_file.h"
 
 namespace sightline {

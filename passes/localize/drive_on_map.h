@@ -7,7 +7,7 @@
 
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/pass/options.h"

@@ -9,7 +9,7 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/statistics.h"
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/localize/measure_site.h"
 #include "passes/pass/scan_selection.h"

@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/localize/area_localizers.h"
 #include "passes/localize/match_contents.h"

@@ -9,7 +9,7 @@
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 #include "formats/base/units.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/localize/area_localizers.h"
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/pass/scan_selection.h"
 

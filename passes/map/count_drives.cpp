@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "passes/pass/work_in_parts.h"
 
 namespace sightline {

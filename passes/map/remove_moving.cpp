@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "passes/map/tile_carver.h"
 #include "passes/pass/scan_selection.h"
 #include "passes/pass/work_in_parts.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 // Why the test can be linear and small: a first look fails in two ways, and each can be seen in its
 // match. Where one direction is loose, its curvature is low and the match slides along it, away

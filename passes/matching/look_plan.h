@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "formats/drive/drive.h"
-#include "formats/drive/look_plan.h"
+#include "formats/drive/look.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_test.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "formats/base/portable_math.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/matching/horizontal_curvature.h"
 
 namespace sightline {

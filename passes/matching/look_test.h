@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "formats/drive/look_plan.h"
+#include "formats/drive/look.h"
 #include "formats/geometry.h"
 #include "passes/matching/matcher.h"
 

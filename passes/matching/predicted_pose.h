@@ -1,7 +1,6 @@
 #pragma once
 
 #include "formats/geometry.h"
-#include "formats/rotation.h"
 
 namespace sightline {
 

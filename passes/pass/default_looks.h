@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "formats/drive/look.h"
-#include "formats/drive/look_plan.h"
 
 namespace sightline {
 

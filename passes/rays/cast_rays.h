@@ -4,7 +4,7 @@
 
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
-#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/site_views.h"
 #include "formats/surroundings/surface.h"
 #include "passes/pass/pass.h"
 #include "passes/rays/surface_caster.h"

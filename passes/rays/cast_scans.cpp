@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "formats/base/units.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/matching/scan_preparation.h"
 
 namespace sightline {

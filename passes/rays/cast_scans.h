@@ -4,8 +4,8 @@
 
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
+#include "formats/surroundings/site_views.h"
 #include "formats/surroundings/surface.h"
-#include "formats/surroundings/virtual_scans.h"
 #include "passes/pass/pass.h"
 #include "passes/rays/surface_caster.h"
 

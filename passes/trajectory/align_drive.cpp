@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
 #include "passes/trajectory/graph/pose_graph.h"

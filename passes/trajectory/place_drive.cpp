@@ -4,9 +4,9 @@
 #include <functional>
 #include <numbers>
 
-#include "formats/base/evenly.h"
 #include "formats/base/parallel.h"
-#include "formats/rotation.h"
+#include "formats/base/statistics.h"
+#include "formats/geometry.h"
 #include "passes/matching/matcher.h"
 #include "passes/trajectory/local/local_match.h"
 

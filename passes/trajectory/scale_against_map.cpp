@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "formats/base/evenly.h"
+#include "formats/base/statistics.h"
 #include "passes/trajectory/graph/best_scale.h"
 #include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/place_drive.h"

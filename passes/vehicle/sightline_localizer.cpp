@@ -13,7 +13,7 @@
 
 #include "formats/base/copy_message.h"
 #include "formats/base/version.h"
-#include "formats/drive/look_plan.h"
+#include "formats/drive/look.h"
 #include "passes/matching/look_plan.h"
 #include "passes/vehicle/look_matcher.h"
 #include "passes/vehicle/vehicle_map.h"

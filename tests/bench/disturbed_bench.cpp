@@ -13,7 +13,7 @@
 #include "examples/town/drive/drive.h"
 #include "formats/base/random.h"
 #include "formats/foreign/recording/open_recording.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/ingest/ingest.h"
 #include "passes/trajectory/estimate_trajectory.h"
 

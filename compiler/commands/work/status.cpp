@@ -4,7 +4,7 @@
 #include "compiler/cli/console/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/work/shared_work.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "formats/base/files/byte_sink.h"
+#include "formats/base/bytes.h"
 #include "formats/base/result.h"
 #include "formats/surroundings/ndt_map.h"
 

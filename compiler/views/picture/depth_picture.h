@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "compiler/views/picture/raster.h"
-#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/site_views.h"
 
 namespace sightline {
 

@@ -8,8 +8,8 @@
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
-#include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/site_views.h"
 #include "formats/surroundings/surface_points.h"
 
 namespace sightline {

@@ -1,7 +1,7 @@
 #include "examples/town/bag/imu.h"
 
 #include "formats/base/random.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline::town {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "examples/town/drive/drive.h"
-#include "formats/drive/turn_rate.h"
+#include "formats/drive/drive.h"
 
 namespace sightline::town {
 

@@ -11,7 +11,7 @@
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline::town {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "formats/foreign/text/sensor_file.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline::town {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/base/files/byte_sink.h"
+#include "formats/base/bytes.h"
 #include "formats/base/files/regular_file.h"
 #include "formats/base/result.h"
 

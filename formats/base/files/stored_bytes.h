@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/base/files/byte_sink.h"
+#include "formats/base/bytes.h"
 #include "formats/base/files/regular_file.h"
 #include "formats/base/result.h"
 

@@ -14,7 +14,7 @@
 #include "formats/foreign/logs/hesai_model.h"
 #include "formats/foreign/text/beam_table.h"
 #include "formats/foreign/text/lower_extension.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

@@ -8,7 +8,7 @@
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/points/add_point.h"
 #include "formats/foreign/clouds/points/point_cloud_file.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

@@ -15,7 +15,7 @@
 #include "formats/foreign/recording/scan_columns.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/text/sensor_file.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

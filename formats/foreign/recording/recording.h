@@ -10,7 +10,7 @@
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "formats/drive/scans/scan_memory.h"
+#include "formats/drive/scan_stores.h"
 #include "formats/foreign/clouds/floats/float_columns.h"
 #include "formats/foreign/logs/scan_container.h"
 #include "formats/foreign/text/pose_file.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/drive/turn_rate.h"
+#include "formats/drive/drive.h"
 
 namespace sightline {
 

@@ -9,7 +9,7 @@
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "formats/text/table.h"
 
 namespace sightline {

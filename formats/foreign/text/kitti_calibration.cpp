@@ -6,7 +6,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/text_lines.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "formats/base/files/byte_sink.h"
+#include "formats/base/bytes.h"
 #include "formats/base/files/stored_bytes.h"
 #include "formats/base/result.h"
 #include "formats/map/container/block_codec.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/map/changes/known_ways.h"
 #include "passes/map/tile_carver.h"

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "formats/drive/drive.h"
-#include "formats/drive/released_poses.h"
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass.h"
 

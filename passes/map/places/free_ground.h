@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/grid/cell_index.h"
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/surface.h"
 #include "passes/map/places/ground_floors.h"
 
 namespace sightline {

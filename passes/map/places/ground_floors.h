@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/grid/cell_index.h"
-#include "formats/surroundings/tiled_surface.h"
+#include "formats/surroundings/surface.h"
 
 namespace sightline {
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <utility>
 
-#include "formats/drive/scans/scan_memory.h"
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/scan_stores.h"
+#include "formats/drive/trajectory.h"
 #include "formats/grid/cell_key.h"
 #include "formats/surroundings/surface_points.h"
 #include "passes/matching/scan_preparation.h"

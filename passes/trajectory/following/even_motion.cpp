@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "formats/base/units.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

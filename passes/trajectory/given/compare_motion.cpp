@@ -1,6 +1,6 @@
 #include "passes/trajectory/given/compare_motion.h"
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/trajectory/local/scan_overlap.h"
 
 namespace sightline {

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/trajectory/given/compare_motion.h"
 
 namespace sightline {

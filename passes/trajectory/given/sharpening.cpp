@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/base/parallel_results.h"
+#include "formats/base/parallel.h"
 #include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/trajectory/given/compare_motion.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "formats/base/parallel_results.h"
+#include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
 
 namespace sightline {

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/base/evenly.h"
+#include "formats/base/statistics.h"
 #include "formats/grid/point_grid.h"
 #include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/graph/best_scale.h"

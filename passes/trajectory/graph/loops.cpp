@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/base/parallel_results.h"
+#include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
 
 namespace sightline {

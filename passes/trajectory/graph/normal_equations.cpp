@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

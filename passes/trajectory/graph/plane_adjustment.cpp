@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
-#include "formats/base/parallel_results.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/trajectory/graph/normal_equations.h"
 #include "passes/trajectory/graph/normal_solver.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "formats/base/portable_math.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

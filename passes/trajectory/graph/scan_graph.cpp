@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

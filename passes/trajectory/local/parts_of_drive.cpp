@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "formats/drive/scans/joined_scan_store.h"
+#include "formats/drive/scan_stores.h"
 #include "passes/trajectory/local/stretch_of_drive.h"
 
 namespace sightline {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

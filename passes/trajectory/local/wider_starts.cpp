@@ -8,9 +8,9 @@
 #include <queue>
 #include <tuple>
 
+#include "formats/geometry.h"
 #include "formats/grid/cell_index.h"
 #include "formats/grid/cell_key.h"
-#include "formats/rotation.h"
 
 // Branch and bound over heading and place. A node is a heading and a square of places; its bound
 // counts the scan's points that meet a cell of the map anywhere in the square, which a pyramid of

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/base/parallel_results.h"
+#include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
 #include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/local/scan_overlap.h"

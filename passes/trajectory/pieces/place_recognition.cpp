@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "formats/base/parallel_results.h"
+#include "formats/base/parallel.h"
 
 namespace sightline {
 namespace {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
-#include "formats/base/parallel_results.h"
 #include "passes/trajectory/local/place_widely.h"
 
 namespace sightline {

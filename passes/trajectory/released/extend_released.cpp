@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/drive/trajectory_of_drive.h"
+#include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/pass/quiet.h"
 #include "passes/trajectory/graph/connect_scans.h"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "formats/drive/drive.h"
-#include "formats/drive/released_poses.h"
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass.h"
 #include "passes/trajectory/estimate_trajectory.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 // The mean of the rates over an interval is the difference of their integral at its ends, so one
 // pass over the rates serves all clocks. A constant error of the rates shifts all means alike and

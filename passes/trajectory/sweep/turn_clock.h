@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "formats/drive/turn_rate.h"
 
 namespace sightline {
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "formats/drive/turn_rate.h"
-#include "formats/rotation.h"
+#include "formats/drive/drive.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 

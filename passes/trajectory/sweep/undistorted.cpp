@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/trajectory/sweep/turn_curve.h"
 
 namespace sightline {

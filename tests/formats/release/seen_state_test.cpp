@@ -1,4 +1,4 @@
-#include "formats/release/seen_state.h"
+#include "formats/release/records.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include "formats/base/check.h"
 #include "formats/base/units.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline::lane {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/annotation/sites.h"
-#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/site_views.h"
 #include "tests/support/lane/lane_caster.h"
 
 // Depth images against what can truly be seen of a lane.

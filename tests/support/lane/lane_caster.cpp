@@ -7,7 +7,7 @@
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
 #include "formats/base/random.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/rays/embree.h"
 
 namespace sightline::lane {

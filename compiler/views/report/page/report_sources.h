@@ -9,7 +9,7 @@
 #include "formats/map/compiled_map.h"
 #include "formats/map/diff/map_diff.h"
 #include "formats/map/map_reader.h"
-#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/site_views.h"
 #include "formats/surroundings/surface.h"
 #include "formats/surroundings/surface_points.h"
 #include "passes/weakness/find_weakness.h"

@@ -6,7 +6,7 @@
 #include "compiler/views/picture/charts/chart.h"
 #include "formats/map/compiled_map.h"
 #include "formats/text/numbers.h"
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 
 // Pieces of the page. Texts are escaped here; what is called html is not.
 

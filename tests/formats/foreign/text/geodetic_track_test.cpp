@@ -9,7 +9,7 @@
 #include "formats/base/random.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/pose_file.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "tests/support/scratch_folder.h"
 
 // Files of tracks/, which write_tracks.py makes from the same drive with its own geodesy.

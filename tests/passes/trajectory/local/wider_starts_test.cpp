@@ -9,7 +9,7 @@
 #include <set>
 
 #include "formats/base/random.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/trajectory/local/scan_overlap.h"
 #include "tests/support/box_world.h"
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "tests/support/swept_world.h"
 

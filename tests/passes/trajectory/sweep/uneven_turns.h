@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
-#include "formats/drive/turn_rate.h"
+#include "formats/drive/drive.h"
 #include "tests/support/swept_world.h"
 
 // A street driven by a vehicle that steers to and fro within a scan, with an inertial unit.

@@ -1,4 +1,4 @@
-#include "formats/drive/scans/scan_memory.h"
+#include "formats/drive/scan_stores.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -62,6 +62,39 @@ struct PackedScan {
   static bool is_float(double number) {
     return static_cast<double>(static_cast<float>(number)) == number;
   }
+};
+
+class JoinedScanStore : public ScanStore {
+ public:
+  JoinedScanStore(std::vector<std::shared_ptr<const ScanStore>> stores,
+                  std::vector<ScanOrigin> origins)
+      : stores_(std::move(stores)), origins_(std::move(origins)) {}
+
+  Result<Scan> read(std::size_t index) const override {
+    SIGHTLINE_CHECK(index < origins_.size());
+    const ScanOrigin& origin = origins_[index];
+    Result<Scan> scan = stores_[origin.store]->read(origin.index);
+    if (scan) scan->stamp_ns += origin.moved_ns;
+    return scan;
+  }
+
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    SIGHTLINE_CHECK(index < origins_.size());
+    const ScanOrigin& origin = origins_[index];
+    const std::optional<Digest> within = stores_[origin.store]->identity(origin.index);
+    if (!within || origin.moved_ns == 0) return within;
+    ByteWriter writer;
+    writer.put(origin.moved_ns);
+    return derived_digest("moved in time", *within, writer.bytes());
+  }
+
+  [[nodiscard]] bool has_origins() const override {
+    return std::ranges::all_of(stores_, [](const auto& store) { return store->has_origins(); });
+  }
+
+ private:
+  std::vector<std::shared_ptr<const ScanStore>> stores_;
+  std::vector<ScanOrigin> origins_;
 };
 
 }  // namespace
@@ -168,6 +201,11 @@ std::shared_ptr<const ScanStore> ScanMemory::before(std::shared_ptr<const ScanSt
 std::size_t ScanMemory::bytes() const {
   const std::scoped_lock lock(kept_->mutex);
   return kept_->bytes;
+}
+
+std::shared_ptr<const ScanStore> joined_scan_store(
+    std::vector<std::shared_ptr<const ScanStore>> stores, std::vector<ScanOrigin> origins) {
+  return std::make_shared<JoinedScanStore>(std::move(stores), std::move(origins));
 }
 
 }  // namespace sightline

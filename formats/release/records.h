@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -9,6 +10,8 @@
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "formats/drive/sensor_profile.h"
+#include "formats/release/record_text.h"
+#include "formats/release/signing_key.h"
 
 namespace sightline {
 
@@ -59,5 +62,44 @@ Result<ReleaseRecord> release_of_map(const std::filesystem::path& path);
 
 // SHA-256 of all that a map says of its sensor: a vehicle with another one must not use the map.
 Digest sensor_digest(const SensorProfile& sensor);
+
+inline constexpr std::size_t kMostKeys = 16;
+
+// Who may sign for a fleet, and how many of them it takes (schemas/release_format.md).
+struct RootRecord {
+  std::string fleet;
+  std::uint64_t version = 1;   // the next root is this one plus 1
+  std::int64_t expires_s = 0;  // UTC, since 1970
+  std::uint32_t threshold = 1;
+  std::vector<PublicKey> keys;  // ascending by their text; no id and no point twice, all is_sound()
+};
+
+// Every promise above. Error: malformed-record.
+Result<void> validate(const RootRecord& record);
+
+// Of a valid record. decode() reads what encode() writes and nothing else: a record that decodes
+// encodes to the same bytes. Error: malformed-record, naming the line.
+std::string encode(const RootRecord& record);
+Result<RootRecord> decode_root_record(std::string_view text);
+
+inline constexpr std::size_t kMostSeenKeys = 512;
+inline constexpr std::size_t kLargestSeenState = 2 * kLargestRecord;
+
+// What a vehicle remembers of the releases it admitted (schemas/release_format.md, "What a vehicle
+// remembers"). Nobody signs it: it lies on the vehicle's own disk.
+struct SeenState {
+  std::int64_t time_s = 0;      // UTC since 1970: it has not been earlier since
+  std::vector<PublicKey> keys;  // of all roots that it admitted releases under; ascending by text
+  std::string release;          // the record with the greatest counter, byte for byte
+};
+
+// Of a state with a release. decode_seen_state reads what encode writes, and a release record alone
+// as a state without time and keys. Errors: those of decode_release_record; malformed-record, also
+// for no text at all.
+std::string encode(const SeenState& state);
+Result<SeenState> decode_seen_state(std::string_view text);
+
+// Adds keys of a root; those beyond kMostSeenKeys are not kept.
+void add_keys(const std::vector<PublicKey>& keys, SeenState& state);
 
 }  // namespace sightline

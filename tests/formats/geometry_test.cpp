@@ -1,4 +1,3 @@
-#include "formats/rotation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,7 @@
-#include "formats/release/release_record.h"
+#include "formats/release/records.h"
+
+#include <algorithm>
+#include <functional>
 
 #include "formats/map/manifest.h"
 #include "formats/reader/map_container.h"
@@ -20,6 +23,23 @@ ReleasedFile file_of(RecordReader& reader, const std::vector<std::string_view>& 
   file.size = reader.number(words[1]);
   file.sha256 = reader.digest(words[2]);
   return file;
+}
+
+// The first line.
+void take_kind(RecordReader& reader, const std::string& kind) {
+  if (reader.take(kind) != "1") reader.fail("expected \"" + kind + " 1\"");
+}
+
+void take_key(RecordReader& reader, std::vector<PublicKey>& keys) {
+  const Result<PublicKey> key = public_key_from_base64(reader.take("key"));
+  if (!key) reader.fail(key.error().message);
+  if (key) keys.push_back(*key);
+}
+
+std::string lines_of(const std::vector<PublicKey>& keys) {
+  std::string lines;
+  for (const PublicKey& key : keys) lines += "key " + to_base64(key) + "\n";
+  return lines;
 }
 
 // "1.0": a major and a minor of the map's format.
@@ -49,6 +69,33 @@ Result<void> check_files(const ReleaseRecord& record) {
     }
   }
   return {};
+}
+
+// One signer under two names would count twice.
+Result<void> check_keys(const std::vector<PublicKey>& keys) {
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (!is_sound(keys[i])) {
+      return malformed("key " + to_hex(keys[i].id) +
+                       " is no sound point: anybody could sign by it");
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (keys[i].id == keys[k].id || keys[i].point == keys[k].point) {
+        return malformed("key " + to_hex(keys[i].id) + " is there twice");
+      }
+    }
+    if (i > 0 && to_base64(keys[i - 1]) > to_base64(keys[i])) {
+      return malformed("keys must ascend by their text");
+    }
+  }
+  return {};
+}
+
+constexpr std::string_view kReleaseBegins = "sightline-release ";
+
+bool is_before(const PublicKey& a, const PublicKey& b) { return to_base64(a) < to_base64(b); }
+
+bool ascends(const std::vector<PublicKey>& keys) {
+  return std::ranges::adjacent_find(keys, std::not_fn(is_before)) == keys.end();
 }
 
 }  // namespace
@@ -86,7 +133,7 @@ std::string encode(const ReleaseRecord& record) {
 Result<ReleaseRecord> decode_release_record(std::string_view text) {
   RecordReader reader(text);
   ReleaseRecord record;
-  if (reader.take("sightline-release") != "1") reader.fail("expected \"sightline-release 1\"");
+  take_kind(reader, "sightline-release");
   record.fleet = reader.take_name("fleet");
   record.map_id = reader.take_name("map-id");
   record.version = reader.take("version");
@@ -131,6 +178,81 @@ Digest sensor_digest(const SensorProfile& sensor) {
   builder.add("sightline sensor");
   builder.add(writer.bytes());
   return builder.finish();
+}
+
+Result<void> validate(const RootRecord& record) {
+  if (!is_record_name(record.fleet)) return malformed("the fleet needs a name");
+  if (record.version == 0) return malformed("versions start at 1");
+  if (utc_seconds(utc_text(record.expires_s)) != record.expires_s) {
+    return malformed("the expiry must lie between 1970 and 9999");
+  }
+  if (record.keys.empty() || record.keys.size() > kMostKeys) {
+    return malformed("found " + std::to_string(record.keys.size()) + " keys, expected 1 to 16");
+  }
+  if (record.threshold == 0 || record.threshold > record.keys.size()) {
+    return malformed("the threshold is " + std::to_string(record.threshold) + " of " +
+                     std::to_string(record.keys.size()) + " keys");
+  }
+  return check_keys(record.keys);
+}
+
+std::string encode(const RootRecord& record) {
+  std::string text = "sightline-root 1\n";
+  text += "fleet " + record.fleet + "\n";
+  text += "version " + std::to_string(record.version) + "\n";
+  text += "expires " + utc_text(record.expires_s) + "\n";
+  text += "threshold " + std::to_string(record.threshold) + "\n";
+  return text + lines_of(record.keys);
+}
+
+Result<RootRecord> decode_root_record(std::string_view text) {
+  RecordReader reader(text);
+  RootRecord record;
+  take_kind(reader, "sightline-root");
+  record.fleet = reader.take_name("fleet");
+  record.version = reader.take_number("version");
+  record.expires_s = reader.take_time("expires");
+  const std::uint64_t threshold = reader.take_number("threshold");
+  if (threshold > kMostKeys) reader.fail("a threshold beyond 16");
+  record.threshold = static_cast<std::uint32_t>(threshold);
+  while (reader.next_is("key")) {
+    take_key(reader, record.keys);
+    if (record.keys.size() > kMostKeys) reader.fail("more than 16 keys");
+  }
+  SIGHTLINE_TRY(reader.finish());
+  SIGHTLINE_TRY(validate(record));
+  return record;
+}
+
+std::string encode(const SeenState& state) {
+  return "sightline-seen 1\ntime " + utc_text(state.time_s) + "\n" + lines_of(state.keys) +
+         state.release;
+}
+
+Result<SeenState> decode_seen_state(std::string_view text) {
+  SeenState state;
+  const std::size_t begin = text.find(kReleaseBegins);
+  state.release = begin == std::string_view::npos ? "" : text.substr(begin);
+  RecordReader reader(text.substr(0, begin));
+  if (begin != 0) {
+    take_kind(reader, "sightline-seen");
+    state.time_s = reader.take_time("time");
+    while (reader.next_is("key")) take_key(reader, state.keys);
+    if (state.keys.size() > kMostSeenKeys || !ascends(state.keys)) {
+      reader.fail("expected at most 512 keys, ascending");
+    }
+  }
+  SIGHTLINE_TRY(reader.finish());
+  SIGHTLINE_TRY(decode_release_record(state.release));
+  return state;
+}
+
+void add_keys(const std::vector<PublicKey>& keys, SeenState& state) {
+  for (const PublicKey& key : keys) {
+    const auto place = std::lower_bound(state.keys.begin(), state.keys.end(), key, is_before);
+    if (place != state.keys.end() && *place == key) continue;
+    if (state.keys.size() < kMostSeenKeys) state.keys.insert(place, key);
+  }
 }
 
 }  // namespace sightline

@@ -1,3 +1,5 @@
+#include "formats/release/records.h"
+
 #include <gtest/gtest.h>
 
 #include "formats/release/record_text.h"

@@ -1,4 +1,4 @@
-#include "formats/drive/scans/scan_memory.h"
+#include "formats/drive/scan_stores.h"
 
 #include <gtest/gtest.h>
 

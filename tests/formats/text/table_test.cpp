@@ -1,4 +1,4 @@
-#include "formats/text/text_grid.h"
+#include "formats/text/table.h"
 
 #include <gtest/gtest.h>
 
