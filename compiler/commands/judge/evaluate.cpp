@@ -10,7 +10,7 @@
 #include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/picture/charts/calibration_chart.h"
-#include "compiler/views/picture/charts/chart_svg.h"
+#include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
 #include "formats/annotation/drive_tracks.h"

@@ -1,14 +1,14 @@
 #include "compiler/views/exports/geopackage.h"
 
 #include <sqlite3.h>
-
 #include <array>
 #include <memory>
 #include <string>
 
-#include "compiler/views/exports/qgis_style.h"
-#include "compiler/views/exports/site_properties.h"
+#include "compiler/views/exports/geojson.h"
+#include "compiler/views/picture/raster.h"
 #include "formats/base/bytes.h"
+#include "formats/text/table.h"
 
 // OGC 12-128r17. The database is built in memory and handed out as its bytes. A failure of SQLite
 // there is no memory, or a mistake of ours.
@@ -268,6 +268,42 @@ void add_route(const CompiledMap& map, const Positions& positions, const Crs& cr
   }
 }
 
+// QGIS writes an option twice: as <Option> since 3.26, as <prop> before.
+std::string option(const std::string& name, const std::string& value) {
+  return "<Option name=\"" + name + "\" type=\"QString\" value=\"" + value + "\"/>";
+}
+
+std::string prop(const std::string& name, const std::string& value) {
+  return "<prop k=\"" + name + "\" v=\"" + value + "\"/>";
+}
+
+using Values = std::vector<std::pair<std::string, std::string>>;
+
+std::string symbol(const std::string& type, const std::string& name, const std::string& layer,
+                   const Values& values) {
+  std::string options;
+  std::string props;
+  for (const auto& [key, value] : values) {
+    options += option(key, value);
+    props += prop(key, value);
+  }
+  return "<symbol type=\"" + type + "\" name=\"" + name +
+         "\" alpha=\"1\" clip_to_extent=\"1\" force_rhr=\"0\"><layer class=\"" + layer +
+         "\" enabled=\"1\" locked=\"0\" pass=\"0\"><Option type=\"Map\">" + options + "</Option>" +
+         props + "</layer></symbol>\n";
+}
+
+std::string rgba(const Colour& colour) {
+  return std::to_string(colour.red) + "," + std::to_string(colour.green) + "," +
+         std::to_string(colour.blue) + ",255";
+}
+
+std::string document(const std::string& renderer) {
+  return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+         "<qgis version=\"3.22\" styleCategories=\"Symbology\">\n" +
+         renderer + "</qgis>\n";
+}
+
 }  // namespace
 
 Result<std::vector<std::byte>> to_geopackage(const CompiledMap& map, const World& world) {
@@ -285,6 +321,40 @@ Result<std::vector<std::byte>> to_geopackage(const CompiledMap& map, const World
   add_sites(map, positions, crs, bounds, database);
   database.run("COMMIT");
   return database.bytes();
+}
+
+std::string qgis_range_style(const std::string& attribute, const std::vector<double>& ranges_m) {
+  std::string categories;
+  std::string symbols;
+  for (std::size_t i = 0; i < ranges_m.size(); ++i) {
+    const std::string range = format_double(ranges_m[i]);
+    const std::string name = std::to_string(i);
+    categories += "<category value=\"" + range + "\" label=\"" + range + " m\" symbol=\"" + name +
+                  "\" render=\"true\"/>\n";
+    symbols += symbol("marker", name, "SimpleMarker",
+                      {{"name", "circle"},
+                       {"color", rgba(range_colour_on_paper(i, ranges_m.size()))},
+                       {"outline_style", "no"},
+                       {"size", "2"},
+                       {"size_unit", "MM"}});
+  }
+  return document("<renderer-v2 type=\"categorizedSymbol\" attr=\"" + attribute +
+                  "\" symbollevels=\"0\" enableorderby=\"0\" forceraster=\"0\">\n<categories>\n" +
+                  categories + "</categories>\n<symbols>\n" + symbols +
+                  "</symbols>\n</renderer-v2>\n");
+}
+
+std::string qgis_line_style() {
+  return document(
+      "<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\" "
+      "forceraster=\"0\">\n<symbols>\n" +
+      symbol("line", "0", "SimpleLine",
+             {{"line_color", "120,120,120,255"},
+              {"line_style", "solid"},
+              {"line_width", "0.6"},
+              {"line_width_unit", "MM"},
+              {"capstyle", "round"}}) +
+      "</symbols>\n</renderer-v2>\n");
 }
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "formats/geodesy.h"
@@ -15,5 +16,11 @@ namespace sightline {
 // system. The same map gives the same bytes with the same SQLite. Errors: bad-argument (a site is
 // no point of the world), out-of-memory.
 Result<std::vector<std::byte>> to_geopackage(const CompiledMap& map, const World& world);
+
+// A style of QGIS 3 (QML): points coloured by the value of an attribute, one class for each range.
+std::string qgis_range_style(const std::string& attribute, const std::vector<double>& ranges_m);
+
+// A plain grey line.
+std::string qgis_line_style();
 
 }  // namespace sightline

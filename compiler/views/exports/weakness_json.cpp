@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "compiler/views/exports/geo_position.h"
+#include "compiler/views/exports/geojson.h"
 #include "compiler/views/text/weakness_text.h"
 
 namespace sightline {

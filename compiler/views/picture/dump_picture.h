@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "compiler/views/picture/ndt_picture.h"
+#include "compiler/views/picture/raster.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
@@ -13,6 +15,18 @@
 #include "formats/surroundings/surface_points.h"
 
 namespace sightline {
+
+// What a site sees, as a person would who stands there: map +x in the middle, +y to its left, up is
+// up; one square of pixels a cell, near is warm and far is cold, grey is nothing within the longest
+// range. Below it a scale from 0 to the longest range with a notch every 10 m. `site` is in bounds.
+Raster depth_picture(const DepthImages& images, std::size_t site);
+
+// The cell of an image in a column from the left and a row from the top: azimuths grow to the left,
+// and half a turn lies left of the middle.
+std::size_t seen_cell(const DepthImages& images, std::uint32_t column, std::uint32_t row);
+
+// The colour of a distance, for a scale that ends at longest_m.
+Colour colour_of_distance(double distance_m, double longest_m);
 
 enum class PictureFormat { kPng, kSvg };
 

@@ -1,14 +1,13 @@
 #include "compiler/views/picture/ndt_picture.h"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "compiler/views/picture/colours.h"
-#include "compiler/views/picture/nd_ellipse.h"
+#include "compiler/views/picture/raster.h"
+#include "formats/symmetric_eigen.h"
 
 namespace sightline {
 namespace {
@@ -105,6 +104,9 @@ Shape dot_of(const Site& site) {
   return dot;
 }
 
+constexpr double kSigmas = 2.0;
+constexpr double kLeastRadius_m = 0.05;
+
 }  // namespace
 
 MapBox box_around(const NdtMap& map) {
@@ -155,6 +157,23 @@ Raster ndt_picture(const NdtMap& map, const Sites& sites, const MapBox& box) {
     if (box.contains(site.p_map_m)) canvas.fill(dot_of(site), raster);
   }
   return raster;
+}
+
+NdEllipse ellipse_from_above(const Nd& nd) {
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(nd.covariance_m2.topLeftCorner<2, 2>());
+  const auto radius_m = [&](int i) {
+    return std::max(kLeastRadius_m, kSigmas * std::sqrt(std::max(0.0, eigen.values[i])));
+  };
+  NdEllipse ellipse;
+  ellipse.centre_m = nd.mean_m.head<2>();
+  ellipse.long_axis = eigen.vectors.col(1);
+  ellipse.long_radius_m = radius_m(1);
+  ellipse.short_radius_m = radius_m(0);
+  return ellipse;
+}
+
+bool is_lying_plane(const Nd& nd) {
+  return dimension_class(nd) == 2 && std::abs(nd.eigenvectors(2, 2)) > std::numbers::sqrt2 / 2.0;
 }
 
 }  // namespace sightline

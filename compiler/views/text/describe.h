@@ -4,6 +4,7 @@
 
 #include "formats/map/compiled_map.h"
 #include "formats/map/map_reader.h"
+#include "formats/surroundings/tile_drives.h"
 
 namespace sightline {
 
@@ -20,5 +21,8 @@ std::string describe(const MapSummary& summary);
 
 // For people: the digest by which maps name this model, and its card.
 std::string describe(const ErrorModel& model);
+
+// Of a map of several drives, a line for each: when it was, and how many tiles are from it.
+std::string describe_drives(const TileDrives& tiles);
 
 }  // namespace sightline

@@ -44,4 +44,35 @@ struct Chart {
   double height_px = 300.0;
 };
 
+struct AxisSpan {
+  double from = 0.0;
+  double to = 1.0;
+};
+
+// One axis of a chart: numbers to shares of its length.
+struct Axis {
+  AxisSpan span;
+  std::vector<double> ticks;  // ascending, within the span
+  int decimals = 0;           // that tell the ticks apart
+
+  [[nodiscard]] double share(double value) const {
+    return (value - span.from) / (span.to - span.from);
+  }
+  [[nodiscard]] std::string label(double tick) const;
+};
+
+// Ticks at multiples of 1, 2 or 5 times a power of ten, about `tick_count` of them. `is_rounded`:
+// the axis ends on ticks. A span of no extent is widened.
+Axis axis_of(AxisSpan span, int tick_count, bool is_rounded);
+
+// The chart as an SVG element that may stand in a page: axes with ticks and units, a legend, text
+// and axes in the page's own colour. A line of more points than twice the pixels that it has keeps
+// the least and the greatest of each column of pixels, so that no peak is lost. The element's
+// data-plot says where the numbers lie: left, right, top and bottom of the plot in the viewBox,
+// then the numbers at its left and right end.
+std::string chart_svg(const Chart& chart);
+
+// The same as a file of its own: black on white.
+std::string chart_file_svg(const Chart& chart);
+
 }  // namespace sightline

@@ -1,6 +1,16 @@
 #include "compiler/views/report/page/page_data.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "compiler/views/picture/ndt_picture.h"
+#include "compiler/views/report/page/packed.h"
+#include "compiler/views/report/page/pictures.h"
+#include "compiler/views/text/describe_site.h"
+#include "formats/symmetric_eigen.h"
 
 namespace sightline {
 namespace {
@@ -22,7 +32,210 @@ std::string page_text(const PageJson& json) {
   return text;
 }
 
+constexpr std::size_t kSitesPerBlock = 64;
+
+std::vector<float> as_floats(const std::vector<double>& values) {
+  return {values.begin(), values.end()};
+}
+
+PageJson sites_json(const CompiledMap& map) {
+  std::vector<double> x_m, y_m, z_m, s_m, heading_rad;
+  std::vector<std::uint32_t> run;
+  for (const Site& site : map.sites.sites) {
+    const Eigen::Vector3d ahead = site.T_map_vehicle.linear().col(0);
+    x_m.push_back(site.p_map_m.x());
+    y_m.push_back(site.p_map_m.y());
+    z_m.push_back(site.p_map_m.z());
+    s_m.push_back(site.s_m);
+    heading_rad.push_back(std::atan2(ahead.y(), ahead.x()));
+    run.push_back(site.run);
+  }
+  return {
+      {"count", map.sites.sites.size()}, {"x_m", json_numbers(x_m)},
+      {"y_m", json_numbers(y_m)},        {"z_m", json_numbers(z_m)},
+      {"s_m", json_numbers(s_m)},        {"heading_rad", json_numbers(heading_rad)},
+      {"run", json_numbers(run)},        {"route_m", json_numbers(route_of_sites_m(map.sites))}};
+}
+
+PageJson predicted_json(const CompiledMap& map) {
+  return {{"mean_m", json_numbers(as_floats(map.predicted.mean_m))},
+          {"probability", json_numbers(as_floats(map.predicted.within_probability))},
+          {"extrapolated", json_numbers(map.predicted.extrapolated)}};
+}
+
+PageJson choice_json(const CompiledMap& map) {
+  return {{"range_index", json_numbers(map.ranges.range_index)},
+          {"flags", json_numbers(map.ranges.flags)}};
+}
+
+PageJson judged_json(const Evaluation& evaluation) {
+  std::vector<std::string_view> rules;
+  for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
+    rules.push_back(name_of(static_cast<Rule>(rule)));
+  }
+  std::vector<std::uint32_t> sites;
+  for (const JudgedSite& site : evaluation.sites) sites.push_back(site.site);
+  return {{"drive", evaluation.drive},
+          {"rules", rules},
+          {"site", json_numbers(sites)},
+          {"error_m", json_numbers(as_floats(evaluation.error_m))},
+          {"time_ms", json_numbers(as_floats(evaluation.time_ms))},
+          {"chosen", json_numbers(evaluation.chosen_range_index)}};
+}
+
+PageJson factors_json(const CompiledMap& map) {
+  std::vector<float> values;
+  values.reserve(map.factors.values.size());
+  for (const double value : map.factors.values) values.push_back(four_digits(value));
+  const RouteFactors route = route_factors(map.factors);
+  return {{"names", map.factors.factors},
+          {"values", json_numbers(values)},
+          {"median", json_numbers(route.median)},
+          {"deviation", json_numbers(route.deviation)}};
+}
+
+PageJson texts_json(const CompiledMap& map) {
+  const RouteFactors route = route_factors(map.factors);
+  std::vector<std::string> blocks;
+  for (std::size_t begin = 0; begin < map.sites.sites.size(); begin += kSitesPerBlock) {
+    std::string block;
+    const std::size_t end = std::min(begin + kSitesPerBlock, map.sites.sites.size());
+    for (std::size_t site = begin; site < end; ++site) {
+      const Result<std::string> text = describe_site(map, route, site);
+      SIGHTLINE_CHECK(text.has_value());
+      block += *text + '\0';
+    }
+    blocks.push_back(packed(block));
+  }
+  return {{"sites_per_block", kSitesPerBlock}, {"blocks", blocks}};
+}
+
+constexpr double kSigmas = 2.0;
+constexpr std::uint8_t kLyingPlane = 4;  // a kind beside the dimension classes
+
+double lowest_z_m(const NdtMap& map) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Nd& nd : map.nds) lowest = std::min(lowest, nd.mean_m.z());
+  return map.nds.empty() ? 0.0 : lowest;
+}
+
+std::uint16_t steps_of(double value, double step) {
+  return static_cast<std::uint16_t>(std::clamp(std::lround(value / step), 0L, 65535L));
+}
+
+std::uint8_t kind_of(const Nd& nd) {
+  return is_lying_plane(nd) ? kLyingPlane : static_cast<std::uint8_t>(dimension_class(nd));
+}
+
+// NDs of one tile, column by column.
+struct NdColumns {
+  std::vector<std::uint16_t> place, height, radius;
+  std::vector<std::uint8_t> turn, kind;
+};
+
+void append(const Nd& nd, const Eigen::Vector3d& corner_m, double tile_m, NdColumns& columns) {
+  constexpr double kMillimetre = 0.001;
+  constexpr double kCentimetre = 0.01;
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(nd.covariance_m2.topLeftCorner<2, 2>());
+  const auto radius_m = [&](int i) { return kSigmas * std::sqrt(std::max(0.0, eigen.values[i])); };
+  const Eigen::Vector3d off_m = nd.mean_m - corner_m;
+  columns.place.push_back(steps_of(off_m.x(), tile_m / 65535.0));
+  columns.place.push_back(steps_of(off_m.y(), tile_m / 65535.0));
+  columns.height.push_back(steps_of(off_m.z(), kCentimetre));
+  columns.radius.push_back(steps_of(radius_m(1), kMillimetre));
+  columns.radius.push_back(steps_of(radius_m(0), kMillimetre));
+  const Eigen::Vector2d along = eigen.vectors.col(1);
+  const double turn = std::atan2(along.y(), along.x()) * 256.0 / std::numbers::pi;
+  columns.turn.push_back(static_cast<std::uint8_t>(std::lround(turn) & 255L));
+  columns.kind.push_back(kind_of(nd));
+}
+
+PageJson nds_json(const NdtMap& map) {
+  const double lowest_m = lowest_z_m(map);
+  PageJson tiles = PageJson::array();
+  for (std::size_t begin = 0; begin < map.nds.size();) {
+    const TileKey key = tile_of(map.nds[begin].key, map.cell_m, map.tile_m);
+    const Eigen::Vector3d corner_m(key.x * map.tile_m, key.y * map.tile_m, lowest_m);
+    NdColumns columns;
+    std::size_t end = begin;
+    for (; end < map.nds.size() && tile_of(map.nds[end].key, map.cell_m, map.tile_m) == key;
+         ++end) {
+      append(map.nds[end], corner_m, map.tile_m, columns);
+    }
+    tiles.push_back({{"x", key.x},
+                     {"y", key.y},
+                     {"count", end - begin},
+                     {"place_m", json_numbers(columns.place)},
+                     {"height", json_numbers(columns.height)},
+                     {"radius", json_numbers(columns.radius)},
+                     {"turn", json_numbers(columns.turn)},
+                     {"kind", json_numbers(columns.kind)}});
+    begin = end;
+  }
+  return {
+      {"cell_m", map.cell_m}, {"tile_m", map.tile_m}, {"lowest_z_m", lowest_m}, {"tiles", tiles}};
+}
+
+constexpr std::size_t kMostNds = 200'000;  // drawn on the page's map
+
+// A range in whole decimetres.
+std::uint16_t decimetres(double range_m) {
+  return static_cast<std::uint16_t>(std::lround(10.0 * range_m));
+}
+
+PageJson sites_of(const MapDiff& diff) {
+  std::vector<std::uint32_t> site;
+  std::vector<std::uint16_t> before, after;
+  std::vector<std::uint8_t> change;
+  for (const SiteDiff& each : diff.sites) {
+    if (each.change == SiteChange::kRemoved) continue;  // no site of this map
+    site.push_back(each.site);
+    change.push_back(static_cast<std::uint8_t>(each.change));
+    for (std::size_t limit = 0; limit < common_limits_m(diff).size(); ++limit) {
+      const bool has_answer = limit < each.answers.size();
+      before.push_back(has_answer ? decimetres(each.answers[limit].range_before_m) : 0);
+      after.push_back(has_answer ? decimetres(each.answers[limit].range_after_m) : 0);
+    }
+  }
+  return {{"site", json_numbers(site)},
+          {"change", json_numbers(change)},
+          {"before_dm", json_numbers(before)},
+          {"after_dm", json_numbers(after)}};
+}
+
+PageJson nds_of(const MapDiff& diff, const MapFrame& frame) {
+  std::vector<float> x_m, y_m;
+  std::vector<std::uint8_t> change;
+  const std::size_t stride = diff.nds.size() / kMostNds + 1;
+  for (std::size_t i = 0; i < diff.nds.size(); i += stride) {
+    const Eigen::Vector3d mean_m = diff.nds[i].mean_world_m - frame.origin_world_m;
+    x_m.push_back(static_cast<float>(mean_m.x()));
+    y_m.push_back(static_cast<float>(mean_m.y()));
+    change.push_back(static_cast<std::uint8_t>(diff.nds[i].change));
+  }
+  return {{"stride", stride},
+          {"x_m", json_numbers(x_m)},
+          {"y_m", json_numbers(y_m)},
+          {"change", json_numbers(change)}};
+}
+
+PageJson diff_json(const MapDiff& diff, const MapFrame& frame) {
+  return {
+      {"limits_m", common_limits_m(diff)}, {"sites", sites_of(diff)}, {"nds", nds_of(diff, frame)}};
+}
+
 }  // namespace
+
+std::vector<double> route_of_sites_m(const Sites& sites) {
+  std::vector<double> route_m;
+  double before_m = 0.0;  // of the runs before
+  for (std::size_t i = 0; i < sites.sites.size(); ++i) {
+    const bool is_new_run = i > 0 && sites.sites[i].run != sites.sites[i - 1].run;
+    if (is_new_run) before_m = route_m.back() + sites.spacing_m;
+    route_m.push_back(before_m + sites.sites[i].s_m);
+  }
+  return route_m;
+}
 
 std::string page_data_json(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;

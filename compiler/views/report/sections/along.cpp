@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "compiler/views/report/page/route.h"
+#include "compiler/views/report/page/page_data.h"
 
 namespace sightline {
 

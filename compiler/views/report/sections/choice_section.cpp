@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/views/picture/charts/chart_svg.h"
+#include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/report/sections/along.h"
 #include "compiler/views/report/sections/sections.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "compiler/views/picture/colours.h"
+#include "compiler/views/picture/raster.h"
 #include "formats/text/quoted_text.h"
 
 namespace sightline {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "compiler/views/report/page/route.h"
+#include "compiler/views/report/page/page_data.h"
 #include "compiler/views/report/sections/sections.h"
 #include "formats/text/quoted_text.h"
 

@@ -4,8 +4,7 @@
 
 #include <cstring>
 
-#include "compiler/views/exports/nd_mesh.h"
-#include "compiler/views/exports/points.h"
+#include "compiler/views/exports/ply.h"
 #include "formats/base/files/atomic_file.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/scratch_folder.h"

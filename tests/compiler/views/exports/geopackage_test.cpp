@@ -5,8 +5,7 @@
 
 #include <cstring>
 
-#include "compiler/views/exports/qgis_style.h"
-#include "compiler/views/exports/site_properties.h"
+#include "compiler/views/exports/geojson.h"
 #include "tests/formats/map/random_map.h"
 
 // What is written, by SQLite and the letters of OGC 12-128r17. tests/system/exports_test.cpp reads

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "compiler/views/picture/colours.h"
+#include "compiler/views/picture/raster.h"
 #include "tests/support/toy_world.h"
 
 namespace sightline {

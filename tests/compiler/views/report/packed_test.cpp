@@ -5,7 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "compiler/views/report/page/json_numbers.h"
 #include "tests/compiler/views/report/unpacked.h"
 
 namespace sightline {

@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "compiler/views/picture/relief.h"
+#include "compiler/views/report/page/pictures.h"
 #include "compiler/views/text/describe_site.h"
 #include "formats/base/random.h"
 #include "tests/compiler/views/report/sources.h"

@@ -1,5 +1,5 @@
 #include "compiler/views/picture/charts/calibration_chart.h"
-#include "compiler/views/picture/charts/chart_svg.h"
+#include "compiler/views/picture/charts/chart.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

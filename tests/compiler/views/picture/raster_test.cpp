@@ -1,4 +1,4 @@
-#include "compiler/views/picture/png.h"
+#include "compiler/views/picture/raster.h"
 
 #include <gtest/gtest.h>
 

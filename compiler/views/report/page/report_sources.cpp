@@ -1,4 +1,4 @@
-#include "compiler/views/report/page/gate_result.h"
+#include "compiler/views/report/page/report_sources.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,4 +1,4 @@
-#include "compiler/views/picture/depth_picture.h"
+#include "compiler/views/picture/dump_picture.h"
 
 #include <gtest/gtest.h>
 

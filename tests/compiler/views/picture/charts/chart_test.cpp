@@ -1,12 +1,10 @@
-#include "compiler/views/picture/charts/chart_svg.h"
+#include "compiler/views/picture/charts/chart.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "compiler/views/picture/charts/chart_axis.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "compiler/views/picture/relief.h"
+#include "compiler/views/report/page/pictures.h"
 
 #include <gtest/gtest.h>
 

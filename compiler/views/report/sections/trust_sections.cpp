@@ -1,0 +1,183 @@
+#include <cmath>
+#include <cstdlib>
+
+#include "compiler/views/picture/charts/calibration_chart.h"
+#include "compiler/views/picture/charts/chart.h"
+#include "compiler/views/report/sections/sections.h"
+#include "compiler/views/text/weakness_text.h"
+
+// What was promised, what came of it, and how well held-out places are predicted.
+
+namespace sightline {
+namespace {
+
+std::string promise_text(const LimitPromise& promise) {
+  if (promise.is_earned) return percent(1.0 - promise.alpha) + " of the next drive";
+  return promise.scope == PromiseScope::kNextDrive ? "not earned" : "none, of this drive";
+}
+
+std::string promises_table(const CompiledMap& map) {
+  TextGrid grid = {{"limit", "promise", "p*", "blocks", "places", "drives", "expected coverage (%)",
+                    "mean range (m)", "unmet (%)", "outside the model (%)"}};
+  const auto sites = static_cast<double>(map.sites.sites.size());
+  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
+    const LimitPromise& promise = map.ranges.promises[limit];
+    const LimitQuality& quality = map.quality[limit];
+    grid.push_back({limit_text(promise.limit_m), promise_text(promise),
+                    fixed(promise.probability_threshold, 3), std::to_string(promise.block_count),
+                    std::to_string(promise.place_count), std::to_string(promise.drive_count),
+                    in_percent(quality.expected_coverage), fixed(quality.mean_range_m, 1),
+                    in_percent(quality.unmet_count / sites),
+                    in_percent(quality.extrapolated_count / sites)});
+  }
+  return html_table(grid, "What the map promises");
+}
+
+std::string calibration(const Evaluation& evaluation) {
+  const Chart chart = calibration_chart(evaluation, {kGrey, {kBlue, kOrange, kGreen}});
+  return html_figure(
+      {"calibration", "Calibration.",
+       "All pairs of judged site and range, in tenths of what the map predicts: on the "
+       "dashed line what is promised comes true, below it the map promises too much. The larger a "
+       "point, the more pairs are behind it.",
+       chart_svg(chart), ""});
+}
+
+std::string calibration_table(const Evaluation& evaluation) {
+  TextGrid grid = {{"limit", "promised (%)", "observed (%)", "pairs of site and range"}};
+  for (const ReliabilityBin& bin : evaluation.reliability) {
+    grid.push_back({limit_text(bin.limit_m), in_percent(bin.promised), in_percent(bin.observed),
+                    std::to_string(bin.count)});
+  }
+  return "<details><summary>The calibration curve's numbers</summary>\n" +
+         html_table(grid, "Promised and observed, by tenths") + "</details>\n";
+}
+
+std::string prediction_table(const Evaluation& evaluation) {
+  TextGrid grid = {{"range (m)"}, {"R²"}, {"RMSE (cm)"}};
+  for (const StaticScore& score : evaluation.statics) {
+    grid[0].push_back(fixed(score.range_m, 0));
+    grid[1].push_back(fixed(score.r_squared, 2));
+    grid[2].push_back(in_centimetres(score.rmse_m));
+  }
+  return html_table(grid, "Predicted against measured mean error on this drive");
+}
+
+std::string scores_table(const DriveTracks& tracks, double limit_m) {
+  TextGrid grid = {{"rule", "scans within the limit (%)", "mean error (cm)", "95th percentile (cm)",
+                    "greatest (cm)", "mean range (m)", "time ratio", "work ratio", "lost",
+                    "second look (%)"}};
+  for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
+    const TrackRule& each = tracks.rules[rule];
+    if (!is_judged_at(each, limit_m)) continue;
+    const TrackScore score = score_track(tracks, rule, limit_m);
+    grid.push_back({name_of(each), in_percent(score.coverage), in_centimetres(score.mean_error_m),
+                    in_centimetres(score.p95_error_m), in_centimetres(score.max_error_m),
+                    fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
+                    fixed(score.work_ratio, 3), std::to_string(score.lost_count),
+                    each.choice == TrackChoice::kPlan ? in_percent(score.second_share) : ""});
+  }
+  return html_table(grid, "Continuous localization at a limit of " + limit_text(limit_m) +
+                              "; ratios are to the longest static range");
+}
+
+ChartSeries error_of(const DriveTracks& tracks, std::size_t rule, const std::string& colour) {
+  const TrackRule& of = tracks.rules[rule];
+  const std::string name = name_of(of) + (of.is_static() ? "" : ", " + limit_text(of.limit_m));
+  ChartSeries series = {name, colour, Mark::kLine, {}, {}, {}, 1.4, false};
+  for (std::size_t scan = 0; scan < tracks.scans.size(); ++scan) {
+    series.x.push_back(static_cast<double>(scan));
+    series.y.push_back(100.0 * tracks.step(rule, scan).error_m);
+  }
+  return series;
+}
+
+std::string error_figure(const DriveTracks& tracks) {
+  Chart chart;
+  chart.title = "Error of continuous localization, scan by scan";
+  chart.x_label = "scan of the drive";
+  chart.y_label = "localization error (cm)";
+  chart.width_px = 1080.0;
+  chart.height_px = 260.0;
+  chart.least_y = 0.0;
+  chart.series.push_back(error_of(tracks, tracks.rules.size() - 1, kGrey));
+  const std::string colours[] = {kBlue, kOrange, kGreen};
+  for (std::size_t rule = 0; rule < tracks.limits_m.size(); ++rule) {
+    chart.series.push_back(error_of(tracks, rule, colours[rule % 3]));
+  }
+  for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
+    const bool is_plan = tracks.rules[rule].choice == TrackChoice::kPlan &&
+                         tracks.rules[rule].limit_m == tracks.limits_m.front();
+    if (is_plan) chart.series.push_back(error_of(tracks, rule, kPink));
+  }
+  return html_figure({"tracks", "Continuous localization.",
+                      "Error of every scan when each match starts where the poses found before "
+                      "predict, with this map's ranges, by its plan of looks where it has one, and "
+                      "with the longest range throughout.",
+                      chart_svg(chart), ""});
+}
+
+std::string advice_text(const ExplainedStretch& one, const Sites& sites) {
+  if (one.advice.empty()) return "no place found";
+  const TargetAdvice& best = one.advice.front();
+  const Eigen::Vector3d p_m = best.target.foot_map_m + sites.frame.origin_world_m;
+  return "at (" + fixed(p_m.x(), 1) + ", " + fixed(p_m.y(), 1) + "), facing " +
+         fixed(facing_deg(best.target), 0) + " degrees: " + percent(best.gain) + " less";
+}
+
+std::string stretches_table(const Weakness& weakness, const Sites& sites) {
+  TextGrid grid = {{"worst site", "run", "from (m)", "to (m)", "error (cm)", "left over (%)",
+                    "loose", "cause", "a board would help most"}};
+  for (const ExplainedStretch& one : weakness.stretches) {
+    const WeakStretch& stretch = one.stretch;
+    grid.push_back({std::to_string(stretch.worst_site), std::to_string(stretch.run),
+                    fixed(stretch.from_m, 0), fixed(stretch.to_m, 0),
+                    in_centimetres(stretch.worst.error_m), in_percent(stretch.worst.margin),
+                    std::string(name_of_way(one.loose.off_road_deg)),
+                    std::string(name_of(one.cause)), advice_text(one, sites)});
+  }
+  return html_table(grid, "The weakest stretches; positions in the recordings' world, m");
+}
+
+}  // namespace
+
+Section trust_section(const ReportSources& sources) {
+  Section section = {"trust", "Can the promises be believed?", ""};
+  section.html = promises_table(*sources.map);
+  for (const LimitPromise& promise : sources.map->ranges.promises) {
+    if (promise.statement.empty()) continue;
+    section.html += paragraph(limit_text(promise.limit_m) + ": " + promise.statement);
+  }
+  if (sources.evaluation) {
+    section.html += calibration(*sources.evaluation) + calibration_table(*sources.evaluation) +
+                    prediction_table(*sources.evaluation);
+  }
+  return section;
+}
+
+// The judging drive replayed as a vehicle lives it.
+
+Section tracks_section(const DriveTracks& tracks) {
+  Section section = {"driving", "Driven continuously", ""};
+  section.html = paragraph("Drive " + tracks.drive + ", " + std::to_string(tracks.scans.size()) +
+                           " scans. A match that ends more than " + metres(tracks.lost_beyond_m) +
+                           " off is lost, and the next one begins anew.");
+  for (const double limit_m : tracks.limits_m) section.html += scores_table(tracks, limit_m);
+  section.html += error_figure(tracks);
+  return section;
+}
+
+// Where the map is weak, which way, why, and what would help.
+
+Section weak_section(const Weakness& weakness, const Sites& sites) {
+  std::string html = paragraph(summary_sentence(weakness));
+  if (weakness.stretches.empty()) return {"weak", "Where it is weak", html};
+  html += stretches_table(weakness, sites);
+  for (const ExplainedStretch& one : weakness.stretches) {
+    html +=
+        paragraph("Site " + std::to_string(one.stretch.worst_site) + ": " + cause_sentence(one));
+  }
+  return {"weak", "Where it is weak", html};
+}
+
+}  // namespace sightline
