@@ -7,9 +7,8 @@
 
 #include "formats/base/files/regular_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
-#include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/scan_files.h"
-#include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

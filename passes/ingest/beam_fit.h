@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 
 // What the elevations of returns say of the beams that they came from.
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 
 namespace sightline {
 

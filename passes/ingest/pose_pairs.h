@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/recording/recording.h"
 
 // Pairs of scans by which poses that came with a recording are judged, before anything is matched.

@@ -4,8 +4,7 @@
 #include <string>
 
 #include "formats/base/check.h"
-#include "formats/foreign/maps/apollo_config.h"
-#include "formats/foreign/maps/apollo_node.h"
+#include "formats/foreign/maps/apollo_files.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace sightline {

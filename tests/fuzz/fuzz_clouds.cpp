@@ -8,8 +8,8 @@
 #include <string>
 
 #include "formats/base/check.h"
-#include "formats/foreign/clouds/gzip.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/text/file_bytes.h"
 #include "tests/fuzz/fuzz.h"

@@ -1,7 +1,7 @@
 // A capture of a Velodyne sensor: every revolution of it.
 
 #include "formats/base/check.h"
-#include "formats/foreign/logs/rotating_pcap.h"
+#include "formats/foreign/logs/velodyne_packet.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/memory_file.h"
 

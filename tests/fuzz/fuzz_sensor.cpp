@@ -4,7 +4,6 @@
 #include <array>
 
 #include "formats/base/check.h"
-#include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/kitti_calibration.h"
 #include "formats/foreign/text/nuscenes_poses.h"

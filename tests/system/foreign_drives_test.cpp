@@ -6,7 +6,7 @@
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/recording/open_recording.h"
-#include "formats/foreign/ros/ros_messages.h"
+#include "formats/foreign/ros/scan_messages.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"

@@ -1,4 +1,4 @@
-#include "formats/foreign/clouds/gzip.h"
+#include "formats/foreign/clouds/cloud_parsers.h"
 
 #include <zlib.h>
 

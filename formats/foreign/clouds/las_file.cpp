@@ -2,9 +2,7 @@
 #include <cstring>
 
 #include "formats/foreign/clouds/las_reference.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
-#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/file_bytes.h"
 
 // LAS 1.0 to 1.4 (ASPRS): a public header block, variable length records of which those of the

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/file_bytes.h"
 
 // What a LAS file says of the space that its coordinates lie in; not for other folders.

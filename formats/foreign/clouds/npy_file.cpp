@@ -1,11 +1,11 @@
-#include "formats/foreign/clouds/npy_file.h"
+#include "formats/foreign/clouds/cloud_parsers.h"
 
 #include <array>
 #include <optional>
 #include <vector>
 
 #include "formats/foreign/clouds/element_type.h"
-#include "formats/foreign/clouds/points/add_point.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/text_lines.h"
 
 // numpy.lib.format: six bytes of signature, two of version, the length of a head, the head as a

@@ -6,8 +6,7 @@
 #include "formats/foreign/clouds/element_type.h"
 #include "formats/foreign/clouds/pcd_header.h"
 #include "formats/foreign/clouds/pcd_unpack.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

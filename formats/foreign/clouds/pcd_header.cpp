@@ -4,8 +4,7 @@
 #include <limits>
 #include <map>
 
-#include "formats/foreign/clouds/points/point_times.h"
-#include "formats/foreign/text/field_names.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 
 namespace sightline {
 namespace {

@@ -7,8 +7,7 @@
 #include <span>
 
 #include "formats/foreign/clouds/element_type.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 
 // From the binary body of a file to points, as fast as memory allows: reading a scan is part of
 // every match. The caller has checked that the body has the size that its header asks for.

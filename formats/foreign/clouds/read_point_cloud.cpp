@@ -6,10 +6,8 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
-#include "formats/foreign/clouds/floats/float_bin.h"
-#include "formats/foreign/clouds/gzip.h"
-#include "formats/foreign/clouds/npy_file.h"
-#include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/clouds/float_columns.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 namespace {

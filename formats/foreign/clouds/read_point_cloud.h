@@ -8,9 +8,9 @@
 #include <string_view>
 
 #include "formats/base/result.h"
-#include "formats/foreign/clouds/floats/float_columns.h"
-#include "formats/foreign/clouds/floats/float_counts.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/float_columns.h"
+#include "formats/foreign/clouds/float_counts.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 
 namespace sightline {
 

@@ -1,12 +1,14 @@
 #include "formats/foreign/lanes/lanelet_map.h"
 
 #include <tinyxml2.h>
-
 #include <algorithm>
+#include <cstddef>
+#include <limits>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
 
+#include "formats/base/check.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
@@ -218,6 +220,83 @@ Result<LaneletMap> read_lanelets(const RouteText& file, LaneletsRead which) {
   const XMLElement* root = document.FirstChildElement("osm");
   if (root == nullptr) return file.error(ErrorCode::kMalformedText, "found no element osm");
   return LaneletReader(file).read(*root, which);
+}
+
+LineByShare::LineByShare(std::vector<Eigen::Vector3d> points_m) : points_m_(std::move(points_m)) {
+  SIGHTLINE_CHECK(!points_m_.empty());
+  until_m_.push_back(0.0);
+  for (std::size_t i = 1; i < points_m_.size(); ++i) {
+    until_m_.push_back(until_m_.back() + (points_m_[i] - points_m_[i - 1]).head<2>().norm());
+  }
+}
+
+LineByShare::Place LineByShare::place(double share) const {
+  if (share >= 1.0 || points_m_.size() == 1) {
+    return points_m_.size() == 1 ? Place{} : Place{points_m_.size() - 2, 1.0};
+  }
+  const double at_m = share * length_m();
+  const auto after = std::upper_bound(until_m_.begin() + 1, until_m_.end() - 1, at_m);
+  const auto segment = static_cast<std::size_t>(after - until_m_.begin()) - 1;
+  const double step_m = until_m_[segment + 1] - until_m_[segment];
+  return {segment, step_m > 0.0 ? (at_m - until_m_[segment]) / step_m : 0.0};
+}
+
+Eigen::Vector3d LineByShare::at(double share) const {
+  const Place found = place(share);
+  if (found.within == 0.0) return points_m_[found.segment];
+  if (found.within == 1.0) return points_m_[found.segment + 1];
+  const Eigen::Vector3d step_m = points_m_[found.segment + 1] - points_m_[found.segment];
+  return points_m_[found.segment] + found.within * step_m;
+}
+
+double left_of(const std::vector<Eigen::Vector3d>& line_m, const Eigen::Vector3d& p_m) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  double side = 0.0;
+  for (std::size_t i = 1; i < line_m.size(); ++i) {
+    const Eigen::Vector2d along_m = (line_m[i] - line_m[i - 1]).head<2>();
+    const Eigen::Vector2d to_m = (p_m - line_m[i - 1]).head<2>();
+    const double squared = along_m.squaredNorm();
+    if (squared == 0.0) continue;
+    const double share = std::clamp(to_m.dot(along_m) / squared, 0.0, 1.0);
+    const double distance_m = (to_m - share * along_m).norm();
+    if (distance_m >= nearest_m) continue;
+    nearest_m = distance_m;
+    side = along_m.x() * to_m.y() - along_m.y() * to_m.x();
+  }
+  return side;
+}
+
+std::vector<Eigen::Vector3d> middle_of(const LineByShare& left, const LineByShare& right,
+                                       std::size_t steps) {
+  std::vector<Eigen::Vector3d> points_m;
+  for (std::size_t i = 0; i <= steps; ++i) {
+    const double share = steps == 0 ? 0.0 : static_cast<double>(i) / static_cast<double>(steps);
+    points_m.emplace_back(0.5 * (left.at(share) + right.at(share)));
+  }
+  return points_m;
+}
+
+Result<void> parse_lanelets(const RouteText& file, Route& route) {
+  constexpr double kStep_m = 0.5;
+  SIGHTLINE_ASSIGN(const LaneletMap map, read_lanelets(file, LaneletsRead::kForVehicles));
+  double total_m = 0.0;
+  for (const Lanelet& lanelet : map.lanelets) {
+    total_m += lanelet.length_m;
+    if (total_m > kLongestRoute_m) {
+      return file.error(ErrorCode::kMalformedText, "its lanelets are longer than 10000 km");
+    }
+    const auto steps = static_cast<std::size_t>(std::ceil(lanelet.length_m / kStep_m));
+    RouteLine line = line_of_points(
+        "lanelet " + lanelet.id,
+        middle_of(LineByShare(lanelet.left.points_m), LineByShare(lanelet.right.points_m), steps));
+    if (line.points_world_m.size() < 2) continue;
+    line.is_both_ways = lanelet.is_both_ways;
+    route.lines.push_back(std::move(line));
+  }
+  if (!route.lines.empty()) return {};
+  return file.error(
+      ErrorCode::kMissingField,
+      "found no lanelet for vehicles among " + std::to_string(map.relation_count) + " relations");
 }
 
 }  // namespace sightline

@@ -9,11 +9,10 @@
 #include "formats/base/bytes.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/units.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/logs/hesai_model.h"
-#include "formats/foreign/text/beam_table.h"
-#include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/text/file_bytes.h"
+#include "formats/foreign/text/sensor_file.h"
 #include "formats/geometry.h"
 
 namespace sightline {

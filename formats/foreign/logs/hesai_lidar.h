@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/foreign/logs/rotating_lidar.h"
+#include "formats/foreign/logs/rotating_pcap.h"
 
 // Data packets of Hesai's Pandar64, Pandar128 (protocol 1.4), PandarXT-32 and PandarXT-16 as their
 // User Manuals describe them: a header, blocks of an azimuth and the returns of all channels, a

@@ -10,8 +10,7 @@
 #include "formats/base/bytes.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/geometry.h"
 
 namespace sightline {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/ouster_metadata.h"
 #include "formats/geometry.h"
 

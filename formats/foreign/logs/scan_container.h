@@ -9,7 +9,7 @@
 
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 
 namespace sightline {
 

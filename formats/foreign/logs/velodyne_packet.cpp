@@ -6,8 +6,7 @@
 
 #include "formats/base/check.h"
 #include "formats/base/units.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/geometry.h"
 
 namespace sightline {
@@ -70,6 +69,49 @@ Eigen::Vector3d position_m(VelodyneModel model, std::size_t laser, double azimut
   const double azimuth_rad = kRadPerDeg * azimuth_deg;
   const Eigen::Vector3d from_laser_m = distance_m * direction_of(-azimuth_rad, elevation_rad);
   return from_laser_m + (is_vlp16 ? kVlp16Lifts_m[laser] : 0.0) * Eigen::Vector3d::UnitZ();
+}
+
+class VelodyneLidar : public RotatingLidar {
+ public:
+  [[nodiscard]] std::string maker() const override { return "Velodyne"; }
+  [[nodiscard]] bool is_data(std::span<const std::byte> datagram) const override {
+    return datagram.size() == kVelodynePacketSize;
+  }
+  [[nodiscard]] std::size_t packet_size() const override { return kVelodynePacketSize; }
+  [[nodiscard]] Result<void> check(std::span<const std::byte> bytes) const override;
+  [[nodiscard]] int model(std::span<const std::byte> bytes) const override {
+    return VelodynePacket(bytes).product_id();
+  }
+  [[nodiscard]] std::size_t block_count() const override { return kVelodyneBlocks; }
+  [[nodiscard]] unsigned azimuth_cdeg(std::span<const std::byte> bytes,
+                                      std::size_t block) const override {
+    return VelodynePacket(bytes).azimuth_cdeg(block);
+  }
+  [[nodiscard]] std::int64_t time_ns(std::span<const std::byte> bytes) const override {
+    return std::int64_t{VelodynePacket(bytes).hour_us()} * 1000;
+  }
+  [[nodiscard]] bool has_date() const override { return false; }
+  [[nodiscard]] std::int64_t block_offset_ns(std::span<const std::byte> bytes,
+                                             std::size_t block) const override {
+    return VelodynePacket(bytes).block_offset_ns(block);
+  }
+  void append_block(std::span<const std::byte> bytes, std::size_t block, std::int64_t base_ns,
+                    PointCloudFile& cloud) const override {
+    VelodynePacket(bytes).append_block(block, base_ns, cloud);
+  }
+};
+
+Result<void> VelodyneLidar::check(std::span<const std::byte> bytes) const {
+  const VelodynePacket packet(bytes);
+  if (!packet.is_valid()) {
+    return Error{ErrorCode::kMalformedHeader,
+                 "found 1206 bytes of UDP that are no Velodyne data packet"};
+  }
+  if (packet.model()) return {};
+  return Error{ErrorCode::kUnsupportedFormat,
+               "found product id " + std::to_string(packet.product_id()) +
+                   ", expected packets of one HDL-32E (33) or VLP-16 (34); export the scans as "
+                   "PCD with the sensor's own tools"};
 }
 
 }  // namespace
@@ -144,6 +186,10 @@ void VelodynePacket::append_block(std::size_t block, std::int64_t base_ns,
     cloud.time_offset_ns.push_back(
         static_cast<std::int32_t>(base_ns + block_offset_ns(block) + whole_ns(after_us)));
   }
+}
+
+Result<std::shared_ptr<const ScanContainer>> open_velodyne_pcap(const std::filesystem::path& path) {
+  return open_rotating_pcap(path, std::make_unique<VelodyneLidar>());
 }
 
 }  // namespace sightline

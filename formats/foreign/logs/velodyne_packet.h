@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "formats/foreign/clouds/points/point_cloud_file.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/logs/rotating_pcap.h"
 
 // Data packets of Velodyne's VLP-16 (also the Puck LITE) and HDL-32E, as their manuals describe
 // them: 12 blocks of an azimuth and 32 returns, a time, and two bytes that name mode and model.
@@ -47,5 +49,9 @@ class VelodynePacket {
 
   std::span<const std::byte> bytes_;
 };
+
+// The whole revolutions of a pcap of theirs. Axes as append_block() has them; errors of
+// open_scan_container.
+Result<std::shared_ptr<const ScanContainer>> open_velodyne_pcap(const std::filesystem::path& path);
 
 }  // namespace sightline

@@ -10,8 +10,7 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
-#include "formats/foreign/maps/apollo_config.h"
-#include "formats/foreign/maps/apollo_node.h"
+#include "formats/foreign/maps/apollo_files.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

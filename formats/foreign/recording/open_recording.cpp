@@ -8,31 +8,88 @@
 #include "formats/base/parallel.h"
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
-#include "formats/foreign/recording/open_scan_container.h"
-#include "formats/foreign/recording/recorded_turns.h"
 #include "formats/foreign/recording/remembered_digests.h"
 #include "formats/foreign/recording/scan_association.h"
-#include "formats/foreign/recording/scan_columns.h"
 #include "formats/foreign/recording/scan_files.h"
+#include "formats/foreign/ros/bag_turns.h"
+#include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/geometry.h"
 
 namespace sightline {
 namespace {
 
-Pose mounting(const RecordingOptions& options) {
-  Pose T_vehicle_lidar = Pose::Identity();
-  T_vehicle_lidar.translate(
-      Eigen::Vector3d(options.lidar_x_m, options.lidar_y_m, options.lidar_z_m));
-  const AxisAngle yaw{Eigen::Vector3d::UnitZ(), options.lidar_yaw_deg * kRadPerDeg};
-  const AxisAngle pitch{Eigen::Vector3d::UnitY(), options.lidar_pitch_deg * kRadPerDeg};
-  const AxisAngle roll{Eigen::Vector3d::UnitX(), options.lidar_roll_deg * kRadPerDeg};
-  for (const AxisAngle& turn : {yaw, pitch, roll}) T_vehicle_lidar.rotate(rotation_matrix(turn));
-  return T_vehicle_lidar;
-}
-
 bool has_no_headers(const Recording& recording) {
   return !recording.container && is_without_header(recording.file_of(recording.scans.front()));
+}
+
+constexpr std::size_t kKitti = 4;
+
+Error of_scan(Error error, const Recording& recording, std::size_t index) {
+  error.file = recording.file_of(recording.scans[index]).string();
+  return error;
+}
+
+Result<void> check_given(const std::vector<FloatEvidence>& evidence, const Recording& recording) {
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    if (!evidence[i].refutes) continue;
+    return of_scan(
+        {ErrorCode::kUnsupportedFormat,
+         "its floats are not " + std::to_string(recording.columns->count) + " a point (" +
+             to_text(*recording.columns) + "); take `columns` away to see what fits"},
+        recording, i);
+  }
+  return {};
+}
+
+// What fits the scans up to here and none further.
+Error mixed(const std::vector<FloatEvidence>& evidence, const Recording& recording,
+            std::size_t index, FloatCounts before) {
+  return {ErrorCode::kMixedFormats,
+          "scans of different numbers of floats a point: " + counts_text(before) + " fit up to " +
+              recording.scans[index - 1].name + ", " + counts_text(evidence[index].fitting) +
+              " fit " + recording.scans[index].name,
+          recording.file_of(recording.scans[index]).parent_path().string()};
+}
+
+Result<FloatCounts> common_counts(const std::vector<FloatEvidence>& evidence,
+                                  const Recording& recording) {
+  FloatCounts fitting = kAnyCount;
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    const FloatCounts both = fitting & evidence[i].fitting;
+    if (evidence[i].fitting == 0) {
+      return of_scan(the_one_count(0, kAnyCount).error(), recording, i);
+    }
+    if (both == 0) return mixed(evidence, recording, i, fitting);
+    fitting = both;
+  }
+  return fitting;
+}
+
+// Settles what the floats of scans without a header are, by the evidence of each file in the order
+// of the scans: where the recording has columns, whether a file refutes them; else the count of
+// floats a point that fits all files. Warns where that is not KITTI's four. Errors:
+// unsupported-format (none fits, or several, or the given ones cannot be), truncated-scan,
+// mixed-formats (each file speaks for a count, and not for the same).
+Result<void> settle_columns(const std::vector<FloatEvidence>& evidence, Recording& recording) {
+  if (recording.columns) return check_given(evidence, recording);
+  SIGHTLINE_ASSIGN(const FloatCounts fitting, common_counts(evidence, recording));
+  FloatCounts dividing = kAnyCount;
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    dividing &= evidence[i].dividing;
+    const Result<std::size_t> count = the_one_count(fitting, dividing);
+    const bool is_cut = !count && count.error().code == ErrorCode::kTruncatedScan;
+    if (is_cut) return of_scan(count.error(), recording, i);
+  }
+  const Result<std::size_t> count = the_one_count(fitting, dividing);
+  if (!count) return of_scan(count.error(), recording, 0);
+  recording.columns = columns_of_count(*count);
+  if (*count != kKitti) {
+    recording.warnings.push_back("scans without a header: " + std::to_string(*count) +
+                                 " floats a point fit, they are read as `columns: " +
+                                 to_text(*recording.columns) + "` (_ is left out)");
+  }
+  return {};
 }
 
 // Every file is read once here, so that the digest names what later passes will see.
@@ -74,6 +131,36 @@ Result<void> take_digests(Recording& recording, int threads, const DigestMemory*
   const std::size_t first_warning = recording.warnings.size();
   SIGHTLINE_TRY(read_digests(recording, threads));
   if (state) remember_digests(*memory, *state, recording, first_warning);
+  return {};
+}
+
+// Those of the bag that holds the scans. Errors: those of read_bag_turns; bad-value (a topic is
+// named, and the scans are in no bag).
+Result<void> take_turn_rates(const RecordingOptions& options, Recording& recording) {
+  constexpr std::int64_t kBeyond_ns = kSecond_ns;
+  if (options.imu_topic == "none") return {};
+  if (!is_ros_bag(options.scans)) {
+    if (options.imu_topic.empty()) return {};
+    return Error{ErrorCode::kBadValue, "imu_topic is for scans in bags, found " + options.scans};
+  }
+  SIGHTLINE_ASSIGN(const BagTurns turns,
+                   read_bag_turns(options.scans, options.imu_topic, recording.container->frame()));
+  recording.warnings.insert(recording.warnings.end(), turns.warnings.begin(), turns.warnings.end());
+  if (recording.scans.empty()) return {};
+  const auto [first, last] = std::ranges::minmax(recording.scans, {}, &RecordedScan::stamp_ns);
+  const Eigen::Matrix3d R_vehicle_sensor = recording.sensor.T_vehicle_lidar.linear();
+  for (const TurnRate& rate : turns.of_sensor) {
+    const bool is_within =
+        rate.stamp_ns >= first.stamp_ns - kBeyond_ns && rate.stamp_ns <= last.stamp_ns + kBeyond_ns;
+    if (!is_within) continue;
+    const Eigen::Vector3d of_vehicle = R_vehicle_sensor * rate.rate_rad_per_s;
+    recording.turn_rates.push_back({rate.stamp_ns, of_vehicle});
+  }
+  if (!turns.of_sensor.empty() && recording.turn_rates.empty()) {
+    recording.warnings.push_back(options.scans + ": turn rates are not used: none of the " +
+                                 std::to_string(turns.of_sensor.size()) +
+                                 " is at the time of a scan");
+  }
   return {};
 }
 
@@ -210,37 +297,6 @@ Result<void> take_columns(const RecordingOptions& options, Recording& recording)
 }
 
 }  // namespace
-
-Result<SensorProfile> sensor_of(const RecordingOptions& options) {
-  SIGHTLINE_ASSIGN(SensorProfile profile, is_sensor_file(options.sensor)
-                                              ? read_sensor_file(options.sensor)
-                                              : sensor_profile(options.sensor));
-  if (options.rings == 1 || options.rings < 0 ||
-      options.lowest_beam_deg >= options.highest_beam_deg) {
-    return Error{ErrorCode::kBadValue,
-                 "rings must be 0 or at least 2, and lowest_beam_deg below highest_beam_deg"};
-  }
-  if (options.rings > 0) {
-    profile.name.append("-").append(std::to_string(options.rings)).append("-rings");
-    profile.beam_elevations_deg.clear();
-    for (int i = 0; i < options.rings; ++i) {
-      profile.beam_elevations_deg.push_back(options.lowest_beam_deg +
-                                            (options.highest_beam_deg - options.lowest_beam_deg) *
-                                                i / (options.rings - 1));
-    }
-  }
-  if (options.azimuth_view_deg != 0.0) profile.azimuth_view_deg = options.azimuth_view_deg;
-  if (options.height_m != 0.0) profile.height_m = options.height_m;
-  profile.T_vehicle_lidar = mounting(options);
-  const bool are_of_sensor = options.poses_of == PosesOf::kSensor;
-  if (are_of_sensor && !profile.T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
-    return Error{ErrorCode::kBadValue,
-                 "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
-                 "no meaning"};
-  }
-  SIGHTLINE_TRY(validate(profile));
-  return profile;
-}
 
 Result<Recording> list_recording(const RecordingOptions& options) {
   const std::filesystem::path folder = options.scans;

@@ -5,14 +5,11 @@
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
-#include "formats/foreign/recording/digest_memory.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/recording/recording.h"
+#include "formats/foreign/recording/remembered_digests.h"
 
 namespace sightline {
-
-// The sensor that the options describe. Errors: unknown-name, bad-value, and those of validate.
-Result<SensorProfile> sensor_of(const RecordingOptions& options);
 
 // Lists the scans of a folder, or of a file that holds many (a bag or a pcap, see
 // open_scan_container), gives each a time and a pose, and takes digests of all of them on up to
@@ -30,7 +27,9 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options);
 // scan speak against them; else the one count of floats a point that fits all scans
 // (fitting_counts), with a warning where it is not KITTI's four.
 //
-// Turn rates: those of the bag that holds the scans, see take_turn_rates.
+// Turn rates: those of the bag that holds the scans (read_bag_turns), about the axes of the
+// vehicle's frame, from a second before the first scan to a second behind the last one; with a
+// warning of what is to be known of them. None where imu_topic is "none".
 //
 // Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats, truncated-scan,
 // unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs (fewer

@@ -11,7 +11,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/scan_stores.h"
-#include "formats/foreign/clouds/floats/float_columns.h"
+#include "formats/foreign/clouds/float_columns.h"
 #include "formats/foreign/logs/scan_container.h"
 #include "formats/foreign/text/pose_file.h"
 
@@ -54,6 +54,9 @@ struct RecordingOptions {
   double lidar_pitch_deg = 0.0;
   double lidar_yaw_deg = 0.0;
 };
+
+// The sensor that the options describe. Errors: unknown-name, bad-value, and those of validate.
+Result<SensorProfile> sensor_of(const RecordingOptions& options);
 
 // What it takes to read a scan again.
 struct ScanInFile {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
-#include "formats/foreign/recording/digest_memory.h"
+#include "formats/base/hash.h"
 #include "formats/foreign/recording/recording.h"
 
 // A file that was not written to since is not read again to know its digest. That it was not
@@ -11,6 +13,17 @@
 // all the same.
 
 namespace sightline {
+
+// Keeps what was read of scan files from one run to the next, under a key that names in which state
+// the files were then.
+class DigestMemory {
+ public:
+  virtual ~DigestMemory() = default;
+  // Nothing where nothing is known.
+  [[nodiscard]] virtual std::optional<std::vector<std::byte>> load(const Digest& key) const = 0;
+  // What cannot be kept is read again by the next run, so that is not reported.
+  virtual void store(const Digest& key, std::span<const std::byte> content) const = 0;
+};
 
 // Names the state of all scan files and the columns that were asked for. Nothing where a file
 // cannot be asked about, or was changed within the last two seconds: then another change might

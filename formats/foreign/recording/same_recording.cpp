@@ -5,7 +5,6 @@
 #include <span>
 
 #include "formats/foreign/logs/random_access_file.h"
-#include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/scan_files.h"
 
 namespace sightline {

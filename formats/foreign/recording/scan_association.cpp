@@ -13,7 +13,7 @@
 #include "formats/foreign/text/kitti_calibration.h"
 #include "formats/foreign/text/nuscenes_poses.h"
 #include "formats/foreign/text/pose_file.h"
-#include "formats/foreign/text/time_unit.h"
+#include "formats/foreign/text/stamp.h"
 
 namespace sightline {
 namespace {

@@ -4,8 +4,12 @@
 #include <array>
 #include <string>
 
+#include "formats/base/files/regular_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
-#include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/logs/open_capture.h"
+#include "formats/foreign/logs/pcap_reader.h"
+#include "formats/foreign/ros/ros_bag.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
 
@@ -111,6 +115,12 @@ Result<void> check_is_no_foreign_file(const std::filesystem::path& file) {
   return is_foreign ? Result<void>(scan.error()) : Result<void>();
 }
 
+// A file's first bytes; shorter where there are no more.
+std::string signature_of(const std::filesystem::path& path) {
+  const Result<std::string> bytes = read_beginning(path.string(), 4);
+  return bytes ? *bytes : std::string();
+}
+
 }  // namespace
 
 bool natural_less(std::string_view a, std::string_view b) {
@@ -182,6 +192,21 @@ std::optional<std::int64_t> scan_stamp_ns(const std::filesystem::path& file) {
   const std::size_t zeros = std::min(stem.find_first_not_of('0'), stem.size());
   if (!is_plain || (!has_point && stem.size() - zeros < kLeastDigits)) return std::nullopt;
   return parse_stamp_ns(stem);
+}
+
+bool is_scan_container(const std::filesystem::path& path) {
+  if (is_ros_bag(path)) return true;
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored) && is_pcap(signature_of(path));
+}
+
+Result<std::shared_ptr<const ScanContainer>> open_scan_container(
+    const std::filesystem::path& path, const std::string& topic,
+    const std::filesystem::path& sensor) {
+  if (is_ros_bag(path)) return open_bag(path, topic);
+  if (topic.empty()) return open_capture(path, sensor);
+  return Error{ErrorCode::kBadValue, "a pcap has no topics, found topic '" + topic + "'",
+               path.string()};
 }
 
 }  // namespace sightline

@@ -1,8 +1,11 @@
 #include "formats/foreign/ros/bag_topics.h"
 
+#include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "formats/base/units.h"
 #include "formats/foreign/ros/ros_messages.h"
 
 namespace sightline {
@@ -71,6 +74,129 @@ Result<TransformTree> read_transforms(const fs::path& path, const MessageLog& lo
         return {};
       }));
   return tree;
+}
+
+void TransformTree::add(const StampedTransform& transform, bool is_static) {
+  Edge& edge = edges_[transform.child];
+  if (edge.poses.empty()) edge.parent = transform.parent;
+  if (edge.parent != transform.parent) edge.other_parent = transform.parent;
+  edge.is_static = edge.is_static || is_static;
+  if (edge.is_static) edge.poses.clear();
+  edge.poses.emplace(transform.stamp_ns, transform.T_parent_child);
+}
+
+std::string TransformTree::frames() const {
+  std::string names;
+  for (const auto& [child, edge] : edges_) names += " " + child;
+  return names;
+}
+
+// T_parent_child; a single one holds at all times.
+std::optional<Pose> TransformTree::pose_at(const Edge& edge, std::int64_t stamp_ns) {
+  constexpr std::int64_t kLongestGap_ns = 2 * kSecond_ns;  // localizers correct once a second
+  if (!edge.moves()) return edge.poses.begin()->second;
+  const auto after = edge.poses.lower_bound(stamp_ns);
+  if (after != edge.poses.end() && after->first == stamp_ns) return after->second;
+  if (after == edge.poses.begin() || after == edge.poses.end()) return std::nullopt;
+  const auto before = std::prev(after);
+  const std::int64_t gap_ns = after->first - before->first;
+  if (gap_ns > kLongestGap_ns) return std::nullopt;
+  return interpolate(before->second, after->second,
+                     static_cast<double>(stamp_ns - before->first) / static_cast<double>(gap_ns));
+}
+
+Error TransformTree::error(ErrorCode code, const std::string& message,
+                           const std::string& file) const {
+  return {code, message + "; frames with a parent:" + frames(), file};
+}
+
+// From the frame upwards.
+Result<std::vector<const TransformTree::Edge*>> TransformTree::chain_above(
+    const std::string& frame, const std::string& file) const {
+  std::vector<const Edge*> chain;
+  std::string top = frame;
+  for (auto at = edges_.find(frame); at != edges_.end() && top != "map"; at = edges_.find(top)) {
+    const Edge& edge = at->second;
+    if (chain.size() == edges_.size()) {
+      return error(ErrorCode::kMalformedPose, "frame " + top + " lies within itself", file);
+    }
+    if (!edge.other_parent.empty()) {
+      return error(
+          ErrorCode::kMalformedPose,
+          "frame " + top + " has two parents, " + edge.parent + " and " + edge.other_parent, file);
+    }
+    chain.push_back(&edge);
+    top = edge.parent;
+  }
+  return chain;
+}
+
+Result<std::vector<PoseRow>> TransformTree::poses_of(const std::string& frame,
+                                                     const std::string& file) const {
+  SIGHTLINE_ASSIGN(const std::vector<const Edge*> chain, chain_above(frame, file));
+  const auto fastest = std::ranges::max_element(
+      chain, {}, [](const Edge* edge) { return edge->moves() ? edge->poses.size() : 0; });
+  if (fastest == chain.end() || !(*fastest)->moves()) {
+    return error(ErrorCode::kNoPoses, "nothing moves above frame '" + frame + "'", file);
+  }
+  std::vector<PoseRow> rows;
+  for (const auto& [stamp_ns, unused] : (*fastest)->poses) {
+    PoseRow row;
+    row.stamp_ns = stamp_ns;
+    bool is_known = true;
+    for (const Edge* edge : chain) {
+      const std::optional<Pose> T_parent_child = pose_at(*edge, stamp_ns);
+      is_known = is_known && T_parent_child;
+      if (is_known) row.T_world_vehicle = *T_parent_child * row.T_world_vehicle;
+    }
+    if (is_known) rows.push_back(row);
+  }
+  if (!rows.empty()) return rows;
+  return error(ErrorCode::kNoPoses, "transforms above frame '" + frame + "' share no time", file);
+}
+
+std::optional<Pose> TransformTree::fixed_pose(const std::string& ancestor,
+                                              const std::string& frame) const {
+  Pose T_top_frame = Pose::Identity();
+  std::string top = frame;
+  for (std::size_t steps = 0; steps <= edges_.size(); ++steps) {
+    if (top == ancestor) return T_top_frame;
+    const auto at = edges_.find(top);
+    if (at == edges_.end() || at->second.moves()) return std::nullopt;
+    T_top_frame = at->second.poses.begin()->second * T_top_frame;
+    top = at->second.parent;
+  }
+  return std::nullopt;
+}
+
+bool TransformTree::Edge::is_same() const {
+  const Pose& first = poses.begin()->second;
+  return other_parent.empty() && std::ranges::all_of(poses, [&](const auto& pose) {
+           return pose.second.matrix() == first.matrix();
+         });
+}
+
+std::map<std::string, Pose> TransformTree::fixed_ancestors(const std::string& frame) const {
+  std::map<std::string, Pose> ancestors;
+  Pose T_top_frame = Pose::Identity();
+  std::string top = frame;
+  while (ancestors.emplace(top, T_top_frame).second) {  // else frames lie in a circle
+    const auto at = edges_.find(top);
+    if (at == edges_.end() || !at->second.is_same()) break;
+    T_top_frame = at->second.poses.begin()->second * T_top_frame;
+    top = at->second.parent;
+  }
+  return ancestors;
+}
+
+std::optional<Pose> TransformTree::fixed_between(const std::string& to,
+                                                 const std::string& from) const {
+  const std::map<std::string, Pose> above_to = fixed_ancestors(to);
+  for (const auto& [ancestor, T_ancestor_from] : fixed_ancestors(from)) {
+    const auto common = above_to.find(ancestor);
+    if (common != above_to.end()) return common->second.inverse() * T_ancestor_from;
+  }
+  return std::nullopt;
 }
 
 }  // namespace sightline

@@ -5,115 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "formats/foreign/clouds/element_type.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
-#include "formats/foreign/clouds/points/point_times.h"
-#include "formats/foreign/ros/message_reader.h"
-#include "formats/foreign/text/field_names.h"
-#include "formats/foreign/text/file_bytes.h"
+#include "formats/base/units.h"
 
 namespace sightline {
 namespace {
-
-struct CloudField {
-  std::size_t offset = 0;
-  ElementType type;
-  bool is_there = false;
-};
-
-// What of a PointCloud2 is needed to walk over its points.
-struct CloudLayout {
-  std::uint64_t height = 0;
-  std::uint64_t width = 0;
-  std::array<CloudField, 3> position;
-  CloudField intensity;
-  CloudField time;
-  bool is_bigendian = false;
-  std::uint64_t point_step = 0;
-  std::uint64_t row_step = 0;
-  std::size_t data_offset = 0;
-  std::uint64_t data_size = 0;
-};
-
-// The numbers that sensor_msgs/PointField gives to types, from 1 on.
-std::optional<ElementType> field_type(std::uint8_t number) {
-  using enum ElementKind;
-  constexpr std::array<ElementType, 8> kTypes = {{{kSigned, 1},
-                                                  {kUnsigned, 1},
-                                                  {kSigned, 2},
-                                                  {kUnsigned, 2},
-                                                  {kSigned, 4},
-                                                  {kUnsigned, 4},
-                                                  {kFloat, 4},
-                                                  {kFloat, 8}}};
-  if (number < 1 || number > kTypes.size()) return std::nullopt;
-  return kTypes[number - 1U];
-}
-
-void take_field(MessageReader& reader, CloudLayout& layout) {
-  const std::string name = reader.text();
-  CloudField field;
-  field.offset = reader.get<std::uint32_t>();
-  const std::optional<ElementType> type = field_type(reader.get<std::uint8_t>());
-  reader.get<std::uint32_t>();  // how many; one, or the first one counts
-  if (!type) return;
-  field.type = *type;
-  field.is_there = true;
-  if (name == "x") layout.position[0] = field;
-  if (name == "y") layout.position[1] = field;
-  if (name == "z") layout.position[2] = field;
-  if (is_intensity_name(name)) layout.intensity = field;
-  if (is_time_name(name)) layout.time = field;
-}
-
-CloudLayout take_layout(MessageReader& reader) {
-  CloudLayout layout;
-  reader.header();
-  layout.height = reader.get<std::uint32_t>();
-  layout.width = reader.get<std::uint32_t>();
-  const auto fields = reader.get<std::uint32_t>();
-  for (std::uint32_t i = 0; reader.ok() && i < fields; ++i) take_field(reader, layout);
-  layout.is_bigendian = reader.get<std::uint8_t>() != 0;
-  layout.point_step = reader.get<std::uint32_t>();
-  layout.row_step = reader.get<std::uint32_t>();
-  layout.data_size = reader.get<std::uint32_t>();
-  layout.data_offset = reader.offset();
-  return layout;
-}
-
-Result<void> check_layout(const CloudLayout& layout, const FileBytes& file) {
-  const auto& [x, y, z] = layout.position;
-  if (!x.is_there || !y.is_there || !z.is_there) {
-    return file.error(ErrorCode::kMissingField, "no fields x, y and z", at_byte(0));
-  }
-  if (layout.width == 0 || layout.height == 0) {
-    return file.error(ErrorCode::kEmptyScan, "the message says that there are no points",
-                      at_byte(0));
-  }
-  for (const CloudField& field : {x, y, z, layout.intensity, layout.time}) {
-    if (field.offset + field.type.size <= layout.point_step || !field.is_there) continue;
-    return file.error(ErrorCode::kMalformedHeader, "a field lies outside its point", at_byte(0));
-  }
-  if (layout.row_step < layout.width * layout.point_step) {
-    return file.error(ErrorCode::kMalformedHeader, "a row is shorter than its points", at_byte(0));
-  }
-  const std::uint64_t left = file.bytes.size() - layout.data_offset;
-  if (layout.data_size > left || layout.height > layout.data_size / layout.row_step) {
-    return file.error(ErrorCode::kTruncatedScan,
-                      "found " + std::to_string(std::min(left, layout.data_size)) +
-                          " bytes of points, expected " + std::to_string(layout.height) +
-                          " rows of " + std::to_string(layout.row_step),
-                      at_byte(layout.data_offset));
-  }
-  return {};
-}
-
-double read_field(const std::uint8_t* point, const CloudField& field, bool is_bigendian) {
-  if (!field.is_there) return 0.0;
-  return is_bigendian ? read_big_endian_element(point + field.offset, field.type)
-                      : read_element(point + field.offset, field.type);
-}
 
 // A position and a quaternion x y z w. Errors: malformed-pose, not-a-rotation.
 Result<Pose> take_pose(MessageReader& reader, std::int64_t stamp_ns, const std::string& file) {
@@ -154,36 +49,6 @@ Result<MessageHeader> header_of(std::span<const std::byte> message, MessageEncod
   MessageHeader header = reader.header();
   if (reader.ok()) return header;
   return Error{ErrorCode::kMalformedHeader, "the message is shorter than its header", file};
-}
-
-Result<PointCloudFile> parse_point_cloud2(std::span<const std::byte> message,
-                                          const std::string& name, MessageEncoding encoding) {
-  const FileBytes file{message, name};
-  MessageReader reader(message, encoding);
-  const CloudLayout layout = take_layout(reader);
-  if (!reader.ok()) {
-    return file.error(ErrorCode::kMalformedHeader, "the message ends before its points",
-                      at_byte(reader.offset()));
-  }
-  SIGHTLINE_TRY(check_layout(layout, file));
-  PointCloudFile cloud;
-  std::vector<double> times;
-  const auto* data = reinterpret_cast<const std::uint8_t*>(message.data()) + layout.data_offset;
-  for (std::uint64_t i = 0; i < layout.height * layout.width; ++i) {
-    const std::uint8_t* point =
-        data + i / layout.width * layout.row_step + i % layout.width * layout.point_step;
-    Eigen::Vector3d point_m;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      point_m[static_cast<Eigen::Index>(axis)] =
-          read_field(point, layout.position[axis], layout.is_bigendian);
-    }
-    const double intensity = read_field(point, layout.intensity, layout.is_bigendian);
-    if (add_point(cloud, point_m, static_cast<float>(intensity)) && layout.time.is_there) {
-      times.push_back(read_field(point, layout.time, layout.is_bigendian));
-    }
-  }
-  if (layout.time.is_there) set_point_times(times, cloud);
-  return cloud;
 }
 
 Result<PoseRow> parse_pose_message(std::span<const std::byte> message, std::string_view datatype,
@@ -257,6 +122,65 @@ Result<std::vector<StampedTransform>> parse_transforms(std::span<const std::byte
   }
   if (reader.ok()) return transforms;
   return Error{ErrorCode::kMalformedPose, "a message of transforms that is short", file};
+}
+
+MessageReader::MessageReader(std::span<const std::byte> message, MessageEncoding encoding)
+    : bytes_(message), is_cdr_(encoding == MessageEncoding::kCdr) {
+  if (!is_cdr_) return;
+  // DDS-XTypes 1.3, 7.6.3.1.2: a kind in two bytes, big-endian, and two of options.
+  constexpr unsigned kXcdr2 = 6;
+  const std::span<const std::byte> begin = take(4);
+  if (!ok_) return;
+  const auto kind =
+      (std::to_integer<unsigned>(begin[0]) << 8U) + std::to_integer<unsigned>(begin[1]);
+  ok_ = kind < 2 || kind == kXcdr2 || kind == kXcdr2 + 1;
+  is_swapped_ = kind % 2 == 0;
+  origin_ = offset_;
+  widest_alignment_ = kind < 2 ? 8 : 4;
+}
+
+void MessageReader::align(std::size_t size) {
+  if (!is_cdr_) return;
+  const std::size_t step = std::min(size, widest_alignment_);
+  const std::size_t past = (offset_ - origin_) % step;
+  if (past > 0) take(step - past);
+}
+
+std::span<const std::byte> MessageReader::take(std::size_t size) {
+  if (ok_ && remaining() < size) ok_ = false;
+  if (!ok_) return {};
+  const std::span<const std::byte> taken = bytes_.subspan(offset_, size);
+  offset_ += size;
+  return taken;
+}
+
+std::uint32_t MessageReader::count(std::size_t element_size) {
+  const auto count = get<std::uint32_t>();
+  if (ok_ && count > remaining() / element_size) ok_ = false;
+  return ok_ ? count : 0;
+}
+
+std::string MessageReader::text() {
+  const std::uint32_t size = count(1);
+  const std::span<const std::byte> bytes = take(size);
+  std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (is_cdr_ && !text.empty()) text.pop_back();  // CDR counts the zero at the end
+  return text;
+}
+
+std::int64_t MessageReader::time_ns() {
+  const std::int64_t seconds =
+      is_cdr_ ? std::int64_t{get<std::int32_t>()} : std::int64_t{get<std::uint32_t>()};
+  return seconds * kSecond_ns + std::int64_t{get<std::uint32_t>()};
+}
+
+MessageHeader MessageReader::header() {
+  if (!is_cdr_) get<std::uint32_t>();  // ROS 1 counts its messages
+  MessageHeader header;
+  header.stamp_ns = time_ns();
+  header.frame = text();
+  if (header.frame.starts_with('/')) header.frame.erase(0, 1);
+  return header;
 }
 
 }  // namespace sightline

@@ -1,23 +1,74 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
-#include "formats/foreign/clouds/points/point_cloud_file.h"
-#include "formats/foreign/ros/message_reader.h"
+#include "formats/foreign/ros/files/message_log.h"
 #include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/pose_file.h"
 
-// Messages of ROS 1 and ROS 2 with poses and points; their types are named as in ROS 1.
+// Messages of ROS 1 and ROS 2 with poses, places and turn rates; their types are named as in ROS 1.
 
 namespace sightline {
 
-inline constexpr std::string_view kPointCloud2 = "sensor_msgs/PointCloud2";
+struct MessageHeader {
+  std::int64_t stamp_ns = 0;
+  std::string frame;  // without a leading slash
+};
+
+// Reads the fields of a message in turn. CDR (XCDR1, and XCDR2 of types that are final, as those of
+// ROS 2 are): each number stands at a multiple of its size behind the 4 bytes that name the byte
+// order. Reads stop at the first failure: from there on each gives zero and ok() is false.
+class MessageReader {
+ public:
+  MessageReader(std::span<const std::byte> message, MessageEncoding encoding);
+
+  template <class T>
+  requires std::is_arithmetic_v<T> T get() {
+    align(sizeof(T));
+    std::array<std::byte, sizeof(T)> raw{};
+    const std::span<const std::byte> bytes = take(raw.size());
+    if (!ok_) return T{};
+    std::ranges::copy(bytes, raw.begin());
+    if (is_swapped_) std::ranges::reverse(raw);
+    T value{};
+    std::memcpy(&value, raw.data(), sizeof value);
+    return value;
+  }
+  std::string text();
+  // The length of a sequence of elements of at least `element_size` bytes, which must remain.
+  std::uint32_t count(std::size_t element_size);
+  // The next bytes as they lie.
+  std::span<const std::byte> take(std::size_t size);
+  // A time: seconds and nanoseconds.
+  std::int64_t time_ns();
+  // std_msgs/Header.
+  MessageHeader header();
+
+  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] std::size_t offset() const { return offset_; }
+  [[nodiscard]] std::size_t remaining() const { return bytes_.size() - offset_; }
+
+ private:
+  void align(std::size_t size);
+
+  std::span<const std::byte> bytes_;
+  std::size_t offset_ = 0;
+  std::size_t origin_ = 0;  // alignment counts from here
+  std::size_t widest_alignment_ = 1;
+  bool is_cdr_ = false;
+  bool is_swapped_ = false;
+  bool ok_ = true;
+};
 
 // nav_msgs/Odometry, geometry_msgs/PoseStamped, PoseWithCovarianceStamped or TransformStamped.
 bool is_pose_message(std::string_view datatype);
@@ -28,13 +79,6 @@ bool is_transforms_message(std::string_view datatype);
 // Of a message that begins with a std_msgs/Header. Error: malformed-header.
 Result<MessageHeader> header_of(std::span<const std::byte> message, MessageEncoding encoding,
                                 const std::string& file);
-
-// The points of a sensor_msgs/PointCloud2: any order of fields and types, both byte orders, rows
-// with padding; intensity and times as in other formats. Errors: malformed-header, missing-field,
-// truncated-scan, empty-scan; the place is a byte of the message.
-Result<PointCloudFile> parse_point_cloud2(std::span<const std::byte> message,
-                                          const std::string& file,
-                                          MessageEncoding encoding = MessageEncoding::kRos1);
 
 // The stamp and pose of a message of one of the types of is_pose_message. Errors:
 // malformed-pose, not-a-rotation.

@@ -1,18 +1,118 @@
 #include "formats/foreign/ros/scan_messages.h"
 
+#include <algorithm>
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "formats/base/units.h"
-#include "formats/foreign/clouds/points/add_point.h"
-#include "formats/foreign/clouds/points/point_cloud_file.h"
-#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/clouds/element_type.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/logs/velodyne_packet.h"
-#include "formats/foreign/ros/message_reader.h"
 #include "formats/foreign/ros/ros_messages.h"
 #include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 namespace {
+
+struct CloudField {
+  std::size_t offset = 0;
+  ElementType type;
+  bool is_there = false;
+};
+
+// What of a PointCloud2 is needed to walk over its points.
+struct CloudLayout {
+  std::uint64_t height = 0;
+  std::uint64_t width = 0;
+  std::array<CloudField, 3> position;
+  CloudField intensity;
+  CloudField time;
+  bool is_bigendian = false;
+  std::uint64_t point_step = 0;
+  std::uint64_t row_step = 0;
+  std::size_t data_offset = 0;
+  std::uint64_t data_size = 0;
+};
+
+// The numbers that sensor_msgs/PointField gives to types, from 1 on.
+std::optional<ElementType> field_type(std::uint8_t number) {
+  using enum ElementKind;
+  constexpr std::array<ElementType, 8> kTypes = {{{kSigned, 1},
+                                                  {kUnsigned, 1},
+                                                  {kSigned, 2},
+                                                  {kUnsigned, 2},
+                                                  {kSigned, 4},
+                                                  {kUnsigned, 4},
+                                                  {kFloat, 4},
+                                                  {kFloat, 8}}};
+  if (number < 1 || number > kTypes.size()) return std::nullopt;
+  return kTypes[number - 1U];
+}
+
+void take_field(MessageReader& reader, CloudLayout& layout) {
+  const std::string name = reader.text();
+  CloudField field;
+  field.offset = reader.get<std::uint32_t>();
+  const std::optional<ElementType> type = field_type(reader.get<std::uint8_t>());
+  reader.get<std::uint32_t>();  // how many; one, or the first one counts
+  if (!type) return;
+  field.type = *type;
+  field.is_there = true;
+  if (name == "x") layout.position[0] = field;
+  if (name == "y") layout.position[1] = field;
+  if (name == "z") layout.position[2] = field;
+  if (is_intensity_name(name)) layout.intensity = field;
+  if (is_time_name(name)) layout.time = field;
+}
+
+CloudLayout take_layout(MessageReader& reader) {
+  CloudLayout layout;
+  reader.header();
+  layout.height = reader.get<std::uint32_t>();
+  layout.width = reader.get<std::uint32_t>();
+  const auto fields = reader.get<std::uint32_t>();
+  for (std::uint32_t i = 0; reader.ok() && i < fields; ++i) take_field(reader, layout);
+  layout.is_bigendian = reader.get<std::uint8_t>() != 0;
+  layout.point_step = reader.get<std::uint32_t>();
+  layout.row_step = reader.get<std::uint32_t>();
+  layout.data_size = reader.get<std::uint32_t>();
+  layout.data_offset = reader.offset();
+  return layout;
+}
+
+Result<void> check_layout(const CloudLayout& layout, const FileBytes& file) {
+  const auto& [x, y, z] = layout.position;
+  if (!x.is_there || !y.is_there || !z.is_there) {
+    return file.error(ErrorCode::kMissingField, "no fields x, y and z", at_byte(0));
+  }
+  if (layout.width == 0 || layout.height == 0) {
+    return file.error(ErrorCode::kEmptyScan, "the message says that there are no points",
+                      at_byte(0));
+  }
+  for (const CloudField& field : {x, y, z, layout.intensity, layout.time}) {
+    if (field.offset + field.type.size <= layout.point_step || !field.is_there) continue;
+    return file.error(ErrorCode::kMalformedHeader, "a field lies outside its point", at_byte(0));
+  }
+  if (layout.row_step < layout.width * layout.point_step) {
+    return file.error(ErrorCode::kMalformedHeader, "a row is shorter than its points", at_byte(0));
+  }
+  const std::uint64_t left = file.bytes.size() - layout.data_offset;
+  if (layout.data_size > left || layout.height > layout.data_size / layout.row_step) {
+    return file.error(ErrorCode::kTruncatedScan,
+                      "found " + std::to_string(std::min(left, layout.data_size)) +
+                          " bytes of points, expected " + std::to_string(layout.height) +
+                          " rows of " + std::to_string(layout.row_step),
+                      at_byte(layout.data_offset));
+  }
+  return {};
+}
+
+double read_field(const std::uint8_t* point, const CloudField& field, bool is_bigendian) {
+  if (!field.is_there) return 0.0;
+  return is_bigendian ? read_big_endian_element(point + field.offset, field.type)
+                      : read_element(point + field.offset, field.type);
+}
 
 constexpr std::string_view kVelodyneScan = "velodyne_msgs/VelodyneScan";
 
@@ -101,6 +201,36 @@ Result<PointCloudFile> parse_velodyne(const FileBytes& file, MessageEncoding enc
 }
 
 }  // namespace
+
+Result<PointCloudFile> parse_point_cloud2(std::span<const std::byte> message,
+                                          const std::string& name, MessageEncoding encoding) {
+  const FileBytes file{message, name};
+  MessageReader reader(message, encoding);
+  const CloudLayout layout = take_layout(reader);
+  if (!reader.ok()) {
+    return file.error(ErrorCode::kMalformedHeader, "the message ends before its points",
+                      at_byte(reader.offset()));
+  }
+  SIGHTLINE_TRY(check_layout(layout, file));
+  PointCloudFile cloud;
+  std::vector<double> times;
+  const auto* data = reinterpret_cast<const std::uint8_t*>(message.data()) + layout.data_offset;
+  for (std::uint64_t i = 0; i < layout.height * layout.width; ++i) {
+    const std::uint8_t* point =
+        data + i / layout.width * layout.row_step + i % layout.width * layout.point_step;
+    Eigen::Vector3d point_m;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      point_m[static_cast<Eigen::Index>(axis)] =
+          read_field(point, layout.position[axis], layout.is_bigendian);
+    }
+    const double intensity = read_field(point, layout.intensity, layout.is_bigendian);
+    if (add_point(cloud, point_m, static_cast<float>(intensity)) && layout.time.is_there) {
+      times.push_back(read_field(point, layout.time, layout.is_bigendian));
+    }
+  }
+  if (layout.time.is_there) set_point_times(times, cloud);
+  return cloud;
+}
 
 bool is_scan_message(std::string_view datatype) {
   return datatype == kPointCloud2 || datatype == kVelodyneScan || is_livox(datatype);

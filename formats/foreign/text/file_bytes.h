@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cctype>
 #include <cstddef>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -8,7 +11,7 @@
 
 #include "formats/base/result.h"
 
-// What the parsers of formats/foreign share; not for other folders.
+// What the parsers of formats/foreign share.
 
 namespace sightline {
 
@@ -27,6 +30,14 @@ struct FileBytes {
 
 inline std::string at_byte(std::size_t offset) { return "byte " + std::to_string(offset); }
 inline std::string at_line(std::size_t number) { return "line " + std::to_string(number); }
+
+// ".pcd" of "a/B.PCD".
+inline std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
 
 // Some writers pad a file to whole pages with zeros, and editors add line ends. Anything else
 // behind the data means that the header and the data disagree.

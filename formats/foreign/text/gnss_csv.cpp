@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "formats/base/units.h"
-#include "formats/foreign/text/geodetic_parsers.h"
+#include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
 

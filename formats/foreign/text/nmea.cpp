@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "formats/base/units.h"
-#include "formats/foreign/text/geodetic_parsers.h"
+#include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/text_lines.h"
 
 // NMEA 0183: one sentence a line, "$GPGGA,123519.00,4807.038,N,...*47".

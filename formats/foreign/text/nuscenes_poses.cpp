@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "formats/base/files/atomic_file.h"
-#include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/text/file_bytes.h"
 
 // The table of the whole data set holds millions of poses, so no tree of it is made.
 

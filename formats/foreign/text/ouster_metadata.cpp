@@ -5,7 +5,6 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/file_bytes.h"
-#include "formats/foreign/text/lower_extension.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

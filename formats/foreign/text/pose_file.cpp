@@ -8,7 +8,6 @@
 
 #include "formats/base/units.h"
 #include "formats/foreign/text/file_bytes.h"
-#include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/geometry.h"
 #include "formats/text/table.h"

@@ -4,14 +4,22 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/result.h"
-#include "formats/foreign/text/pose_row.h"
+#include "formats/foreign/text/stamp.h"
+#include "formats/geometry.h"
 
 namespace sightline {
+
+// One row of a pose file. Whose pose it is (the vehicle's or the sensor's) no file says; the name
+// follows the default.
+struct PoseRow {
+  std::optional<std::int64_t> stamp_ns;
+  std::optional<std::int64_t> id;
+  Pose T_world_vehicle = Pose::Identity();
+};
 
 enum class PoseFormat {
   kAuto,    // by the number of columns
@@ -36,14 +44,5 @@ Result<void> write_tum(const std::filesystem::path& path, std::span<const PoseRo
 // One time a line, as in a pose file; further columns are ignored.
 // Errors as read_poses, malformed-text for what is no time.
 Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path);
-
-// A time as people write it: seconds in decimals ("1567410201.7452047", "1.5e9"), or, where it is
-// too large for seconds, milliseconds (12 to 14 digits before the point), or as a whole number
-// microseconds (15 to 17 digits) or nanoseconds (18 and more).
-// No rounding down to the nanosecond, half a nanosecond rounds up. nullopt: no time.
-std::optional<std::int64_t> parse_stamp_ns(std::string_view word);
-
-// Seconds with nine decimals, which parse_stamp_ns reads back exactly.
-std::string format_stamp(std::int64_t stamp_ns);
 
 }  // namespace sightline

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
+#include <vector>
 
+#include "formats/base/result.h"
 #include "formats/drive/sensor_profile.h"
 
 namespace sightline {
@@ -28,5 +31,17 @@ bool is_sensor_file(std::string_view name);
 Result<SensorProfile> read_sensor_file(const std::filesystem::path& path);
 // The same of what the file holds.
 Result<SensorProfile> parse_sensor_file(std::string_view text, const std::filesystem::path& path);
+
+// A line of a table of beams, as Hesai's angle correction files are.
+struct BeamRow {
+  double elevation_deg = 0.0;
+  std::optional<double> azimuth_deg;  // beside that of the head, clockwise; nothing: no column
+  std::optional<int> channel;         // from 1; nothing: no column
+};
+
+// A first line that names columns (among them one that begins with "elevation"; "azimuth", and
+// "channel" or "laser" where they are there), then one beam a line. At most 1024 beams. Errors:
+// malformed-text (with the line).
+Result<std::vector<BeamRow>> parse_beam_table(std::string_view text, std::string_view file);
 
 }  // namespace sightline

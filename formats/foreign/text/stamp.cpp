@@ -1,10 +1,13 @@
+#include "formats/foreign/text/stamp.h"
+
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cstdlib>
 #include <limits>
 #include <string>
 
 #include "formats/base/units.h"
-#include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
 
 // Times are 19 significant digits long; a double carries 15. So they are never numbers until they
@@ -95,6 +98,54 @@ std::string format_stamp(std::int64_t stamp_ns) {
   text.append(1, '.').append(9 - decimals.size(), '0').append(decimals);
   if (stamp_ns < 0) text.insert(text.begin(), '-');
   return text;
+}
+
+std::optional<std::int64_t> parse_date_time_ns(std::string_view date, std::string_view time) {
+  namespace chrono = std::chrono;
+  const auto number = [](std::string_view text, std::size_t at, std::size_t length) {
+    return to_number<int>(text.substr(at, length));
+  };
+  if (date.size() != 10 || date[4] != '-' || date[7] != '-') return std::nullopt;
+  if (time.size() < 8 || time[2] != ':' || time[5] != ':') return std::nullopt;
+  const std::optional<int> year = number(date, 0, 4);
+  const std::optional<int> month = number(date, 5, 2);
+  const std::optional<int> day = number(date, 8, 2);
+  const std::optional<int> hours = number(time, 0, 2);
+  const std::optional<int> minutes = number(time, 3, 2);
+  const std::optional<std::int64_t> seconds_ns = parse_stamp_ns(time.substr(6));
+  constexpr std::int64_t kMinute_ns = 60'000'000'000;
+  if (!year || !month || !day || !hours || !minutes || !seconds_ns) return std::nullopt;
+  if (*year < 1970 || *year > 2100 || *month < 1 || *day < 1) return std::nullopt;
+  if (*hours < 0 || *hours > 23 || *minutes < 0 || *minutes > 59) return std::nullopt;
+  if (*seconds_ns < 0 || *seconds_ns > kMinute_ns) return std::nullopt;
+  const chrono::year_month_day when{chrono::year(*year),
+                                    chrono::month(static_cast<unsigned>(*month)),
+                                    chrono::day(static_cast<unsigned>(*day))};
+  if (!when.ok()) return std::nullopt;
+  const auto days = chrono::sys_days(when).time_since_epoch().count();
+  return (std::int64_t{days} * 1440 + *hours * 60 + *minutes) * kMinute_ns + *seconds_ns;
+}
+
+std::string take_finer_unit(std::vector<std::int64_t>& stamps_ns) {
+  constexpr std::int64_t kLongestStep_ns = 20 * kSecond_ns;
+  static constexpr std::array kUnits = {"milliseconds", "microseconds", "nanoseconds"};
+  const bool are_whole = std::ranges::all_of(
+      stamps_ns, [](std::int64_t stamp_ns) { return stamp_ns % kSecond_ns == 0; });
+  if (!are_whole || stamps_ns.size() < 2) return "";
+  std::vector<std::int64_t> steps_ns;
+  for (std::size_t i = 1; i < stamps_ns.size(); ++i) {
+    steps_ns.push_back(stamps_ns[i] - stamps_ns[i - 1]);
+  }
+  const auto middle = steps_ns.begin() + static_cast<std::ptrdiff_t>(steps_ns.size() / 2);
+  std::ranges::nth_element(steps_ns, middle);
+  std::int64_t parts = 1;
+  std::string unit;
+  for (std::size_t i = 0; i < kUnits.size() && *middle / parts >= kLongestStep_ns; ++i) {
+    parts *= 1000;
+    unit = kUnits[i];
+  }
+  for (std::int64_t& stamp_ns : stamps_ns) stamp_ns /= parts;
+  return unit;
 }
 
 }  // namespace sightline

@@ -1,8 +1,8 @@
 #include <set>
 
 #include "formats/foreign/clouds/read_point_cloud.h"
-#include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/recording.h"
+#include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/text/text_lines.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/real_data.h"

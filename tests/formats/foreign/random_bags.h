@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/foreign/ros/ros_messages.h"
+#include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/bag_files.h"
 
 // Small bags for tests: a drive with clouds, odometry and a topic that is not read.

@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/bag_file.h"
+#include "formats/foreign/ros/files/log_files.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/db3_file.h"
+#include "formats/foreign/ros/files/log_files.h"
 
 #include <algorithm>
 #include <mutex>
@@ -7,7 +7,6 @@
 
 #include "formats/base/files/regular_file.h"
 #include "formats/foreign/ros/files/sqlite_file.h"
-#include "formats/foreign/ros/files/type_names.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/mcap_file.h"
+#include "formats/foreign/ros/files/log_files.h"
 
 #include <zlib.h>
 
@@ -8,7 +8,6 @@
 #include "formats/base/files/regular_file.h"
 #include "formats/foreign/ros/files/mcap_index.h"
 #include "formats/foreign/ros/files/recent_chunks.h"
-#include "formats/foreign/ros/files/type_names.h"
 
 namespace sightline {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -10,11 +11,88 @@
 #include "formats/base/result.h"
 #include "formats/foreign/logs/random_access_file.h"
 #include "formats/foreign/ros/files/bag_compression.h"
-#include "formats/foreign/ros/files/mcap_record.h"
 
 // What an MCAP file holds, without its messages.
 
 namespace sightline {
+
+// The records of an MCAP file (mcap.dev/spec): a kind in one byte, the length of what follows in
+// 64 bits, and fields one after the other, little-endian, strings behind a 32-bit length.
+
+enum class McapOp : std::uint8_t {
+  kHeader = 1,
+  kFooter = 2,
+  kSchema = 3,
+  kChannel = 4,
+  kMessage = 5,
+  kChunk = 6,
+  kMessageIndex = 7,
+  kStatistics = 11,
+  kDataEnd = 15
+};
+
+inline constexpr std::size_t kMcapPrefixSize = 9;  // of a record: kind and length
+
+// A record whose data were not read.
+struct McapOutline {
+  std::uint64_t offset = 0;
+  McapOp op{};  // also a kind that is not named above
+  std::uint64_t data_offset = 0;
+  std::uint64_t data_size = 0;
+  [[nodiscard]] std::uint64_t end() const { return data_offset + data_size; }
+};
+
+// Errors: cannot-read, truncated-scan (the file ends within it).
+Result<McapOutline> read_mcap_outline(const RandomAccessFile& file, std::uint64_t offset);
+
+// A record in memory.
+struct McapRecord {
+  McapOp op{};
+  std::span<const std::byte> data;
+};
+// The record at `offset` of bytes, and sets `offset` behind it; nothing where there is none that
+// lies within the bytes.
+std::optional<McapRecord> take_mcap_record(std::span<const std::byte> bytes, std::size_t& offset);
+
+struct McapSchema {
+  std::uint16_t id = 0;
+  std::string name;  // "sensor_msgs/msg/PointCloud2"
+  auto operator<=>(const McapSchema&) const = default;
+};
+struct McapChannel {
+  std::uint16_t id = 0;
+  std::uint16_t schema_id = 0;  // 0: none
+  std::string topic;
+  std::string encoding;  // "cdr", "ros1"
+  auto operator<=>(const McapChannel&) const = default;
+};
+struct McapMessage {
+  static constexpr std::size_t kHeaderSize = 22;
+  std::uint16_t channel_id = 0;
+  std::int64_t log_time_ns = 0;
+};
+struct McapChunkHeader {
+  static constexpr std::size_t kMostSize = 64;  // with the longest name of a compression
+  std::uint64_t unpacked_size = 0;
+  std::uint32_t crc = 0;  // of the unpacked records; 0: none
+  std::string compression;
+  std::uint64_t size = 0;  // of the records as they lie
+  std::size_t header_size = 0;
+};
+struct McapMessageIndex {
+  std::uint16_t channel_id = 0;
+  std::uint32_t message_count = 0;
+};
+
+// Each gives nothing for data that are cut or contradict themselves. Further fields at the end are
+// those of later versions.
+std::optional<McapSchema> mcap_schema(std::span<const std::byte> data);
+std::optional<McapChannel> mcap_channel(std::span<const std::byte> data);
+std::optional<McapMessage> mcap_message(std::span<const std::byte> data);
+std::optional<McapChunkHeader> mcap_chunk_header(std::span<const std::byte> first_bytes);
+// From the first 6 bytes of a record of `data_size`.
+std::optional<McapMessageIndex> mcap_message_index(std::span<const std::byte> first_bytes,
+                                                   std::uint64_t data_size);
 
 // A chunk of records, as it lies in the file.
 struct McapChunk {

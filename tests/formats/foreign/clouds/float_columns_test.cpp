@@ -1,4 +1,4 @@
-#include "formats/foreign/clouds/floats/float_columns.h"
+#include "formats/foreign/clouds/float_columns.h"
 
 #include <gtest/gtest.h>
 

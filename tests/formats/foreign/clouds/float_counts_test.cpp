@@ -1,4 +1,4 @@
-#include "formats/foreign/clouds/floats/float_counts.h"
+#include "formats/foreign/clouds/float_counts.h"
 
 #include <algorithm>
 #include <numbers>

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "formats/base/random.h"
-#include "formats/foreign/maps/apollo_config.h"
+#include "formats/foreign/maps/apollo_files.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/formats/foreign/maps/apollo_writer.h"
 

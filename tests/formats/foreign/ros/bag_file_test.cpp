@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/bag_file.h"
+#include "formats/foreign/ros/files/log_files.h"
 
 #include <gmock/gmock.h>
 #include <rosbag/view.h>
@@ -9,6 +9,7 @@
 
 #include "formats/foreign/ros/files/bag_compression.h"
 #include "formats/foreign/ros/ros_bag.h"
+#include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/random_bags.h"
 
 namespace sightline {

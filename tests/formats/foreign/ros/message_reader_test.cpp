@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/message_reader.h"
+#include "formats/foreign/ros/ros_messages.h"
 
 #include "tests/formats/foreign/foreign_files.h"
 

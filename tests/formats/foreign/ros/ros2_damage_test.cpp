@@ -2,7 +2,6 @@
 #include <sstream>
 
 #include "formats/foreign/recording/open_recording.h"
-#include "formats/foreign/ros/files/bag_metadata.h"
 #include "formats/foreign/ros/files/open_message_log.h"
 #include "tests/formats/foreign/ros/read_damaged.h"
 #include "tests/formats/foreign/ros/ros2_recordings.h"

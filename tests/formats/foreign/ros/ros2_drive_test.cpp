@@ -3,6 +3,7 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/files/open_message_log.h"
 #include "formats/foreign/ros/ros_bag.h"
+#include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/ros/ros2_recordings.h"
 
 // Recordings of ROS 2 by other writers (recordings/README.md), against what ROS 1 would give.

@@ -2,6 +2,7 @@
 
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/ros_messages.h"
+#include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/bag_files.h"
 
 namespace sightline {

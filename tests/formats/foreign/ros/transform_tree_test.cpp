@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/transform_tree.h"
+#include "formats/foreign/ros/bag_topics.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,6 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/random.h"
-#include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/geometry.h"
 #include "tests/support/scratch_folder.h"

@@ -1,5 +1,5 @@
 #include "formats/foreign/text/pose_file.h"
-#include "formats/foreign/text/time_unit.h"
+#include "formats/foreign/text/stamp.h"
 
 #include "formats/base/random.h"
 #include "formats/base/units.h"

@@ -7,6 +7,9 @@
 #include <string_view>
 
 #include "formats/base/result.h"
+#include "formats/foreign/clouds/float_counts.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 
@@ -28,5 +31,15 @@ FloatColumns columns_of_count(std::size_t count);  // 3 or more
 
 // Their names, as parse_float_columns reads them; "_" stands for what is left out.
 std::string to_text(const FloatColumns& columns);
+
+// Float32 without a header: KITTI's four floats a point, nuScenes' five, and others. Where no
+// columns are given the number of floats a point is found from the floats. Errors: those of
+// parse_point_cloud.
+Result<PointCloudFile> parse_float_bin(const FileBytes& file,
+                                       const std::optional<FloatColumns>& given);
+
+// Counts of floats a point that fit; of several only nuScenes' five where the name is one of theirs
+// (.pcd.bin).
+FloatCounts fitting_counts(const FileBytes& file);
 
 }  // namespace sightline

@@ -1,4 +1,4 @@
-#include "formats/foreign/clouds/points/point_times.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
 
 #include <cstdlib>
 #include <limits>

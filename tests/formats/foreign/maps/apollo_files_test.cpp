@@ -1,4 +1,4 @@
-#include "formats/foreign/maps/apollo_node.h"
+#include "formats/foreign/maps/apollo_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 
-#include "formats/foreign/maps/apollo_config.h"
 #include "tests/formats/foreign/maps/apollo_writer.h"
 
 namespace sightline {

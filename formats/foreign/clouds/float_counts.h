@@ -6,11 +6,13 @@
 #include <string>
 
 #include "formats/base/result.h"
-#include "formats/foreign/clouds/floats/float_readings.h"
 
 // How many floats a point has in a file without a header, from the floats themselves.
 
 namespace sightline {
+
+constexpr std::size_t kLeastFloats = 3;  // a point
+constexpr std::size_t kMostFloats = 10;
 
 // A set of counts: bit 4 is set where 4 floats a point fit.
 using FloatCounts = std::uint32_t;

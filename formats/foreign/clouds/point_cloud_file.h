@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace sightline {
+
+// One point cloud as somebody else's program wrote it, in the file's own frame, metres. Points with
+// a NaN or infinite coordinate and points at exactly (0,0,0) (no return) are left out and counted.
+struct PointCloudFile {
+  std::vector<Eigen::Vector3d> points_m;
+  std::vector<float> intensity;  // one per point; 0 where the file has none
+  std::uint64_t nonfinite_count = 0;
+  std::uint64_t zero_count = 0;
+  // Points that the file itself marks as not to be used (LAS: withheld); left out too.
+  std::uint64_t withheld_count = 0;
+  // Floats a point of a file that does not say it itself (.bin); 0: the file says it.
+  std::size_t float_count = 0;
+  // A text file whose last line has no end: its last number may have lost digits.
+  bool may_be_cut = false;
+  // When each point was measured, one per point; empty where the file does not say. ns after
+  // time_origin_ns, which is a time of the file's own clock, or after the scan's stamp where the
+  // file counts from there (times within 2 s of 0). Files name no unit: it is the one of s, ms, us
+  // and ns in which the scan takes between 2 ms and 2 s.
+  std::vector<std::int32_t> time_offset_ns;
+  std::optional<std::int64_t> time_origin_ns;
+  // There is a field of times in which no unit makes sense, or with a NaN; it was left out.
+  bool has_unclear_times = false;
+};
+
+// Takes the times of a cloud's points as its file has them (one each, any unit, any clock) and
+// fills time_offset_ns, time_origin_ns and has_unclear_times by the rules given there.
+// Where the format itself names the unit, that is `known_unit_ns`.
+void set_point_times(std::span<const double> times, PointCloudFile& cloud,
+                     std::optional<double> known_unit_ns = std::nullopt);
+
+// Adds a return to the cloud and is true; counts a point that is not a return, and is false.
+inline bool add_point(PointCloudFile& cloud, const Eigen::Vector3d& point_m, float intensity) {
+  if (!point_m.allFinite()) {
+    ++cloud.nonfinite_count;
+    return false;
+  }
+  if (point_m.isZero(0.0)) {
+    ++cloud.zero_count;
+    return false;
+  }
+  cloud.points_m.push_back(point_m);
+  cloud.intensity.push_back(intensity);
+  return true;
+}
+
+// Fields that hold the strength of the return, as the usual writers name them.
+inline bool is_intensity_name(std::string_view name) {
+  return name == "intensity" || name == "Intensity" || name == "scalar_intensity" ||
+         name == "scalar_Intensity" || name == "reflectivity" || name == "i";
+}
+
+// Fields that hold the time of a point, as the usual drivers name them.
+inline bool is_time_name(std::string_view name) {
+  constexpr std::array<std::string_view, 8> kNames = {"t",           "time",        "timestamp",
+                                                      "offset_time", "time_offset", "timeStamp",
+                                                      "time_stamps", "gps_time"};
+  return std::ranges::find(kNames, name) != kNames.end();
+}
+
+}  // namespace sightline

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sightline {
+
+// A time as people write it: seconds in decimals ("1567410201.7452047", "1.5e9"), or, where it is
+// too large for seconds, milliseconds (12 to 14 digits before the point), or as a whole number
+// microseconds (15 to 17 digits) or nanoseconds (18 and more).
+// No rounding down to the nanosecond, half a nanosecond rounds up. nullopt: no time.
+std::optional<std::int64_t> parse_stamp_ns(std::string_view word);
+
+// Seconds with nine decimals, which parse_stamp_ns reads back exactly.
+std::string format_stamp(std::int64_t stamp_ns);
+
+// "2011-09-26" and "13:02:25.594360375", UTC. nullopt: none.
+std::optional<std::int64_t> parse_date_time_ns(std::string_view date, std::string_view time);
+
+// Times that were read as seconds but are whole numbers of a finer unit: half of the steps between
+// them are 20 s or more, so that no drive was recorded at them. Divides them so that the middle
+// step is below, and returns the unit: "milliseconds", "microseconds" or "nanoseconds"; "" where
+// they stay. `stamps_ns` are ascending.
+std::string take_finer_unit(std::vector<std::int64_t>& stamps_ns);
+
+}  // namespace sightline
