@@ -2,7 +2,7 @@
 
 #include "formats/base/units.h"
 #include "formats/foreign/text/sensor_file.h"
-#include "formats/rotation.h"
+#include "formats/geometry.h"
 
 namespace sightline {
 namespace {
