@@ -68,7 +68,7 @@ Result<void> validate(const Look& look);
 Result<void> validate(const std::vector<Look>& looks);
 
 // What a match shows to a vehicle that does not know the truth ("Driving by a plan" in
-// schemas/definitions.md); passes/matching/look_test.h reads it off a match.
+// schemas/definitions.md); passes/matching/look_plan.h reads it off a match.
 inline constexpr std::size_t kLookSigns = 8;
 using LookSigns = std::array<double, kLookSigns>;
 std::span<const std::string_view> look_sign_names();

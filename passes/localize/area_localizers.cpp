@@ -41,9 +41,7 @@ Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
     return made;
   }
   made.own = make_localizer(near, localizer_options(options_.kind, options_.coarse_cells));
-  made.of_samples = made.own.is_annealed
-                        ? localizer_for_samples(made.own)
-                        : make_localizer(near, options_for_samples(options_.coarse_cells));
+  made.of_samples = localizer_for_samples(made.own, near, options_.coarse_cells);
   return made;
 }
 

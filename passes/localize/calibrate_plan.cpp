@@ -11,7 +11,7 @@
 #include "passes/localize/drive_on_map.h"
 #include "passes/localize/match_contents.h"
 #include "passes/matching/look_plan.h"
-#include "passes/matching/predicted_pose.h"
+#include "passes/matching/match_starts.h"
 #include "passes/pass/default_looks.h"
 #include "passes/pass/scan_selection.h"
 #include "passes/pass/work_in_parts.h"

@@ -10,7 +10,7 @@
 
 #include "formats/base/random.h"
 #include "passes/localize/pcl/pcl_ndt.h"
-#include "passes/matching/autoware_sampler.h"
+#include "passes/matching/scan_cutter.h"
 #include "passes/vehicle/look_matcher.h"
 
 namespace sightline {

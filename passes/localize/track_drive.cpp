@@ -8,7 +8,7 @@
 #include "passes/localize/drive_on_map.h"
 #include "passes/localize/track_matcher.h"
 #include "passes/matching/localizer.h"
-#include "passes/matching/predicted_pose.h"
+#include "passes/matching/match_starts.h"
 #include "passes/pass/scan_selection.h"
 
 namespace sightline {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
 
 #include "formats/base/check.h"
-#include "passes/matching/grid/coarse_map.h"
+#include "formats/surroundings/cell_moments.h"
 
 // Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
 // only shows the way may end far from its optimum and needs few points; what it costs is small
@@ -41,6 +42,14 @@ MatchLevel annealed_level(std::size_t number, std::size_t count, const Localizer
   level.is_thin = true;
   level.stop_step_m = (number == 0 ? 1.0 : 0.5) * options.lead_stop_m;
   return level;
+}
+
+// Those of the last level.
+void limit_steps(const MatchOptions& options, MatchLevel& level) {
+  level.max_step_m = options.max_step_m;
+  level.max_step_rad = options.max_step_rad;
+  level.stop_step_m = options.stop_step_m;
+  level.stop_step_rad = options.stop_step_rad;
 }
 
 constexpr std::string_view kNames[] = {"plain", "annealed", "searching", "pcl-ndt"};
@@ -85,12 +94,8 @@ LocalizerOptions localizer_named(std::string_view name, int coarse_cells) {
 
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
   SIGHTLINE_CHECK(options.coarse_cells >= 1);
-  Localizer localizer;
   SIGHTLINE_CHECK(options.search_m <= 0.0 || options.is_annealed);
-  localizer.is_annealed = options.is_annealed;
-  localizer.search_m = options.search_m;
-  localizer.loose_below = options.loose_below;
-  localizer.fewest_lead = options.fewest_lead;
+  Localizer localizer{options, {}};
   const bool has_coarse = options.coarse_cells > 1;
   const NdtMap coarse = has_coarse ? coarse_map(map, options.coarse_cells) : NdtMap{};
   const NdtMap& widest = has_coarse ? coarse : map;
@@ -112,13 +117,10 @@ Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
   return localizer;
 }
 
-Localizer localizer_for_samples(const Localizer& annealed) {
-  SIGHTLINE_CHECK(annealed.is_annealed);
-  const LocalizerOptions options = options_for_samples();
-  Localizer localizer = annealed;
-  localizer.search_m = options.search_m;
-  localizer.loose_below = options.loose_below;
-  localizer.fewest_lead = options.fewest_lead;
+Localizer localizer_for_samples(const Localizer& own, const NdtMap& map, int coarse_cells) {
+  const LocalizerOptions options = options_for_samples(coarse_cells);
+  if (!own.options.is_annealed) return make_localizer(map, options);
+  Localizer localizer{options, own.levels};
   for (std::size_t i = 0; i < localizer.levels.size(); ++i) {
     localizer.levels[i].settings = annealed_level(i, localizer.levels.size(), options);
   }
@@ -131,8 +133,8 @@ ScanForMatch make_scan_for_match(const Localizer& localizer,
 }
 
 std::size_t lead_stride(const Localizer& localizer, std::size_t point_count) {
-  if (!localizer.is_annealed) return 1;
-  return std::clamp(point_count / localizer.fewest_lead, std::size_t{1}, kThinStride);
+  if (!localizer.options.is_annealed) return 1;
+  return std::clamp(point_count / localizer.options.fewest_lead, std::size_t{1}, kThinStride);
 }
 
 ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
@@ -153,15 +155,12 @@ MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose&
     levels[i] = localizer.levels[i].settings;
     levels[i].grid = localizer.levels[i].grid.get();
   }
-  MatchLevel& last = levels[count - 1];
-  last.max_step_m = options.max_step_m;
-  last.max_step_rad = options.max_step_rad;
-  last.stop_step_m = options.stop_step_m;
-  last.stop_step_rad = options.stop_step_rad;
-  if (localizer.is_annealed) stop_where_points_rest(scan, std::span(levels).first(count));
+  limit_steps(options, levels[count - 1]);
+  const LocalizerOptions& how = localizer.options;
+  if (how.is_annealed) stop_where_points_rest(scan, std::span(levels).first(count));
   const std::span<const MatchLevel> all = std::span(levels).first(count);
-  if (localizer.search_m <= 0.0) return match(all, scan, T_map_start, options);
-  const OptimumSearch search{all, localizer.search_m, localizer.loose_below, options};
+  if (how.search_m <= 0.0) return match(all, scan, T_map_start, options);
+  const OptimumSearch search{all, how.search_m, how.loose_below, options};
   return search_optimum(search, T_map_start, scan, shared);
 }
 
@@ -170,12 +169,29 @@ MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T
   const Localizer::Level& finest = localizer.levels.back();
   MatchLevel level = finest.settings;
   level.grid = finest.grid.get();
-  level.max_step_m = options.max_step_m;
-  level.max_step_rad = options.max_step_rad;
-  level.stop_step_m = options.stop_step_m;
-  level.stop_step_rad = options.stop_step_rad;
-  if (localizer.is_annealed) stop_where_points_rest(scan, std::span(&level, 1));
+  limit_steps(options, level);
+  if (localizer.options.is_annealed) stop_where_points_rest(scan, std::span(&level, 1));
   return match(std::span(&level, 1), scan, T_map_start, options);
+}
+
+NdtMap coarse_map(const NdtMap& map, int factor) {
+  SIGHTLINE_CHECK(factor >= 1);
+  NdtMap coarse = map;
+  coarse.cell_m = factor * map.cell_m;
+  while (!is_tiling(coarse.cell_m, coarse.tile_m)) coarse.tile_m += map.tile_m;
+  std::map<std::pair<TileKey, CellKey>, CellMoments> cells;
+  for (const Nd& nd : map.nds) {
+    const CellKey key{floor_divide(nd.key.x, factor), floor_divide(nd.key.y, factor),
+                      floor_divide(nd.key.z, factor)};
+    cells[{tile_of(key, coarse.cell_m, coarse.tile_m), key}].add(
+        nd, nd.mean_m - cell_centre_m(key, coarse.cell_m));
+  }
+  coarse.nds.clear();
+  for (const auto& [place, moments] : cells) {
+    coarse.nds.push_back(undecomposed_nd(place.second, moments, coarse.cell_m));
+  }
+  decompose(coarse.nds);
+  return coarse;
 }
 
 }  // namespace sightline

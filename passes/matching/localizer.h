@@ -52,16 +52,13 @@ struct Localizer {
     std::shared_ptr<const MatchGrid> grid;
     MatchLevel settings;  // without the grid
   };
-  bool is_annealed = false;
-  double search_m = 0.0;
-  double loose_below = 0.5;
-  std::size_t fewest_lead = 64;
+  LocalizerOptions options;   // that matching needs still
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
-// The same for samples of scans, as make_localizer(map, options_for_samples()) makes it, of an
-// annealed one: it shares the other's grids, which are most of a localizer.
-Localizer localizer_for_samples(const Localizer& annealed);
+// The same for samples of scans, as make_localizer(map, options_for_samples(coarse_cells)) makes
+// it. It shares the grids of `own`, which are most of a localizer, where that is annealed.
+Localizer localizer_for_samples(const Localizer& own, const NdtMap& map, int coarse_cells = 1);
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,
                                  std::span<const Eigen::Vector3d> points_m);
@@ -88,5 +85,10 @@ MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T
 // No pose that localize() or settle() finds is farther from its start: there are at most three
 // climbs of 35 steps of 0.2 m, and 1.5 m between two of them.
 inline constexpr double kFarthestFound_m = 24.0;
+
+// The map with cells `factor` times as long, each pooled from the NDs in it: count, mean and
+// covariance are those of all their points. Points of cells that had too few for an ND stay lost.
+// factor >= 1; where the tiles cannot hold the longer cells they become larger.
+NdtMap coarse_map(const NdtMap& map, int factor);
 
 }  // namespace sightline

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
-#include <numbers>
 
 #include "formats/base/check.h"
 #include "formats/grid/cell_key.h"
@@ -15,8 +13,6 @@
 
 namespace sightline {
 namespace {
-
-constexpr double kGolden = std::numbers::phi - 1.0;
 
 // A number from all bits of another (Murmur3's finalizer): uniform and the same everywhere.
 std::uint32_t scrambled(std::uint32_t number) {
@@ -71,8 +67,7 @@ void fetch(const KernelRecord& record) {
 
 double look_stride(const Look& look, std::size_t count) {
   if (look.return_count == 0) return 1.0;
-  const double stride = static_cast<double>(count) / look.return_count;
-  return stride < 1.0 + kGolden ? 1.0 : std::floor(stride - kGolden) + kGolden;
+  return even_stride(static_cast<double>(count) / look.return_count);
 }
 
 void LookCutter::keep_first_of_voxels() {
@@ -191,9 +186,7 @@ void LookCutter::finish(const Localizer& localizer, const SensorProfile& sensor,
 void LookCutter::cut(const Localizer& localizer, const Scan& scan, const SensorProfile& sensor,
                      const Look& look, const Pose& T_map_start, ScanForMatch& cut) {
   if (takes_every_return(look)) {
-    std::vector<Eigen::Vector3d> points_m = dense_.cut(scan.points_m, {look.range_m, leaf_m_}, 1.0);
-    for (Eigen::Vector3d& point_m : points_m) point_m = sensor.T_vehicle_lidar * point_m;
-    fill_scan_for_match(points_m, lead_stride(localizer, points_m.size()), cut);
+    cut = make_scan_for_match(localizer, dense_, scan, sensor, {look.range_m, leaf_m_, true});
     return;
   }
   prepare(scan, look);

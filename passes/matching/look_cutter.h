@@ -13,8 +13,8 @@
 
 namespace sightline {
 
-// Of `count` returns, one in so many is looked at: a whole number plus (sqrt(5) - 1) / 2, or else
-// 1, so that about return_count of them are, and all rings alike (see return_stride).
+// Of `count` returns, one in so many is looked at, so that about return_count of them are; see
+// even_stride().
 double look_stride(const Look& look, std::size_t count);
 
 // Cuts one scan after another as a look says and keeps its memory from one to the next: the one

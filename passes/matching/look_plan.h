@@ -1,15 +1,22 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 
 #include "formats/drive/drive.h"
 #include "formats/drive/look.h"
+#include "formats/geometry.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
-#include "passes/matching/look_test.h"
+#include "passes/matching/matcher.h"
 
 namespace sightline {
+
+// Of a match of so many points that was started from the predicted pose. Finite for any match.
+// Allocates nothing.
+LookSigns look_signs(const MatchResult& match, std::size_t point_count,
+                     const Pose& T_map_predicted);
 
 // Where a vehicle takes itself to be, and from what.
 struct PosePrediction {

@@ -1,8 +1,10 @@
 #include "passes/matching/match_score.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "formats/base/portable_math.h"
+#include "formats/symmetric_eigen.h"
 
 // Magnusson's score (The Three-Dimensional Normal-Distributions Transform, 2009, section 6.2). All
 // NDs of a point share the point's Jacobian, so their first and second derivatives by the position
@@ -99,6 +101,16 @@ Pose moved(const Pose& T_map_sensor, const Vector6d& motion) {
   pose.linear() = rotation.toRotationMatrix();
   pose.translation() = T_map_sensor.translation() + motion.head<3>();
   return pose;
+}
+
+HorizontalCurvature horizontal_curvature(const Matrix6d& hessian) {
+  const Eigen::Matrix<double, 2, 4> mixed = hessian.topRightCorner<2, 4>();
+  Eigen::Matrix4d others = hessian.bottomRightCorner<4, 4>();
+  others.diagonal().array() += 1e-6 * others.diagonal().cwiseAbs().maxCoeff();
+  const Eigen::Matrix<double, 4, 2> followed = others.ldlt().solve(mixed.transpose());
+  const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(0.5 * (schur + schur.transpose()));
+  return {eigen.values[0], eigen.values[1], eigen.vectors.col(0)};
 }
 
 }  // namespace sightline

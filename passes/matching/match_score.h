@@ -29,4 +29,12 @@ MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> p
 // The pose after that motion.
 Pose moved(const Pose& T_map_sensor, const Vector6d& motion);
 
+// How sharply the score is peaked in the plane, all other motions free to follow: the Schur
+// complement of a MatchResult's Hessian, 1/m^2. Allocates nothing.
+struct HorizontalCurvature {
+  double weak = 0.0, strong = 0.0;
+  Eigen::Vector2d weak_direction = Eigen::Vector2d::UnitX();  // of length 1
+};
+HorizontalCurvature horizontal_curvature(const Matrix6d& hessian);
+
 }  // namespace sightline

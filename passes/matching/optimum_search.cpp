@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "formats/base/stopwatch.h"
-#include "passes/matching/horizontal_curvature.h"
+#include "passes/matching/match_score.h"
 
 // Why a search: between two long walls the score has a chain of optima along the street, a metre or
 // so apart, and a start a metre off climbs the wrong one. The right one is nearly always the

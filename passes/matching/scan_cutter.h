@@ -1,9 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "formats/drive/drive.h"
 #include "passes/matching/voxel_table.h"
 
 namespace sightline {
@@ -16,11 +19,15 @@ struct ScanCut {
   bool takes_every_return = false;
 };
 
+// The longest stride up to `longest` of this kind: a whole number plus (sqrt(5) - 1) / 2, or
+// else 1. Returns come ring by ring in turn, and a step that is near no fraction meets all rings
+// alike.
+double even_stride(double longest);
+
 // A sensor turns by the same angle between two returns wherever they lie, so near ones are denser
 // than any voxel needs. The longest stride that leaves neighbours on a ring a quarter of a voxel
-// apart at the range, or nearer ("Measured error" in schemas/definitions.md): a whole number plus
-// (sqrt(5) - 1) / 2, or else 1. Returns come ring by ring in turn, and a step that is near no
-// fraction meets all rings alike. 1 where every return is taken.
+// apart at the range, or nearer ("Measured error" in schemas/definitions.md), as even_stride() has
+// it. 1 where every return is taken.
 double return_stride(const ScanCut& cut, double azimuth_step_deg);
 
 // Cuts one scan after another and keeps its memory from one to the next. One thread at a time.
@@ -35,6 +42,28 @@ class ScanCutter {
 
  private:
   VoxelTable voxels_;
+};
+
+// A scan as Autoware's filters leave it for its NDT ("Localizers" in schemas/definitions.md,
+// `pcl-ndt`). Keeps its memory from one scan to the next; one thread at a time.
+class AutowareSampler {
+ public:
+  static constexpr double kBox_m = 60.0;  // around the vehicle, to each side
+  static constexpr double kBoxBelow_m = 30.0;
+  static constexpr double kBoxAbove_m = 50.0;
+  static constexpr double kVoxel_m = 3.0;
+  static constexpr std::size_t kMostPoints = 1500;
+  static constexpr double kNoLimit_m = 200.0;  // a range that holds the whole box
+
+  // Of the returns at slant range <= range_m and in the box one centroid for each voxel
+  // floor(x / 3 m); of more than 1500 as many at random, which depends on the seed alone. Vehicle
+  // frame; by voxel key (x, then y, then z) where all are taken.
+  std::vector<Eigen::Vector3d> sample(const Scan& scan, const SensorProfile& sensor, double range_m,
+                                      std::uint64_t seed);
+
+ private:
+  std::vector<Eigen::Vector3d> in_box_m_;
+  ScanCutter cutter_;
 };
 
 }  // namespace sightline

@@ -81,11 +81,6 @@ sightline_nd c_nd(const Nd& nd, const MapFrame& frame) {
           0};
 }
 
-Localizer of_samples(const VehicleMap& map, const Localizer& own) {
-  return own.is_annealed ? localizer_for_samples(own)
-                         : make_localizer(map.ndt, options_for_samples(map.coarse_cells));
-}
-
 // All that a match needs memory for.
 struct Workspace {
   Scan scan;
@@ -114,7 +109,7 @@ struct sightline_localizer {
 sightline_localizer::sightline_localizer(sightline::VehicleMap opened)
     : map(std::move(opened)),
       own(make_localizer(map.ndt, sightline::localizer_named(map.localizer, map.coarse_cells))),
-      samples(sightline::of_samples(map, own)),
+      samples(localizer_for_samples(own, map.ndt, map.coarse_cells)),
       kernel(sightline::kernel_name(sightline::fastest_kernel())) {
   nds.reserve(map.ndt.nds.size());
   for (const sightline::Nd& nd : map.ndt.nds) nds.push_back(sightline::c_nd(nd, map.ndt.frame));

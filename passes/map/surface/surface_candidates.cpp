@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "passes/map/surface/solid_squares.h"
-#include "passes/matching/grid/coarse_map.h"
+#include "passes/matching/localizer.h"
 
 // The constants below were chosen against the exact triangles of lanes (tests/bench/depth_bench).
 

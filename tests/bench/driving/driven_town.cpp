@@ -4,7 +4,6 @@
 
 #include "formats/base/stopwatch.h"
 #include "passes/matching/match_starts.h"
-#include "passes/matching/predicted_pose.h"
 #include "tests/bench/cold_caches.h"
 
 namespace sightline {

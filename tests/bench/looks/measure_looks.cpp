@@ -2,10 +2,10 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/stopwatch.h"
-#include "passes/matching/autoware_sampler.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"
+#include "passes/matching/scan_cutter.h"
 #include "tests/bench/cold_caches.h"
 #include "tests/bench/static_50m/kernel_in_turn.h"
 

@@ -226,7 +226,7 @@ TEST(MeasureError, SaysHowFarFromThePosesThatScansCameWith) {
 // Mean error of the scan of a site over starts of which each goes its own way, as a vehicle does.
 double mean_alone_m(const World& world, const MeasureErrorOptions& options, const Localizer& own,
                     const Look& look, std::size_t site) {
-  const Localizer of_samples = localizer_for_samples(own);
+  const Localizer of_samples = localizer_for_samples(own, world.map);
   LookMatcher matcher({own, of_samples, world.drive.sensor, options.leaf_m});
   const Scan scan = *world.drive.store->read(site);
   const Pose& T_map_vehicle = world.trajectory.poses[site].T_map_vehicle;

@@ -7,7 +7,6 @@
 
 #include "examples/town/drive/drive.h"
 #include "passes/map/build_ndt.h"
-#include "passes/matching/grid/coarse_map.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/allocation_counter.h"
 #include "tests/passes/matching/random_scene.h"
@@ -173,7 +172,7 @@ TEST(Localizer, ForSamplesSharesTheGridsAndMatchesAsOneThatIsMadeAnew) {
   for (const int coarse_cells : {1, 2}) {
     const Localizer own =
         make_localizer(room_map(), localizer_options(LocalizerKind::kSearching, coarse_cells));
-    const Localizer shared = localizer_for_samples(own);
+    const Localizer shared = localizer_for_samples(own, room_map(), coarse_cells);
     const Localizer anew = make_localizer(room_map(), options_for_samples(coarse_cells));
     ASSERT_EQ(shared.levels.size(), anew.levels.size());
     for (std::size_t i = 0; i < own.levels.size(); ++i) {

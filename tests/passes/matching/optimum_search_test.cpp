@@ -37,7 +37,7 @@ struct Runs {
 Runs runs_in(const NdtMap& map, const std::vector<Eigen::Vector3d>& points_m,
              double search_m = 1.25) {
   Localizer localizer = make_localizer(map, localizer_named("searching"));
-  localizer.search_m = search_m;
+  localizer.options.search_m = search_m;
   ScanForMatch scan = make_scan_for_match(localizer, points_m);
   Runs runs;
   SharedClimbs climbs;

@@ -1,4 +1,4 @@
-#include "passes/matching/predicted_pose.h"
+#include "passes/matching/match_starts.h"
 
 #include <gtest/gtest.h>
 
