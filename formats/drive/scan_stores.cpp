@@ -83,9 +83,7 @@ class JoinedScanStore : public ScanStore {
     const ScanOrigin& origin = origins_[index];
     const std::optional<Digest> within = stores_[origin.store]->identity(origin.index);
     if (!within || origin.moved_ns == 0) return within;
-    ByteWriter writer;
-    writer.put(origin.moved_ns);
-    return derived_digest("moved in time", *within, writer.bytes());
+    return derived_digest("moved in time", *within, written(origin.moved_ns).bytes());
   }
 
   [[nodiscard]] bool has_origins() const override {

@@ -170,6 +170,15 @@ class FieldReader {
   int depth_ = 0;
 };
 
+// These values one after another.
+template <class... Values>
+ByteWriter written(const Values&... values) {
+  ByteWriter writer;
+  FieldWriter put(writer);
+  (put.put(values), ...);
+  return writer;
+}
+
 template <HasFields X>
 void encode(const X& record, ByteWriter& writer) {
   FieldWriter(writer).put(record);

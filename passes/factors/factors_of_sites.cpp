@@ -38,22 +38,7 @@ struct BlockRows {
   std::uint64_t unmatched_count = 0;
   std::vector<double> values;  // [site][range][factor]
 };
-
-std::vector<std::byte> to_bytes(const BlockRows& rows) {
-  ByteWriter writer;
-  writer.put(rows.point_count);
-  writer.put(rows.unmatched_count);
-  writer.put_array(rows.values);
-  return writer.take();
-}
-
-bool from_bytes(std::span<const std::byte> bytes, BlockRows& rows) {
-  ByteReader reader(bytes);
-  reader.get(rows.point_count);
-  reader.get(rows.unmatched_count);
-  reader.get_array(rows.values);
-  return reader.at_end();
-}
+SIGHTLINE_FIELDS(BlockRows, point_count, unmatched_count, values)
 
 // Of all that sites may see or be matched to.
 struct ContentDigests {
@@ -187,17 +172,16 @@ Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
   // The views of few blocks at a time are in memory. Of two one is made ready while the other's
   // sites are at work.
   const int blocks_at_once = std::min(2, threads_each(ctx.threads, 1));
-  PartedWork work;
+  RecordWork<BlockRows> work;
   work.count = factors.blocks().size();
   work.content = [&](std::size_t part) { return factors.content(factors.blocks()[part]); };
-  work.make = [&](std::size_t part, int threads) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t part, int threads) -> Result<BlockRows> {
     SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(factors.blocks()[part], threads));
-    return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});
+    return BlockRows{seen.point_count, seen.unmatched_count, std::move(seen.table.values)};
   };
-  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
-    BlockRows rows;
+  work.take = [&](std::size_t part, BlockRows rows) {
     const std::vector<std::size_t>& members = factors.blocks()[part].sites;
-    if (!from_bytes(bytes, rows) || rows.values.size() != shape.size(members.size())) return false;
+    if (rows.values.size() != shape.size(members.size())) return false;
     FactorTable of_members = columns;
     of_members.site_count = static_cast<std::uint32_t>(members.size());
     of_members.values = std::move(rows.values);

@@ -81,26 +81,6 @@ Result<std::optional<FirstLook>> look_first(const Setup& setup, const LookPlan& 
 // Consecutive scans that are looked at together.
 constexpr std::size_t kScansInPart = 64;
 
-std::vector<std::byte> to_bytes(const std::vector<FirstLook>& looks) {
-  ByteWriter writer;
-  writer.put<std::uint64_t>(looks.size());
-  for (const FirstLook& look : looks) {
-    writer.put(look.doubt);
-    writer.put(look.error_m);
-  }
-  return writer.take();
-}
-
-bool from_bytes(std::span<const std::byte> bytes, std::vector<FirstLook>& looks) {
-  ByteReader reader(bytes);
-  looks.resize(reader.get_count(2 * sizeof(double)));
-  for (FirstLook& look : looks) {
-    reader.get(look.doubt);
-    reader.get(look.error_m);
-  }
-  return reader.at_end();
-}
-
 // Of the scans from `first` on, in their order.
 Result<std::vector<FirstLook>> look_first(const Setup& setup, const LookPlan& usual,
                                           std::size_t first) {
@@ -140,23 +120,17 @@ std::optional<Digest> content_of(const Setup& setup, const MatchContents& conten
 Result<std::vector<FirstLook>> first_looks(PassContext& ctx, const Setup& setup,
                                            const LookPlan& usual, const MatchContents& contents,
                                            const Digest& street) {
-  std::vector<std::vector<FirstLook>> found((setup.placed.scans.size() + kScansInPart - 1) /
-                                            kScansInPart);
-  PartedWork work;
-  work.count = found.size();
+  RecordWork<std::vector<FirstLook>> work;
+  work.count = (setup.placed.scans.size() + kScansInPart - 1) / kScansInPart;
   work.content = [&](std::size_t part) {
     return content_of(setup, contents, street, part * kScansInPart);
   };
-  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(const std::vector<FirstLook> looks,
-                     look_first(setup, usual, part * kScansInPart));
-    return to_bytes(looks);
-  };
-  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
-    return from_bytes(bytes, found[part]);
+  work.make = [&](std::size_t part, int /*threads*/) {
+    return look_first(setup, usual, part * kScansInPart);
   };
   work.order = PartOrder::kApart;
-  SIGHTLINE_TRY(work_in_parts(ctx, work));
+  SIGHTLINE_ASSIGN(const std::vector<std::vector<FirstLook>> found,
+                   make_parts(ctx, std::move(work)));
   std::vector<FirstLook> looks;
   for (const std::vector<FirstLook>& of_part : found) {
     looks.insert(looks.end(), of_part.begin(), of_part.end());

@@ -27,6 +27,7 @@ struct FirstLook {
   double doubt = 0.0;
   double error_m = 0.0;
 };
+SIGHTLINE_FIELDS(FirstLook, doubt, error_m)
 
 // The threshold of a plan for a street where first looks did like that: as calibrate_plan() sets
 // it.

@@ -165,10 +165,8 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
   work.count = tiles.size();
   work.content = [&](std::size_t tile) {
     const CellBox box = tiles.box(tile);
-    ByteWriter writer;
-    put(box, writer);
     return content_of_parts(points, tiles.parts_over(box), extent_m(box, options.cell_m),
-                            std::move(writer));
+                            written(box));
   };
   work.make = [&](std::size_t tile, int threads) -> Result<std::vector<std::byte>> {
     const CellBox box = tiles.box(tile);

@@ -29,28 +29,6 @@
 namespace sightline {
 namespace {
 
-std::vector<std::byte> to_bytes(const SurfaceTile& tile, const SurfaceTileOptions& options) {
-  ByteWriter writer;
-  writer.put(tile.cells.sparse);
-  writer.put(tile.cells.degenerate);
-  writer.put(tile.cells.valid);
-  encode(Surface{{}, options.cell_m, options.tile_m, tile.patches}, writer);
-  return writer.take();
-}
-
-std::optional<SurfaceTile> surface_tile_of(std::span<const std::byte> bytes) {
-  ByteReader reader(bytes);
-  SurfaceTile tile;
-  reader.get(tile.cells.sparse);
-  reader.get(tile.cells.degenerate);
-  reader.get(tile.cells.valid);
-  Surface surface;
-  decode(reader, surface);
-  if (!reader.at_end() || !validate(surface)) return std::nullopt;
-  tile.patches = std::move(surface.patches);
-  return tile;
-}
-
 // Over all scans that show where rays went; in steps, so that one more drive seldom makes the
 // surface of a whole map another one.
 double returns_per_ray(const SurfacePoints& points, std::span<const ScanExtent> extents) {
@@ -77,19 +55,17 @@ Result<CellTally> add_patches(const PassContext& ctx, const BuildSurfaceOptions&
                                    returns_per_ray(points, extents)};
   const CellTiles tiles(std::move(extents), blocks);
   std::vector<CellTally> cells(tiles.size());
-  PartedWork work;
+  RecordWork<SurfaceTile> work;
   work.count = tiles.size();
   work.content = [&](std::size_t tile) { return content_of_tile(points, of_tile, tiles, tile); };
-  work.make = [&](std::size_t tile, int threads) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(const SurfaceTile found,
-                     surface_of_tile(points, of_tile, tiles, tile, threads));
-    return to_bytes(found, of_tile);
+  work.make = [&](std::size_t tile, int threads) {
+    return surface_of_tile(points, of_tile, tiles, tile, threads);
   };
-  work.take = [&](std::size_t tile, std::span<const std::byte> bytes) {
-    const std::optional<SurfaceTile> found = surface_tile_of(bytes);
-    if (!found) return false;
-    cells[tile] = found->cells;
-    patches.add(found->patches);
+  work.take = [&](std::size_t tile, SurfaceTile found) {
+    const Surface surface{{}, options.cell_m, options.tile_m, std::move(found.patches)};
+    if (!validate(surface)) return false;
+    cells[tile] = found.cells;
+    patches.add(surface.patches);
     return true;
   };
   SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work));

@@ -79,30 +79,6 @@ std::vector<ScanCounts> confirming_scans(const Drive& drive, const Trajectory& t
   return counts;
 }
 
-std::vector<std::byte> to_bytes(const ScanCounts& counts) {
-  ByteWriter writer;
-  writer.put<std::uint64_t>(counts.size());
-  for (const auto& [tile, count] : counts) {
-    writer.put(tile.x);
-    writer.put(tile.y);
-    writer.put(count);
-  }
-  return writer.take();
-}
-
-bool from_bytes(std::span<const std::byte> bytes, ScanCounts& counts) {
-  ByteReader reader(bytes);
-  const std::size_t count = reader.get_count(3 * sizeof(std::uint32_t));
-  for (std::size_t i = 0; i < count; ++i) {
-    TileKey tile;
-    reader.get(tile.x);
-    reader.get(tile.y);
-    reader.get(counts[tile]);
-    if (counts[tile] == 0) return false;
-  }
-  return reader.at_end() && counts.size() == count;
-}
-
 // In the order of the drives, without any row.
 std::vector<MappedDrive> drives_of(const Drive& drive) {
   std::vector<MappedDrive> drives;
@@ -138,16 +114,22 @@ Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& opti
   const auto scans_of = [&](std::size_t part) {
     return scans_apart(points, static_cast<std::uint32_t>(part), options.step_m);
   };
-  const PartedWork work{
-      counts.size(),
-      [&](std::size_t part) { return content_of_parts(points, scans_of(part), ByteWriter()); },
-      [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
-        SIGHTLINE_ASSIGN(const ScanCounts made, counts_of(points, scans_of(part), options.tile_m));
-        return to_bytes(made);
-      },
-      [&](std::size_t part, std::span<const std::byte> bytes) {
-        return from_bytes(bytes, counts[part]);
-      }};
+  using Rows = std::vector<std::pair<TileKey, std::uint32_t>>;
+  RecordWork<Rows> work;
+  work.count = counts.size();
+  work.content = [&](std::size_t part) {
+    return content_of_parts(points, scans_of(part), ByteWriter());
+  };
+  work.make = [&](std::size_t part, int /*threads*/) -> Result<Rows> {
+    SIGHTLINE_ASSIGN(const ScanCounts made, counts_of(points, scans_of(part), options.tile_m));
+    return Rows(made.begin(), made.end());
+  };
+  work.take = [&](std::size_t part, const Rows& rows) {
+    counts[part] = ScanCounts(rows.begin(), rows.end());
+    const bool are_counted =
+        std::ranges::all_of(rows, [](const auto& row) { return row.second > 0; });
+    return are_counted && counts[part].size() == rows.size();
+  };
   SIGHTLINE_TRY(work_in_parts(ctx, work));
   const std::vector<ScanCounts> confirming =
       confirming_scans(drive, trajectory, counts.size(), options);

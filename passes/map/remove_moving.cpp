@@ -47,25 +47,6 @@ Result<ReturnCounts> count_returns(const ScanStore& store, std::span<const Place
   return sum;
 }
 
-std::vector<std::byte> to_bytes(const TileFindings& findings) {
-  ByteWriter writer;
-  writer.put(findings.of_scans.in_range);
-  writer.put(findings.of_scans.out_of_range);
-  writer.put(findings.moving_count);
-  writer.put_array(findings.moved_voxels);
-  return writer.take();
-}
-
-std::optional<TileFindings> findings_of(std::span<const std::byte> bytes) {
-  ByteReader reader(bytes);
-  TileFindings findings;
-  reader.get(findings.of_scans.in_range);
-  reader.get(findings.of_scans.out_of_range);
-  reader.get(findings.moving_count);
-  reader.get_array(findings.moved_voxels);
-  return reader.at_end() ? std::optional(std::move(findings)) : std::nullopt;
-}
-
 // The parts of the work: tiles to look into, or, where nothing is to be found, scans to count, a
 // block after another.
 class Search {
@@ -94,11 +75,8 @@ class Search {
 
   // Of the scans that a part looks at.
   [[nodiscard]] std::optional<Digest> content(std::size_t part) const {
-    ByteWriter writer;
-    if (tiles_.empty()) return content_of_scans(*points_.store, block(part), std::move(writer));
-    writer.put(tiles_[part].x);
-    writer.put(tiles_[part].y);
-    return content_of_scans(*points_.store, scans_of(tiles_[part]), std::move(writer));
+    if (tiles_.empty()) return content_of_scans(*points_.store, block(part), ByteWriter());
+    return content_of_scans(*points_.store, scans_of(tiles_[part]), written(tiles_[part]));
   }
 
  private:
@@ -123,21 +101,11 @@ class Search {
 Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
                     SurfacePoints& points) {
   const Search search(options, points);
-  std::vector<TileFindings> found(search.part_count());
-  PartedWork work;
-  work.count = found.size();
+  RecordWork<TileFindings> work;
+  work.count = search.part_count();
   work.content = [&](std::size_t part) { return search.content(part); };
-  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(const TileFindings findings, search.look(part));
-    return to_bytes(findings);
-  };
-  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
-    std::optional<TileFindings> findings = findings_of(bytes);
-    if (!findings) return false;
-    found[part] = *std::move(findings);
-    return true;
-  };
-  SIGHTLINE_TRY(work_in_parts(ctx, work));
+  work.make = [&](std::size_t part, int /*threads*/) { return search.look(part); };
+  SIGHTLINE_ASSIGN(const std::vector<TileFindings> found, make_parts(ctx, std::move(work)));
   for (const TileFindings& part : found) {
     points.standing_count += part.of_scans.in_range;
     points.out_of_range_count += part.of_scans.out_of_range;

@@ -21,13 +21,15 @@ struct ReturnCounts {
   std::uint64_t in_range = 0;  // of the sensor
   std::uint64_t out_of_range = 0;
 };
+SIGHTLINE_FIELDS(ReturnCounts, in_range, out_of_range)
 
 // What moved within one tile; see remove_moving.
 struct TileFindings {
-  std::vector<CellKey> moved_voxels;  // ascending
-  std::uint64_t moving_count = 0;     // returns in them
   ReturnCounts of_scans;              // all returns of the scans that were taken in the tile
+  std::uint64_t moving_count = 0;     // returns in the voxels that moved
+  std::vector<CellKey> moved_voxels;  // ascending
 };
+SIGHTLINE_FIELDS(TileFindings, of_scans, moving_count, moved_voxels)
 
 // Where the scans' sensors were, in their order.
 PointGrid origins_of(std::span<const PlacedScan> scans);
@@ -48,6 +50,7 @@ struct ComparedSquare {
   std::uint32_t confirmed = 0;
   std::uint32_t changed = 0;
 };
+SIGHTLINE_FIELDS(ComparedSquare, square, confirmed, changed)
 
 // The squares of one tile, a multiple of them, in which the parts of the drive from `first_new` on
 // confirm or contradict those before; ascending. Errors: what reading a scan says.

@@ -6,16 +6,6 @@ namespace {
 // A quarter of what most looks reach: a finer grid would only be dearer to ask.
 constexpr double kTile_m = 16.0;
 
-void put(const Eigen::Vector3d& vector, ByteWriter& writer) {
-  for (int axis = 0; axis < 3; ++axis) writer.put(vector[axis]);
-}
-
-void put(const CellKey& key, ByteWriter& writer) {
-  writer.put(key.x);
-  writer.put(key.y);
-  writer.put(key.z);
-}
-
 }  // namespace
 
 void TileDigests::add(const Eigen::Vector3d& at_m, std::span<const std::byte> bytes) {
@@ -41,10 +31,7 @@ Digest TileDigests::within(const Eigen::AlignedBox2d& box_m) const {
     } else if (tile->first.y > high.y) {
       tile = of_tile_.lower_bound({tile->first.x + 1, low.y});
     } else {
-      ByteWriter key;
-      key.put(tile->first.x);
-      key.put(tile->first.y);
-      builder.add(key.bytes());
+      builder.add(written(tile->first).bytes());
       builder.add(tile->second);
       ++tile;
     }
@@ -57,14 +44,9 @@ Result<TileDigests> digests_of(const TiledNds& nds) {
   for (const RowTile& tile : nds.tiles()) {
     SIGHTLINE_ASSIGN(const NdtMap of_tile, nds.tile(tile));
     for (const Nd& nd : of_tile.nds) {
-      ByteWriter writer;
-      writer.put(nds.head().cell_m);
-      writer.put(nds.head().tile_m);
-      put(nd.key, writer);
-      writer.put(nd.point_count);
-      put(nd.mean_m, writer);
-      for (int column = 0; column < 3; ++column) put(nd.covariance_m2.col(column), writer);
-      digests.add(nd.mean_m, writer.bytes());
+      digests.add(nd.mean_m, written(nds.head().cell_m, nds.head().tile_m, nd.key, nd.point_count,
+                                     nd.mean_m, nd.covariance_m2)
+                                 .bytes());
     }
   }
   digests.finish();
@@ -76,10 +58,7 @@ Result<TileDigests> digests_of(const TiledSurface& surface) {
   for (const RowTile& tile : surface.tiles()) {
     SIGHTLINE_ASSIGN(const Surface of_tile, surface.tile(tile));
     for (const SurfacePatch& patch : of_tile.patches) {
-      ByteWriter writer;
-      writer.put(surface.head().cell_m);
-      encode(patch, writer);
-      digests.add(patch.centre_m, writer.bytes());
+      digests.add(patch.centre_m, written(surface.head().cell_m, patch).bytes());
     }
   }
   digests.finish();
@@ -88,7 +67,7 @@ Result<TileDigests> digests_of(const TiledSurface& surface) {
 
 void put_place(const Site& site, ByteWriter& writer) {
   encode(site.T_map_vehicle, writer);
-  put(site.p_map_m, writer);
+  FieldWriter(writer).put(site.p_map_m);
 }
 
 Eigen::AlignedBox2d box_around(std::span<const Eigen::Vector3d> places_m, double reach_m) {

@@ -4,10 +4,12 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
+#include "formats/record/codec.h"
 #include "passes/pass/pass_context.h"
 
 namespace sightline {
@@ -42,5 +44,42 @@ struct PartedWork {
 // and no further one begins. Side by side, the failure of the part that begins first is returned,
 // which does not depend on the number of threads; else the one of the lowest part that failed.
 Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once = 0);
+
+// Work whose parts are records, or what holds records: their bytes are those of record/codec.h.
+template <class Part>
+struct RecordWork {
+  std::size_t count = 0;  // as in PartedWork
+  std::function<std::optional<Digest>(std::size_t part)> content = {};
+  std::function<Result<Part>(std::size_t part, int threads)> make;
+  std::function<bool(std::size_t part, Part found)> take;
+  PartOrder order = PartOrder::kSideBySide;
+};
+
+template <class Part>
+Result<void> work_in_parts(const PassContext& ctx, const RecordWork<Part>& work, int at_once = 0) {
+  const auto make = [&](std::size_t part, int threads) -> Result<std::vector<std::byte>> {
+    SIGHTLINE_ASSIGN(const Part made, work.make(part, threads));
+    return written(made).take();
+  };
+  const auto take = [&](std::size_t part, std::span<const std::byte> bytes) {
+    ByteReader reader(bytes);
+    Part found;
+    FieldReader(reader).get(found);
+    return reader.at_end() && work.take(part, std::move(found));
+  };
+  return work_in_parts(ctx, {work.count, work.content, make, take, work.order}, at_once);
+}
+
+// All parts, in their order; `work` has no take().
+template <class Part>
+Result<std::vector<Part>> make_parts(const PassContext& ctx, RecordWork<Part> work) {
+  std::vector<Part> parts(work.count);
+  work.take = [&](std::size_t part, Part found) {
+    parts[part] = std::move(found);
+    return true;
+  };
+  SIGHTLINE_TRY(work_in_parts(ctx, work));
+  return parts;
+}
 
 }  // namespace sightline

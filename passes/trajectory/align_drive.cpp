@@ -33,28 +33,7 @@ struct Followed {
   std::vector<std::uint8_t> is_placed;
   double scale = 1.0;  // of the drive's distances to the map's
 };
-
-std::vector<std::byte> to_bytes(const Followed& followed) {
-  ByteWriter writer;
-  for (const Pose& T_map_lidar : followed.T_map_lidar) encode(T_map_lidar, writer);
-  writer.put_array(followed.is_matched);
-  writer.put_array(followed.is_placed);
-  writer.put(followed.scale);
-  return writer.take();
-}
-
-// Decodes into one with the right numbers of scans and pieces.
-bool from_bytes(std::span<const std::byte> bytes, Followed& followed) {
-  ByteReader reader(bytes);
-  for (Pose& T_map_lidar : followed.T_map_lidar) decode(reader, T_map_lidar);
-  const std::size_t scans = followed.is_matched.size();
-  const std::size_t pieces = followed.is_placed.size();
-  reader.get_array(followed.is_matched);
-  reader.get_array(followed.is_placed);
-  reader.get(followed.scale);
-  return reader.at_end() && followed.is_matched.size() == scans &&
-         followed.is_placed.size() == pieces;
-}
+SIGHTLINE_FIELDS(Followed, T_map_lidar, is_matched, is_placed, scale)
 
 // Matches from the anchor to both ends of its piece, each scan from where its neighbour's match
 // leads.
@@ -144,18 +123,18 @@ Result<Followed> follow_or_find(PassContext& ctx, const Alignment& alignment,
                     std::vector<std::uint8_t>(alignment.pieces.size())};
   PassContext of_parts = ctx;
   of_parts.progress_sink = {};  // scans are counted
-  PartedWork work;
+  RecordWork<Followed> work;
   work.count = 1;
   work.content = [&](std::size_t /*part*/) { return content_of(alignment, nds, own); };
-  work.make = [&](std::size_t /*part*/, int /*threads*/) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(const Followed made, follow_pieces(ctx, alignment, followed));
-    return to_bytes(made);
+  work.make = [&](std::size_t /*part*/, int /*threads*/) {
+    return follow_pieces(ctx, alignment, followed);
   };
-  work.take = [&](std::size_t /*part*/, std::span<const std::byte> bytes) {
-    Followed found = followed;
-    if (!from_bytes(bytes, found)) return false;
-    followed = std::move(found);
-    return true;
+  work.take = [&](std::size_t /*part*/, Followed found) {
+    const bool is_of_these = found.T_map_lidar.size() == followed.T_map_lidar.size() &&
+                             found.is_matched.size() == followed.is_matched.size() &&
+                             found.is_placed.size() == followed.is_placed.size();
+    if (is_of_these) followed = std::move(found);
+    return is_of_these;
   };
   SIGHTLINE_TRY(work_in_parts(of_parts, work));
   return followed;

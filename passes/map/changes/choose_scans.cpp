@@ -73,30 +73,6 @@ std::vector<PlacedScan> placed(const Drive& drive, const Trajectory& trajectory,
   return all;
 }
 
-std::vector<std::byte> to_bytes(const std::vector<ComparedSquare>& squares) {
-  ByteWriter writer;
-  writer.put<std::uint64_t>(squares.size());
-  for (const ComparedSquare& square : squares) {
-    writer.put(square.square.x);
-    writer.put(square.square.y);
-    writer.put(square.confirmed);
-    writer.put(square.changed);
-  }
-  return writer.take();
-}
-
-bool from_bytes(std::span<const std::byte> bytes, std::vector<ComparedSquare>& squares) {
-  ByteReader reader(bytes);
-  squares.resize(reader.get_count(4 * sizeof(std::uint32_t)));
-  for (ComparedSquare& square : squares) {
-    reader.get(square.square.x);
-    reader.get(square.square.y);
-    reader.get(square.confirmed);
-    reader.get(square.changed);
-  }
-  return reader.at_end();
-}
-
 // Tile by tile.
 Result<std::vector<ComparedSquare>> compare(const PassContext& ctx,
                                             const ChooseScansOptions& options,
@@ -110,29 +86,19 @@ Result<std::vector<ComparedSquare>> compare(const PassContext& ctx,
   std::vector<PlacedScan> since = scans;
   std::erase_if(since, [&](const PlacedScan& scan) { return scan.part < first_new; });
   const std::vector<TileKey> tiles = tiles_to_look_at(carve, since);
-  std::vector<std::vector<ComparedSquare>> of_tile(tiles.size());
   const auto scans_of = [&](std::size_t part) {
     return scans_of_tile(carve, scans, origins, tiles[part]);
   };
-  PartedWork work;
+  using OfTile = std::vector<ComparedSquare>;
+  RecordWork<OfTile> work;
   work.count = tiles.size();
   work.content = [&](std::size_t part) {
-    ByteWriter writer;
-    writer.put(tiles[part].x);
-    writer.put(tiles[part].y);
-    writer.put(first_new);
-    return content_of_scans(store, scans_of(part), std::move(writer));
+    return content_of_scans(store, scans_of(part), written(tiles[part], first_new));
   };
-  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(
-        const std::vector<ComparedSquare> squares,
-        compare_in_tile(carve, store, scans_of(part), tiles[part], first_new, kSquare_m));
-    return to_bytes(squares);
+  work.make = [&](std::size_t part, int /*threads*/) {
+    return compare_in_tile(carve, store, scans_of(part), tiles[part], first_new, kSquare_m);
   };
-  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
-    return from_bytes(bytes, of_tile[part]);
-  };
-  SIGHTLINE_TRY(work_in_parts(ctx, work));
+  SIGHTLINE_ASSIGN(const std::vector<OfTile> of_tile, make_parts(ctx, std::move(work)));
   std::vector<ComparedSquare> all;
   for (const std::vector<ComparedSquare>& some : of_tile) {
     all.insert(all.end(), some.begin(), some.end());

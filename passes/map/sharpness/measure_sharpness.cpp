@@ -118,10 +118,7 @@ class Laying {
                        scans_[i].T_laid_vehicle * sensor.T_vehicle_lidar, sensor.min_range_m,
                        options_.reach_m});
     }
-    ByteWriter writer;
-    writer.put(tile.x);
-    writer.put(tile.y);
-    return content_of_scans(*drive_.store, scans, std::move(writer));
+    return content_of_scans(*drive_.store, scans, written(tile));
   }
 
  private:
@@ -179,31 +176,20 @@ Result<std::vector<SharpnessFigures>> measure_layings(const PassContext& ctx,
     sums.emplace_back(layings[i].tile_count());
     for (std::size_t tile = 0; tile < sums[i].size(); ++tile) tile_of_part.emplace_back(i, tile);
   }
-  PartedWork work;
+  RecordWork<SharpnessSums> work;
   work.count = tile_of_part.size();
   work.content = [&](std::size_t part) {
     const auto [laying, tile] = tile_of_part[part];
     return layings[laying].content(tile);
   };
-  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t part, int /*threads*/) {
     const auto [laying, tile] = tile_of_part[part];
-    SIGHTLINE_ASSIGN(const SharpnessSums found, layings[laying].sums_of_tile(tile));
-    ByteWriter writer;
-    writer.put(found.entropy_nat);
-    writer.put(found.entropy_points);
-    writer.put(found.plane_variance_m2);
-    writer.put(found.plane_points);
-    return writer.take();
+    return layings[laying].sums_of_tile(tile);
   };
-  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+  work.take = [&](std::size_t part, const SharpnessSums& found) {
     const auto [laying, tile] = tile_of_part[part];
-    ByteReader reader(bytes);
-    SharpnessSums& found = sums[laying][tile];
-    reader.get(found.entropy_nat);
-    reader.get(found.entropy_points);
-    reader.get(found.plane_variance_m2);
-    reader.get(found.plane_points);
-    return reader.at_end();
+    sums[laying][tile] = found;
+    return true;
   };
   SIGHTLINE_TRY(work_in_parts(ctx, work));
   std::vector<SharpnessFigures> figures;

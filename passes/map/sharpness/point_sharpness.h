@@ -25,6 +25,7 @@ struct SharpnessSums {
   double plane_variance_m2 = 0.0;
   std::uint64_t plane_points = 0;
 };
+SIGHTLINE_FIELDS(SharpnessSums, entropy_nat, entropy_points, plane_variance_m2, plane_points)
 
 // Of points that are laid already.
 SharpnessSums sharpness_sums(const std::vector<Eigen::Vector3d>& points_m, const IsOwn& is_own,

@@ -104,12 +104,10 @@ Eigen::AlignedBox2d told_m(const CellBox& cells, double cell_m) {
 std::optional<Digest> content_of_tile(const SurfacePoints& points,
                                       const SurfaceTileOptions& options, const CellTiles& tiles,
                                       std::size_t tile) {
-  ByteWriter writer;
-  put(tiles.box(tile), writer);
-  writer.put(options.returns_per_ray);
   const CellBox near = around(tiles, tile);
   return content_of_parts(points, parts_seeing(points, tiles, near, options.cell_m),
-                          told_m(near, options.cell_m), std::move(writer));
+                          told_m(near, options.cell_m),
+                          written(tiles.box(tile), options.returns_per_ray));
 }
 
 Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTileOptions& options,

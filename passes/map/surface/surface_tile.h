@@ -19,9 +19,10 @@ struct SurfaceTileOptions {
 
 // What one tile gives of a surface.
 struct SurfaceTile {
-  std::vector<SurfacePatch> patches;  // ascending by order_of()
   CellTally cells;                    // of at least two points
+  std::vector<SurfacePatch> patches;  // ascending by order_of()
 };
+SIGHTLINE_FIELDS(SurfaceTile, cells, patches)
 
 // The patches whose centres lie over a tile, but for ground between ground: those of the surface of
 // all scans, to the bit. `tiles`: of cells of the options, blocks a multiple of kLongestCell_cells.

@@ -58,6 +58,7 @@ struct CellTally {
     return *this;
   }
 };
+SIGHTLINE_FIELDS(CellTally, sparse, degenerate, valid)
 // Says so where not all are valid.
 void warn_of_invalid_cells(const PassContext& ctx, const CellTally& tally, int min_points);
 

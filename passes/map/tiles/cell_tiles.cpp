@@ -34,13 +34,6 @@ bool is_over(const ScanExtent& extent, const CellBox& blocks) {
 
 }  // namespace
 
-void put(const CellBox& box, ByteWriter& writer) {
-  for (const TileKey& corner : {box.low, box.high}) {
-    writer.put(corner.x);
-    writer.put(corner.y);
-  }
-}
-
 Eigen::AlignedBox2d extent_m(const CellBox& box, double cell_m) {
   return {Eigen::Vector2d(box.low.x, box.low.y) * cell_m,
           Eigen::Vector2d(box.high.x + 1.0, box.high.y + 1.0) * cell_m};

@@ -25,7 +25,7 @@ struct CellBox {
            other.low.y <= high.y;
   }
 };
-void put(const CellBox& box, ByteWriter& writer);
+SIGHTLINE_FIELDS(CellBox, low, high)
 // In the plane of the map.
 Eigen::AlignedBox2d extent_m(const CellBox& box, double cell_m);
 CellBox with_halo(const CellBox& box, std::int32_t halo_cells);

@@ -18,6 +18,7 @@ struct Extents {
   std::vector<ScanExtent> of_parts;
   std::uint32_t outside = kNone;  // the first of them that has a point which the grid cannot hold
 };
+SIGHTLINE_FIELDS(Extents, of_parts, outside)
 
 // Of points that are added one after the other.
 class ExtentSum {
@@ -73,32 +74,6 @@ Result<void> add_part(const SurfacePoints& points, std::size_t part, ExtentSum& 
   return {};
 }
 
-std::vector<std::byte> to_bytes(const Extents& extents) {
-  ByteWriter writer;
-  writer.put(extents.outside);
-  for (const ScanExtent& extent : extents.of_parts) {
-    writer.put(extent.point_count);
-    for (int axis = 0; axis < 2; ++axis) writer.put(extent.low_m[axis]);
-    for (int axis = 0; axis < 2; ++axis) writer.put(extent.high_m[axis]);
-    writer.put_array(extent.blocks);
-  }
-  return writer.take();
-}
-
-// False where these are not the extents of so many parts.
-bool from_bytes(std::span<const std::byte> bytes, std::span<ScanExtent> extents,
-                std::uint32_t& outside) {
-  ByteReader reader(bytes);
-  reader.get(outside);
-  for (ScanExtent& extent : extents) {
-    reader.get(extent.point_count);
-    for (int axis = 0; axis < 2; ++axis) reader.get(extent.low_m[axis]);
-    for (int axis = 0; axis < 2; ++axis) reader.get(extent.high_m[axis]);
-    reader.get_array(extent.blocks);
-  }
-  return reader.at_end() && (outside == kNone || outside < extents.size());
-}
-
 // Parts of surface points, in the order of SurfacePointReader.
 std::size_t part_count_of(const SurfacePoints& points) {
   return points.scans.size() + (points.points_m.empty() ? 0 : 1);
@@ -135,9 +110,7 @@ std::optional<Digest> content_of_block(const SurfacePoints& points, std::size_t 
     if (part == points.scans.size()) return std::nullopt;
     scans.push_back(points.scans[part]);
   }
-  ByteWriter writer;
-  writer.put_string("extents");
-  return content_of_scans(*points.store, scans, std::move(writer));
+  return content_of_scans(*points.store, scans, written(std::string("extents")));
 }
 
 Error outside_grid(const SurfacePoints& points, std::size_t part, const std::string& pass) {
@@ -154,17 +127,17 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
                                                 const BlockGrid& grid, const std::string& pass) {
   std::vector<ScanExtent> extents(part_count_of(points));
   std::vector<std::uint32_t> outside(block_count(points), kNone);
-  PartedWork work;
+  RecordWork<Extents> work;
   work.count = outside.size();
   work.content = [&](std::size_t block) { return content_of_block(points, block); };
-  work.make = [&](std::size_t block, int /*threads*/) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(const Extents found, extents_of(points, grid, block));
-    return to_bytes(found);
-  };
-  work.take = [&](std::size_t block, std::span<const std::byte> bytes) {
+  work.make = [&](std::size_t block, int /*threads*/) { return extents_of(points, grid, block); };
+  work.take = [&](std::size_t block, const Extents& found) {
     const std::size_t first = block * kScansInBlock;
-    const std::size_t count = std::min(kScansInBlock, extents.size() - first);
-    return from_bytes(bytes, std::span(extents).subspan(first, count), outside[block]);
+    if (found.of_parts.size() != std::min(kScansInBlock, extents.size() - first)) return false;
+    if (found.outside != kNone && found.outside >= found.of_parts.size()) return false;
+    std::ranges::copy(found.of_parts, extents.begin() + static_cast<std::ptrdiff_t>(first));
+    outside[block] = found.outside;
+    return true;
   };
   SIGHTLINE_TRY(work_in_parts(ctx, work));
   for (std::size_t block = 0; block < outside.size(); ++block) {

@@ -22,6 +22,7 @@ struct ScanExtent {
   Eigen::Vector2d high_m = Eigen::Vector2d::Zero();
   std::vector<TileKey> blocks;  // that hold one of them, ascending
 };
+SIGHTLINE_FIELDS(ScanExtent, point_count, low_m, high_m, blocks)
 
 // Square columns of whole cells, the unit of extents.
 struct BlockGrid {

@@ -60,12 +60,9 @@ class SweptScanStore : public ScanStore {
   [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
     const std::optional<Digest> without_times = store_->identity(index);
     if (!without_times) return std::nullopt;
-    ByteWriter writer;
-    writer.put(sweep_ns_);
-    if (!turn_) return derived_digest("swept in order", *without_times, writer.bytes());
-    writer.put(turn_->begin_rad);
-    writer.put<std::uint8_t>(turn_->is_clockwise ? 1 : 0);
-    return derived_digest("swept by a turn", *without_times, writer.bytes());
+    if (!turn_) return derived_digest("swept in order", *without_times, written(sweep_ns_).bytes());
+    return derived_digest("swept by a turn", *without_times,
+                          written(sweep_ns_, turn_->begin_rad, turn_->is_clockwise).bytes());
   }
 
  private:

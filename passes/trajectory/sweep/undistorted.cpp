@@ -124,10 +124,7 @@ class Motion {
  private:
   static void put(std::span<const TurnRate> rates, ByteWriter& writer) {
     writer.put<std::uint64_t>(rates.size());
-    for (const TurnRate& rate : rates) {
-      writer.put(rate.stamp_ns);
-      for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
-    }
+    for (const TurnRate& rate : rates) encode(rate, writer);
   }
 
   std::vector<Segment> segments_;  // in order of time; none across a gap or between pieces

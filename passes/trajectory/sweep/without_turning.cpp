@@ -52,8 +52,7 @@ class UnturnedScanStore : public ScanStore {
     encode(drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar, writer);
     for (const TurnRate& rate : rates_around(drive_.turn_rates, stamp_ns - kFarthestPoint_ns,
                                              stamp_ns + kFarthestPoint_ns)) {
-      writer.put(rate.stamp_ns);
-      for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
+      encode(rate, writer);
     }
     return derived_digest("without turning", *as_measured, writer.bytes());
   }
