@@ -1,6 +1,12 @@
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "compiler/gate/forms/gate_text.h"
+#include "compiler/gate/rules/rules.h"
+#include "formats/base/version.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {
@@ -45,6 +51,124 @@ Json check_json(const Check& check) {
   return json;
 }
 
+// A path as a relative reference, or as a file URI where it is absolute (RFC 3986).
+std::string to_uri(const std::string& path) {
+  static constexpr const char* kDigits = "0123456789ABCDEF";
+  std::string uri = path.starts_with('/') ? "file://" : "";
+  for (const char c : path) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          (c >= '0' && c <= '9') ||
+                          std::string_view("/-._~").find(c) != std::string_view::npos;
+    if (is_plain) {
+      uri += c;
+      continue;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    uri += {'%', kDigits[byte / 16], kDigits[byte % 16]};
+  }
+  return uri;
+}
+
+Json text(std::string_view words) { return {{"text", words}}; }
+
+// How a person goes on from here.
+Json help_of(const GateRule& rule) {
+  const std::string id(rule.id);
+  const std::string bound = rule.bound == Bound::kAtMost ? "at most" : "at least";
+  const std::string usual = rule.allowed
+                                ? "Allowed is " + bound + " " + in_words(*rule.allowed, rule.unit) +
+                                      " unless the configuration says otherwise."
+                                : "No bound is set unless the configuration says so.";
+  const std::string how =
+      "`sightline inspect MAP --site N` shows why a place has its range, `sightline report` shows "
+      "it. Another bound stands under `gate:` in the configuration; a place that must differ is "
+      "excepted there, with a reason and an end.";
+  const std::string summary(rule.summary);
+  const std::string plain = summary + ". " + usual + " " + how;
+  return {{"text", plain},
+          {"markdown", "**" + id + "**: " + summary + ". " + usual + "\n\n" + how +
+                           "\n\n```yaml\ngate:\n  rules:\n    " + id + ": {allowed: ...}\n```"}};
+}
+
+Json rules_json() {
+  Json rules = Json::array();
+  for (const GateRule& rule : gate_rules()) {
+    Json json = {
+        {"id", rule.id},
+        {"shortDescription", text(rule.summary)},
+        {"help", help_of(rule)},
+        {"defaultConfiguration", {{"level", severity_name(rule.severity)}}},
+        {"properties",
+         {{"unit", rule.unit}, {"bound", rule.bound == Bound::kAtMost ? "at most" : "at least"}}}};
+    if (rule.allowed) json["properties"]["allowed"] = *rule.allowed;
+    rules.push_back(json);
+  }
+  return rules;
+}
+
+std::size_t rule_index(const std::string& id) {
+  const auto found = std::ranges::find(gate_rules(), id, &GateRule::id);
+  return static_cast<std::size_t>(found - gate_rules().begin());
+}
+
+Json location_of(const GateReport& report, const Check& check) {
+  const bool is_of_old = check.place && check.place->is_of_old && report.old_map;
+  const std::string& map_file = is_of_old ? report.old_map->file : report.map.file;
+  // Code scanning shows text beside a line: that of the rules. A map has neither.
+  const bool has_rules = !report.rules_file.empty();
+  Json location = {
+      {"physicalLocation",
+       {{"artifactLocation", {{"uri", to_uri(has_rules ? report.rules_file : map_file)}}},
+        {"region", {{"startLine", has_rules ? report.rules_line : 1}}}}},
+      {"message", text("of the map " + map_file)}};
+  if (!check.place) return location;
+  const RouteStretch& place = *check.place;
+  location["logicalLocations"] =
+      Json::array({{{"name", fmt::format("sites {} to {}", place.first_site, place.last_site)},
+                    {"fullyQualifiedName",
+                     fmt::format("run {}/{} to {} m", place.run, format_double(place.first_s_m),
+                                 format_double(place.last_s_m))},
+                    {"kind", "route"}}});
+  return location;
+}
+
+std::string fingerprint(const Check& check) {
+  std::string print = check.rule;
+  if (check.limit_m) print += "/" + format_double(*check.limit_m);
+  if (!check.place) return print;
+  constexpr double kSame_m = 50.0;
+  const Eigen::Vector3d& p_m = check.place->middle_world_m;
+  return fmt::format("{}/{},{}", print, static_cast<long>(std::floor(p_m.x() / kSame_m)),
+                     static_cast<long>(std::floor(p_m.y() / kSame_m)));
+}
+
+Json properties_of(const Check& check) {
+  Json json = {{"found", check.found}, {"unit", check.unit}};
+  if (check.allowed) json["allowed"] = *check.allowed;
+  if (check.limit_m) json["limit_m"] = *check.limit_m;
+  if (!check.place) return json;
+  const Eigen::Vector3d& p_m = check.place->middle_world_m;
+  json["first_site"] = check.place->first_site;
+  json["last_site"] = check.place->last_site;
+  json["middle_world_m"] = {p_m.x(), p_m.y(), p_m.z()};
+  return json;
+}
+
+Json result_of(const GateReport& report, const Check& check) {
+  Json json = {{"ruleId", check.rule},
+               {"ruleIndex", rule_index(check.rule)},
+               {"level", severity_name(check.severity)},
+               {"message", text(check.message)},
+               {"locations", Json::array({location_of(report, check)})},
+               {"partialFingerprints", {{"sightlinePlace/v1", fingerprint(check)}}},
+               {"properties", properties_of(check)}};
+  if (check.verdict == Verdict::kExcepted) {
+    json["suppressions"] =
+        Json::array({{{"kind", "external"}, {"justification", check.exception}}});
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string to_json(const GateReport& report) {
@@ -62,6 +186,33 @@ std::string to_json(const GateReport& report) {
   if (report.old_map) json["old_map"] = card_json(*report.old_map);
   for (const Check& check : report.checks) json["checks"].push_back(check_json(check));
   return json.dump(2) + "\n";
+}
+
+std::string to_sarif(const GateReport& report) {
+  Json results = Json::array();
+  for (const Check& check : report.checks) {
+    if (check.verdict == Verdict::kViolated || check.verdict == Verdict::kExcepted) {
+      results.push_back(result_of(report, check));
+    }
+  }
+  // The form asks for a version of three numbers (semver.org).
+  const Json driver = {{"name", "sightline gate"},
+                       {"version", program_version()},
+                       {"semanticVersion", program_version()},
+                       {"rules", rules_json()}};
+  const Json run = {{"tool", {{"driver", driver}}},
+                    {"automationDetails", {{"id", "sightline/" + report.map.map_id}}},
+                    {"invocations", Json::array({{{"executionSuccessful", true}}})},
+                    {"columnKind", "utf16CodeUnits"},
+                    {"results", results},
+                    {"properties",
+                     {{"map_version", report.map.version},
+                      {"map_release", report.map.release},
+                      {"map_root_digest", report.map.root_digest}}}};
+  const Json log = {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
+                    {"version", "2.1.0"},
+                    {"runs", Json::array({run})}};
+  return log.dump(2) + "\n";
 }
 
 }  // namespace sightline

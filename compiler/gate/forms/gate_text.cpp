@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <array>
 
+#include "compiler/gate/rules/rules.h"
+#include "formats/text/quoted_text.h"
+#include "formats/text/table.h"
+
 namespace sightline {
 namespace {
 
@@ -25,6 +29,156 @@ std::string lines_of(const GateReport& report, const Wanted& wanted) {
 
 std::string section(const std::string& title, const std::string& lines) {
   return lines.empty() ? "" : title + "\n" + lines;
+}
+
+// Text in a cell of a table.
+std::string cell(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    if (c == '|') {
+      safe += "\\|";
+    } else if (c == '\n' || c == '\r') {
+      safe += ' ';
+    } else if (c == '<') {
+      safe += "&lt;";
+    } else {
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+std::string place_of(const Check& check) {
+  if (!check.place) return "map";
+  const RouteStretch& place = *check.place;
+  return std::string(place.is_of_old ? "old " : "") + "sites " + std::to_string(place.first_site) +
+         " to " + std::to_string(place.last_site);
+}
+
+std::string row(const Check& check) {
+  const std::string limit = check.limit_m ? format_double(*check.limit_m) + " m" : "";
+  const std::string allowed = check.allowed ? in_words(*check.allowed, check.unit) : "";
+  return "| " + std::string(severity_name(check.severity)) + " | `" + check.rule + "` | " + limit +
+         " | " + place_of(check) + " | " + in_words(check.found, check.unit) + " | " + allowed +
+         " | " + cell(check.message) +
+         (check.exception.empty() ? "" : "; excepted: " + cell(check.exception)) + " |\n";
+}
+
+std::string table(const std::string& rows) {
+  return "| severity | rule | limit | place | found | allowed | what |\n"
+         "|---|---|---|---|---|---|---|\n" +
+         rows;
+}
+
+std::string folded(const std::string& title, const std::string& rows) {
+  if (rows.empty()) return "";
+  return "\n<details><summary>" + title + "</summary>\n\n" + table(rows) + "\n</details>\n";
+}
+
+std::string rows_of(const GateReport& report, Verdict verdict) {
+  std::string rows;
+  for (const Severity severity : {Severity::kError, Severity::kWarning, Severity::kNote}) {
+    for (const Check& check : report.checks) {
+      if (check.verdict == verdict && check.severity == severity) rows += row(check);
+    }
+  }
+  return rows;
+}
+
+// What a workflow command would take for its own syntax, as %XX.
+std::string escaped(const std::string& text, std::string_view reserved) {
+  static constexpr const char* kDigits = "0123456789ABCDEF";
+  std::string safe;
+  for (const char c : text) {
+    if (reserved.find(c) == std::string_view::npos) {
+      safe += c;
+      continue;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    safe += {'%', kDigits[byte / 16], kDigits[byte % 16]};
+  }
+  return safe;
+}
+
+std::string in_message(const std::string& text) { return escaped(text, "%\r\n"); }
+std::string in_property(const std::string& text) { return escaped(text, "%\r\n:,"); }
+
+std::string name_of(const Check& check) {
+  return check.limit_m ? check.rule + " within " + format_double(*check.limit_m) + " m"
+                       : check.rule;
+}
+
+// Checks of one rule and limit.
+struct Case {
+  std::string name;
+  std::vector<const Check*> checks;
+
+  [[nodiscard]] bool fails(Severity fails_at) const {
+    return std::ranges::any_of(checks, [&](const Check* check) {
+      return check->verdict == Verdict::kViolated && check->severity >= fails_at;
+    });
+  }
+  // Nothing was judged, or all that was found is excepted.
+  [[nodiscard]] bool is_skipped() const {
+    return std::ranges::none_of(checks, [](const Check* check) {
+      return check->verdict == Verdict::kMet || check->verdict == Verdict::kViolated;
+    });
+  }
+};
+
+std::vector<Case> cases_of(const GateReport& report) {
+  std::vector<Case> cases;
+  for (const Check& check : report.checks) {
+    const auto known = std::ranges::find(cases, name_of(check), &Case::name);
+    Case& into = known == cases.end() ? cases.emplace_back(Case{name_of(check), {}}) : *known;
+    into.checks.push_back(&check);
+  }
+  return cases;
+}
+
+std::string to_xml(const Case& test, Severity fails_at) {
+  const std::string head =
+      "    <testcase classname=\"sightline.gate\" name=\"" + xml_text(test.name) + "\" time=\"0\"";
+  if (!test.fails(fails_at)) {
+    return head + (test.is_skipped() ? "><skipped/></testcase>\n" : "/>\n");
+  }
+  std::string first;
+  std::string all;
+  for (const Check* check : test.checks) {
+    if (check->verdict != Verdict::kViolated) continue;
+    if (first.empty()) first = check->message;
+    all += check->message + "\n";
+  }
+  return head + "><failure type=\"" + xml_text(test.checks.front()->rule) + "\" message=\"" +
+         xml_text(first) + "\">" + xml_text(all) + "</failure></testcase>\n";
+}
+
+std::string property(const std::string& name, const std::string& value) {
+  return "      <property name=\"" + name + "\" value=\"" + xml_text(value) + "\"/>\n";
+}
+
+std::string properties_of(const GateReport& report) {
+  std::string xml = property("map", report.map.file) + property("map_id", report.map.map_id) +
+                    property("root_digest", report.map.root_digest);
+  if (!report.old_map) return xml;
+  return xml + property("old_map", report.old_map->file) +
+         property("old_root_digest", report.old_map->root_digest);
+}
+
+// What JUnit has no element for: what was found and does not fail the gate.
+std::string warnings_of(const GateReport& report) {
+  std::string text;
+  for (const Check& check : report.checks) {
+    const bool is_failure =
+        check.verdict == Verdict::kViolated && check.severity >= report.fails_at;
+    if (check.verdict == Verdict::kMet || is_failure) continue;
+    text += std::string(check.verdict == Verdict::kViolated ? severity_name(check.severity)
+                                                            : verdict_name(check.verdict));
+    text += " [" + check.rule + "] " + check.message;
+    if (!check.exception.empty()) text += "; excepted: " + check.exception;
+    text += "\n";
+  }
+  return text;
 }
 
 }  // namespace
@@ -50,6 +204,54 @@ std::string to_text(const GateReport& report) {
          std::to_string(report.count(Verdict::kExcepted)) + " excepted, " +
          std::to_string(report.count(Verdict::kMet)) + " met, " +
          std::to_string(report.count(Verdict::kNotJudged)) + " not judged\n";
+}
+
+std::string to_markdown(const GateReport& report) {
+  std::string text = std::string("### sightline gate: ") + (report.passes() ? "passed" : "failed") +
+                     "\n\n`" + report.map.file + "` (version " + cell(report.map.version) +
+                     ", release " + std::to_string(report.map.release) + ")";
+  if (report.old_map) text += " against `" + report.old_map->file + "`";
+  text += ": " + std::to_string(report.violations(Severity::kError)) + " errors, " +
+          std::to_string(report.violations(Severity::kWarning)) + " warnings, " +
+          std::to_string(report.violations(Severity::kNote)) + " notes.\n";
+  const std::string violated = rows_of(report, Verdict::kViolated);
+  if (!violated.empty()) text += "\n" + table(violated);
+  return text + folded("Excepted", rows_of(report, Verdict::kExcepted)) +
+         folded("Not judged", rows_of(report, Verdict::kNotJudged)) +
+         folded("Met", rows_of(report, Verdict::kMet));
+}
+
+std::string to_github(const GateReport& report) {
+  static constexpr std::array<const char*, 3> kCommands = {"notice", "warning", "error"};
+  std::string text;
+  for (const Check& check : report.checks) {
+    if (check.verdict != Verdict::kViolated) continue;
+    const bool is_of_old = check.place && check.place->is_of_old && report.old_map;
+    text += std::string("::") + kCommands[static_cast<std::size_t>(check.severity)] +
+            " file=" + in_property(is_of_old ? report.old_map->file : report.map.file) +
+            ",title=" + in_property(check.rule) + "::" + in_message(check.message) + "\n";
+  }
+  const char* verdict = report.passes() ? "::notice title=sightline gate::passed"
+                                        : "::error title=sightline gate::failed";
+  return text + verdict + ", " + std::to_string(report.violations(Severity::kError)) +
+         " errors and " + std::to_string(report.violations(Severity::kWarning)) + " warnings\n";
+}
+
+std::string to_junit(const GateReport& report) {
+  const std::vector<Case> cases = cases_of(report);
+  const std::string failures = std::to_string(
+      std::ranges::count_if(cases, [&](const Case& test) { return test.fails(report.fails_at); }));
+  const std::string skipped = std::to_string(std::ranges::count_if(cases, &Case::is_skipped));
+  std::string xml =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n"
+      "  <testsuite id=\"0\" package=\"sightline\" name=\"gate\" hostname=\"localhost\" time=\"0\" "
+      "timestamp=\"" +
+      report.today + "T00:00:00\" tests=\"" + std::to_string(cases.size()) + "\" failures=\"" +
+      failures + "\" errors=\"0\" skipped=\"" + skipped + "\">\n    <properties>\n" +
+      properties_of(report) + "    </properties>\n";
+  for (const Case& test : cases) xml += to_xml(test, report.fails_at);
+  return xml + "    <system-out>" + xml_text(warnings_of(report)) +
+         "</system-out>\n    <system-err></system-err>\n  </testsuite>\n</testsuites>\n";
 }
 
 }  // namespace sightline

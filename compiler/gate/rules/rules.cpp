@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "formats/grid/point_grid.h"
 #include "formats/text/numbers.h"
 #include "formats/text/table.h"
 
@@ -20,17 +21,40 @@ const GateRule kRulesOfExceptions[] = {
      "An exception that has not expired covers no finding", nullptr},
 };
 
+Eigen::Vector3d p_world_m(const CompiledMap& map, std::size_t site) {
+  return map.sites.sites[site].p_map_m + map.sites.frame.origin_world_m;
+}
+
+std::vector<std::optional<std::uint32_t>> nearest_of(const CompiledMap& from,
+                                                     const CompiledMap& to) {
+  std::vector<Eigen::Vector3d> places_m;
+  for (std::size_t site = 0; site < to.sites.sites.size(); ++site) {
+    places_m.push_back(p_world_m(to, site));
+  }
+  const PointGrid grid(places_m);
+  std::vector<std::optional<std::uint32_t>> found(from.sites.sites.size());
+  for (std::size_t site = 0; site < found.size(); ++site) {
+    const std::optional<NearPoint> nearest = grid.nearest(p_world_m(from, site), to.reach_m);
+    if (nearest) found[site] = static_cast<std::uint32_t>(nearest->index);
+  }
+  return found;
+}
+
 std::vector<GateRule> join() {
   std::vector<GateRule> all;
   for (const std::span<const GateRule> part :
-       {rules_of_map(), rules_of_poses(), rules_of_observation(), rules_of_identity(),
-        rules_of_stretches(), rules_of_change(), std::span<const GateRule>(kRulesOfExceptions)}) {
+       {rules_of_map(), rules_of_observation(), rules_of_identity(), rules_of_change(),
+        std::span<const GateRule>(kRulesOfExceptions)}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;
 }
 
 }  // namespace
+
+SitePairs pair_sites(const CompiledMap& new_map, const CompiledMap& old_map) {
+  return {nearest_of(new_map, old_map), nearest_of(old_map, new_map)};
+}
 
 std::optional<double> Threshold::at(std::optional<double> limit_m) const {
   for (const auto& [of_limit_m, value] : at_limits) {
@@ -59,6 +83,14 @@ std::string in_words(double value, std::string_view unit) {
 }
 
 std::string within(double limit_m) { return " within " + format_double(limit_m) + " m"; }
+
+std::vector<Found> of_whole_map(double value, std::string message) {
+  return {{std::nullopt, std::nullopt, value, std::move(message)}};
+}
+
+std::vector<Found> not_judged(std::string why) {
+  return {{std::nullopt, std::nullopt, 0.0, std::move(why), false}};
+}
 
 std::span<const GateRule> gate_rules() {
   static const std::vector<GateRule> kAll = join();

@@ -9,13 +9,22 @@
 
 #include "compiler/gate/rules/finding.h"
 #include "compiler/gate/rules/observation.h"
-#include "compiler/gate/rules/site_pairs.h"
 #include "formats/map/compiled_map.h"
 
 // The rules of the gate (schemas/gate_rules.md): pure functions over a compiled map, an old one
 // beside it, and what a drive observed in it.
 
 namespace sightline {
+
+// Which sites of two maps are the same place: each site's nearest of the other map, by the sensor's
+// origin in world coordinates and within that map's reach, the lower number on a tie: what a
+// vehicle would read there.
+struct SitePairs {
+  std::vector<std::optional<std::uint32_t>> old_of_new;  // [site of the new map]
+  std::vector<std::optional<std::uint32_t>> new_of_old;  // [site of the old map]
+};
+
+SitePairs pair_sites(const CompiledMap& new_map, const CompiledMap& old_map);
 
 // What a rule looks at. The old map and the observation may be missing.
 struct GateInput {
@@ -76,12 +85,14 @@ std::string in_words(double value, std::string_view unit);
 
 std::string within(double limit_m);  // " within 0.1 m"
 
+// What a rule found that is about the whole map alone, or why it cannot be judged.
+std::vector<Found> of_whole_map(double value, std::string message);
+std::vector<Found> not_judged(std::string why);
+
 // The rules by what they need; gate_rules() joins them.
 std::span<const GateRule> rules_of_map();
-std::span<const GateRule> rules_of_poses();
 std::span<const GateRule> rules_of_observation();
 std::span<const GateRule> rules_of_identity();
-std::span<const GateRule> rules_of_stretches();
 std::span<const GateRule> rules_of_change();
 
 }  // namespace sightline

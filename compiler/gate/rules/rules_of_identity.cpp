@@ -20,8 +20,8 @@ class Differences {
     add(what, format_double(before), format_double(after));
   }
   [[nodiscard]] std::vector<Found> found(const std::string& what) const {
-    return {{std::nullopt, std::nullopt, static_cast<double>(count_),
-             count_ == 0 ? what + " did not change" : what + " changed: " + text_}};
+    return of_whole_map(count_,
+                        count_ == 0 ? what + " did not change" : what + " changed: " + text_);
   }
 
  private:
@@ -137,9 +137,8 @@ std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
 std::vector<Found> find_release(const GateInput& input, const Threshold&) {
   const auto growth =
       static_cast<double>(input.map->release) - static_cast<double>(input.old_map->release);
-  return {{std::nullopt, std::nullopt, growth,
-           "release " + std::to_string(input.old_map->release) + " is followed by " +
-               std::to_string(input.map->release)}};
+  return of_whole_map(growth, "release " + std::to_string(input.old_map->release) +
+                                  " is followed by " + std::to_string(input.map->release));
 }
 
 using enum Severity;

@@ -1,30 +1,39 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "compiler/gate/rules/map_figures.h"
 #include "compiler/gate/rules/rules.h"
 #include "compiler/gate/rules/stretches.h"
+#include "formats/text/numbers.h"
+
+// One map: how well it is annotated, and how its poses were made.
 
 namespace sightline {
 namespace {
 
-// One finding for each limit of the map, of the number that `value` gives for its index.
-template <class Value>
-std::vector<Found> each_limit(const CompiledMap& map, const std::string& what,
-                              std::string_view unit, const Value& value) {
+constexpr LimitFigure kMeasuredCoverage = {
+    "coverage of the drive that the map learnt from", "share",
+    [](const CompiledMap& map, std::size_t limit) { return map.quality[limit].measured_coverage; }};
+constexpr LimitFigure kP95Range = {"the range that covers 95 % of the sites", "m", &p95_range_m};
+
+constexpr const char* kNoGivenSharpness = "the map does not say how sharp it was with poses given";
+
+// One finding for each limit of the map.
+template <const LimitFigure& kFigure>
+std::vector<Found> at_limits(const GateInput& input, const Threshold&) {
   std::vector<Found> found;
-  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    const double limit_m = map.ranges.promises[limit].limit_m;
-    const double number = value(limit);
+  for (std::size_t limit = 0; limit < input.map->ranges.promises.size(); ++limit) {
+    const double limit_m = input.map->ranges.promises[limit].limit_m;
+    const double number = kFigure.of(*input.map, limit);
     found.push_back(
-        {limit_m, std::nullopt, number, what + within(limit_m) + " is " + in_words(number, unit)});
+        {limit_m, std::nullopt, number,
+         fmt::format("{}{} is {}", kFigure.what, within(limit_m), in_words(number, kFigure.unit))});
   }
   return found;
-}
-
-double share_of_sites(const CompiledMap& map, std::uint32_t count) {
-  return static_cast<double>(count) / static_cast<double>(map.ranges.site_count);
 }
 
 std::vector<Found> find_promise(const GateInput& input, const Threshold&) {
@@ -38,79 +47,42 @@ std::vector<Found> find_promise(const GateInput& input, const Threshold&) {
   return found;
 }
 
-std::vector<Found> find_expected_coverage(const GateInput& input, const Threshold&) {
-  return each_limit(*input.map, "expected coverage", "share",
-                    [&](std::size_t l) { return input.map->quality[l].expected_coverage; });
-}
-
-std::vector<Found> find_measured_coverage(const GateInput& input, const Threshold&) {
+std::vector<Found> find_measured_coverage(const GateInput& input, const Threshold& threshold) {
   if (input.map->measurement.measured_site_count == 0) {
-    return {{std::nullopt, std::nullopt, 0.0, "no drive was measured in this map", false}};
+    return not_judged("no drive was measured in this map");
   }
-  return each_limit(*input.map, "coverage of the drive that the map learnt from", "share",
-                    [&](std::size_t l) { return input.map->quality[l].measured_coverage; });
+  return at_limits<kMeasuredCoverage>(input, threshold);
 }
 
 std::vector<Found> find_measured_sites(const GateInput& input, const Threshold&) {
   const double share = share_of_sites(*input.map, input.map->measurement.measured_site_count);
-  return {{std::nullopt, std::nullopt, share,
-           "errors were measured at " + in_words(share, "share") + " of the sites"}};
+  return of_whole_map(share, "errors were measured at " + percent(share) + " of the sites");
 }
 
-std::vector<Found> find_unmet_share(const GateInput& input, const Threshold&) {
-  const CompiledMap& map = *input.map;
-  return each_limit(map, "the share of sites where no range is good enough", "share",
-                    [&](std::size_t l) { return share_of_sites(map, map.quality[l].unmet_count); });
-}
-
-std::vector<Found> find_extrapolated_share(const GateInput& input, const Threshold&) {
-  const CompiledMap& map = *input.map;
-  return each_limit(
-      map, "the share of sites unlike what the model was trained on", "share",
-      [&](std::size_t l) { return share_of_sites(map, map.quality[l].extrapolated_count); });
-}
-
-std::vector<Found> find_mean_range(const GateInput& input, const Threshold&) {
-  return each_limit(*input.map, "mean range", "m",
-                    [&](std::size_t l) { return input.map->quality[l].mean_range_m; });
-}
-
-std::vector<Found> find_p95_range(const GateInput& input, const Threshold&) {
-  return each_limit(*input.map, "the range that covers 95 % of the sites", "m",
-                    [&](std::size_t l) { return p95_range_m(*input.map, l); });
-}
-
-std::vector<Found> find_expected_work(const GateInput& input, const Threshold&) {
+std::vector<Found> find_expected_work(const GateInput& input, const Threshold& threshold) {
   if (!has_virtual_points(*input.map)) {
-    return {{std::nullopt, std::nullopt, 0.0,
-             "the map holds no factor virtual_points, by which work is predicted", false}};
+    return not_judged("the map holds no factor virtual_points, by which work is predicted");
   }
-  return each_limit(*input.map, "the expected work of a match", "of the longest",
-                    [&](std::size_t l) { return *expected_work(*input.map, l); });
+  return at_limits<kExpectedWork>(input, threshold);
 }
 
-// The worst stretch where none is bad, else each bad one.
 std::vector<Found> find_worst_stretch(const GateInput& input, const Threshold& threshold) {
   const Sites& sites = input.map->sites;
   const StretchSearch search{input.stretch_m, Bound::kAtLeast};
   std::vector<Found> found;
   for (std::size_t limit = 0; limit < input.map->ranges.promises.size(); ++limit) {
     const double limit_m = input.map->ranges.promises[limit].limit_m;
-    const std::vector<double> value = chosen_probabilities(*input.map, limit);
-    const auto tell = [&](std::size_t first, std::size_t last, double worst) {
-      const RouteStretch place = stretch_between(sites, first, last);
-      found.push_back({limit_m, place, worst,
-                       in_words(place) + ": expected coverage" + within(limit_m) + " is " +
-                           in_words(worst, "share") + " over the worst " +
-                           format_double(input.stretch_m) + " m of route"});
-    };
-    const double allowed = threshold.at(limit_m).value_or(0.0);
-    for (const BadStretch& bad : bad_stretches(sites, value, search, allowed)) {
-      tell(bad.first, bad.last, bad.worst);
+    std::vector<double> value;
+    for (std::size_t site = 0; site < input.map->ranges.site_count; ++site) {
+      value.push_back(chosen_probability(*input.map, site, limit));
     }
-    if (!found.empty() && found.back().limit_m == limit_m) continue;
-    const BadStretch worst = worst_stretch(sites, value, search);
-    tell(worst.first, worst.last, worst.worst);
+    for (const BadStretch& bad : bad_or_worst(sites, value, search, threshold.at(limit_m))) {
+      const RouteStretch place = stretch_between(sites, bad.first, bad.last);
+      found.push_back({limit_m, place, bad.worst,
+                       fmt::format("{}: expected coverage{} is {} over the worst {} m of route",
+                                   in_words(place), within(limit_m), percent(bad.worst),
+                                   format_double(input.stretch_m))});
+    }
   }
   return found;
 }
@@ -146,9 +118,91 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
 
 std::vector<Found> find_model_r_squared(const GateInput& input, const Threshold&) {
   const double mean = input.map->model.mean_r_squared;
-  return {{std::nullopt, std::nullopt, mean,
-           "the model's R^2 at places that it never saw is " + in_words(mean, "") +
-               ", mean over ranges"}};
+  return of_whole_map(mean, fmt::format("the model's R^2 at places that it never saw is {}, mean "
+                                        "over ranges",
+                                        in_words(mean, "")));
+}
+
+std::vector<Found> find_plane_thickness(const GateInput& input, const Threshold&) {
+  if (!input.map->sharpness) return not_judged("the map does not say how sharp it is");
+  const double thickness_m = std::sqrt(input.map->sharpness->of_map.mean_plane_variance_m2);
+  return of_whole_map(thickness_m,
+                      fmt::format("planes of the map are {} thick (standard deviation)",
+                                  in_words(thickness_m, "m")));
+}
+
+std::vector<Found> find_less_sharp_than_given(const GateInput& input, const Threshold&) {
+  const auto& sharpness = input.map->sharpness;
+  if (!sharpness || !sharpness->of_given) return not_judged(kNoGivenSharpness);
+  const double loss_nat =
+      sharpness->of_map.mean_entropy_nat - sharpness->of_given->mean_entropy_nat;
+  return of_whole_map(
+      loss_nat, fmt::format("the mean entropy of the map is {} above that with the poses given",
+                            in_words(loss_nat, "nat")));
+}
+
+// A building that is laid twice has an entropy like one that is laid once; its walls are thicker.
+std::vector<Found> find_thicker_than_given(const GateInput& input, const Threshold&) {
+  const auto& sharpness = input.map->sharpness;
+  if (!sharpness || !sharpness->of_given) return not_judged(kNoGivenSharpness);
+  const double thicker_m = std::sqrt(sharpness->of_map.mean_plane_variance_m2) -
+                           std::sqrt(sharpness->of_given->mean_plane_variance_m2);
+  return of_whole_map(thicker_m, fmt::format("planes of the map are {} thicker than with the poses "
+                                             "given (standard deviation)",
+                                             in_words(thicker_m, "m")));
+}
+
+std::vector<Found> residual(const GateInput& input, double in_unit(const TrajectoryQuality&),
+                            std::string_view unit) {
+  const auto& trajectory = input.map->trajectory;
+  if (!trajectory || trajectory->odometry_edges == 0) {
+    return not_judged("the map names no pose graph: its poses were given, or it is too old");
+  }
+  const double value = in_unit(*trajectory);
+  return of_whole_map(value, fmt::format("steps and loops of the trajectory disagree by {} (RMS)",
+                                         in_words(value, unit)));
+}
+
+std::vector<Found> find_residual(const GateInput& input, const Threshold&) {
+  return residual(
+      input, [](const TrajectoryQuality& made) { return made.rms_translation_residual_m; }, "m");
+}
+
+std::vector<Found> find_turn_residual(const GateInput& input, const Threshold&) {
+  return residual(
+      input,
+      [](const TrajectoryQuality& made) {
+        return made.rms_rotation_residual_rad * 180.0 / std::numbers::pi;
+      },
+      "deg");
+}
+
+std::vector<Found> find_pieces(const GateInput& input, const Threshold&) {
+  const auto& trajectory = input.map->trajectory;
+  if (!trajectory || trajectory->pieces.empty()) {
+    return not_judged("the map does not say of how many pieces its trajectory is");
+  }
+  const std::size_t count = trajectory->pieces.size();
+  std::string text = "the trajectory is of " + std::to_string(count) +
+                     " pieces; how they lie to each other is not known";
+  if (count == 1) text = "the trajectory is of one piece";
+  for (std::size_t i = 1; i < count; ++i) {
+    text += (i == 1 ? "; one begins at scan " : ", at scan ") +
+            std::to_string(trajectory->pieces[i].first_scan);
+  }
+  return of_whole_map(static_cast<double>(count), text);
+}
+
+std::vector<Found> find_overlap(const GateInput& input, const Threshold&) {
+  const auto& trajectory = input.map->trajectory;
+  if (!trajectory || trajectory->overlap_count == 0) {
+    return not_judged("the map does not say how its scans overlap: its poses were given");
+  }
+  const double overlap = trajectory->median_overlap;
+  return of_whole_map(overlap,
+                      fmt::format("of what half of the scans see upright, less than {} meets what "
+                                  "was seen before them",
+                                  percent(overlap)));
 }
 
 using enum Severity;
@@ -157,7 +211,7 @@ using enum Bound;
 
 const GateRule kRules[] = {
     {"expected-coverage", kMap, kError, kAtLeast, 0.80, "share",
-     "Mean over the sites of P(error <= limit) at the chosen range", find_expected_coverage},
+     "Mean over the sites of P(error <= limit) at the chosen range", &at_limits<kExpectedCoverage>},
     {"measured-coverage", kMap, kWarning, kAtLeast, 0.80, "share",
      "Share of the measured sites whose error at the chosen range is within the limit, on the "
      "drive that the map learnt from",
@@ -169,23 +223,44 @@ const GateRule kRules[] = {
      "route, by drives that the model did not learn from",
      find_promise},
     {"unmet-share", kMap, kError, kAtMost, 0.50, "share",
-     "Share of sites where no range is good enough", find_unmet_share},
+     "Share of sites where no range is good enough", &at_limits<kUnmetShare>},
     {"unmet-stretch", kMap, kWarning, kAtMost, 100.0, "m",
      "Longest piece of route without any site where some range is good enough", find_unmet_stretch},
-    {"mean-range", kMap, kError, kAtMost, std::nullopt, "m", "Mean chosen range", find_mean_range},
+    {"mean-range", kMap, kError, kAtMost, std::nullopt, "m", "Mean chosen range",
+     &at_limits<kMeanRange>},
     {"p95-range", kMap, kError, kAtMost, std::nullopt, "m",
-     "The least range that 95 % of the sites stay within", find_p95_range},
+     "The least range that 95 % of the sites stay within", &at_limits<kP95Range>},
     {"expected-work", kMap, kWarning, kAtMost, 0.95, "of the longest",
      "Sum over the sites of the factor virtual_points at the chosen range, over that at the "
      "longest: what matching is expected to cost",
      find_expected_work},
     {"extrapolated-share", kMap, kError, kAtMost, 0.25, "share",
      "Model support: share of sites that are unlike what the model was trained on",
-     find_extrapolated_share},
+     &at_limits<kExtrapolatedShare>},
     {"model-r-squared", kMap, kWarning, kAtLeast, 0.0, "",
      "Mean over ranges of the model's R^2 at places that it never saw", find_model_r_squared},
     {"measured-sites", kMap, kWarning, kAtLeast, 0.50, "share",
      "Share of sites where a scan of the localization drive was matched", find_measured_sites},
+    {"trajectory-residual", kMap, kError, kAtMost, 0.10, "m",
+     "Root mean square of what the pose graph left over, translation", find_residual},
+    {"trajectory-turn-residual", kMap, kError, kAtMost, 0.5, "deg",
+     "Root mean square of what the pose graph left over, rotation", find_turn_residual},
+    {"trajectory-pieces", kMap, kError, kAtMost, 1.0, "pieces",
+     "Pieces of the trajectory: how they lie to each other is not known, and the scans that begin "
+     "them are named",
+     find_pieces},
+    {"scan-overlap", kMap, kWarning, kAtLeast, 0.5, "share",
+     "Median share of a scan's upright returns that meet what was seen before it", find_overlap},
+    {"plane-thickness", kMap, kWarning, kAtMost, 0.15, "m",
+     "Sharpness: root of the mean plane variance of the scans laid on each other",
+     find_plane_thickness},
+    {"thicker-than-given", kMap, kWarning, kAtMost, 0.01, "m",
+     "Sharpness: root of the mean plane variance with the poses used, less that with the poses "
+     "given",
+     find_thicker_than_given},
+    {"less-sharp-than-given", kMap, kWarning, kAtMost, 0.05, "nat",
+     "Sharpness: mean map entropy with the poses used, less that with the poses given",
+     find_less_sharp_than_given},
 };
 
 }  // namespace

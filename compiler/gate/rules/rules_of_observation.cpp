@@ -1,7 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "compiler/gate/rules/rules.h"
 #include "compiler/gate/rules/stretches.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
@@ -11,14 +14,30 @@ const LimitPromise* promise_of(const CompiledMap& map, double limit_m) {
   return found == map.ranges.promises.end() ? nullptr : &*found;
 }
 
-std::vector<Found> find_coverage(const GateInput& input, const Threshold&) {
+// A number of every limit. `words`: {0} is " within 0.1 m", {1} the number, {2} the drive.
+std::vector<Found> observed(const GateInput& input, double ObservedLimit::*number,
+                            std::string_view unit, std::string_view words) {
   std::vector<Found> found;
   for (const ObservedLimit& limit : input.observation->limits) {
-    found.push_back({limit.limit_m, std::nullopt, limit.coverage,
-                     "on drive " + input.observation->drive + " the coverage" +
-                         within(limit.limit_m) + " was " + in_words(limit.coverage, "share")});
+    found.push_back({limit.limit_m, std::nullopt, limit.*number,
+                     fmt::format(fmt::runtime(words), within(limit.limit_m),
+                                 in_words(limit.*number, unit), input.observation->drive)});
   }
   return found;
+}
+
+std::vector<Found> find_coverage(const GateInput& input, const Threshold&) {
+  return observed(input, &ObservedLimit::coverage, "share", "on drive {2} the coverage{0} was {1}");
+}
+
+std::vector<Found> find_time(const GateInput& input, const Threshold&) {
+  return observed(input, &ObservedLimit::time_ratio, "of the longest",
+                  "matching{0} took {1} range's time");
+}
+
+std::vector<Found> find_work(const GateInput& input, const Threshold&) {
+  return observed(input, &ObservedLimit::work_ratio, "of the longest",
+                  "matching{0} took {1} range's work");
 }
 
 std::vector<Found> find_broken_promise(const GateInput& input, const Threshold&) {
@@ -31,10 +50,10 @@ std::vector<Found> find_broken_promise(const GateInput& input, const Threshold&)
       continue;
     }
     const double promised = 1.0 - promise->alpha;
-    found.push_back({limit.limit_m, std::nullopt, promised - limit.coverage,
-                     "coverage" + within(limit.limit_m) + " was promised as " +
-                         in_words(promised, "share") + " and observed as " +
-                         in_words(limit.coverage, "share")});
+    found.push_back(
+        {limit.limit_m, std::nullopt, promised - limit.coverage,
+         fmt::format("coverage{} was promised as {} and observed as {}", within(limit.limit_m),
+                     percent(promised), percent(limit.coverage))});
   }
   return found;
 }
@@ -57,30 +76,11 @@ std::vector<Found> find_worst_stretch(const GateInput& input, const Threshold&) 
         stretch_between(sites, limit.worst_begin_site,
                         end_of(sites, limit.worst_begin_site, input.observation->stretch_m));
     found.push_back({limit.limit_m, place, limit.worst_coverage,
-                     in_words(place) + ": the coverage" + within(limit.limit_m) + " on drive " +
-                         input.observation->drive + " was " +
-                         in_words(limit.worst_coverage, "share")});
+                     fmt::format("{}: the coverage{} on drive {} was {}", in_words(place),
+                                 within(limit.limit_m), input.observation->drive,
+                                 percent(limit.worst_coverage))});
   }
   return found;
-}
-
-std::vector<Found> found_ratios(const GateInput& input, double ObservedLimit::*ratio,
-                                const std::string& of_what) {
-  std::vector<Found> found;
-  for (const ObservedLimit& limit : input.observation->limits) {
-    found.push_back({limit.limit_m, std::nullopt, limit.*ratio,
-                     "matching" + within(limit.limit_m) + " took " +
-                         in_words(limit.*ratio, "of the longest") + " range's " + of_what});
-  }
-  return found;
-}
-
-std::vector<Found> find_time(const GateInput& input, const Threshold&) {
-  return found_ratios(input, &ObservedLimit::time_ratio, "time");
-}
-
-std::vector<Found> find_work(const GateInput& input, const Threshold&) {
-  return found_ratios(input, &ObservedLimit::work_ratio, "work");
 }
 
 using enum Severity;

@@ -123,6 +123,14 @@ BadStretch worst_stretch(const Sites& sites, const std::vector<double>& value,
   return worst;
 }
 
+std::vector<BadStretch> bad_or_worst(const Sites& sites, const std::vector<double>& value,
+                                     const StretchSearch& search, std::optional<double> allowed) {
+  std::vector<BadStretch> bad;
+  if (allowed) bad = bad_stretches(sites, value, search, *allowed);
+  if (bad.empty()) bad.push_back(worst_stretch(sites, value, search));
+  return bad;
+}
+
 std::vector<LongStretch> long_stretches(const Sites& sites, const std::vector<bool>& is_bad) {
   std::vector<LongStretch> found;
   for (const Piece& piece : pieces_of(sites, [&](std::size_t i) { return is_bad[i]; })) {

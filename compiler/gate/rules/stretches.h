@@ -1,6 +1,6 @@
 #pragma once
 
-#include <functional>
+#include <optional>
 #include <vector>
 
 #include "compiler/gate/rules/finding.h"
@@ -38,6 +38,10 @@ std::vector<BadStretch> bad_stretches(const Sites& sites, const std::vector<doub
 // The worst such piece, the first on a tie; `last` < `first` where no site has a value.
 BadStretch worst_stretch(const Sites& sites, const std::vector<double>& value,
                          const StretchSearch& search);
+
+// Those bad stretches, or the worst where none is bad (`allowed`: none: nothing is bad).
+std::vector<BadStretch> bad_or_worst(const Sites& sites, const std::vector<double>& value,
+                                     const StretchSearch& search, std::optional<double> allowed);
 
 // Longest piece of route whose sites are all `is_bad`, with its length between first and last site;
 // each piece longer than `longer_than_m`, ascending by site.

@@ -1,9 +1,43 @@
+#include <nlohmann/json.hpp>
+
 #include "compiler/gate/settings.h"
-#include "compiler/gate/settings_fields.h"
 #include "compiler/pipeline/option_yaml.h"
+#include "passes/pass/options.h"
+
+// The section `gate` as YAML: its fields, its reader and its published schema.
 
 namespace sightline {
 namespace {
+
+using Fields = std::vector<OptionField>;
+
+Fields section_fields(GateSettings& settings, std::string& fails_at) {
+  return {number("stretch_m", settings.stretch_m, "route that is judged at a time, m", 0.1, 1e6),
+          number("change_stretch_m", settings.change_stretch_m,
+                 "route whose change is judged at a time, m", 0.1, 1e6),
+          choice("fails_at", fails_at, "the least severity of a finding that fails the gate",
+                 {"error", "warning", "note"})};
+}
+
+Fields rule_fields(std::string& severity, double& allowed) {
+  return {choice("severity", severity, "of what breaks it; off: it is not judged",
+                 {"error", "warning", "note", "off"}),
+          number("allowed", allowed, "the threshold, in the rule's unit", -1e12, 1e12)};
+}
+
+Fields exception_fields(GateException& exception, double& limit_m) {
+  return {
+      text("rule", exception.rule, "id of the rule that it excepts from; *: every rule"),
+      number("limit_m", limit_m, "the limit that it covers; without: every limit", 0.001, 1000.0),
+      text("reason", exception.reason, "why; reports repeat it"),
+      text("until", exception.until, "the last day that it covers, YYYY-MM-DD")};
+}
+
+Fields route_fields(RoutePlace& place, int& run) {
+  return {integer("run", run, "of the route, from 0", 0, 2'000'000'000),
+          number("from_m", place.from_s_m, "way along the run where it begins, m", -1e9, 1e9),
+          number("to_m", place.to_s_m, "where it ends, m", -1e9, 1e9)};
+}
 
 Error refused(const YamlNode& node, std::string message, ErrorCode code = ErrorCode::kBadValue) {
   return {code, std::move(message), "", node.place()};
@@ -51,8 +85,9 @@ Result<void> read_at_limits(const YamlNode& node, Threshold& threshold) {
 // `rule: 0.9`, `rule: warning`, `rule: off` or `rule: {severity: .., allowed: .., at_limits: ..}`.
 Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting& setting) {
   if (node.kind == YamlNode::Kind::kNull) return refused(node, "rule '" + id + "' says nothing");
-  RuleOptions options{std::string(severity_name(setting.severity)), 0.0};
-  std::vector<OptionField> fields = option_fields(options);
+  std::string severity(severity_name(setting.severity));
+  double allowed = 0.0;
+  Fields fields = rule_fields(severity, allowed);
   bool says_allowed = node.find("allowed") != nullptr;
   Result<void> set;
   if (node.kind == YamlNode::Kind::kScalar) {
@@ -63,9 +98,9 @@ Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting&
     set = set_fields(node, "rule '" + id + "'", fields, {"at_limits"});
   }
   if (!set) return set;
-  if (says_allowed) setting.threshold.allowed = options.allowed;
-  setting.is_on = options.severity != "off";
-  if (setting.is_on) setting.severity = severity_of(options.severity);
+  if (says_allowed) setting.threshold.allowed = allowed;
+  setting.is_on = severity != "off";
+  if (setting.is_on) setting.severity = severity_of(severity);
   const YamlNode* at_limits = node.find("at_limits");
   return at_limits ? read_at_limits(*at_limits, setting.threshold) : Result<void>();
 }
@@ -77,7 +112,7 @@ std::vector<std::string> ids_of(const GateSettings& settings) {
 }
 
 Result<void> read_rules(const YamlNode& node, GateSettings& settings) {
-  std::vector<OptionField> none;
+  Fields none;
   SIGHTLINE_TRY(set_fields(node, "rules", none, ids_of(settings)));
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string& id = node.keys[i].scalar;
@@ -87,14 +122,16 @@ Result<void> read_rules(const YamlNode& node, GateSettings& settings) {
 }
 
 Result<RoutePlace> read_route(const YamlNode& node) {
-  RouteOptions options;
-  std::vector<OptionField> fields = option_fields(options);
+  RoutePlace place;
+  int run = 0;
+  Fields fields = route_fields(place, run);
   SIGHTLINE_TRY(set_fields(node, "route", fields));
   if (!node.find("from_m") || !node.find("to_m")) {
     return refused(node, "route: from_m and to_m are required", ErrorCode::kMissingKey);
   }
-  if (options.to_s_m < options.from_s_m) return refused(node, "route: to_m lies before from_m");
-  return RoutePlace{static_cast<std::uint32_t>(options.run), options.from_s_m, options.to_s_m};
+  if (place.to_s_m < place.from_s_m) return refused(node, "route: to_m lies before from_m");
+  place.run = static_cast<std::uint32_t>(run);
+  return place;
 }
 
 using Place = decltype(GateException::place);
@@ -128,26 +165,26 @@ Result<Place> read_place(const YamlNode& node) {
 }
 
 Result<GateException> read_exception(const YamlNode& node, const GateSettings& settings) {
-  ExceptionOptions options;
-  std::vector<OptionField> fields = option_fields(options);
+  GateException exception;
+  double limit_m = 0.0;
+  Fields fields = exception_fields(exception, limit_m);
   SIGHTLINE_TRY(set_fields(node, "an exception", fields, {"circle", "box", "route"}));
   for (const auto& [key, value] :
-       {std::pair("rule", &options.rule), std::pair("reason", &options.reason),
-        std::pair("until", &options.until)}) {
+       {std::pair("rule", &exception.rule), std::pair("reason", &exception.reason),
+        std::pair("until", &exception.until)}) {
     if (!value->empty()) continue;
     return refused(node, std::string("an exception needs '") + key + "'", ErrorCode::kMissingKey);
   }
-  if (options.rule != "*" && !settings.rules.contains(options.rule)) {
-    return placed(unknown_key(options.rule, "in rule of an exception", ids_of(settings)),
+  if (exception.rule != "*" && !settings.rules.contains(exception.rule)) {
+    return placed(unknown_key(exception.rule, "in rule of an exception", ids_of(settings)),
                   *node.find("rule"));
   }
-  if (!is_date(options.until)) {
+  if (!is_date(exception.until)) {
     return refused(*node.find("until"),
-                   "until: found '" + options.until + "', expected a day as YYYY-MM-DD");
+                   "until: found '" + exception.until + "', expected a day as YYYY-MM-DD");
   }
-  SIGHTLINE_ASSIGN(const Place place, read_place(node));
-  GateException exception{options.rule, std::nullopt, place, options.reason, options.until};
-  if (node.find("limit_m")) exception.limit_m = options.limit_m;
+  SIGHTLINE_ASSIGN(exception.place, read_place(node));
+  if (node.find("limit_m")) exception.limit_m = limit_m;
   return exception;
 }
 
@@ -161,12 +198,10 @@ Result<void> read_exceptions(const YamlNode& node, GateSettings& settings) {
 }
 
 Result<void> read_section(const YamlNode& node, GateSettings& settings) {
-  GateOptions options = options_of(settings);
-  std::vector<OptionField> fields = option_fields(options);
+  std::string fails_at(severity_name(settings.fails_at));
+  Fields fields = section_fields(settings, fails_at);
   Result<void> read = set_fields(node, "section 'gate'", fields, {"rules", "exceptions"});
-  settings.stretch_m = options.stretch_m;
-  settings.change_stretch_m = options.change_stretch_m;
-  settings.fails_at = severity_of(options.fails_at);
+  settings.fails_at = severity_of(fails_at);
   const YamlNode* rules = node.find("rules");
   if (read && rules) read = read_rules(*rules, settings);
   const YamlNode* exceptions = node.find("exceptions");
@@ -180,6 +215,63 @@ const YamlNode* section_in(const YamlNode& root) {
   const YamlNode* section = root.find("gate");
   if (section) return section;
   return root.find("mapping") || root.find("map") ? nullptr : &root;
+}
+
+using Json = nlohmann::ordered_json;
+
+Json object_of(Json properties) {
+  return {
+      {"type", "object"}, {"additionalProperties", false}, {"properties", std::move(properties)}};
+}
+
+// Of fields without a default of their own: each rule has another, and exceptions have none.
+Json properties_of(const Fields& fields) {
+  Json properties = Json::parse(properties_schema(fields));
+  for (Json& property : properties) property.erase("default");
+  return properties;
+}
+
+Json numbers(std::size_t count, const char* what) {
+  return {{"type", "array"},
+          {"items", {{"type", "number"}}},
+          {"minItems", count},
+          {"maxItems", count},
+          {"description", what}};
+}
+
+// A threshold, a severity, or both.
+Json rules_schema() {
+  std::string severity;
+  double allowed = 0.0;
+  Json full = properties_of(rule_fields(severity, allowed));
+  const Json short_forms = Json::array({full["allowed"], full["severity"]});
+  full["at_limits"] = {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}};
+  Json forms = short_forms;
+  forms.push_back(object_of(full));
+  Json ids = Json::array();
+  for (const GateRule& rule : gate_rules()) ids.push_back(rule.id);
+  return {{"type", "object"},
+          {"propertyNames", {{"enum", ids}}},
+          {"additionalProperties", {{"anyOf", forms}}}};
+}
+
+Json exception_schema() {
+  RoutePlace place;
+  int run = 0;
+  Json route = object_of(properties_of(route_fields(place, run)));
+  route["required"] = {"from_m", "to_m"};
+  GateException exception;
+  double limit_m = 0.0;
+  Json properties = properties_of(exception_fields(exception, limit_m));
+  properties["rule"]["minLength"] = 1;
+  properties["reason"]["minLength"] = 1;
+  properties["until"]["pattern"] = "^[0-9]{4}-[0-9]{2}-[0-9]{2}$";
+  properties["circle"] = numbers(3, "x, y and radius, m, in world coordinates");
+  properties["box"] = numbers(4, "x0, y0, x1, y1, m, in world coordinates");
+  properties["route"] = route;
+  Json schema = object_of(properties);
+  schema["required"] = {"rule", "reason", "until"};
+  return schema;
 }
 
 }  // namespace
@@ -200,6 +292,20 @@ Result<GateSettings> read_gate_settings(const std::filesystem::path& file) {
   Error error = settings.error();
   error.file = file.string();
   return error;
+}
+
+std::string gate_settings_schema() {
+  GateSettings settings = default_gate_settings();
+  std::string fails_at(severity_name(settings.fails_at));
+  Json properties = Json::parse(properties_schema(section_fields(settings, fails_at)));
+  properties["rules"] = rules_schema();
+  properties["exceptions"] = {{"type", "array"}, {"items", exception_schema()}};
+  const Json schema = {
+      {"description", "What a map must hold to pass (sightline gate, gate_rules.md)"},
+      {"type", Json::array({"object", "null"})},
+      {"additionalProperties", false},
+      {"properties", properties}};
+  return schema.dump(2);
 }
 
 }  // namespace sightline
