@@ -1,21 +1,24 @@
 #include "passes/trajectory/align_drive.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
+#include "formats/annotation/sites.h"
 #include "formats/drive/trajectory.h"
+#include "formats/geometry.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
+#include "passes/trajectory/following/followed_scans.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/local/local_match.h"
-#include "passes/trajectory/local/stretch_of_drive.h"
-#include "passes/trajectory/pieces/separate_piece.h"
+#include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/place_drive.h"
-#include "passes/trajectory/scale_against_map.h"
 
 namespace sightline {
 namespace {
@@ -34,6 +37,26 @@ struct Followed {
   double scale = 1.0;  // of the drive's distances to the map's
 };
 SIGHTLINE_FIELDS(Followed, T_map_lidar, is_matched, is_placed, scale)
+
+// Moves a piece of a drive that is found nowhere in a map to where no site and no other scan is, 2
+// km beyond along x.
+void separate_piece(const std::vector<Pose>& T_own_lidar, const ScanRange& piece,
+                    const Sites& sites, std::vector<Pose>& T_map_lidar) {
+  constexpr double kApart_m = 2000.0;
+  double farthest_m = 0.0;
+  for (const Site& site : sites.sites) farthest_m = std::max(farthest_m, site.p_map_m.x());
+  for (const Pose& pose : T_map_lidar) {
+    farthest_m = std::max(farthest_m, pose.translation().x());
+  }
+  double lowest_m = T_own_lidar[piece.begin].translation().x();
+  for (std::size_t k = piece.begin; k < piece.end; ++k) {
+    lowest_m = std::min(lowest_m, T_own_lidar[k].translation().x());
+  }
+  for (std::size_t k = piece.begin; k < piece.end; ++k) {
+    T_map_lidar[k] = T_own_lidar[k];
+    T_map_lidar[k].translation().x() += farthest_m + kApart_m - lowest_m;
+  }
+}
 
 // Matches from the anchor to both ends of its piece, each scan from where its neighbour's match
 // leads.
@@ -192,25 +215,25 @@ Trajectory trajectory_of(const Drive& drive, const NdtMap& map, const PoseGraph&
 void warn_of_unmatched(const PassContext& ctx, const Drive& drive, const Followed& followed) {
   const auto unmatched = std::ranges::count(followed.is_matched, 0);
   if (unmatched == 0) return;
-  ctx.warn(std::to_string(unmatched) + " of " + std::to_string(drive.scans.size()) +
-           " scans of drive " + drive.name +
-           " do not match the map and follow the drive's own steps");
+  ctx.warn(fmt::format(
+      "{} of {} scans of drive {} do not match the map and follow the drive's own steps", unmatched,
+      drive.scans.size(), drive.name));
 }
 
 void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
   if (scale == 1.0) return;
-  char percent[32];
-  std::snprintf(percent, sizeof percent, "%.1f %%", 100.0 * std::abs(scale - 1.0));
-  ctx.warn("drive " + drive.name + " measures distances " + percent +
-           (scale > 1.0 ? " longer" : " shorter") +
-           " than the map has them: one sensor is wrong, and the errors of this drive are not "
-           "those of vehicles that measure as the map does. Check the ranges of both");
+  ctx.warn(fmt::format(
+      "drive {} measures distances {:.1f} % {} than the map has them: one sensor is wrong, and the "
+      "errors of this drive are not those of vehicles that measure as the map does. Check the "
+      "ranges of both",
+      drive.name, 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter"));
 }
 
 void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const ScanRange& piece) {
-  ctx.warn("scans " + std::to_string(drive.scans[piece.begin].recording_index) + " to " +
-           std::to_string(drive.scans[piece.end - 1].recording_index) + " of drive " + drive.name +
-           ", a piece of its own, are found nowhere in the map and left out");
+  ctx.warn(fmt::format(
+      "scans {} to {} of drive {}, a piece of its own, are found nowhere in the map and left out",
+      drive.scans[piece.begin].recording_index, drive.scans[piece.end - 1].recording_index,
+      drive.name));
 }
 
 // Error: no-overlap where no piece is placed.

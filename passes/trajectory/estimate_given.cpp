@@ -1,15 +1,24 @@
 #include "passes/trajectory/estimate_given.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "formats/base/portable_math.h"
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "passes/pass/pass_context.h"
 #include "passes/pass/quiet.h"
-#include "passes/trajectory/given/judge_given.h"
+#include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/given/misplaced_parts.h"
+#include "passes/trajectory/given/sharpening.h"
 #include "passes/trajectory/local/parts_of_drive.h"
-#include "passes/trajectory/local/stretch_of_drive.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
@@ -32,6 +41,79 @@ JumpLimits limits_of(const EstimateTrajectoryOptions& options) {
   return {3.0 * options.prior_sigma_m, 3.0 * options.prior_sigma_deg * std::numbers::pi / 180.0};
 }
 
+std::size_t poses_of(const std::vector<PoseJump>& jumps) {
+  std::size_t count = 0;
+  for (const PoseJump& jump : jumps) count += jump.last - jump.first + 1;
+  return count;
+}
+
+// One sentence each, without its full stop; the first five places are named.
+std::string jumps_text(const std::vector<PoseJump>& jumps, const Drive& drive) {
+  return with_first_places(fmt::format("the scans contradict {} of {} given poses of drive {}",
+                                       poses_of(jumps), drive.scans.size(), drive.name),
+                           jumps, drive);
+}
+
+std::string disagreements_text(const std::vector<PoseDisagreement>& found, const Drive& drive) {
+  return with_first_places(fmt::format("given poses and scans disagree on {} stretches of drive {}",
+                                       found.size(), drive.name),
+                           found, drive);
+}
+
+std::string sharpening_text(const Sharpening& found, const std::vector<WayStretch>& stretches,
+                            const Drive& drive) {
+  const auto off = [](const WayStretch& stretch) {
+    return stretch.off_rad + portable_hypot(stretch.along_m, stretch.aside_m);
+  };
+  const WayStretch& worst = *std::ranges::max_element(stretches, {}, off);
+  return fmt::format(
+      "given poses of drive {} are refined: on {} of {} stretches of 50 m they move otherwise than "
+      "the scans (over 10 m by {:.2f} m and {:.2f} degrees at scans {} to {}) and blur the map "
+      "(mean "
+      "entropy {:.3f} nat, refined {:.3f}); estimate-trajectory.mode=given keeps them",
+      drive.name, std::ranges::count_if(stretches, is_doubtful), stretches.size(),
+      portable_hypot(worst.along_m, worst.aside_m), worst.off_rad * 180.0 / std::numbers::pi,
+      drive.scans[worst.first].recording_index, drive.scans[worst.last].recording_index,
+      found.given.entropy_nat, found.refined.entropy_nat);
+}
+
+Error refused(const std::string& text, const Drive& drive, std::uint32_t scan) {
+  const ScanInfo& worst = drive.scans[scan];
+  return {ErrorCode::kMismatchedInputs, text, worst.source,
+          "scan " + std::to_string(worst.recording_index)};
+}
+
+// Error: mismatched-inputs, at the worst scan.
+Error refused_jumps(const std::vector<PoseJump>& jumps, const Drive& drive) {
+  const auto worst = std::ranges::max_element(jumps, {}, &PoseJump::off_m);
+  std::string text = jumps_text(jumps, drive);
+  if (2 * poses_of(jumps) > drive.scans.size()) {
+    text +=
+        ". So many: look at the columns, the axes and the order of the poses, and at "
+        "lidar_yaw_deg";
+  }
+  return refused(text + ". estimate-trajectory.bad_poses=repair goes on without them", drive,
+                 worst->worst);
+}
+
+Error refused_disagreements(const std::vector<PoseDisagreement>& found, const Drive& drive) {
+  return refused(disagreements_text(found, drive), drive, found.front().first);
+}
+
+Error refused_parts(const std::vector<MisplacedPart>& parts, const Drive& drive) {
+  return refused(parts_text(parts, drive) +
+                     "; estimate-trajectory.bad_poses=repair joins them by what they see",
+                 drive, parts.front().worst);
+}
+
+// The poses without those of jumps.
+GivenPoses without_jumps(GivenPoses given, const std::vector<PoseJump>& jumps) {
+  for (const PoseJump& jump : jumps) {
+    for (std::uint32_t k = jump.first; k <= jump.last; ++k) given[k].reset();
+  }
+  return given;
+}
+
 // Without the poses that the scans contradict.
 Result<Estimate> repaired(const EstimateTask& task, const GivenPoses& given,
                           const std::vector<PoseJump>& jumps, const SolvePoses& solve) {
@@ -46,6 +128,20 @@ Result<Estimate> repaired(const EstimateTask& task, const GivenPoses& given,
   SIGHTLINE_ASSIGN(const Odometry odometry,
                    run_odometry(task.ctx, options.local_map_m, task.drive, used));
   return solve(used, odometry);
+}
+
+Result<Trajectory> trajectory_as_given(const Drive& drive) {
+  Trajectory trajectory;
+  trajectory.frame = drive.frame;
+  for (const ScanInfo& scan : drive.scans) {
+    if (!scan.T_world_vehicle) {
+      return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
+                   "scan " + std::to_string(scan.recording_index)};
+    }
+    trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
+                                rebase(*scan.T_world_vehicle, MapFrame{}, drive.frame)});
+  }
+  return trajectory;
 }
 
 // Refined, with a warning, where the scans then fit each other more sharply; else none.
@@ -63,28 +159,6 @@ Result<std::optional<Estimate>> sharpened(const EstimateTask& task, const GivenP
   if (!sharpening.is_sharper) return none;
   task.ctx.warn(sharpening_text(sharpening, stretches, task.drive));
   return std::optional<Estimate>(std::move(refined));
-}
-
-Result<Trajectory> trajectory_as_given(const Drive& drive) {
-  Trajectory trajectory;
-  trajectory.frame = drive.frame;
-  for (const ScanInfo& scan : drive.scans) {
-    if (!scan.T_world_vehicle) {
-      return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
-                   "scan " + std::to_string(scan.recording_index)};
-    }
-    trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
-                                rebase(*scan.T_world_vehicle, MapFrame{}, drive.frame)});
-  }
-  return trajectory;
-}
-
-Error refused_parts(const std::vector<MisplacedPart>& parts, const Drive& drive) {
-  const ScanInfo& worst = drive.scans[parts.front().worst];
-  return {ErrorCode::kMismatchedInputs,
-          parts_text(parts, drive) +
-              "; estimate-trajectory.bad_poses=repair joins them by what they see",
-          worst.source, "scan " + std::to_string(worst.recording_index)};
 }
 
 // The given poses, or refined ones, by where the given ones disagree with odometry.
@@ -131,10 +205,12 @@ Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve) 
     return refused_parts(misplaced, drive);
   }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
-  SIGHTLINE_ASSIGN(const GivenVerdict verdict,
-                   judge_given(drive, limits_of(options), given, odometry));
-  if (!verdict.jumps.empty()) return repaired(task, given, verdict.jumps, solve);
-  return decide(task, given, odometry, verdict.disagreements, solve);
+  SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,
+                   find_jumps(drive, limits_of(options), given, odometry));
+  if (!jumps.empty()) return repaired(task, given, jumps, solve);
+  SIGHTLINE_ASSIGN(const std::vector<PoseDisagreement> disagreements,
+                   find_disagreements(drive, given, odometry));
+  return decide(task, given, odometry, disagreements, solve);
 }
 
 Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve) {

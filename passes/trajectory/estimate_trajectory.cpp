@@ -6,14 +6,12 @@
 #include "passes/trajectory/estimate_given.h"
 #include "passes/trajectory/estimate_undistorted.h"
 #include "passes/trajectory/following/odometry.h"
-#include "passes/trajectory/following/overlaps.h"
-#include "passes/trajectory/graph/connect_scans.h"
 #include "passes/trajectory/graph/contradictions.h"
 #include "passes/trajectory/graph/drive_scales.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/graph/scan_graph.h"
-#include "passes/trajectory/pieces/report_pieces.h"
+#include "passes/trajectory/pieces/join_pieces.h"
 
 // How the poses of a drive are estimated, in the order of the steps: 1 odometry, 2 pieces, 3 loops,
 // 4 pose graph, 5 planes, 6 the vehicle's poses; 7 all of them again with scans that are

@@ -11,7 +11,6 @@
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
-#include "passes/trajectory/sweep/without_turning.h"
 
 // During a scan of 0.1 s at 10 m/s the sensor moves 1 m, so the end of a sweep does not fit its
 // beginning. This gap biases the poses of scans that are taken as rigid, and undistorting with

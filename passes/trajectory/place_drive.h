@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "formats/annotation/sites.h"
+#include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/matching/grid/match_grid.h"
 #include "passes/pass/pass_context.h"
@@ -45,5 +47,13 @@ Result<std::optional<Placement>> place_piece(const PassContext& ctx, const Match
                                              const Drive& drive, const ScanRange& piece,
                                              const std::vector<Pose>& T_own_lidar,
                                              const std::vector<Pose>& places);
+
+// The ratio of a drive's distances to the map's; 1 where its scans do not differ clearly
+// ("Trajectories" in schemas/definitions.md). Eight scans, evenly over the matched ones, are
+// matched at several scales (best_scale), from their poses in the map: `T_map_lidar` of all scans.
+// Shared by ctx.threads. Error: that of reading a scan.
+Result<double> scale_against_map(const PassContext& ctx, const MatchGrid& grid, const Drive& drive,
+                                 const std::vector<Pose>& T_map_lidar,
+                                 const std::vector<std::uint8_t>& is_matched);
 
 }  // namespace sightline

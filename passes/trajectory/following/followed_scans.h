@@ -26,7 +26,7 @@ struct Odometry {
   // Scans of one piece are known relative to each other, ascending numbers from 0.
   std::vector<std::uint32_t> piece;
   std::vector<PieceStart> piece_starts;  // of every piece but the first
-  // Share of the scan's upright returns that meet the local map (scan_overlap.h); none where there
+  // Share of the scan's upright returns that meet the local map (UprightMap); none where there
   // are too few, where a piece begins, and where given poses lead to all scans.
   std::vector<std::optional<double>> overlap;
 
@@ -35,6 +35,15 @@ struct Odometry {
               std::optional<double> scan_overlap);
   // Adds a scan whose pose is known already, as one of the last piece or as the first of another.
   void append_known(const Pose& T_map_scan, bool begins_piece, std::optional<double> scan_overlap);
+};
+
+// A measurement of one pose relative to another; sigmas are standard deviations of each axis.
+struct GraphEdge {
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  Pose T_from_to = Pose::Identity();
+  double sigma_m = 0.1;
+  double sigma_rad = 0.01;
 };
 
 // Scans [begin, end) of a drive.

@@ -9,15 +9,29 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/geometry.h"
-#include "passes/trajectory/following/even_motion.h"
 #include "passes/trajectory/following/followed_scans.h"
 #include "passes/trajectory/local/estimate_options.h"
 #include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/local/place_widely.h"
-#include "passes/trajectory/local/scan_overlap.h"
 
 namespace sightline {
+
+// A step of the vehicle's motion and how long it took.
+struct TimedStep {
+  Pose T_before_after = Pose::Identity();
+  std::int64_t time_ns = 0;
+};
+
+// Running means over the latest scans: a scan far below them was matched in a wrong place.
+struct RunningAverage {
+  double likelihood = 0.0;
+  double scored_share = 0.0;
+  double overlap = 0.0;
+
+  void add(const LocalMatch& match, std::optional<double> scan_overlap);
+  [[nodiscard]] bool is_met_by(const LocalMatch& match) const;
+};
 
 // A scan: thinned for matching and for the local map.
 struct ReadScan {

@@ -1,13 +1,14 @@
 #include "passes/trajectory/given/misplaced_parts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 
 #include "formats/grid/point_grid.h"
+#include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/local/place_widely.h"
-#include "passes/trajectory/local/scan_overlap.h"
 
 namespace sightline {
 namespace {
@@ -162,12 +163,10 @@ GivenPoses without_parts(GivenPoses given, const Drive& drive,
 std::string parts_text(const std::vector<MisplacedPart>& parts, const Drive& drive) {
   std::string text = "given poses do not lie in one frame: ";
   for (const MisplacedPart& found : parts) {
-    char off[64];
-    std::snprintf(off, sizeof off, "%.1f m", found.off_m);
-    text += (found.part == parts.front().part ? "" : "; ") + std::string("drive ") +
-            drive.name_of_part(found.part) + " lies " + off +
-            " from where its scans meet the drives before it (scan " +
-            std::to_string(drive.scans[found.worst].recording_index) + ")";
+    text += fmt::format(
+        "{}drive {} lies {:.1f} m from where its scans meet the drives before it (scan {})",
+        found.part == parts.front().part ? "" : "; ", drive.name_of_part(found.part), found.off_m,
+        drive.scans[found.worst].recording_index);
   }
   return text;
 }

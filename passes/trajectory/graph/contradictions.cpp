@@ -1,12 +1,11 @@
 #include "passes/trajectory/graph/contradictions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <span>
 #include <utility>
-
-#include "passes/trajectory/local/first_places.h"
 
 namespace sightline {
 namespace {
@@ -86,15 +85,12 @@ std::vector<Contradiction> find_contradictions(const Odometry& odometry,
 
 std::string to_text(const Contradiction& found, const Drive& drive) {
   const auto number = [&](std::uint32_t scan) { return drive.scans[scan].recording_index; };
-  char text[320];
-  std::snprintf(
-      text, sizeof text,
-      "drive %s, scans %u to %u: %u of %u loops to an earlier visit put the scan more than "
-      "0.25 m from its pose, scan %u most (%.2f m, by scan %u of drive %s)",
-      drive_of(drive, found.later).c_str(), number(found.first), number(found.last),
-      found.off_count, found.loop_count, number(found.later), found.off_m, number(found.earlier),
-      drive_of(drive, found.earlier).c_str());
-  return text;
+  return fmt::format(
+      "drive {}, scans {} to {}: {} of {} loops to an earlier visit put the scan more than 0.25 m "
+      "from its pose, scan {} most ({:.2f} m, by scan {} of drive {})",
+      drive_of(drive, found.later), number(found.first), number(found.last), found.off_count,
+      found.loop_count, number(found.later), found.off_m, number(found.earlier),
+      drive_of(drive, found.earlier));
 }
 
 void warn_of_contradictions(const PassContext& ctx, const Drive& drive,

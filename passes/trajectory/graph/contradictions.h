@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -40,6 +42,20 @@ struct Estimate {
 };
 
 std::string to_text(const Contradiction& found, const Drive& drive);
+
+// "what: a; b; c; ...": the first five of the places that were found, by their to_text().
+template <class Found>
+std::string with_first_places(const std::string& what, const std::vector<Found>& found,
+                              const Drive& drive) {
+  constexpr std::size_t kMostTold = 5;
+  std::string text = what;
+  for (std::size_t i = 0; i < std::min(found.size(), kMostTold); ++i) {
+    text += (i == 0 ? ": " : "; ") + to_text(found[i], drive);
+  }
+  if (found.size() > kMostTold) text += "; ...";
+  return text;
+}
+
 // One warning of all contradictions; none without any.
 void warn_of_contradictions(const PassContext& ctx, const Drive& drive,
                             const std::vector<Contradiction>& found);

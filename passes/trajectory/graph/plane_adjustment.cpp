@@ -11,7 +11,6 @@
 #include "formats/base/parallel.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/trajectory/graph/normal_equations.h"
-#include "passes/trajectory/graph/normal_solver.h"
 #include "passes/trajectory/graph/planes.h"
 #include "passes/trajectory/local/local_match.h"
 

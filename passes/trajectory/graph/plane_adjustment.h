@@ -10,7 +10,7 @@
 #include "passes/matching/match_score.h"
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/following/followed_scans.h"
-#include "passes/trajectory/local/pose_graph_types.h"
+#include "passes/trajectory/graph/pose_graph.h"
 
 namespace sightline {
 

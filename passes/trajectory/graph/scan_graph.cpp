@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <utility>
 
 #include "formats/geometry.h"
+#include "passes/trajectory/graph/loops.h"
+#include "passes/trajectory/pieces/join_pieces.h"
 
 namespace sightline {
 namespace {
@@ -52,6 +55,12 @@ std::vector<GraphPrior> priors_of(const EstimateTrajectoryOptions& options,
     prior.sigma_rad *= more * std::numbers::pi / 180.0;
   }
   return priors;
+}
+
+using PiecePair = std::pair<std::uint32_t, std::uint32_t>;
+
+PiecePair pieces_of(const Odometry& odometry, const GraphEdge& edge) {
+  return std::minmax({odometry.piece[edge.from], odometry.piece[edge.to]});
 }
 
 }  // namespace
@@ -138,6 +147,41 @@ KeyGraph key_graph_of(const EstimateTrajectoryOptions& options, const GivenPoses
                       const Odometry& odometry, const PoseGraph& graph) {
   const std::vector<std::uint32_t> keys = key_scans(odometry);
   return graph_of_keys(graph, odometry, priors_of(options, odometry, given, keys), keys);
+}
+
+std::vector<GraphEdge> Connections::edges() const {
+  std::vector<GraphEdge> all = pieces.edges;
+  all.insert(all.end(), loops.begin(), loops.end());
+  return all;
+}
+
+Result<Connections> connect_scans(const EstimateTask& task, const GivenPoses& given,
+                                  Odometry& odometry, const KnownPieces& known) {
+  const auto& [ctx, options, drive] = task;
+  Connections connections;
+  SIGHTLINE_ASSIGN(connections.pieces, join_pieces(ctx, drive, given, odometry, known));
+  warn_of_pieces(ctx, drive, odometry, connections.pieces);
+  if (!options.closes_loops) return connections;
+  LoopSearch search;
+  if (known.scans > 0) search = {known.scans, known.scans};
+  SIGHTLINE_ASSIGN(connections.loops, find_loops(ctx, drive, odometry, search));
+  return connections;
+}
+
+bool are_connected(const Odometry& odometry, const std::vector<GraphEdge>& joins,
+                   const std::vector<GraphEdge>& loops) {
+  std::map<PiecePair, std::uint32_t> loop_count;
+  for (const GraphEdge& loop : loops) ++loop_count[pieces_of(odometry, loop)];
+  std::vector<std::uint32_t> group(odometry.piece_starts.size() + 1);  // by piece
+  std::iota(group.begin(), group.end(), 0U);
+  for (const auto& [pair, count] : loop_count) {
+    if (count < kConnectingLoops) continue;
+    std::ranges::replace(group, std::uint32_t{group[pair.second]},
+                         std::uint32_t{group[pair.first]});
+  }
+  return std::ranges::all_of(joins, [&](const GraphEdge& join) {
+    return group[odometry.piece[join.from]] == group[odometry.piece[join.to]];
+  });
 }
 
 }  // namespace sightline

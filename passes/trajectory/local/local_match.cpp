@@ -32,8 +32,6 @@ constexpr double kShortestStep_rad = 1e-5;
 
 }  // namespace
 
-double least_likelihood() { return kLeastLikelihood; }
-
 bool LocalMatch::is_better_than(const LocalMatch& other) const {
   const bool has_say = scored_share >= kLeastScoredShare;
   const bool other_has_say = other.scored_share >= kLeastScoredShare;

@@ -38,8 +38,6 @@ struct LocalMatch {
   // Stricter, for loops: a false one bends the whole route.
   [[nodiscard]] bool is_sure() const;
 };
-// The least likelihood of a good match.
-double least_likelihood();
 
 // The pose with its rotation normalized: products over kilometres drift from being rotations.
 Pose tidied(const Pose& pose);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -31,5 +32,13 @@ using ChangePart =
     std::function<Result<std::optional<Drive>>(const Drive& part, const Trajectory& poses)>;
 Result<Drive> change_parts(const Drive& drive, const Trajectory& trajectory,
                            const ChangePart& change);
+
+// `count` scans of a drive from the `first` on as a drive of their own: scans count from 0 anew.
+Drive stretch_of(const Drive& drive, std::size_t first, std::size_t count);
+// Their poses. Pieces count from that of the first pose.
+Trajectory stretch_of(const Trajectory& trajectory, std::size_t first, std::size_t count);
+
+// T_map_lidar of each scan, by the place of the drive's first sensor in the vehicle.
+std::vector<Pose> sensor_poses(const Drive& drive, const Trajectory& trajectory);
 
 }  // namespace sightline

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
-#include "passes/trajectory/local/scan_overlap.h"
 #include "passes/trajectory/local/wider_starts.h"
 
 namespace sightline {

@@ -1,11 +1,13 @@
 #include "passes/trajectory/pieces/join_pieces.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <string>
 #include <utility>
 
-#include "passes/trajectory/pieces/check_join.h"
 #include "passes/trajectory/pieces/place_recognition.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
@@ -201,6 +203,40 @@ void hold_pieces_without_given(const GivenPoses& given, JoinedPieces& joined) {
   joined.held = std::move(held);
 }
 
+// Largest share of steps that lead nowhere.
+constexpr double kMostLost = 0.25;
+
+std::string scan_text(const Drive& drive, std::uint32_t k) {
+  const ScanInfo& scan = drive.scans[k];
+  std::string text = "scan " + std::to_string(scan.recording_index);
+  if (!scan.source.empty()) text += " (" + scan.source + ")";
+  return text;
+}
+
+std::string reason_text(const Drive& drive, const PieceStart& start) {
+  const std::uint32_t part = drive.scans[start.scan].part;
+  if (part != drive.scans[start.scan - 1].part) {
+    return "drive " + drive.name_of_part(part) + " was found nowhere in the drives before it";
+  }
+  if (start.is_time_jump) {
+    const double pause_s = 1e-9 * static_cast<double>(drive.scans[start.scan].stamp_ns -
+                                                      drive.scans[start.scan - 1].stamp_ns);
+    return fmt::format("it comes {:.1f} s after the scan before it", pause_s);
+  }
+  if (start.overlap_elsewhere > 0.5 * start.overlap) {
+    return fmt::format(
+        "it fits several places of what was seen before it, where {:.0f} and {:.0f} % of what it "
+        "sees upright meet that",
+        100.0 * start.overlap, 100.0 * start.overlap_elsewhere);
+  }
+  return fmt::format("at most {:.0f} % of what it sees upright meets what was seen before it",
+                     100.0 * start.overlap);
+}
+
+std::string place_text(const Eigen::Vector3d& place_m) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f}) m", place_m.x(), place_m.y(), place_m.z());
+}
+
 }  // namespace
 
 Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive, const GivenPoses& given,
@@ -213,6 +249,43 @@ Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive, const Giv
   JoinedPieces joined = joiner.separate_rest();
   hold_pieces_without_given(given, joined);
   return joined;
+}
+
+Result<void> check_following(const Drive& drive, const Odometry& odometry) {
+  const auto lost = std::ranges::count(odometry.piece_starts, false, &PieceStart::is_time_jump);
+  const auto steps = static_cast<double>(odometry.piece.size() - 1);
+  if (static_cast<double>(lost) <= kMostLost * steps) return {};
+  const auto first = std::ranges::find(odometry.piece_starts, false, &PieceStart::is_time_jump);
+  const ScanInfo& scan = drive.scans[first->scan];
+  return Error{ErrorCode::kTrajectoryLost,
+               fmt::format("{} of {} scans do not follow those before them, expected at most a "
+                           "quarter; of the first, {}",
+                           lost, odometry.piece.size() - 1, reason_text(drive, *first)),
+               scan.source, "scan " + std::to_string(scan.recording_index)};
+}
+
+void warn_of_pieces(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
+                    const JoinedPieces& joined) {
+  for (std::size_t i = 0; i < joined.starts.size(); ++i) {
+    const PieceStart& start = joined.starts[i];
+    const auto before = static_cast<std::size_t>(start.scan) - 1;
+    ctx.warn(fmt::format(
+        "drive {}: piece {} of the trajectory begins at {}, {:.3f} s, after {:.1f} m of way at {}: "
+        "{}. How it lies to the pieces before is not known: it is laid apart from them, at {}",
+        drive.name, i + 1, scan_text(drive, start.scan),
+        1e-9 * static_cast<double>(drive.scans[start.scan].stamp_ns), odometry.driven_m[before],
+        place_text(odometry.T_map_lidar[before].translation()), reason_text(drive, start),
+        place_text(odometry.T_map_lidar[start.scan].translation())));
+  }
+}
+
+void warn_of_unmatched(const PassContext& ctx, const Odometry& odometry) {
+  const auto unmatched = std::ranges::count(odometry.is_matched, false) -
+                         static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
+  if (unmatched > 0) {
+    ctx.warn(std::to_string(unmatched) +
+             " scans could not be matched to those before them and follow the given poses");
+  }
 }
 
 }  // namespace sightline

@@ -7,7 +7,6 @@
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/following/odometry.h"
-#include "passes/trajectory/local/pose_graph_types.h"
 
 namespace sightline {
 
@@ -34,5 +33,16 @@ struct KnownPieces {
 // may touch the map of another. Error: that of reading a scan.
 Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive, const GivenPoses& given,
                                  Odometry& odometry, const KnownPieces& known = {});
+
+// Refuses an odometry that could not follow more than a quarter of the steps, apart from jumps of
+// stamps. Error: trajectory-lost; place: the first such scan.
+Result<void> check_following(const Drive& drive, const Odometry& odometry);
+
+// One warning for each piece that is not joined: its scan, time and place, and why it begins.
+void warn_of_pieces(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
+                    const JoinedPieces& joined);
+
+// One warning of the scans within pieces that could not be matched.
+void warn_of_unmatched(const PassContext& ctx, const Odometry& odometry);
 
 }  // namespace sightline

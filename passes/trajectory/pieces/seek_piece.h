@@ -2,13 +2,14 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/following/odometry.h"
-#include "passes/trajectory/local/scan_overlap.h"
+#include "passes/trajectory/local/local_map.h"
 
 namespace sightline {
 
@@ -45,5 +46,19 @@ std::vector<Hypothesis> look_for(const PassContext& ctx, const Visit& visit,
                                  const Odometry& odometry, const std::vector<Query>& queries);
 // The hypotheses that agree on the pose of the later piece; none where they are too few.
 std::vector<Hypothesis> agreeing(const Odometry& odometry, const std::vector<Hypothesis>& found);
+
+// A piece that would be joined to others.
+struct PlacedPiece {
+  ScanRange scans;
+  Pose T_others_piece = Pose::Identity();  // from its odometry's frame to that of the others
+  std::uint32_t from = 0;                  // the scan by which it was found there
+};
+
+// Since streets look alike, a few scans may fit a wrong place. Scans all along the piece that come
+// near those of `others` are matched to maps of these; two thirds must fit. False where fewer than
+// three come near (every 10 m of way), unless the piece has fewer. Shared by ctx.threads. Errors:
+// those of reading a scan.
+Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
+                            std::span<const ScanRange> others, const PlacedPiece& placed);
 
 }  // namespace sightline

@@ -8,14 +8,12 @@
 #include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/pass/quiet.h"
-#include "passes/trajectory/graph/connect_scans.h"
 #include "passes/trajectory/graph/contradictions.h"
 #include "passes/trajectory/graph/drive_scales.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/graph/scan_graph.h"
 #include "passes/trajectory/local/parts_of_drive.h"
-#include "passes/trajectory/local/stretch_of_drive.h"
 #include "passes/trajectory/undistort_scans.h"
 
 namespace sightline {

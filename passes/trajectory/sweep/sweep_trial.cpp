@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "passes/map/sharpness/measure_sharpness.h"
-#include "passes/trajectory/local/stretch_of_drive.h"
+#include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/undistorted.h"
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "formats/base/result.h"
@@ -20,5 +22,28 @@ bool has_point_times(const Drive& drive);
 // its own, where there are several sensors, and where the first and the middle scan are in another
 // order.
 Result<std::vector<Drive>> swept_drives(const Drive& drive, const Trajectory& trajectory);
+
+// The times of a scan's points by their order alone: a spinning LiDAR that writes points as it
+// fires them turns once about its z axis from the first to the last. Of each point the share of the
+// scan's time, 0 to 1, by the azimuth that its neighbours in the order reached. Empty where the
+// order is another one (ring by ring, sorted, filtered at random), or covers less than 300 or more
+// than 450 degrees. Points in the sensor's frame, metres.
+std::vector<double> sweep_times(std::span<const Eigen::Vector3d> points_m);
+
+// How a spinning LiDAR turned during a scan: once round its z axis, from the azimuth where it
+// began.
+struct SweepTurn {
+  double begin_rad = 0.0;
+  bool is_clockwise = false;  // seen from above
+};
+
+// The turns that may have measured a scan whose file contains ring after ring, each point beside
+// the one before it, so that their order does not give their times: from the azimuth where the
+// stored rings begin, and from behind (as cameras that look ahead are triggered) in both
+// directions. Empty where points are in another order. Points in the sensor's frame, metres.
+std::vector<SweepTurn> turns_of_rings(std::span<const Eigen::Vector3d> points_m);
+
+// The time of each point as the share of the scan's time, 0 to 1, by its azimuth.
+std::vector<double> turn_times(std::span<const Eigen::Vector3d> points_m, const SweepTurn& turn);
 
 }  // namespace sightline

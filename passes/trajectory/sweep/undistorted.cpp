@@ -62,6 +62,10 @@ Segment segment_between(const TrajectoryPose& from, const TrajectoryPose& to) {
   return segment;
 }
 
+void put(std::span<const TurnRate> rates, ByteWriter& writer) {
+  for (const TurnRate& rate : rates) encode(rate, writer);
+}
+
 // Whether a segment is much longer than those on both sides.
 bool is_leap(const std::vector<Segment>& segments, std::size_t i) {
   const double length_m = segments[i].step_m.norm();
@@ -92,8 +96,7 @@ class Motion {
   // The segment of the motion at a time near `stamp_ns`: the one that contains it, else the nearest
   // one that begins or ends at the stamp. nullptr: the motion is not known.
   [[nodiscard]] const Segment* segment_at(std::int64_t time_ns, std::int64_t stamp_ns) const {
-    const auto behind = std::ranges::upper_bound(segments_, time_ns, {},
-                                                 [](const Segment& s) { return s.from_ns; });
+    const auto behind = std::ranges::upper_bound(segments_, time_ns, {}, &Segment::from_ns);
     const Segment* before = behind == segments_.begin() ? nullptr : &*std::prev(behind);
     if (before && time_ns <= before->to_ns) return before;
     const Segment* after = behind == segments_.end() ? nullptr : &*behind;
@@ -108,8 +111,7 @@ class Motion {
   void put_around(std::int64_t stamp_ns, std::span<const TurnRate> rates,
                   ByteWriter& writer) const {
     const auto behind = [&](std::int64_t time_ns) {
-      return std::ranges::upper_bound(segments_, time_ns, {},
-                                      [](const Segment& s) { return s.from_ns; });
+      return std::ranges::upper_bound(segments_, time_ns, {}, &Segment::from_ns);
     };
     auto first = behind(stamp_ns - kFarthestPoint_ns);
     if (first != segments_.begin()) --first;
@@ -117,16 +119,15 @@ class Motion {
     if (last != segments_.end()) ++last;
     for (auto segment = first; segment != last; ++segment) {
       segment->put(writer);
-      if (!rates.empty()) put(rates_around(rates, segment->from_ns, segment->to_ns), writer);
+      if (rates.empty()) continue;
+      const std::span<const TurnRate> around =
+          rates_around(rates, segment->from_ns, segment->to_ns);
+      writer.put<std::uint64_t>(around.size());
+      put(around, writer);
     }
   }
 
  private:
-  static void put(std::span<const TurnRate> rates, ByteWriter& writer) {
-    writer.put<std::uint64_t>(rates.size());
-    for (const TurnRate& rate : rates) encode(rate, writer);
-  }
-
   std::vector<Segment> segments_;  // in order of time; none across a gap or between pieces
 };
 
@@ -166,6 +167,21 @@ class MotionOfScan {
   std::map<std::int64_t, std::optional<TurnCurve>> curves_;  // by the beginning of the segment
 };
 
+// Moves each point by T_lidar_then(time): the pose of the sensor at the point's time, from that at
+// the stamp.
+template <class PoseAt>
+void move_points(Scan& scan, const PoseAt& T_lidar_then) {
+  Pose T_move = Pose::Identity();
+  std::optional<std::int32_t> offset_ns;  // that T_move belongs to
+  for (std::size_t i = 0; i < scan.points_m.size(); ++i) {
+    if (offset_ns != scan.time_offset_ns[i]) {
+      offset_ns = scan.time_offset_ns[i];
+      T_move = T_lidar_then(scan.stamp_ns + *offset_ns);
+    }
+    scan.points_m[i] = T_move * scan.points_m[i];
+  }
+}
+
 class UndistortedScanStore : public ScanStore {
  public:
   UndistortedScanStore(const Drive& drive, const Trajectory& trajectory)
@@ -181,17 +197,10 @@ class UndistortedScanStore : public ScanStore {
     const Pose T_map_lidar = trajectory_.poses[index].T_map_vehicle * T_vehicle_lidar;
     const Pose T_lidar_map = T_map_lidar.inverse();
     MotionOfScan motion(motion_, drive_.turn_rates);
-    Pose T_lidar_then = Pose::Identity();
-    std::optional<std::int32_t> offset_ns;  // that T_lidar_then belongs to
-    for (std::size_t i = 0; i < scan->points_m.size(); ++i) {
-      if (offset_ns != scan->time_offset_ns[i]) {
-        offset_ns = scan->time_offset_ns[i];
-        const std::int64_t time_ns = scan->stamp_ns + *offset_ns;
-        const std::optional<Pose> T_map_then = motion.at(time_ns, scan->stamp_ns);
-        T_lidar_then = T_map_then ? T_lidar_map * *T_map_then * T_vehicle_lidar : Pose::Identity();
-      }
-      scan->points_m[i] = T_lidar_then * scan->points_m[i];
-    }
+    move_points(*scan, [&](std::int64_t time_ns) -> Pose {
+      const std::optional<Pose> T_map_then = motion.at(time_ns, scan->stamp_ns);
+      return T_map_then ? T_lidar_map * *T_map_then * T_vehicle_lidar : Pose::Identity();
+    });
     scan->time_offset_ns.clear();
     return scan;
   }
@@ -217,6 +226,45 @@ class UndistortedScanStore : public ScanStore {
   Drive drive_;
   Trajectory trajectory_;
   Motion motion_;
+};
+
+class UnturnedScanStore : public ScanStore {
+ public:
+  explicit UnturnedScanStore(const Drive& drive) : drive_(drive) {}
+
+  Result<Scan> read(std::size_t index) const override {
+    Result<Scan> scan = drive_.store->read(index);
+    if (!scan || scan->time_offset_ns.empty()) return scan;
+    const auto [least_ns, most_ns] = std::ranges::minmax(scan->time_offset_ns);
+    const std::int64_t from_ns = scan->stamp_ns + std::min(least_ns, 0);
+    const std::int64_t to_ns = scan->stamp_ns + std::max(most_ns, 0);
+    const std::optional<TurnCurve> curve = TurnCurve::by_rates(drive_.turn_rates, from_ns, to_ns);
+    if (!curve) return scan;
+    const Pose& T_vehicle_lidar = drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar;
+    const Pose T_lidar_vehicle = T_vehicle_lidar.inverse();
+    const Eigen::Matrix3d R_stamp_from = curve->at(scan->stamp_ns).transpose();
+    move_points(*scan, [&](std::int64_t time_ns) -> Pose {
+      Pose turn = Pose::Identity();
+      turn.linear() = R_stamp_from * curve->at(time_ns);
+      return T_lidar_vehicle * turn * T_vehicle_lidar;
+    });
+    return scan;
+  }
+
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    const std::optional<Digest> as_measured = drive_.store->identity(index);
+    if (!as_measured) return std::nullopt;
+    const std::int64_t stamp_ns = drive_.scans[index].stamp_ns;
+    ByteWriter writer;
+    writer.put(stamp_ns);
+    encode(drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar, writer);
+    put(rates_around(drive_.turn_rates, stamp_ns - kFarthestPoint_ns, stamp_ns + kFarthestPoint_ns),
+        writer);
+    return derived_digest("without turning", *as_measured, writer.bytes());
+  }
+
+ private:
+  Drive drive_;
 };
 
 }  // namespace
@@ -245,6 +293,10 @@ std::size_t scans_without_motion(const Drive& drive, const Trajectory& trajector
     if (drive.scans[i].has_point_times && !store.has_motion(i)) ++still;
   }
   return still;
+}
+
+Drive without_turning(const Drive& drive) {
+  return with_store(drive, std::make_shared<const UnturnedScanStore>(drive));
 }
 
 }  // namespace sightline

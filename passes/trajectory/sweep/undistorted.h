@@ -20,4 +20,10 @@ Trajectory poses_of_first_sensor(const Drive& drive, const Trajectory& trajector
 // How many scans with times have no other pose nearby: their points are not moved.
 std::size_t scans_without_motion(const Drive& drive, const Trajectory& trajectory);
 
+// The drive with every point that has a time turned by the vehicle's turning between that time and
+// the scan's stamp, by the drive's turn rates alone (TurnCurve::by_rates), about the vehicle's
+// origin: only the forward motion remains. Scans that rates do not cover stay. For a first
+// odometry; scans are changed when they are read, and keep their times.
+Drive without_turning(const Drive& drive);
+
 }  // namespace sightline

@@ -10,7 +10,7 @@
 
 #include "formats/base/random.h"
 #include "formats/geometry.h"
-#include "passes/trajectory/local/scan_overlap.h"
+#include "passes/trajectory/local/local_map.h"
 #include "tests/support/box_world.h"
 
 namespace sightline {

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "passes/ingest/join_drives.h"
-#include "passes/trajectory/local/stretch_of_drive.h"
+#include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
 

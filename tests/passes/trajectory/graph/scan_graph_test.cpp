@@ -1,4 +1,4 @@
-#include "passes/trajectory/graph/connect_scans.h"
+#include "passes/trajectory/graph/scan_graph.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,3 @@
-#include "passes/trajectory/pieces/place_key.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "passes/trajectory/sweep/without_turning.h"
+#include "passes/trajectory/sweep/undistorted.h"
 
 #include <gtest/gtest.h>
 

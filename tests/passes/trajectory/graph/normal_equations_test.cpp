@@ -1,4 +1,4 @@
-#include "passes/trajectory/graph/normal_solver.h"
+#include "passes/trajectory/graph/normal_equations.h"
 
 #include <gtest/gtest.h>
 
