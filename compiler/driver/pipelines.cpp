@@ -8,7 +8,6 @@
 #include "passes/emit/pack_nds.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
-#include "passes/ingest/ingest_compiled_map.h"
 #include "passes/ingest/ingest_map.h"
 #include "passes/ingest/ingest_nd_map.h"
 #include "passes/ingest/join_drives.h"

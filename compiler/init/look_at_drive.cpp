@@ -12,7 +12,6 @@
 #include "formats/foreign/ros/scan_messages.h"
 #include "formats/text/numbers.h"
 #include "formats/text/table.h"
-#include "passes/ingest/beam_fit.h"
 #include "passes/ingest/guess_sensor.h"
 
 namespace sightline {

@@ -11,7 +11,7 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/ros_messages.h"
-#include "passes/ingest/pose_pairs.h"
+#include "passes/ingest/pose_reading.h"
 
 namespace sightline {
 namespace {

@@ -10,7 +10,6 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/text/numbers.h"
 #include "formats/text/table.h"
-#include "passes/ingest/beam_fit.h"
 #include "passes/ingest/guess_sensor.h"
 
 // A profile is contradicted by what it cannot explain, not by what a place does not show: beams

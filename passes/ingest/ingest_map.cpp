@@ -88,4 +88,9 @@ Result<SurfacePoints> ingest_map(PassContext& ctx, const IngestMapOptions& optio
 
 void reattach(SurfacePoints& points, const PointMap& map) { points.store = point_map_store(map); }
 
+Result<NdtMap> ingest_compiled_map(PassContext& /*ctx*/, const NoOptions& /*options*/,
+                                   const CompiledMap& map) {
+  return map.ndt;
+}
+
 }  // namespace sightline

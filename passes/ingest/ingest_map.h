@@ -3,6 +3,8 @@
 #include <vector>
 
 #include "formats/foreign/maps/point_map.h"
+#include "formats/map/compiled_map.h"
+#include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/surface_points.h"
 #include "passes/pass/pass.h"
 
@@ -31,5 +33,12 @@ inline constexpr double kDenseForSurface = 12.0;
 
 // After decode: gives the points back the pieces that they are read from.
 void reattach(SurfacePoints& points, const PointMap& map);
+
+// The NDs of a compiled map as they are, to annotate it anew.
+Result<NdtMap> ingest_compiled_map(PassContext& ctx, const NoOptions& options,
+                                   const CompiledMap& map);
+inline constexpr Pass kIngestCompiledMap =
+    Pass{"ingest-compiled-map", 1, "nds", "NDs of a compiled map", &ingest_compiled_map}.in(
+        Stage::kDrives);
 
 }  // namespace sightline
