@@ -111,8 +111,9 @@ ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_coun
   ModelRecord record;
   record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
   record.localizer = head.card.localizer;
-  for (const auto& [name, value] : card_facts(head, training_row_count))
-    record.card.emplace_back(name, cell_text(value));
+  CardFacts card = card_facts(head, training_row_count);
+  for (const auto& [name, value] : card.facts) record.card.emplace_back(name, cell_text(value));
+  record.figures = std::move(card.figures);
   std::vector<double> r_squared;
   for (const RangeCard& range : head.ranges) r_squared.push_back(range.r_squared);
   record.mean_r_squared = mean_of(r_squared);

@@ -56,13 +56,15 @@ struct ModelRecord {
   Digest digest{};             // SHA-256 of the bytes, also where they were stripped
   LocalizerProfile localizer;  // whose errors the model, and so the map, predicts
   std::vector<std::pair<std::string, std::string>> card;
-  double mean_r_squared = 0.0;  // mean of RangeCard::r_squared over the ranges of the model
+  std::vector<CardFigure> figures;  // of facts of the card
+  double mean_r_squared = 0.0;      // mean of RangeCard::r_squared over the ranges of the model
   std::vector<std::byte> bytes;
 
   bool operator==(const ModelRecord&) const = default;
 };
 // All but the bytes.
-SIGHTLINE_SOME_FIELDS(ModelRecord, encoding_version, digest, localizer, card, mean_r_squared)
+SIGHTLINE_SOME_FIELDS(ModelRecord, encoding_version, digest, localizer, card, figures,
+                      mean_r_squared)
 
 // What the map's own numbers say of one limit.
 struct LimitQuality {

@@ -147,6 +147,12 @@ ModelRecord decode_model(const schema::Model& model) {
   for (const schema::Fact* fact : *model.card()) {
     record.card.emplace_back(fact->name()->str(), fact->value()->str());
   }
+  if (model.figures() != nullptr) {
+    for (const schema::CardFigure* figure : *model.figures()) {
+      record.figures.push_back({figure->fact(), static_cast<CardFigureKind>(figure->kind()),
+                                figure->of()->str(), figure->value()});
+    }
+  }
   record.mean_r_squared = model.mean_r_squared();
   record.localizer = decode_localizer(*model.localizer());
   return record;
@@ -183,9 +189,14 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   const auto has_unknown_scope = [](const schema::Promise* promise) {
     return promise->scope() > schema::Scope::MAX;
   };
+  const auto is_unknown_figure = [](const schema::CardFigure* figure) {
+    return figure->kind() > schema::CardFigureKind::MAX;
+  };
+  const auto* figures = manifest.model()->figures();
   if (!is_tiling(manifest.cell_m(), manifest.tile_m()) || manifest.rule() > schema::Rule::MAX ||
       std::any_of(manifest.promises()->begin(), manifest.promises()->end(), has_unknown_scope) ||
       manifest.measurement()->reference() > schema::Reference::MAX ||
+      (figures != nullptr && std::any_of(figures->begin(), figures->end(), is_unknown_figure)) ||
       (manifest.trajectory() != nullptr &&
        manifest.trajectory()->source() > schema::PoseSource::MAX)) {
     return Error{ErrorCode::kBadManifest,

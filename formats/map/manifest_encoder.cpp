@@ -114,10 +114,16 @@ flatbuffers::Offset<schema::Model> encode_model(const ModelRecord& model, Builde
   for (const auto& [name, value] : model.card) {
     card.push_back(schema::CreateFactDirect(builder, name.c_str(), value.c_str()));
   }
+  std::vector<flatbuffers::Offset<schema::CardFigure>> figures;
+  for (const CardFigure& figure : model.figures) {
+    figures.push_back(schema::CreateCardFigureDirect(
+        builder, figure.fact, static_cast<schema::CardFigureKind>(figure.kind), figure.of.c_str(),
+        figure.value));
+  }
   const schema::Digest digest(flatbuffers::span<const std::uint8_t, 32>(model.digest));
   return schema::CreateModelDirect(builder, model.encoding_version, &digest, &card,
-                                   model.mean_r_squared,
-                                   encode_localizer(model.localizer, builder));
+                                   model.mean_r_squared, encode_localizer(model.localizer, builder),
+                                   &figures);
 }
 
 flatbuffers::Offset<schema::SharpnessFigures> encode_figures(const SharpnessFigures& figures,

@@ -30,7 +30,7 @@ inline constexpr auto kBytesOf<PackedModel> = &PackedModel::block;
 template <>
 struct ArtifactTraits<PackedModel> {
   static constexpr std::string_view kName = "packed-model";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 // Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.

@@ -154,10 +154,28 @@ struct ArtifactTraits<ErrorModel> {
 Result<void> validate(const ErrorModel& model);
 // Facts: the model card. Rows: out-of-fold prediction beside the label, per site and range.
 Table dump(const ErrorModel& model);
-// Those facts alone: the rows of a model of a long street are many. `head` needs no more than what
-// encode_head writes.
-std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& head,
-                                                     std::size_t training_row_count);
+// A number among the facts of a card, for those who show it otherwise than a dump does.
+enum class CardFigureKind : std::uint8_t { kRSquared, kRmse_m, kImportance_m };
+template <>
+inline constexpr auto kNamesOf<CardFigureKind> = enum_names("r-squared", "rmse_m", "importance_m");
+struct CardFigure {
+  std::uint32_t fact = 0;  // index among the facts
+  CardFigureKind kind = CardFigureKind::kRSquared;
+  std::string of;  // the range in metres, or the factor
+  double value = 0.0;
+
+  bool operator==(const CardFigure&) const = default;
+};
+SIGHTLINE_FIELDS(CardFigure, fact, kind, of, value)
+
+struct CardFacts {
+  std::vector<std::pair<std::string, Cell>> facts;
+  std::vector<CardFigure> figures;  // by their facts
+
+  bool operator==(const CardFacts&) const = default;
+};
+// The facts of the dump alone: a model has many rows. `head`: at least what encode_head writes.
+CardFacts card_facts(const ErrorModel& head, std::size_t training_row_count);
 // The card's tables (ranges; features with support; recordings) and every node of every tree.
 std::vector<Table> tables(const ErrorModel& model);
 // Role, name and digest of every recording that the model was trained on, by place.

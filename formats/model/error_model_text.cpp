@@ -9,7 +9,16 @@
 namespace sightline {
 namespace {
 
-void append_card(const ErrorModel& model, std::size_t training_row_count, Table& table) {
+void add_figure(const std::string& name, CardFigureKind kind, const std::string& of, double value,
+                CardFacts& card) {
+  card.figures.push_back({static_cast<std::uint32_t>(card.facts.size()), kind, of, value});
+  card.facts.emplace_back(name, value);
+}
+
+}  // namespace
+
+CardFacts card_facts(const ErrorModel& model, std::size_t training_row_count) {
+  CardFacts found;
   const TrainingCard& card = model.card;
   std::string places;
   std::string drives;
@@ -17,7 +26,7 @@ void append_card(const ErrorModel& model, std::size_t training_row_count, Table&
     places += (places.empty() ? "" : ", ") + place.name;
     for (const std::string& drive : place.drives) drives += (drives.empty() ? "" : ", ") + drive;
   }
-  table.facts = {{"places", places},
+  found.facts = {{"places", places},
                  {"drives", drives},
                  {"reference", cell_of(card.reference)},
                  {"localizer", to_text(card.localizer)},
@@ -37,28 +46,33 @@ void append_card(const ErrorModel& model, std::size_t training_row_count, Table&
                  {"probability_offset", card.curve.offset},
                  {"probability_slope", card.curve.slope}};
   for (const RangeCard& range : model.ranges) {
-    const std::string name = "range_" + format_double(range.range_m) + "_m_";
-    table.facts.emplace_back(name + "r_squared", range.r_squared);
-    table.facts.emplace_back(name + "rmse_m", range.rmse_m);
+    const std::string range_m = format_double(range.range_m);
+    const std::string name = "range_" + range_m + "_m_";
+    add_figure(name + "r_squared", CardFigureKind::kRSquared, range_m, range.r_squared, found);
+    add_figure(name + "rmse_m", CardFigureKind::kRmse_m, range_m, range.rmse_m, found);
     if (!card.knows_history) continue;
-    table.facts.emplace_back(name + "history_r_squared", range.history_r_squared);
-    table.facts.emplace_back(name + "history_rmse_m", range.history_rmse_m);
+    found.facts.emplace_back(name + "history_r_squared", range.history_r_squared);
+    found.facts.emplace_back(name + "history_rmse_m", range.history_rmse_m);
   }
   for (const StreetCard& type : model.streets) {
-    table.facts.emplace_back(
+    found.facts.emplace_back(
         "coverage_of_" + format_double(type.limit_m) + "_m_in_" + std::string(name_of(type.street)),
         type.coverage);
   }
   for (const FeatureCard& feature : model.features) {
-    table.facts.emplace_back("importance_" + feature.name + "_m", feature.importance_m);
+    add_figure("importance_" + feature.name + "_m", CardFigureKind::kImportance_m, feature.name,
+               feature.importance_m, found);
   }
   for (const PlaceCard& place : card.places) {
     for (const RecordingCard& recording : place.recordings.cards) {
-      table.facts.emplace_back("sha256_of_" + recording.role + "_of_" + place.name,
+      found.facts.emplace_back("sha256_of_" + recording.role + "_of_" + place.name,
                                to_hex(recording.digest));
     }
   }
+  return found;
 }
+
+namespace {
 
 Table features_table(const ErrorModel& model) {
   Table table{"error-model-features",
@@ -207,7 +221,7 @@ Table recordings_table(const ErrorModel& model) {
 Table dump(const ErrorModel& model) {
   Table table = dump(model.out_of_fold);
   table.name = "error-model";
-  append_card(model, model.forest.labels.size(), table);
+  table.facts = card_facts(model, model.forest.labels.size()).facts;
   table.columns.insert(table.columns.begin() + 1, {"place", "drive", "run", "s_m", "block",
                                                    "has_history", "measured_mean_error_m"});
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
@@ -220,13 +234,6 @@ Table dump(const ErrorModel& model) {
                           std::int64_t{site.block}, std::int64_t{site.has_history}, measured});
   }
   return table;
-}
-
-std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& head,
-                                                     std::size_t training_row_count) {
-  Table card;
-  append_card(head, training_row_count, card);
-  return card.facts;
 }
 
 std::vector<Table> tables(const ErrorModel& model) {

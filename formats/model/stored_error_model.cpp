@@ -10,7 +10,7 @@ Result<void> validate(const StoredErrorModel& model) { return validate(model.hea
 Table dump(const StoredErrorModel& model) {
   Table table;
   table.name = "error-model";
-  table.facts = card_facts(model.head, model.training_row_count);
+  table.facts = card_facts(model.head, model.training_row_count).facts;
   return table;
 }
 

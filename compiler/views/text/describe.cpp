@@ -210,34 +210,30 @@ std::string describe_looks(const CompiledMap& map) {
   return text;
 }
 
-// A fact of the model's card for people: three digits where the card has seventeen.
-std::string describe_fact(const std::string& name, const std::string& value) {
-  const auto is_of = [&](std::string_view first, std::string_view last) {
-    return name.starts_with(first) && name.ends_with(last);
-  };
-  const auto between = [&](std::string_view first, std::string_view last) {
-    return name.substr(first.size(), name.size() - first.size() - last.size());
-  };
-  const double number = std::strtod(value.c_str(), nullptr);
-  if (is_of("range_", "_m_r_squared")) {
-    return field(("R^2 at " + between("range_", "_m_r_squared") + " m").c_str(),
-                 fmt::format("{:.2f}", number));
+// Three digits where the card has seventeen.
+std::string describe_figure(const CardFigure& figure) {
+  switch (figure.kind) {
+    case CardFigureKind::kRSquared:
+      return field(("R^2 at " + figure.of + " m").c_str(), fmt::format("{:.2f}", figure.value));
+    case CardFigureKind::kRmse_m:
+      return field(("RMSE at " + figure.of + " m").c_str(),
+                   fmt::format("{:.1f} cm", 100.0 * figure.value));
+    case CardFigureKind::kImportance_m:
+      break;
   }
-  if (is_of("range_", "_m_rmse_m")) {
-    return field(("RMSE at " + between("range_", "_m_rmse_m") + " m").c_str(),
-                 fmt::format("{:.1f} cm", 100.0 * number));
-  }
-  if (is_of("importance_", "_m")) {
-    return field(("of " + between("importance_", "_m")).c_str(),
-                 fmt::format("{:.2f} mm importance", 1000.0 * number));
-  }
-  return field(name.c_str(), value);
+  return field(("of " + figure.of).c_str(),
+               fmt::format("{:.2f} mm importance", 1000.0 * figure.value));
 }
 
 std::string describe_model(const ModelRecord& model) {
   std::string text = "error model\n" + field("sha256", to_hex(model.digest)) +
                      field("in this map", model.bytes.empty() ? "no, stripped" : "yes");
-  for (const auto& [name, value] : model.card) text += describe_fact(name, value);
+  auto figure = model.figures.begin();
+  for (std::size_t fact = 0; fact < model.card.size(); ++fact) {
+    const bool is_figure = figure != model.figures.end() && figure->fact == fact;
+    const auto& [name, value] = model.card[fact];
+    text += is_figure ? describe_figure(*figure++) : field(name.c_str(), value);
+  }
   return text;
 }
 

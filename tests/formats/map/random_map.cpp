@@ -109,6 +109,7 @@ ModelRecord random_model(std::size_t size, Random& random) {
   ModelRecord model;
   model.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
   model.card = {{"drive", "town drive 1"}, {"tree_count", "200"}};
+  model.figures = {{1, CardFigureKind::kImportance_m, "tree_count", 200.0}};
   model.mean_r_squared = -0.5;
   for (std::size_t i = 0; i < size; ++i) model.bytes.push_back(std::byte(random.below(4)));
   model.digest = sha256(model.bytes);

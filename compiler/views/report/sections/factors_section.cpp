@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <functional>
+#include <iterator>
 #include <numeric>
 
 #include "compiler/views/report/sections/sections.h"
@@ -68,19 +69,16 @@ std::string expectation_table(const FactorReport& report) {
 // Of the model's card: factors by how much worse held-out places are predicted without them.
 std::string importance_figure(const CompiledMap& map) {
   constexpr std::size_t kMostShown = 12;
-  std::vector<std::pair<double, std::string>> importances;
-  for (const auto& [name, value] : map.model.card) {
-    if (!name.starts_with("importance_") || !name.ends_with("_m")) continue;
-    importances.emplace_back(1000.0 * std::strtod(value.c_str(), nullptr),
-                             name.substr(11, name.size() - 13));
-  }
+  std::vector<CardFigure> importances;
+  std::ranges::copy_if(
+      map.model.figures, std::back_inserter(importances),
+      [](const CardFigure& figure) { return figure.kind == CardFigureKind::kImportance_m; });
   if (importances.empty()) return "";
-  std::stable_sort(importances.begin(), importances.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(importances, std::greater(), &CardFigure::value);
   if (importances.size() > kMostShown) importances.resize(kMostShown);
   TextGrid grid = {{"factor", "importance (mm)"}};
-  for (const auto& [importance_mm, name] : importances) {
-    grid.push_back({name, fixed(importance_mm, 2)});
+  for (const CardFigure& figure : importances) {
+    grid.push_back({figure.of, fixed(1000.0 * figure.value, 2)});
   }
   return html_table(
       grid,

@@ -25,6 +25,16 @@ TEST(Describe, TellsSitesRangesPromisesAndModel) {
   EXPECT_THAT(text, HasSubstr(to_hex(map.model.digest)));
 }
 
+// Numbers of the card are stored as numbers: texts of the card are not read as such.
+TEST(Describe, ShowsFiguresOfTheModelByTheirStoredNumbers) {
+  CompiledMap map = random_map({.seed = 1});
+  map.model.card = {{"range_10_m_r_squared", "text"}, {"importance_slope_m", "0.5"}};
+  map.model.figures = {{0, CardFigureKind::kRSquared, "10", 0.256}};
+  const std::string text = describe(map);
+  EXPECT_THAT(text, HasSubstr("R^2 at 10 m            0.26"));
+  EXPECT_THAT(text, HasSubstr("importance_slope_m     0.5"));
+}
+
 TEST(Describe, CountsEverySiteInTheHistogramOfALimit) {
   CompiledMap map = random_map({.seed = 2, .site_count = 4, .limits_m = {0.1}});
   map.ranges.range_index = {0, 0, 0, 1};
