@@ -3,7 +3,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/matching/grid/match_grid.h"
 #include "tests/bench/bench_clouds.h"
-#include "tests/bench/pcl_map.h"
+#include "tests/bench/pcl_peers.h"
 #include "tests/bench/side_by_side.h"
 
 // From points to a map that is ready to match, beside PCL's, on one thread. Both take points as

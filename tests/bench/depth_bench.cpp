@@ -6,24 +6,18 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <string>
 
 #include "formats/base/check.h"
 #include "passes/map/build_surface.h"
 #include "passes/map/remove_moving.h"
 #include "passes/rays/cast_rays.h"
+#include "tests/bench/bench_tools.h"
 #include "tests/support/lane/depth_truth.h"
 #include "tests/support/whole_surface.h"
 
 namespace sightline::lane {
 namespace {
-
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct BenchOptions {
   std::vector<int> beams = {16};

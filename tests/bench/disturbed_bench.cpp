@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <numeric>
 
 #include "examples/town/drive/drive.h"
@@ -16,6 +15,7 @@
 #include "formats/geometry.h"
 #include "passes/ingest/ingest.h"
 #include "passes/trajectory/estimate_trajectory.h"
+#include "tests/bench/bench_tools.h"
 
 namespace {
 
@@ -100,9 +100,9 @@ std::vector<Pose> run(const Drive& drive, const std::vector<Pose>& truth) {
   PassContext ctx;
   ctx.threads = 2;
   ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
-  const std::clock_t before = std::clock();
+  const double begin_s = cpu_s();
   const Result<Trajectory> found = estimate_trajectory(ctx, {}, drive);
-  const double cpu_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  const double took_s = cpu_s() - begin_s;
   std::vector<Pose> poses;
   if (!found) {
     std::printf("%-22s %s\n", drive.name.c_str(), to_string(found.error()).c_str());
@@ -113,7 +113,7 @@ std::vector<Pose> run(const Drive& drive, const std::vector<Pose>& truth) {
         "%-22s %4zu scans %2u pieces %3zu wrong | largest %6.2f m %6.2f deg | least overlap "
         "%.2f | loops %u | cpu %.1f s\n",
         drive.name.c_str(), drive.scans.size(), outcome.pieces, outcome.wrong, outcome.largest_m,
-        outcome.largest_deg, outcome.least_overlap, found->loop_edges, cpu_s);
+        outcome.largest_deg, outcome.least_overlap, found->loop_edges, took_s);
   }
   for (const std::string& warning : warnings) std::printf("    warning: %s\n", warning.c_str());
   std::fflush(stdout);

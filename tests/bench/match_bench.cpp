@@ -11,9 +11,9 @@
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/scan_preparation.h"
-#include "tests/bench/cold_caches.h"
+#include "tests/bench/bench_tools.h"
 #include "tests/bench/match_world.h"
-#include "tests/bench/pcl_ndt.h"
+#include "tests/bench/pcl_peers.h"
 
 // One match beside PCL's NDT, in turn and in one process: the same points, cells and starts, one
 // thread. On the set kitti_0005 of tests/README.md where it is there (with its poses in

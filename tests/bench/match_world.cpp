@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "examples/town/drive/drive.h"
-#include "tests/bench/pcl_ndt.h"
+#include "tests/bench/pcl_peers.h"
 #include "tests/bench/posed_set.h"
 
 namespace sightline {

@@ -5,7 +5,6 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <unordered_map>
 
 #include "examples/town/drive/drive.h"
@@ -13,17 +12,12 @@
 #include "formats/base/check.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/map/remove_moving.h"
+#include "tests/bench/bench_tools.h"
 
 namespace sightline {
 namespace {
 
 constexpr double kLaneM = 1.8;  // half the width of the driven lane
-
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct KeyHash {
   std::size_t operator()(const CellKey& key) const {
@@ -45,18 +39,6 @@ struct Truth {
 };
 
 using TruthByVoxel = std::unordered_map<CellKey, Truth, KeyHash>;
-
-struct Share {
-  std::uint64_t all = 0;
-  std::uint64_t chosen = 0;
-  void count(bool is_chosen) {
-    ++all;
-    chosen += is_chosen ? 1 : 0;
-  }
-  [[nodiscard]] double percent() const {
-    return all == 0 ? 100.0 : 100.0 * static_cast<double>(chosen) / static_cast<double>(all);
-  }
-};
 
 TruthByVoxel label_voxels(const town::DriveSimulator& drive, const Trajectory& trajectory,
                           double voxel_m) {
@@ -101,8 +83,8 @@ void print_row(std::uint64_t seed, int beams, const TruthByVoxel& truth, double 
     if (voxel.is_on_lane) lane.count(voxel.is_gone);
   }
   std::printf("%5lu %5d %8.2f %8.2f %8.2f %8.2f %8.3f %8lu %8lu %6.1f\n",
-              static_cast<unsigned long>(seed), beams, moved.percent(), cars.percent(),
-              people.percent(), lane.percent(), kept.percent(),
+              static_cast<unsigned long>(seed), beams, moved.percent(100.0), cars.percent(100.0),
+              people.percent(100.0), lane.percent(100.0), kept.percent(100.0),
               static_cast<unsigned long>(moved.all), static_cast<unsigned long>(kept.all), spent_s);
 }
 

@@ -13,7 +13,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <ctime>
 #include <deque>
 #include <map>
 #include <set>
@@ -24,6 +23,7 @@
 #include "passes/map/remove_moving.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "passes/trajectory/undistort_scans.h"
+#include "tests/bench/bench_tools.h"
 #include "tests/bench/moving_labels.h"
 #include "tests/support/real_data.h"
 
@@ -59,20 +59,9 @@ struct LabelledVoxel {
 };
 using LabelledVoxels = CellTable<LabelledVoxel>;
 
-struct Share {
-  std::uint64_t all = 0;
-  std::uint64_t chosen = 0;
-  void count(bool is_chosen) {
-    ++all;
-    chosen += is_chosen ? 1 : 0;
-  }
-};
-
 void print(const char* what, const Share& share) {
-  const double percent =
-      share.all == 0 ? 0.0
-                     : 100.0 * static_cast<double>(share.chosen) / static_cast<double>(share.all);
-  std::printf("%-46s %7.3f %% of %9lu\n", what, percent, static_cast<unsigned long>(share.all));
+  std::printf("%-46s %7.3f %% of %9lu\n", what, share.percent(0.0),
+              static_cast<unsigned long>(share.all));
 }
 
 struct Figures {
@@ -80,12 +69,6 @@ struct Figures {
   Share standing_objects;
   Share lost, lost_ground, lost_low, lost_high, lost_high_seen_again;
 };
-
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 Result<Street> compile(PassContext& ctx, const RecordingOptions& recorded,
                        const RemoveMovingOptions& removal) {

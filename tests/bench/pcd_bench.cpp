@@ -11,7 +11,7 @@
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/bench/bench_clouds.h"
-#include "tests/bench/pcl_map.h"
+#include "tests/bench/pcl_peers.h"
 #include "tests/bench/side_by_side.h"
 #include "tests/support/real_data.h"
 

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -18,6 +17,7 @@
 #include "examples/town/drive/drive.h"
 #include "examples/town/world/town.h"
 #include "formats/base/check.h"
+#include "formats/base/stopwatch.h"
 #include "formats/surroundings/surface.h"
 #include "passes/map/build_ndt.h"
 #include "tests/bench/surface_shapes.h"
@@ -31,12 +31,6 @@ constexpr int kColumns = 360;
 constexpr std::size_t kSiteEvery = 8;  // scans
 constexpr int kBandRows = 5;
 constexpr std::size_t kBands = 6;  // -15 .. -11, ..., 5 .. 9, 10 .. 15 degrees
-
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 std::vector<Eigen::Vector3f> image_directions() {
   std::vector<Eigen::Vector3f> directions;
@@ -246,16 +240,16 @@ void compare(const Views& views, std::vector<Tally>& rows) {
   const std::vector<Eigen::Vector3f> directions = image_directions();
   std::vector<std::unique_ptr<ShapeScene>> scenes;
   for (Tally& row : rows) {
-    const double begin_s = cpu_s();
+    const double begin_s = 1e-3 * thread_cpu_ms();
     scenes.push_back(row.make(views.points, row.primitives));
-    row.build_s += cpu_s() - begin_s;
+    row.build_s += 1e-3 * thread_cpu_ms() - begin_s;
   }
   std::vector<float> found_m(directions.size());
   for (std::size_t site = 0; site < views.sites_m.size(); ++site) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double begin_s = cpu_s();
+      const double begin_s = 1e-3 * thread_cpu_ms();
       scenes[i]->cast(views.sites_m[site], directions, found_m);
-      rows[i].cast_s += cpu_s() - begin_s;
+      rows[i].cast_s += 1e-3 * thread_cpu_ms() - begin_s;
       tally(views.exact_m[site], found_m, rows[i]);
     }
   }

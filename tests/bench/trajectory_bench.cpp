@@ -5,10 +5,10 @@
 #include <Eigen/SVD>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 
 #include "examples/town/drive/drive.h"
 #include "passes/trajectory/estimate_trajectory.h"
+#include "tests/bench/bench_tools.h"
 
 namespace {
 
@@ -92,8 +92,6 @@ TrajectoryError error_of(const std::vector<Pose>& found, const std::vector<Pose>
   error.end_to_end_m = (by_found.translation() - by_truth.translation()).norm();
   return error;
 }
-
-double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 int run_one(const BenchOptions& options, std::uint64_t seed) {
   const Result<town::Town> made = town::make_town({seed, options.length_m, !options.is_straight});

@@ -5,7 +5,7 @@
 
 #include "passes/matching/scan_preparation.h"
 #include "tests/bench/bench_clouds.h"
-#include "tests/bench/pcl_map.h"
+#include "tests/bench/pcl_peers.h"
 #include "tests/bench/side_by_side.h"
 
 // Voxel subsampling beside pcl::VoxelGrid on one thread: a dense map, a scan, and streets of a city

@@ -5,6 +5,8 @@
 
 #include "examples/town/drive/drive.h"
 
+#include "tests/support/value_of.h"
+
 namespace sightline::town {
 namespace {
 
@@ -54,27 +56,23 @@ std::size_t count_on(const Board& board, double ground_m,
 }
 
 TEST(TownBoard, IsSeenWhereItWasPutAndChangesNothingElse) {
-  const Result<Town> bare = town_with({});
-  ASSERT_TRUE(bare.has_value());
-  const Board board = board_of(*bare);
-  const Result<Town> town = town_with({board});
-  ASSERT_TRUE(town.has_value());
+  const Town bare = value_of(town_with({}));
+  const Board board = board_of(bare);
+  const Town town = value_of(town_with({board}));
   const double ground_m = ground_height_m(4, board.pose.position_m);
-  const std::size_t before = count_on(board, ground_m, points_at(*bare, 12));
-  const std::size_t after = count_on(board, ground_m, points_at(*town, 12));
+  const std::size_t before = count_on(board, ground_m, points_at(bare, 12));
+  const std::size_t after = count_on(board, ground_m, points_at(town, 12));
   // About 9 m away, 64 beams: some 80 returns on each square metre at least.
   EXPECT_GT(after, before + 100);
-  EXPECT_EQ(town->permanent.triangles.size() - bare->permanent.triangles.size(), 12u + 8u * 3u);
-  EXPECT_EQ(standing_mesh(*town, 1).triangles.size() - standing_mesh(*bare, 1).triangles.size(),
-            town->permanent.triangles.size() - bare->permanent.triangles.size());
+  EXPECT_EQ(town.permanent.triangles.size() - bare.permanent.triangles.size(), 12u + 8u * 3u);
+  EXPECT_EQ(standing_mesh(town, 1).triangles.size() - standing_mesh(bare, 1).triangles.size(),
+            town.permanent.triangles.size() - bare.permanent.triangles.size());
 }
 
 TEST(TownBoard, OfNoSizeIsRefused) {
   Board board;
   board.width_m = 0.0;
-  const Result<Town> town = town_with({board});
-  ASSERT_FALSE(town.has_value());
-  EXPECT_EQ(town.error().code, ErrorCode::kBadArgument);
+  EXPECT_EQ(failure_of(town_with({board})).code, ErrorCode::kBadArgument);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "examples/town/world/town.h"
 #include "formats/base/random.h"
+#include "tests/support/value_of.h"
 
 namespace sightline::town {
 namespace {
@@ -47,9 +48,8 @@ TEST(TownCaster, MeasuresToTheNearFaceOfABoxAndNothingBesideIt) {
 }
 
 TEST(TownCaster, AgreesWithEveryTriangleTriedInTurn) {
-  const Result<Town> town = make_town({5, 20.0});
-  ASSERT_TRUE(town.has_value());
-  const TownMesh mesh = standing_mesh(*town, 0);
+  const Town town = value_of(make_town({5, 20.0}));
+  const TownMesh mesh = standing_mesh(town, 0);
   const TownCaster caster(mesh);
   Random random(1);
   int agreeing = 0;
@@ -69,9 +69,8 @@ TEST(TownCaster, AgreesWithEveryTriangleTriedInTurn) {
 
 // Rays at the very corners of triangles, where floats would decide by chance.
 TEST(TownCaster, AgreesWithEveryTriangleAtTheirCorners) {
-  const Result<Town> town = make_town({5, 20.0});
-  ASSERT_TRUE(town.has_value());
-  const TownMesh mesh = standing_mesh(*town, 0);
+  const Town town = value_of(make_town({5, 20.0}));
+  const TownMesh mesh = standing_mesh(town, 0);
   const TownCaster caster(mesh);
   const Eigen::Vector3d origin_m(10.1, 0.3, 1.8);
   for (std::size_t i = 0; i < mesh.vertices_m.size(); i += mesh.vertices_m.size() / 100) {

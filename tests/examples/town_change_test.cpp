@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "examples/town/drive/drive.h"
+#include "tests/support/value_of.h"
 
 namespace sightline::town {
 namespace {
@@ -88,9 +89,7 @@ TEST(TownChange, BeyondTheRouteIsRefused) {
   TownOptions options;
   options.length_m = 100.0;
   options.change = {.from_m = 50.0, .to_m = 150.0};
-  const Result<Town> town = make_town(options);
-  ASSERT_FALSE(town);
-  EXPECT_EQ(town.error().code, ErrorCode::kBadArgument);
+  EXPECT_EQ(failure_of(make_town(options)).code, ErrorCode::kBadArgument);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/value_of.h"
+
 namespace sightline::town {
 namespace {
 
@@ -291,11 +293,10 @@ TEST_F(TownDrive, IsHandedToPassesPointForPoint) {
   ASSERT_EQ(made.scans.size(), 4U);
   ASSERT_TRUE(made.has_poses());
   EXPECT_TRUE(validate(made).has_value());
-  const Result<Scan> scan = made.store->read(2);
-  ASSERT_TRUE(scan.has_value());
+  const Scan scan = value_of(made.store->read(2));
   const TownScan expected = drive.scan(2);
-  ASSERT_EQ(scan->points_m.size(), expected.points.size());
-  EXPECT_EQ(scan->points_m[9], expected.points[9].position_m.cast<double>());
+  ASSERT_EQ(scan.points_m.size(), expected.points.size());
+  EXPECT_EQ(scan.points_m[9], expected.points[9].position_m.cast<double>());
 }
 
 TEST_F(TownDrive, RefusesWhatMakesNoSense) {

@@ -13,6 +13,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "tests/support/value_of.h"
 
 namespace sightline::town {
 namespace {
@@ -108,33 +109,31 @@ TEST_F(TownFiles, AreABagWithTimesAndTurnRatesWhereTheDriveIsSwept) {
   recorded.scans = (swept.out / "drive_1" / "drive.mcap").string();
   recorded.poses = recorded.scans;
   recorded.lidar_z_m = 1.8;
-  const Result<Recording> recording = open_recording(recorded);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_TRUE(recording->warnings.empty()) << recording->warnings.front();
-  ASSERT_EQ(recording->scans.size(), 5U);
+  const Recording recording = value_of(open_recording(recorded));
+  EXPECT_TRUE(recording.warnings.empty()) << recording.warnings.front();
+  ASSERT_EQ(recording.scans.size(), 5U);
   const Town town = *make_town(swept.town);
   DriveOptions drive_options = usual_drive(town.options, 1, *town_sensor(16));
   drive_options.spacing_m = swept.spacing_m;
   drive_options.is_swept = true;
-  const Result<DriveSimulator> drive = DriveSimulator::make(town, drive_options);
-  ASSERT_TRUE(drive.has_value());
+  const DriveSimulator drive = value_of(DriveSimulator::make(town, drive_options));
   for (std::size_t i = 0; i < 5; ++i) {
-    ASSERT_TRUE(recording->scans[i].T_world_vehicle.has_value());
-    EXPECT_TRUE(recording->scans[i].T_world_vehicle->isApprox(drive->T_town_vehicle()[i], 1e-9));
+    ASSERT_TRUE(recording.scans[i].T_world_vehicle.has_value());
+    EXPECT_TRUE(recording.scans[i].T_world_vehicle->isApprox(drive.T_town_vehicle()[i], 1e-9));
   }
-  const Result<Scan> scan = recorded_scan_store(*recording)->read(2);
-  const TownScan truth = drive->scan(2);
+  const Result<Scan> scan = recorded_scan_store(recording)->read(2);
+  const TownScan truth = drive.scan(2);
   ASSERT_TRUE(scan.has_value());
   ASSERT_EQ(scan->points_m.size(), truth.points.size());
   EXPECT_EQ(scan->time_offset_ns, truth.time_offset_ns);
   EXPECT_GT(scan->time_offset_ns.back(), 99'000'000);
   EXPECT_EQ(scan->points_m[777], truth.points[777].position_m.cast<double>());
   // 0.5 s before to 1 s behind: 0.9 s in steps of 5 ms and both ends.
-  ASSERT_EQ(recording->turn_rates.size(), 301U);
-  for (const TurnRate& rate : recording->turn_rates) {
-    const double time_s = 1e-9 * static_cast<double>(rate.stamp_ns - recording->scans[0].stamp_ns);
-    const Eigen::AngleAxisd turn(drive->T_town_vehicle_at(time_s - 0.0005).linear().transpose() *
-                                 drive->T_town_vehicle_at(time_s + 0.0005).linear());
+  ASSERT_EQ(recording.turn_rates.size(), 301U);
+  for (const TurnRate& rate : recording.turn_rates) {
+    const double time_s = 1e-9 * static_cast<double>(rate.stamp_ns - recording.scans[0].stamp_ns);
+    const Eigen::AngleAxisd turn(drive.T_town_vehicle_at(time_s - 0.0005).linear().transpose() *
+                                 drive.T_town_vehicle_at(time_s + 0.0005).linear());
     const Eigen::Vector3d rate_radps = turn.axis() * turn.angle() / 0.001;
     EXPECT_LT((rate.rate_rad_per_s - rate_radps).norm(), 0.04) << "bias and noise";
   }
@@ -153,12 +152,11 @@ TEST_F(TownFiles, DifferWithTheSeed) {
 TEST_F(TownFiles, ReadBackAsPointCloudsWithoutLoss) {
   const WriteTownOptions written = options("one");
   ASSERT_TRUE(write_town(written).has_value());
-  const Result<PointCloudFile> cloud =
-      read_point_cloud(written.out / "drive_1" / "scans" / "000002.pcd");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_GT(cloud->points_m.size(), 10000U);
-  EXPECT_EQ(cloud->nonfinite_count, 0U);
-  EXPECT_EQ(cloud->zero_count, 0U);
+  const PointCloudFile cloud =
+      value_of(read_point_cloud(written.out / "drive_1" / "scans" / "000002.pcd"));
+  EXPECT_GT(cloud.points_m.size(), 10000U);
+  EXPECT_EQ(cloud.nonfinite_count, 0U);
+  EXPECT_EQ(cloud.zero_count, 0U);
 }
 
 TEST_F(TownFiles, PosesKeepMillimetresFarFromTheOrigin) {
@@ -223,11 +221,10 @@ TEST_F(TownFiles, AreWhatANamedSensorSees) {
   ahead.drives = 0;
   ahead.sensor = "livox-avia";
   ASSERT_TRUE(write_town(ahead).has_value());
-  const Result<PointCloudFile> scan = read_point_cloud(ahead.out / "mapping/scans/000001.pcd");
-  ASSERT_TRUE(scan.has_value());
-  EXPECT_GT(scan->points_m.size(), 5000U);
+  const PointCloudFile scan = value_of(read_point_cloud(ahead.out / "mapping/scans/000001.pcd"));
+  EXPECT_GT(scan.points_m.size(), 5000U);
   double widest = 0.0;
-  for (const Eigen::Vector3d& point_m : scan->points_m) {
+  for (const Eigen::Vector3d& point_m : scan.points_m) {
     widest = std::max(widest, std::abs(std::atan2(point_m.y(), point_m.x())));
   }
   EXPECT_NEAR(widest, 34.98 * std::numbers::pi / 180.0, 1e-3);

@@ -4,6 +4,7 @@
 
 #include "examples/your_own_pass/clearance.h"
 #include "formats/base/random.h"
+#include "tests/support/value_of.h"
 
 // Step 4: the three kinds of test that every pass has.
 
@@ -37,11 +38,10 @@ TEST(MeasureClearance, IsTheDistanceToTheNearestWallInReach) {
   NdtMap map;
   map.nds = {wall_at(3.0, 0.0, 0.0), wall_at(-5.0, 0.0, 0.0), wall_at(1.0, 0.0, 4.0)};
   PassContext ctx;
-  const Result<SiteColumn> table = measure_clearance(ctx, MeasureClearanceOptions{}, map,
-                                                     route({{0.0, 0.0, 0.0}, {0.0, 90.0, 0.0}}));
-  ASSERT_TRUE(table);
-  EXPECT_DOUBLE_EQ(table->values[0], 3.0) << "the wall overhead does not count";
-  EXPECT_EQ(table->values[1], std::numeric_limits<double>::infinity());
+  const SiteColumn table = value_of(measure_clearance(ctx, MeasureClearanceOptions{}, map,
+                                                      route({{0.0, 0.0, 0.0}, {0.0, 90.0, 0.0}})));
+  EXPECT_DOUBLE_EQ(table.values[0], 3.0) << "the wall overhead does not count";
+  EXPECT_EQ(table.values[1], std::numeric_limits<double>::infinity());
 }
 
 TEST(MeasureClearance, NeverGrowsWhenAWallIsAdded) {
@@ -52,10 +52,10 @@ TEST(MeasureClearance, NeverGrowsWhenAWallIsAdded) {
   std::vector<float> before(3, std::numeric_limits<float>::infinity());
   for (int i = 0; i < 50; ++i) {
     map.nds.push_back(wall_at(random.uniform(-30.0, 30.0), random.uniform(-30.0, 30.0), 0.0));
-    const Result<SiteColumn> table = measure_clearance(ctx, MeasureClearanceOptions{}, map, sites);
-    ASSERT_TRUE(table);
-    for (std::size_t s = 0; s < 3; ++s) EXPECT_LE(table->values[s], before[s]);
-    before = table->values;
+    const SiteColumn table =
+        value_of(measure_clearance(ctx, MeasureClearanceOptions{}, map, sites));
+    for (std::size_t s = 0; s < 3; ++s) EXPECT_LE(table.values[s], before[s]);
+    before = table.values;
   }
 }
 
@@ -63,10 +63,10 @@ TEST(MeasureClearance, RefusesSitesOfAnotherFrame) {
   NdtMap map;
   map.frame.origin_world_m.x() = 64.0;
   PassContext ctx;
-  const Result<SiteColumn> table =
-      measure_clearance(ctx, MeasureClearanceOptions{}, map, route({{0.0, 0.0, 0.0}}));
-  ASSERT_FALSE(table);
-  EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(
+      failure_of(measure_clearance(ctx, MeasureClearanceOptions{}, map, route({{0.0, 0.0, 0.0}})))
+          .code,
+      ErrorCode::kMismatchedInputs);
 }
 
 }  // namespace

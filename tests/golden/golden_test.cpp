@@ -24,6 +24,7 @@
 #include "tests/golden/libm_digest.h"
 #include "tests/golden/step_outputs.h"
 #include "tests/golden/towns.h"
+#include "tests/support/value_of.h"
 
 namespace sightline::golden {
 namespace {
@@ -66,15 +67,14 @@ class Golden : public testing::TestWithParam<std::string> {};
 
 TEST_P(Golden, EveryArtifactIsAsItWas) {
   const std::string& town = GetParam();
-  const Result<std::vector<RunOutput>> runs =
-      run_town(town, flags.towns / town / "town.yaml", flags.threads);
-  ASSERT_TRUE(runs.has_value()) << to_string(runs.error());
+  const std::vector<RunOutput> runs =
+      value_of(run_town(town, flags.towns / town / "town.yaml", flags.threads));
   const GoldenFiles kept = kept_files(town);
-  const std::string differences = compare(*runs, kept);
+  const std::string differences = compare(runs, kept);
   if (!flags.updates) {
     EXPECT_TRUE(differences.empty()) << differences;
   } else if (!differences.empty()) {
-    rewrite(kept, golden_files(*runs));
+    rewrite(kept, golden_files(runs));
     std::printf("%s", differences.c_str());
   }
 }
@@ -83,9 +83,8 @@ TEST_P(Golden, EveryArtifactIsAsItWas) {
 TEST(GoldenVariant, OfTheCLibraryIsOne) {
   if (!flags.has_other_libm) GTEST_SKIP() << "the C library's usual variant";
   if (!__builtin_cpu_supports("fma")) GTEST_SKIP() << "this processor has one variant only";
-  const Result<std::string> usual = read_text_file(flags.towns / "libm.txt");
-  ASSERT_TRUE(usual.has_value()) << to_string(usual.error());
-  EXPECT_NE(*usual, libm_digest());
+  const std::string usual = value_of(read_text_file(flags.towns / "libm.txt"));
+  EXPECT_NE(usual, libm_digest());
 }
 
 INSTANTIATE_TEST_SUITE_P(Towns, Golden, testing::ValuesIn(town_names()),

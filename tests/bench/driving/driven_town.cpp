@@ -1,10 +1,10 @@
+#include "tests/bench/bench_tools.h"
 #include "tests/bench/driving/driven_town.h"
 
 #include <utility>
 
 #include "formats/base/stopwatch.h"
 #include "passes/matching/match_starts.h"
-#include "tests/bench/cold_caches.h"
 
 namespace sightline {
 namespace {

@@ -5,6 +5,8 @@
 #include <map>
 #include <memory>
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -32,10 +34,9 @@ Result<std::string> quarter_of(int number, int* calls = nullptr) {
 TEST(Try, GoesOnWithTheValueOrEndsWithTheError) {
   EXPECT_EQ(*quarter_of(12), "3");
   for (const int number : {1, 2, 7}) {
-    const Result<std::string> refused = quarter_of(number);
-    ASSERT_FALSE(refused) << number;
-    EXPECT_EQ(refused.error().code, ErrorCode::kBadValue);
-    EXPECT_EQ(refused.error().place, "line 1");
+    const Error error = failure_of(quarter_of(number), number);
+    EXPECT_EQ(error.code, ErrorCode::kBadValue);
+    EXPECT_EQ(error.place, "line 1");
   }
 }
 

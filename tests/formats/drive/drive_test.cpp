@@ -1,6 +1,7 @@
 #include "formats/drive/drive.h"
 
 #include "tests/support/artifact_checks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -35,17 +36,15 @@ TEST(Drive, SurvivesDiskWithAndWithoutPoses) {
 }
 
 TEST(Drive, GetsItsScansBackAfterDisk) {
-  const Result<Drive> decoded = from_bytes<Drive>(to_bytes(two_scans()));
-  ASSERT_TRUE(decoded.has_value());
-  EXPECT_EQ(decoded->store, nullptr);
+  const Drive decoded = value_of(from_bytes<Drive>(to_bytes(two_scans())));
+  EXPECT_EQ(decoded.store, nullptr);
   Scan scan;
   scan.stamp_ns = 7;
   scan.points_m = {Eigen::Vector3d(1, 2, 3)};
-  const Drive whole = with_store(*decoded, memory_scan_store({Scan{}, scan}));
-  const Result<Scan> read = whole.store->read(1);
-  ASSERT_TRUE(read.has_value());
-  EXPECT_EQ(read->stamp_ns, 7);
-  EXPECT_EQ(read->points_m, scan.points_m);
+  const Drive whole = with_store(decoded, memory_scan_store({Scan{}, scan}));
+  const Scan read = value_of(whole.store->read(1));
+  EXPECT_EQ(read.stamp_ns, 7);
+  EXPECT_EQ(read.points_m, scan.points_m);
 }
 
 TEST(Drive, TellsWhichOfItsSensorsMadeAScan) {
@@ -82,11 +81,10 @@ TEST(Drive, KeepsTurnRatesAndHasTheBytesOfBeforeWithoutThem) {
   const std::vector<std::byte> without = to_bytes(drive);
   drive.turn_rates = {{7, Eigen::Vector3d(0.1, 0.2, 0.3)}, {9, Eigen::Vector3d(-1.0, 0.0, 1e-9)}};
   expect_survives_disk(drive);
-  const Result<Drive> decoded = from_bytes<Drive>(to_bytes(drive));
-  ASSERT_TRUE(decoded.has_value());
-  ASSERT_EQ(decoded->turn_rates.size(), 2U);
-  EXPECT_EQ(decoded->turn_rates[1].stamp_ns, 9);
-  EXPECT_EQ(decoded->turn_rates[1].rate_rad_per_s, drive.turn_rates[1].rate_rad_per_s);
+  const Drive decoded = value_of(from_bytes<Drive>(to_bytes(drive)));
+  ASSERT_EQ(decoded.turn_rates.size(), 2U);
+  EXPECT_EQ(decoded.turn_rates[1].stamp_ns, 9);
+  EXPECT_EQ(decoded.turn_rates[1].rate_rad_per_s, drive.turn_rates[1].rate_rad_per_s);
   drive.turn_rates.clear();
   EXPECT_EQ(to_bytes(drive), without);
   EXPECT_TRUE(from_bytes<Drive>(without)->turn_rates.empty());

@@ -9,6 +9,7 @@
 #include "formats/base/random.h"
 #include "formats/record/codec.h"
 #include "passes/pass/default_looks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -45,9 +46,8 @@ TEST(Look, ReadsWhatItWrites) {
 }
 
 TEST(Look, ForgivesBlanksAroundCommas) {
-  const Result<Look> look = parse_look("50 m,2000 returns ,  100 points");
-  ASSERT_TRUE(look);
-  EXPECT_EQ(to_text(*look), "50 m, 2000 returns, 100 points");
+  const Look look = value_of(parse_look("50 m,2000 returns ,  100 points"));
+  EXPECT_EQ(to_text(look), "50 m, 2000 returns, 100 points");
 }
 
 TEST(Look, RefusesWhatMakesNoSense) {

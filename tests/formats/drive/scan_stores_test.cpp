@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "formats/base/random.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -63,9 +64,8 @@ TEST(ScanMemory, GivesTheSameScansWhateverItsSize) {
     for (int i = 0; i < 500; ++i) {
       const std::size_t which = random.below(2);
       const std::size_t index = random.below(20);
-      const Result<Scan> found = stores[which]->read(index);
-      ASSERT_TRUE(found);
-      expect_same_bits(*found, (which == 0 ? *first : *second).scan(index));
+      const Scan found = value_of(stores[which]->read(index));
+      expect_same_bits(found, (which == 0 ? *first : *second).scan(index));
       EXPECT_LE(memory->bytes(), most_bytes);
     }
     const int reads = first->reads + second->reads;
@@ -113,9 +113,7 @@ TEST(ScanMemory, AsksAgainForAScanThatCouldNotBeRead) {
   const auto store = std::make_shared<CountingStore>(1);
   store->fails_at = 1;
   const std::shared_ptr<const ScanStore> remembered = ScanMemory::before(store, memory);
-  const Result<Scan> failed = remembered->read(2);
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().code, ErrorCode::kCannotRead);
+  EXPECT_EQ(failure_of(remembered->read(2)).code, ErrorCode::kCannotRead);
   ASSERT_TRUE(remembered->read(2));
   ASSERT_TRUE(remembered->read(2));
   EXPECT_EQ(store->reads, 2);
@@ -131,9 +129,8 @@ TEST(ScanMemory, IsSafeFromSeveralThreads) {
       Random random(seed);
       for (int i = 0; i < 300; ++i) {
         const std::size_t index = random.below(20);
-        const Result<Scan> found = remembered->read(index);
-        ASSERT_TRUE(found);
-        expect_same_bits(*found, store->scan(index));
+        const Scan found = value_of(remembered->read(index));
+        expect_same_bits(found, store->scan(index));
       }
     });
   }

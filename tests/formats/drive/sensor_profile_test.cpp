@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tests/support/artifact_checks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -11,10 +12,9 @@ namespace {
 TEST(SensorProfile, EveryBuiltInProfileIsValidAndSurvivesDisk) {
   ASSERT_EQ(sensor_profile_names().size(), 28U);
   for (const std::string& name : sensor_profile_names()) {
-    const Result<SensorProfile> profile = sensor_profile(name);
-    ASSERT_TRUE(profile.has_value()) << name;
-    EXPECT_EQ(profile->name, name);
-    EXPECT_TRUE(validate(*profile).has_value()) << name;
+    const SensorProfile profile = value_of(sensor_profile(name), name);
+    EXPECT_EQ(profile.name, name);
+    EXPECT_TRUE(validate(profile).has_value()) << name;
   }
   expect_survives_disk(*sensor_profile("generic-16"));
   expect_survives_disk(*sensor_profile("livox-avia"));
@@ -56,10 +56,9 @@ TEST(SensorProfile, HasTheBeamsOfTheMakersTables) {
 }
 
 TEST(SensorProfile, RefusesAnUnknownNameAndListsTheKnown) {
-  const Result<SensorProfile> profile = sensor_profile("vlp16");
-  ASSERT_FALSE(profile.has_value());
-  EXPECT_EQ(profile.error().code, ErrorCode::kUnknownName);
-  EXPECT_NE(profile.error().message.find("vlp-16"), std::string::npos);
+  const Error error = failure_of(sensor_profile("vlp16"));
+  EXPECT_EQ(error.code, ErrorCode::kUnknownName);
+  EXPECT_NE(error.message.find("vlp-16"), std::string::npos);
 }
 
 TEST(SensorProfile, RefusesWhatNoSensorIs) {

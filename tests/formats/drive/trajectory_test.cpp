@@ -7,6 +7,7 @@
 
 #include "formats/base/random.h"
 #include "tests/support/artifact_checks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -75,11 +76,10 @@ TEST(Trajectory, SaysWhichScansAreNotLaid) {
   EXPECT_EQ(dump(trajectory).columns.back(), "overlap");
   trajectory.poses[1].is_laid = false;
   expect_survives_disk(trajectory);
-  const Result<Trajectory> again = from_bytes<Trajectory>(to_bytes(trajectory));
-  ASSERT_TRUE(again);
-  EXPECT_TRUE(again->poses[0].is_laid);
-  EXPECT_FALSE(again->poses[1].is_laid);
-  EXPECT_EQ(again->poses[1].piece, 1u);
+  const Trajectory again = value_of(from_bytes<Trajectory>(to_bytes(trajectory)));
+  EXPECT_TRUE(again.poses[0].is_laid);
+  EXPECT_FALSE(again.poses[1].is_laid);
+  EXPECT_EQ(again.poses[1].piece, 1u);
   const Table table = dump(trajectory);
   EXPECT_EQ(table.columns.back(), "is_laid");
   EXPECT_EQ(table.rows[0].back(), Cell(std::int64_t{1}));

@@ -6,6 +6,7 @@
 #include "formats/foreign/text/text_lines.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/real_data.h"
+#include "tests/support/value_of.h"
 
 // Every file of the set interop (tests/README.md) stands in interop_files.csv, which
 // interop_values.py made without any code of ours: it is read as that says, or refused.
@@ -68,13 +69,12 @@ Result<std::vector<PointCloudFile>> read_all(const std::filesystem::path& file) 
 }
 
 void expect_read(const std::filesystem::path& file, const Expected& expected) {
-  const Result<std::vector<PointCloudFile>> clouds = read_all(file);
-  ASSERT_TRUE(clouds.has_value()) << to_string(clouds.error());
-  EXPECT_EQ(clouds->size(), expected.scans) << expected.file;
+  const std::vector<PointCloudFile> clouds = value_of(read_all(file));
+  EXPECT_EQ(clouds.size(), expected.scans) << expected.file;
   Expected found;
   found.low_m.setConstant(1e300);
   found.high_m.setConstant(-1e300);
-  for (const PointCloudFile& cloud : *clouds) {
+  for (const PointCloudFile& cloud : clouds) {
     EXPECT_EQ(cloud.intensity.size(), cloud.points_m.size()) << expected.file;
     found.points += cloud.points_m.size();
     found.nonfinite += cloud.nonfinite_count;
@@ -92,9 +92,7 @@ void expect_read(const std::filesystem::path& file, const Expected& expected) {
 }
 
 void expect_refused(const std::filesystem::path& file, const Expected& expected) {
-  const Result<std::vector<PointCloudFile>> clouds = read_all(file);
-  ASSERT_FALSE(clouds.has_value()) << expected.file;
-  const Error& error = clouds.error();
+  const Error& error = failure_of(read_all(file), expected.file);
   EXPECT_EQ(error_name(error.code), expected.outcome) << to_string(error);
   EXPECT_EQ(error.file, file.string());
   EXPECT_GT(error.message.size(), 20U) << to_string(error);

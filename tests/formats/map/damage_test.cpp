@@ -4,6 +4,7 @@
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -25,9 +26,7 @@ TEST(DamagedMap, CutShortAtAnyByteIsRefused) {
 TEST(DamagedMap, WithBytesAppendedIsRefused) {
   std::vector<std::byte> file = encode_map(tiny_map());
   file.push_back(std::byte{0});
-  const Result<MapSummary> longer = verify_map(file);
-  ASSERT_FALSE(longer);
-  EXPECT_EQ(longer.error().code, ErrorCode::kOutOfBounds);
+  EXPECT_EQ(failure_of(verify_map(file)).code, ErrorCode::kOutOfBounds);
 }
 
 TEST(DamagedMap, WithOneBitFlippedInAnyByteIsRefusedAndTellsWhere) {
@@ -50,12 +49,11 @@ TEST(DamagedMap, NamesTheTileAndLayerOfTheFault) {
       if (layer.name == "range") layer.raw[0] ^= std::byte{0x40};  // a site that is not there
     }
   }
-  const Result<CompiledMap> read = read_map(assemble(parts));
-  ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().code, ErrorCode::kBadOrder);
-  EXPECT_NE(read.error().place.find("layer range, byte "), std::string::npos) << read.error().place;
-  EXPECT_NE(read.error().place.find(", row 0, site "), std::string::npos) << read.error().place;
-  EXPECT_EQ(read.error().place.rfind("tile ", 0), 0u) << read.error().place;
+  const Error error = failure_of(read_map(assemble(parts)));
+  EXPECT_EQ(error.code, ErrorCode::kBadOrder);
+  EXPECT_NE(error.place.find("layer range, byte "), std::string::npos) << error.place;
+  EXPECT_NE(error.place.find(", row 0, site "), std::string::npos) << error.place;
+  EXPECT_EQ(error.place.rfind("tile ", 0), 0u) << error.place;
 }
 
 // Sealed with right checksums and digests: what a mistaken writer could make.

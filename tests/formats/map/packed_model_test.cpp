@@ -7,6 +7,7 @@
 #include "formats/base/random.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -23,20 +24,17 @@ std::vector<std::byte> payload_of(const PackedModel& model) {
 
 TEST(PackedModel, KeepsTheBytesAndWhatTheRecordSays) {
   const ModelRecord record = random_map({.seed = 2, .model_size = 5000}).model;
-  const Result<PackedModel> packed = pack_model(record);
-  ASSERT_TRUE(packed);
-  EXPECT_TRUE(packed->record.bytes.empty());
+  const PackedModel packed = value_of(pack_model(record));
+  EXPECT_TRUE(packed.record.bytes.empty());
   PackedModel back;
-  ASSERT_TRUE(open_payload(StoredBytes(payload_of(*packed)), back));
-  EXPECT_TRUE(back.record == packed->record);
+  ASSERT_TRUE(open_payload(StoredBytes(payload_of(packed)), back));
+  EXPECT_TRUE(back.record == packed.record);
   std::vector<std::byte> stored;
-  const Result<PackedBlock> section = read_section(back, stored);
-  ASSERT_TRUE(section);
-  const Result<RawBytes> raw = checked_bytes(*section);
-  ASSERT_TRUE(raw);
-  EXPECT_TRUE(std::ranges::equal(raw->bytes(), record.bytes));
-  EXPECT_EQ(section->name, "error-model");
-  EXPECT_EQ(section->version, record.encoding_version);
+  const PackedBlock section = value_of(read_section(back, stored));
+  const RawBytes raw = value_of(checked_bytes(section));
+  EXPECT_TRUE(std::ranges::equal(raw.bytes(), record.bytes));
+  EXPECT_EQ(section.name, "error-model");
+  EXPECT_EQ(section.version, record.encoding_version);
 }
 
 TEST(PackedModel, OfAStoredModelIsThatOfTheWhole) {
@@ -52,9 +50,8 @@ TEST(PackedModel, OfAStoredModelIsThatOfTheWhole) {
 }
 
 TEST(PackedModel, RefusesAnotherBlockAndEveryCut) {
-  const Result<PackedModel> packed = pack_model(random_map({.seed = 3}).model);
-  ASSERT_TRUE(packed);
-  const std::vector<std::byte> payload = payload_of(*packed);
+  const PackedModel packed = value_of(pack_model(random_map({.seed = 3}).model));
+  const std::vector<std::byte> payload = payload_of(packed);
   PackedModel back;
   for (std::size_t size = 0; size < payload.size(); ++size) {
     const std::vector<std::byte> cut(payload.begin(),
@@ -62,7 +59,7 @@ TEST(PackedModel, RefusesAnotherBlockAndEveryCut) {
     EXPECT_FALSE(open_payload(StoredBytes(cut), back)) << size;
   }
   // The block is the last that there is.
-  for (std::size_t i = payload.size() - packed->block.size(); i < payload.size(); ++i) {
+  for (std::size_t i = payload.size() - packed.block.size(); i < payload.size(); ++i) {
     std::vector<std::byte> damaged = payload;
     damaged[i] ^= std::byte{4};
     EXPECT_FALSE(open_payload(StoredBytes(damaged), back)) << i;

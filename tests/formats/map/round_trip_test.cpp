@@ -5,6 +5,7 @@
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -15,24 +16,23 @@ TEST(MapFile, GivesBackEveryArtifactButForTheRoundingOfNds) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const CompiledMap map =
         random_map({.seed = seed, .site_count = 60, .nd_count = 80, .has_columns = seed % 2 == 0});
-    const Result<CompiledMap> back = read_map(encode_map(map));
-    ASSERT_TRUE(back) << to_string(back.error());
+    const CompiledMap back = value_of(read_map(encode_map(map)));
     for (const char* name : {"sites", "predicted", "ranges", "columns"}) {
-      EXPECT_EQ(csv(*dump(*back, name)), csv(*dump(map, name)));
+      EXPECT_EQ(csv(*dump(back, name)), csv(*dump(map, name)));
     }
-    EXPECT_EQ(csv(dump(*back)), csv(dump(map)));
-    EXPECT_EQ(csv(dump(back->sensor)), csv(dump(map.sensor)));
-    EXPECT_EQ(back->model, map.model);
-    EXPECT_EQ(back->trajectory, map.trajectory);
-    EXPECT_EQ(back->measurement.offsets.size(), 2u);
-    EXPECT_EQ(back->measurement.localization_scans, "odd");
-    EXPECT_EQ(back->measurement.localizer, map.measurement.localizer);
-    EXPECT_EQ(back->model.localizer, map.model.localizer);
-    EXPECT_EQ(back->measurement.coarse_cells, 2u);
-    EXPECT_EQ(back->measurement.leaf_m, 0.5);
-    ASSERT_EQ(back->ndt.nds.size(), map.ndt.nds.size());
+    EXPECT_EQ(csv(dump(back)), csv(dump(map)));
+    EXPECT_EQ(csv(dump(back.sensor)), csv(dump(map.sensor)));
+    EXPECT_EQ(back.model, map.model);
+    EXPECT_EQ(back.trajectory, map.trajectory);
+    EXPECT_EQ(back.measurement.offsets.size(), 2u);
+    EXPECT_EQ(back.measurement.localization_scans, "odd");
+    EXPECT_EQ(back.measurement.localizer, map.measurement.localizer);
+    EXPECT_EQ(back.model.localizer, map.model.localizer);
+    EXPECT_EQ(back.measurement.coarse_cells, 2u);
+    EXPECT_EQ(back.measurement.leaf_m, 0.5);
+    ASSERT_EQ(back.ndt.nds.size(), map.ndt.nds.size());
     for (std::size_t i = 0; i < map.ndt.nds.size(); ++i) {
-      const Nd& stored = back->ndt.nds[i];
+      const Nd& stored = back.ndt.nds[i];
       const Nd& exact = map.ndt.nds[i];
       EXPECT_EQ(stored.key, exact.key);
       EXPECT_EQ(stored.point_count, exact.point_count);
@@ -60,12 +60,11 @@ TEST(MapFile, CarriesTheNameOfItsWorldAndNothingOfALocalOne) {
 TEST(MapFile, CarriesColumnsOfSitesInTheOrderOfTheirNames) {
   CompiledMap map = random_map({.seed = 3, .has_columns = true});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<CompiledMap> back = read_map(file);
-  ASSERT_TRUE(back) << to_string(back.error());
-  ASSERT_EQ(back->columns.size(), 2u);
-  EXPECT_EQ(back->columns[0].name, "clearance_m");
-  EXPECT_EQ(back->columns[0].unit, "m");
-  EXPECT_EQ(back->columns[0].values, map.columns[0].values);
+  const CompiledMap back = value_of(read_map(file));
+  ASSERT_EQ(back.columns.size(), 2u);
+  EXPECT_EQ(back.columns[0].name, "clearance_m");
+  EXPECT_EQ(back.columns[0].unit, "m");
+  EXPECT_EQ(back.columns[0].values, map.columns[0].values);
   std::swap(map.columns[0], map.columns[1]);
   EXPECT_FALSE(validate(map)) << "names do not ascend";
   std::swap(map.columns[0], map.columns[1]);
@@ -103,9 +102,8 @@ TEST(MapFile, OfTheSameMapIsTheSameBytesAlsoAfterReading) {
   const CompiledMap map = random_map({.seed = 3});
   const std::vector<std::byte> file = encode_map(map);
   EXPECT_EQ(encode_map(random_map({.seed = 3})), file);
-  const Result<CompiledMap> back = read_map(file);
-  ASSERT_TRUE(back) << to_string(back.error());
-  EXPECT_EQ(encode_map(*back), file);
+  const CompiledMap back = value_of(read_map(file));
+  EXPECT_EQ(encode_map(back), file);
 }
 
 TEST(MapFile, ThatDiffersInOneNumberAnywhereHasAnotherRootDigest) {
@@ -137,30 +135,25 @@ TEST(MapFile, WithoutItsModelKeepsItsRootDigest) {
   ASSERT_TRUE(whole && stripped);
   EXPECT_EQ(whole->root_digest, stripped->root_digest);
   EXPECT_LT(stripped->file_size, whole->file_size);
-  const Result<CompiledMap> back = read_map(file);
-  ASSERT_TRUE(back);
-  const Result<ErrorModel> model = model_of(back->model);
-  ASSERT_FALSE(model);
-  EXPECT_EQ(model.error().code, ErrorCode::kBadLayer);
+  const CompiledMap back = value_of(read_map(file));
+  EXPECT_EQ(failure_of(model_of(back.model)).code, ErrorCode::kBadLayer);
 }
 
 TEST(MapFile, IsReadFromDiskAndFromUnalignedMemory) {
   const std::vector<std::byte> file = encode_map(random_map({.seed = 6}));
   const std::filesystem::path path = scratch_folder() / "read.slmap";
   ASSERT_TRUE(write_file_atomically(path, file, IfExists::kReplace));
-  const Result<MapSummary> summary = verify_map(path);
-  ASSERT_TRUE(summary) << to_string(summary.error());
-  EXPECT_EQ(summary->file_size, file.size());
+  const MapSummary summary = value_of(verify_map(path));
+  EXPECT_EQ(summary.file_size, file.size());
   std::vector<std::byte> shifted(1);
   shifted.insert(shifted.end(), file.begin(), file.end());
   EXPECT_TRUE(read_map(std::span<const std::byte>(shifted).subspan(1)));
 }
 
 TEST(MapFile, ThatIsNotThereIsSaidSo) {
-  const Result<CompiledMap> map = read_map(std::filesystem::path("/nowhere/at/all.slmap"));
-  ASSERT_FALSE(map);
-  EXPECT_EQ(map.error().code, ErrorCode::kFileNotFound);
-  EXPECT_EQ(map.error().file, "/nowhere/at/all.slmap");
+  const Error error = failure_of(read_map(std::filesystem::path("/nowhere/at/all.slmap")));
+  EXPECT_EQ(error.code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(error.file, "/nowhere/at/all.slmap");
 }
 
 TEST(CompiledMap, DumpsOnlyWhatItHas) {
@@ -172,9 +165,7 @@ TEST(CompiledMap, DumpsOnlyWhatItHas) {
   EXPECT_EQ(dump(map, "factors").error().code, ErrorCode::kBadLayer);
   // Its model is made up.
   EXPECT_EQ(dump(map, "model").error().code, ErrorCode::kBadLayer);
-  const Result<Table> wrong = dump(map, "weather");
-  ASSERT_FALSE(wrong);
-  EXPECT_EQ(wrong.error().code, ErrorCode::kUnknownName);
+  EXPECT_EQ(failure_of(dump(map, "weather")).code, ErrorCode::kUnknownName);
 }
 
 TEST(CompiledMap, OfArtifactsThatDisagreeIsInvalid) {

@@ -9,6 +9,7 @@
 
 #include "tests/support/artifact_checks.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -111,10 +112,9 @@ TEST(ErrorModel, WithBytesAppendedIsRefused) {
 
 TEST(ErrorModel, ReadsBackEveryTree) {
   const ErrorModel model = small_model();
-  const Result<ErrorModel> back = from_bytes<ErrorModel>(to_bytes(model));
-  ASSERT_TRUE(back.has_value());
-  EXPECT_EQ(back->forest.trees, model.forest.trees);
-  EXPECT_EQ(back->forest.labels, model.forest.labels);
+  const ErrorModel back = value_of(from_bytes<ErrorModel>(to_bytes(model)));
+  EXPECT_EQ(back.forest.trees, model.forest.trees);
+  EXPECT_EQ(back.forest.labels, model.forest.labels);
 }
 
 TEST(ErrorModel, PrintsPredictionsBesideLabels) {

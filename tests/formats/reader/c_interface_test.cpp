@@ -13,6 +13,7 @@
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/map/resealed.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -26,26 +27,23 @@ std::string written_map(const std::vector<std::byte>& file, const char* name) {
 TEST(CInterface, AnswersWhatTheCppInterfaceAnswers) {
   const CompiledMap map = random_map({.seed = 1});
   const std::string path = written_map(encode_map(map), "c_interface.slmap");
-  const Result<MapReader> reader = MapReader::open(path, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
+  const MapReader reader = value_of(MapReader::open(path, "annealed"));
   const Eigen::Vector3d p_m = map.sites.sites[3].p_map_m + map.sites.frame.origin_world_m;
   sightline_range range;
   ASSERT_EQ(range_from_c(path.c_str(), p_m.data(), 0.1, &range), 0);
-  const Result<RangeAnswer> expected = reader->observation_range({p_m[0], p_m[1], p_m[2]}, 0.1);
-  ASSERT_TRUE(expected);
-  EXPECT_EQ(range.range_m, expected->range_m);
-  EXPECT_EQ(range.probability, expected->probability);
-  EXPECT_EQ(range.mean_error_m, expected->mean_error_m);
-  EXPECT_EQ(range.distance_m, expected->distance_m);
-  EXPECT_EQ(range.flags, expected->flags);
+  const RangeAnswer expected = value_of(reader.observation_range({p_m[0], p_m[1], p_m[2]}, 0.1));
+  EXPECT_EQ(range.range_m, expected.range_m);
+  EXPECT_EQ(range.probability, expected.probability);
+  EXPECT_EQ(range.mean_error_m, expected.mean_error_m);
+  EXPECT_EQ(range.distance_m, expected.distance_m);
+  EXPECT_EQ(range.flags, expected.flags);
   EXPECT_EQ(range.site, 3u);
 }
 
 TEST(CInterface, NamesTheLookThatTheCppInterfaceNames) {
   const CompiledMap map = random_map({.seed = 5});
   const std::string path = written_map(encode_map(map), "c_look.slmap");
-  const Result<MapReader> reader = MapReader::open(path, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
+  const MapReader reader = value_of(MapReader::open(path, "annealed"));
   sightline_map* opened = nullptr;
   ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
   for (const Site& site : map.sites.sites) {
@@ -53,18 +51,17 @@ TEST(CInterface, NamesTheLookThatTheCppInterfaceNames) {
     for (const double visible_m : {5.0, 90.0, std::numeric_limits<double>::infinity()}) {
       sightline_look look;
       ASSERT_EQ(sightline_get_look(opened, p_m.data(), 0.25, visible_m, &look), 0);
-      const Result<LookAnswer> expected = reader->look({p_m[0], p_m[1], p_m[2]}, 0.25, visible_m);
-      ASSERT_TRUE(expected);
-      EXPECT_EQ(look.range_m, expected->look.range_m);
-      EXPECT_EQ(look.return_count, expected->look.return_count);
-      EXPECT_EQ(look.even_beyond_m, expected->look.even_beyond_m);
-      EXPECT_EQ(look.point_count, expected->look.point_count);
-      EXPECT_EQ(look.is_by_normals != 0, expected->look.is_by_normals);
-      EXPECT_EQ(look.settles != 0, expected->look.settles);
-      EXPECT_EQ(look.probability, expected->probability);
-      EXPECT_EQ(look.mean_error_m, expected->mean_error_m);
-      EXPECT_EQ(look.flags, expected->flags);
-      EXPECT_EQ(look.site, expected->site);
+      const LookAnswer expected = value_of(reader.look({p_m[0], p_m[1], p_m[2]}, 0.25, visible_m));
+      EXPECT_EQ(look.range_m, expected.look.range_m);
+      EXPECT_EQ(look.return_count, expected.look.return_count);
+      EXPECT_EQ(look.even_beyond_m, expected.look.even_beyond_m);
+      EXPECT_EQ(look.point_count, expected.look.point_count);
+      EXPECT_EQ(look.is_by_normals != 0, expected.look.is_by_normals);
+      EXPECT_EQ(look.settles != 0, expected.look.settles);
+      EXPECT_EQ(look.probability, expected.probability);
+      EXPECT_EQ(look.mean_error_m, expected.mean_error_m);
+      EXPECT_EQ(look.flags, expected.flags);
+      EXPECT_EQ(look.site, expected.site);
     }
   }
   sightline_look look;
@@ -78,8 +75,7 @@ TEST(CInterface, NamesTheLookThatTheCppInterfaceNames) {
 TEST(CInterface, TellsThePlanThatTheCppInterfaceTells) {
   const CompiledMap map = random_map({.seed = 5});
   const std::string path = written_map(encode_map(map), "c_plan.slmap");
-  const Result<MapReader> reader = MapReader::open(path, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
+  const MapReader reader = value_of(MapReader::open(path, "annealed"));
   sightline_map* opened = nullptr;
   ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
   for (const Site& site : map.sites.sites) {
@@ -87,18 +83,17 @@ TEST(CInterface, TellsThePlanThatTheCppInterfaceTells) {
     for (const int is_tracking : {0, 1}) {
       sightline_look_plan plan;
       ASSERT_EQ(sightline_get_look_plan(opened, p_m.data(), 0.35, is_tracking, 200.0, &plan), 0);
-      const Result<LookPlanAnswer> expected =
-          reader->look_plan({p_m[0], p_m[1], p_m[2]}, 0.35, is_tracking != 0, 200.0);
-      ASSERT_TRUE(expected);
+      const LookPlanAnswer expected =
+          value_of(reader.look_plan({p_m[0], p_m[1], p_m[2]}, 0.35, is_tracking != 0, 200.0));
       EXPECT_EQ(plan.has_second, is_tracking);
-      EXPECT_EQ(plan.has_second != 0, expected->has_second);
-      EXPECT_EQ(plan.first.point_count, expected->first.look.point_count);
-      EXPECT_EQ(plan.first.settles != 0, expected->first.look.settles);
-      EXPECT_EQ(plan.second.return_count, expected->second.return_count);
-      EXPECT_EQ(plan.constant, expected->constant);
-      EXPECT_EQ(plan.doubt_above, expected->doubt_above);
-      for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(plan.weights[i], expected->weights[i]);
-      EXPECT_EQ(plan.first.site, expected->first.site);
+      EXPECT_EQ(plan.has_second != 0, expected.has_second);
+      EXPECT_EQ(plan.first.point_count, expected.first.look.point_count);
+      EXPECT_EQ(plan.first.settles != 0, expected.first.look.settles);
+      EXPECT_EQ(plan.second.return_count, expected.second.return_count);
+      EXPECT_EQ(plan.constant, expected.constant);
+      EXPECT_EQ(plan.doubt_above, expected.doubt_above);
+      for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(plan.weights[i], expected.weights[i]);
+      EXPECT_EQ(plan.first.site, expected.first.site);
     }
   }
   sightline_look_plan plan;

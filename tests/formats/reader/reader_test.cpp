@@ -23,6 +23,7 @@
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/map/resealed.h"
 #include "tests/formats/reader/allocation_count.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -96,17 +97,15 @@ TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
                                   .limits_m = {0.10, 0.20, 0.30}});
     map.reach_m = seed % 3 == 0 ? 16.0 : 6.0;
     const std::vector<std::byte> file = encode_map(map);
-    const Result<MapReader> reader = MapReader::open(file, "annealed");
-    ASSERT_TRUE(reader) << to_string(reader.error());
+    const MapReader reader = value_of(MapReader::open(file, "annealed"));
     for (int i = 0; i < 300; ++i) {
       const Position position =
           world(map, {random.uniform(-120.0, 120.0), random.uniform(-120.0, 120.0),
                       random.uniform(-3.0, 3.0)});
       const double limit_m = random.uniform(0.05, 0.4);
       const RangeAnswer expected = brute_force(map, position, limit_m);
-      const Result<RangeAnswer> found = reader->observation_range(position, limit_m);
-      ASSERT_TRUE(found) << to_string(found.error());
-      expect_equal(*found, expected);
+      const RangeAnswer found = value_of(reader.observation_range(position, limit_m));
+      expect_equal(found, expected);
       if (expected.site != kNoSite) ++found_count;
     }
   }
@@ -157,9 +156,8 @@ TEST(MapReader, NamesTheCheapestLookWithinWhatCanBeSeenAsBruteForceDoes) {
     if (seed % 4 == 0) options.looks.clear();
     const CompiledMap map = random_map(options);
     const std::vector<std::byte> file = encode_map(map);
-    const Result<MapReader> reader = MapReader::open(file, "annealed");
-    ASSERT_TRUE(reader) << to_string(reader.error());
-    EXPECT_EQ(reader->info().looks.size(), options.looks.size());
+    const MapReader reader = value_of(MapReader::open(file, "annealed"));
+    EXPECT_EQ(reader.info().looks.size(), options.looks.size());
     for (int i = 0; i < 200; ++i) {
       const Position position =
           world(map, {random.uniform(-110.0, 110.0), random.uniform(-110.0, 110.0), 0.0});
@@ -167,20 +165,19 @@ TEST(MapReader, NamesTheCheapestLookWithinWhatCanBeSeenAsBruteForceDoes) {
       const double seen_m[] = {5.0, 30.0, 90.0, std::numeric_limits<double>::infinity()};
       const double visible_m = seen_m[random.below(4)];
       const LookAnswer expected = brute_force_look(map, position, limit_m, visible_m);
-      const Result<LookAnswer> found = reader->look(position, limit_m, visible_m);
-      ASSERT_TRUE(found) << to_string(found.error());
-      EXPECT_EQ(found->look.range_m, expected.look.range_m);
-      EXPECT_EQ(found->look.return_count, expected.look.return_count);
-      EXPECT_EQ(found->look.even_beyond_m, expected.look.even_beyond_m);
-      EXPECT_EQ(found->look.point_count, expected.look.point_count);
-      EXPECT_EQ(found->look.is_by_normals, expected.look.is_by_normals);
-      EXPECT_EQ(found->look.settles, expected.look.settles);
-      EXPECT_EQ(found->probability, expected.probability);
-      EXPECT_EQ(found->mean_error_m, expected.mean_error_m);
-      EXPECT_EQ(found->flags, expected.flags);
-      EXPECT_EQ(found->site, expected.site);
-      sample_count += found->look.return_count > 0 ? 1 : 0;
-      hidden_count += (found->flags & kAnswerNotVisible) != 0 ? 1 : 0;
+      const LookAnswer found = value_of(reader.look(position, limit_m, visible_m));
+      EXPECT_EQ(found.look.range_m, expected.look.range_m);
+      EXPECT_EQ(found.look.return_count, expected.look.return_count);
+      EXPECT_EQ(found.look.even_beyond_m, expected.look.even_beyond_m);
+      EXPECT_EQ(found.look.point_count, expected.look.point_count);
+      EXPECT_EQ(found.look.is_by_normals, expected.look.is_by_normals);
+      EXPECT_EQ(found.look.settles, expected.look.settles);
+      EXPECT_EQ(found.probability, expected.probability);
+      EXPECT_EQ(found.mean_error_m, expected.mean_error_m);
+      EXPECT_EQ(found.flags, expected.flags);
+      EXPECT_EQ(found.site, expected.site);
+      sample_count += found.look.return_count > 0 ? 1 : 0;
+      hidden_count += (found.flags & kAnswerNotVisible) != 0 ? 1 : 0;
     }
   }
   EXPECT_GT(sample_count, 200U) << "too few looks to show anything";
@@ -223,17 +220,16 @@ TEST(MapReader, TellsAVehicleThatTracksThePlanAndAnyOtherTheLook) {
     const CompiledMap map = random_map({.seed = seed, .site_count = 200, .nd_count = 20});
     const std::optional<LookPlan>& plan = map.ranges.of_samples.front().plan;
     const std::vector<std::byte> file = encode_map(map);
-    const Result<MapReader> reader = MapReader::open(file, "annealed");
-    ASSERT_TRUE(reader) << to_string(reader.error());
+    const MapReader reader = value_of(MapReader::open(file, "annealed"));
     for (int i = 0; i < 200; ++i) {
       const Position position =
           world(map, {random.uniform(-110.0, 110.0), random.uniform(-110.0, 110.0), 0.0});
       const double limit_m = random.uniform(0.05, 0.4);
       const double visible_m = random.below(2) == 0 ? 90.0 : 200.0;
       const bool is_tracking = random.below(4) > 0;
-      const Result<LookAnswer> look = reader->look(position, limit_m, visible_m);
+      const Result<LookAnswer> look = reader.look(position, limit_m, visible_m);
       const Result<LookPlanAnswer> found =
-          reader->look_plan(position, limit_m, is_tracking, visible_m);
+          reader.look_plan(position, limit_m, is_tracking, visible_m);
       ASSERT_TRUE(look && found);
       const bool expects_plan = is_tracking && plan && limit_m >= plan->limit_m &&
                                 visible_m == 200.0 &&
@@ -276,14 +272,12 @@ TEST(MapReader, RefusesAPlanWhoseNumbersMakeNoSense) {
 TEST(MapReader, NamesNoLookToALocalizerWhoseErrorsWereNotMeasured) {
   const CompiledMap map = random_map({.seed = 7});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file, "pcl-ndt");
-  ASSERT_TRUE(reader);
-  const Result<LookAnswer> found = reader->look(world(map, map.sites.sites[3].p_map_m), 0.25);
-  ASSERT_TRUE(found);
-  EXPECT_EQ(found->look.range_m, map.ranges.looks.back().range_m);
-  EXPECT_EQ(found->look.return_count, 0U);
-  EXPECT_TRUE(std::isnan(found->probability));
-  EXPECT_NE(found->flags & kAnswerUnknownLocalizer, 0U);
+  const MapReader reader = value_of(MapReader::open(file, "pcl-ndt"));
+  const LookAnswer found = value_of(reader.look(world(map, map.sites.sites[3].p_map_m), 0.25));
+  EXPECT_EQ(found.look.range_m, map.ranges.looks.back().range_m);
+  EXPECT_EQ(found.look.return_count, 0U);
+  EXPECT_TRUE(std::isnan(found.probability));
+  EXPECT_NE(found.flags & kAnswerUnknownLocalizer, 0U);
 }
 
 TEST(MapReader, FindsASiteJustAcrossABorderOfTilesOnEverySide) {
@@ -292,11 +286,10 @@ TEST(MapReader, FindsASiteJustAcrossABorderOfTilesOnEverySide) {
     for (const double dy_m : {-5.0, 0.0, 5.0}) {
       map.sites.sites[0].p_map_m = {64.0 + dx_m, -64.0 + dy_m, 1.0};
       const std::vector<std::byte> file = encode_map(map);
-      const Result<MapReader> reader = MapReader::open(file, "annealed");
-      ASSERT_TRUE(reader);
+      const MapReader reader = value_of(MapReader::open(file, "annealed"));
       for (const double ex_m : {-1e-9, 0.0, 1e-9}) {
         const Position position = world(map, {64.0 + ex_m, -64.0 - ex_m, 1.0});
-        EXPECT_EQ(reader->observation_range(position, 0.1)->site, 0u) << dx_m << " " << dy_m;
+        EXPECT_EQ(reader.observation_range(position, 0.1)->site, 0u) << dx_m << " " << dy_m;
       }
     }
   }
@@ -308,24 +301,21 @@ TEST(MapReader, TakesTheLowerIdWhereTwoSitesAreEquallyNear) {
     map.sites.sites[is_swapped ? 1 : 0].p_map_m = {-3.0, 0.0, 0.0};
     map.sites.sites[is_swapped ? 0 : 1].p_map_m = {3.0, 0.0, 0.0};
     const std::vector<std::byte> file = encode_map(map);
-    const Result<MapReader> reader = MapReader::open(file, "annealed");
-    ASSERT_TRUE(reader);
-    EXPECT_EQ(reader->observation_range(world(map, {0.0, 0.0, 0.0}), 0.1)->site, 0u);
+    const MapReader reader = value_of(MapReader::open(file, "annealed"));
+    EXPECT_EQ(reader.observation_range(world(map, {0.0, 0.0, 0.0}), 0.1)->site, 0u);
   }
 }
 
 TEST(MapReader, FarFromAnySiteAnswersTheLongestRange) {
   const CompiledMap map = random_map({.seed = 2});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
   for (const double far_m : {200.0, -5000.0, 1e7, 1e300}) {
-    const Result<RangeAnswer> answer = reader->observation_range({far_m, far_m, 0.0}, 0.25);
-    ASSERT_TRUE(answer);
-    EXPECT_EQ(answer->range_m, 50.0);
-    EXPECT_EQ(answer->flags, kAnswerFar);
-    EXPECT_EQ(answer->probability, 0.0);
-    EXPECT_TRUE(std::isinf(answer->distance_m));
+    const RangeAnswer answer = value_of(reader.observation_range({far_m, far_m, 0.0}, 0.25));
+    EXPECT_EQ(answer.range_m, 50.0);
+    EXPECT_EQ(answer.flags, kAnswerFar);
+    EXPECT_EQ(answer.probability, 0.0);
+    EXPECT_TRUE(std::isinf(answer.distance_m));
   }
 }
 
@@ -351,10 +341,9 @@ std::vector<std::byte> with_reach(const CompiledMap& map, double reach_m) {
 TEST(MapReader, AnswersFromAMapWithAnAbsurdReach) {
   for (const double reach_m : {1e-300, 1e-9, 1e200, 1e308}) {
     const std::vector<std::byte> file = with_reach(random_map({.seed = 2}), reach_m);
-    const Result<MapReader> reader = MapReader::open(file, "annealed");
-    ASSERT_TRUE(reader) << to_string(reader.error());
+    const MapReader reader = value_of(MapReader::open(file, "annealed"));
     for (const double x_m : {0.0, 3.0, 1e5, 1e307}) {
-      EXPECT_TRUE(reader->observation_range({x_m, -x_m, 0.0}, 0.25)) << reach_m << " at " << x_m;
+      EXPECT_TRUE(reader.observation_range({x_m, -x_m, 0.0}, 0.25)) << reach_m << " at " << x_m;
     }
   }
 }
@@ -362,9 +351,8 @@ TEST(MapReader, AnswersFromAMapWithAnAbsurdReach) {
 TEST(MapReader, TellsWhatIsPromisedOfTheNextDrive) {
   const CompiledMap map = random_map({.seed = 3});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader.has_value());
-  const std::span<const MapPromise> promises = reader->info().promises;
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  const std::span<const MapPromise> promises = reader.info().promises;
   ASSERT_EQ(promises.size(), 2u);
   EXPECT_FALSE(promises[0].is_earned);
   EXPECT_FALSE(promises[0].is_of_next_drive);
@@ -380,23 +368,19 @@ TEST(MapReader, TellsWhatIsPromisedOfTheNextDrive) {
 
 TEST(MapReader, RefusesWhatIsNoPositionOrLimit) {
   const std::vector<std::byte> file = encode_map(random_map({.seed = 3}));
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
   for (const double bad : {double{NAN}, double{INFINITY}, -1.0, 0.0}) {
-    const Result<RangeAnswer> answer = reader->observation_range({0.0, 0.0, 0.0}, bad);
-    ASSERT_FALSE(answer);
-    EXPECT_EQ(answer.error().code, ErrorCode::kBadArgument);
+    EXPECT_EQ(failure_of(reader.observation_range({0.0, 0.0, 0.0}, bad)).code,
+              ErrorCode::kBadArgument);
   }
-  EXPECT_FALSE(reader->observation_range({0.0, NAN, 0.0}, 0.1));
+  EXPECT_FALSE(reader.observation_range({0.0, NAN, 0.0}, 0.1));
 }
 
 TEST(MapReader, RefusesAFileThatNamesNoLookUp) {
   const std::vector<std::byte> file =
       with_header(encode_map(random_map({.seed = 4})),
                   [](FileHeader& header) { header.compatible_features = 0; });
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_FALSE(reader);
-  EXPECT_EQ(reader.error().code, ErrorCode::kBadLayer);
+  EXPECT_EQ(failure_of(MapReader::open(file, "annealed")).code, ErrorCode::kBadLayer);
 }
 
 TEST(MapReader, ChecksAPageOnlyWhenItIsUsed) {
@@ -407,15 +391,12 @@ TEST(MapReader, ChecksAPageOnlyWhenItIsUsed) {
   std::vector<std::byte> file = encode_map(map);
   // The last page but one: rows ascend with x.
   file[decode_header(file)->directory_offset - 2 * kPageSize] ^= std::byte{1};
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
-  EXPECT_TRUE(reader->observation_range(world(map, {10.0, 10.0, 0.0}), 0.1));
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  EXPECT_TRUE(reader.observation_range(world(map, {10.0, 10.0, 0.0}), 0.1));
   for (int i = 0; i < 2; ++i) {  // and it stays refused
-    const Result<RangeAnswer> answer =
-        reader->observation_range(world(map, {1590.0, 10.0, 0.0}), 0.1);
-    ASSERT_FALSE(answer);
-    EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
-    EXPECT_EQ(answer.error().place.rfind("section look-up, byte ", 0), 0u) << answer.error().place;
+    const Error error = failure_of(reader.observation_range(world(map, {1590.0, 10.0, 0.0}), 0.1));
+    EXPECT_EQ(error.code, ErrorCode::kChecksumMismatch);
+    EXPECT_EQ(error.place.rfind("section look-up, byte ", 0), 0u) << error.place;
   }
 }
 
@@ -447,12 +428,10 @@ TEST(MapReader, VisitsNoMoreSlotsThanThereAreRows) {
   for (std::uint64_t page = 0; page < 3; ++page) {
     seal_page(slots.subspan(page * kPageSize, kPageSize), page, page_seed(header));
   }
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
-  const Result<RangeAnswer> answer =
-      reader->observation_range(world(map, map.sites.sites[*sought].p_map_m), 0.1);
-  ASSERT_FALSE(answer);
-  EXPECT_EQ(answer.error().code, ErrorCode::kBadLayer) << to_string(answer.error());
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  const Error error =
+      failure_of(reader.observation_range(world(map, map.sites.sites[*sought].p_map_m), 0.1));
+  EXPECT_EQ(error.code, ErrorCode::kBadLayer) << to_string(error);
 }
 
 TEST(MapReader, RefusesAPageOfAnotherVersionOfTheMap) {
@@ -467,12 +446,9 @@ TEST(MapReader, RefusesAPageOfAnotherVersionOfTheMap) {
   std::copy(newer.begin() + static_cast<std::ptrdiff_t>(begin),
             newer.begin() + static_cast<std::ptrdiff_t>(end),
             file.begin() + static_cast<std::ptrdiff_t>(begin));
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
-  const Result<RangeAnswer> answer =
-      reader->observation_range(world(map, map.sites.sites[0].p_map_m), 0.1);
-  ASSERT_FALSE(answer);
-  EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  EXPECT_EQ(failure_of(reader.observation_range(world(map, map.sites.sites[0].p_map_m), 0.1)).code,
+            ErrorCode::kChecksumMismatch);
 }
 
 // Damage in a part of the file that a look-up does not use may go unseen; it never changes one.
@@ -500,15 +476,14 @@ TEST(MapReader, NeverAnswersWronglyFromADamagedFile) {
 TEST(MapReader, AnswersSeveralThreadsAtOnce) {
   const CompiledMap map = random_map({.seed = 6, .site_count = 300, .tile_m = 16.0});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
   std::vector<int> wrong(4, 0);
   std::vector<std::thread> threads;
   for (std::size_t thread = 0; thread < wrong.size(); ++thread) {
     threads.emplace_back([&, thread] {
       for (const Site& site : map.sites.sites) {
         const Position position = world(map, site.p_map_m);
-        const Result<RangeAnswer> answer = reader->observation_range(position, 0.25);
+        const Result<RangeAnswer> answer = reader.observation_range(position, 0.25);
         if (!answer || answer->site != brute_force(map, position, 0.25).site) ++wrong[thread];
       }
     });
@@ -521,14 +496,13 @@ TEST(MapReader, AllocatesNothingToLookUp) {
   const CompiledMap map = random_map({.seed = 7});
   const std::vector<std::byte> file = encode_map(map);
   for (const char* callers : {"annealed", "pcl-ndt"}) {
-    const Result<MapReader> reader = MapReader::open(file, callers);
-    ASSERT_TRUE(reader);
+    const MapReader reader = value_of(MapReader::open(file, callers));
     double sum_m = 0.0;
     const std::size_t before = allocation_count();
     for (const Site& site : map.sites.sites) {
-      sum_m += reader->observation_range(world(map, site.p_map_m), 0.25)->range_m;
-      sum_m += reader->look(world(map, site.p_map_m), 0.25, 90.0)->look.range_m;
-      sum_m += reader->look_plan(world(map, site.p_map_m), 0.31, true)->second.range_m;
+      sum_m += reader.observation_range(world(map, site.p_map_m), 0.25)->range_m;
+      sum_m += reader.look(world(map, site.p_map_m), 0.25, 90.0)->look.range_m;
+      sum_m += reader.look_plan(world(map, site.p_map_m), 0.31, true)->second.range_m;
     }
     EXPECT_EQ(allocation_count(), before) << callers;
     EXPECT_GT(sum_m, 0.0);
@@ -540,24 +514,21 @@ TEST(MapReader, KnowsNothingForALocalizerWhoseErrorsWereNotMeasured) {
   const std::vector<std::byte> file = encode_map(map);
   const Position position = world(map, map.sites.sites[3].p_map_m);
   for (const char* callers : {"pcl-ndt", "", "anneal", "annealed/2", "annealed/", "/3"}) {
-    const Result<MapReader> reader = MapReader::open(file, callers);
-    ASSERT_TRUE(reader) << to_string(reader.error());
-    EXPECT_FALSE(reader->info().is_for_caller) << callers;
+    const MapReader reader = value_of(MapReader::open(file, callers));
+    EXPECT_FALSE(reader.info().is_for_caller) << callers;
     for (const double limit_m : {0.01, 0.1, 0.25}) {
-      const Result<RangeAnswer> answer = reader->observation_range(position, limit_m);
-      ASSERT_TRUE(answer) << to_string(answer.error());
-      EXPECT_TRUE(std::isnan(answer->probability)) << callers;
-      EXPECT_TRUE(std::isnan(answer->mean_error_m)) << callers;
-      EXPECT_EQ(answer->range_m, map.ranges.looks.back().range_m) << "as far as the map goes";
-      EXPECT_EQ(answer->flags, limit_m < 0.1 ? kAnswerUnknownLocalizer | kAnswerTighterLimit
-                                             : kAnswerUnknownLocalizer);
-      EXPECT_EQ(answer->site, 3u);
-      EXPECT_NEAR(answer->distance_m, 0.0, 1e-9);
+      const RangeAnswer answer = value_of(reader.observation_range(position, limit_m));
+      EXPECT_TRUE(std::isnan(answer.probability)) << callers;
+      EXPECT_TRUE(std::isnan(answer.mean_error_m)) << callers;
+      EXPECT_EQ(answer.range_m, map.ranges.looks.back().range_m) << "as far as the map goes";
+      EXPECT_EQ(answer.flags, limit_m < 0.1 ? kAnswerUnknownLocalizer | kAnswerTighterLimit
+                                            : kAnswerUnknownLocalizer);
+      EXPECT_EQ(answer.site, 3u);
+      EXPECT_NEAR(answer.distance_m, 0.0, 1e-9);
     }
-    const Result<RangeAnswer> far = reader->observation_range({1e6, 1e6, 0.0}, 0.25);
-    ASSERT_TRUE(far);
-    EXPECT_TRUE(std::isnan(far->probability));
-    EXPECT_EQ(far->flags, kAnswerUnknownLocalizer | kAnswerFar);
+    const RangeAnswer far = value_of(reader.observation_range({1e6, 1e6, 0.0}, 0.25));
+    EXPECT_TRUE(std::isnan(far.probability));
+    EXPECT_EQ(far.flags, kAnswerUnknownLocalizer | kAnswerFar);
   }
 }
 
@@ -573,11 +544,10 @@ TEST(MapReader, NamesTheLocalizerWhoseErrorsWereMeasured) {
     EXPECT_EQ(reader.info().localizer_version, 4u);
     EXPECT_EQ(reader.info().localizer_parameters, "leaf_m=0.5, resolution_m=2");
     EXPECT_TRUE(reader.info().is_for_caller);
-    const Result<RangeAnswer> answer =
-        reader.observation_range(world(map, map.sites.sites[3].p_map_m), 0.25);
-    ASSERT_TRUE(answer);
-    EXPECT_EQ(answer->flags & kAnswerUnknownLocalizer, 0u);
-    EXPECT_GE(answer->probability, 0.0);
+    const RangeAnswer answer =
+        value_of(reader.observation_range(world(map, map.sites.sites[3].p_map_m), 0.25));
+    EXPECT_EQ(answer.flags & kAnswerUnknownLocalizer, 0u);
+    EXPECT_GE(answer.probability, 0.0);
   }
 }
 
@@ -589,10 +559,9 @@ TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
   ASSERT_GE(descriptor, 0);
   ASSERT_EQ(::write(descriptor, file.data(), file.size()), static_cast<ssize_t>(file.size()));
   ASSERT_EQ(::fcntl(descriptor, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK), 0);
-  const Result<MapReader> reader =
-      MapReader::open("/proc/self/fd/" + std::to_string(descriptor), "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
-  EXPECT_EQ(reader->observation_range(world(map, map.sites.sites[7].p_map_m), 0.1)->site, 7u);
+  const MapReader reader =
+      value_of(MapReader::open("/proc/self/fd/" + std::to_string(descriptor), "annealed"));
+  EXPECT_EQ(reader.observation_range(world(map, map.sites.sites[7].p_map_m), 0.1)->site, 7u);
   ::close(descriptor);
 }
 
@@ -611,11 +580,10 @@ TEST(MapReader, TellsItsWorldAndWhereExportedCloudsLie) {
   CompiledMap map = random_map({.seed = 2});
   map.world = "utm:32N";
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader);
-  EXPECT_EQ(reader->info().world, "utm:32N");
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  EXPECT_EQ(reader.info().world, "utm:32N");
   // Its frame begins at (448000, -192, 0).
-  EXPECT_EQ(reader->info().export_origin_world_m, (std::array<double, 3>{400'000.0, 0.0, 0.0}));
+  EXPECT_EQ(reader.info().export_origin_world_m, (std::array<double, 3>{400'000.0, 0.0, 0.0}));
   map.world = "local";
   const std::vector<std::byte> local = encode_map(map);
   EXPECT_EQ(MapReader::open(local, "annealed")->info().world, "local");
@@ -627,16 +595,14 @@ TEST(MapReader, TellsItsWorldAndWhereExportedCloudsLie) {
 TEST(MapReaderColumns, AreThoseOfTheMapByTheNumberOfASite) {
   const CompiledMap map = random_map({.seed = 4, .site_count = 130, .has_columns = true});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
-  ASSERT_EQ(reader->info().columns.size(), 2U);
-  EXPECT_EQ(reader->info().columns[0], "clearance_m");
-  EXPECT_EQ(reader->info().columns[1], "kind");
-  const Result<MapColumn> column = reader->column("clearance_m");
-  ASSERT_TRUE(column) << to_string(column.error());
-  EXPECT_EQ(column->unit, "m");
-  EXPECT_TRUE(std::ranges::equal(column->values, map.columns[0].values));
-  EXPECT_EQ(reader->column("height_m").error().code, ErrorCode::kBadArgument);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  ASSERT_EQ(reader.info().columns.size(), 2U);
+  EXPECT_EQ(reader.info().columns[0], "clearance_m");
+  EXPECT_EQ(reader.info().columns[1], "kind");
+  const MapColumn column = value_of(reader.column("clearance_m"));
+  EXPECT_EQ(column.unit, "m");
+  EXPECT_TRUE(std::ranges::equal(column.values, map.columns[0].values));
+  EXPECT_EQ(reader.column("height_m").error().code, ErrorCode::kBadArgument);
 }
 
 TEST(MapReaderColumns, AreRefusedWhereTheyAreDamaged) {
@@ -646,10 +612,9 @@ TEST(MapReaderColumns, AreRefusedWhereTheyAreDamaged) {
   const auto found = std::search(file.begin(), file.end(), values.begin(), values.end());
   ASSERT_NE(found, file.end());
   *found ^= std::byte{1};
-  const Result<MapReader> reader = MapReader::open(file, "annealed");
-  ASSERT_TRUE(reader) << to_string(reader.error());
-  EXPECT_TRUE(reader->column("clearance_m"));
-  EXPECT_EQ(reader->column("kind").error().code, ErrorCode::kChecksumMismatch);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  EXPECT_TRUE(reader.column("clearance_m"));
+  EXPECT_EQ(reader.column("kind").error().code, ErrorCode::kChecksumMismatch);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "formats/release/record_text.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/release/signed_records.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -160,9 +161,8 @@ class MapOnDisk : public ::testing::Test {
     std::filesystem::remove_all(folder_);
     file_ = encode_map(random_map({.seed = 3, .site_count = 5, .nd_count = 8}));
     write(file_);
-    const Result<ReleaseRecord> record = release_of_map(path());
-    ASSERT_TRUE(record.has_value()) << to_string(record.error());
-    record_ = *record;
+    const ReleaseRecord record = value_of(release_of_map(path()));
+    record_ = record;
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   [[nodiscard]] std::filesystem::path path() const { return folder_ / "town.slmap"; }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/formats/release/signed_records.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -41,27 +42,25 @@ const RootRecord kOld = root_of({1, 2, 3}, 2);
 TEST(SeenState, ReadsWhatItWrites) {
   const VehicleFacts vehicle = vehicle_that_saw(release(5), {1, 2}, kOld);
   const std::string text = encode(vehicle.seen);
-  const Result<SeenState> again = decode_seen_state(text);
-  ASSERT_TRUE(again) << to_string(again.error());
-  EXPECT_EQ(encode(*again), text);
-  EXPECT_EQ(again->time_s, kNow);
-  EXPECT_EQ(again->keys, kOld.keys);
-  EXPECT_EQ(again->release, encode(release(5)));
+  const SeenState again = value_of(decode_seen_state(text));
+  EXPECT_EQ(encode(again), text);
+  EXPECT_EQ(again.time_s, kNow);
+  EXPECT_EQ(again.keys, kOld.keys);
+  EXPECT_EQ(again.release, encode(release(5)));
 }
 
 TEST(SeenState, ReadsAReleaseRecordAlone) {
-  const Result<SeenState> state = decode_seen_state(encode(release(5)));
-  ASSERT_TRUE(state);
-  EXPECT_EQ(state->time_s, 0);
-  EXPECT_TRUE(state->keys.empty());
+  const SeenState state = value_of(decode_seen_state(encode(release(5))));
+  EXPECT_EQ(state.time_s, 0);
+  EXPECT_TRUE(state.keys.empty());
 }
 
 TEST(SeenState, IsRefusedEmptyAndCutShortAtEveryByte) {
   const std::string text = encode(vehicle_that_saw(release(5), {1, 2}, kOld).seen);
   for (std::size_t size = 0; size < text.size(); ++size) {
-    const Result<SeenState> state = decode_seen_state(text.substr(0, size));
-    ASSERT_FALSE(state) << size;
-    EXPECT_EQ(state.error().code, ErrorCode::kMalformedRecord) << size;
+    EXPECT_EQ(failure_of(decode_seen_state(text.substr(0, size)), size).code,
+              ErrorCode::kMalformedRecord)
+        << size;
   }
 }
 

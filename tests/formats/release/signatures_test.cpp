@@ -3,15 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "tests/formats/release/signed_records.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
 
 TEST(Signatures, AreValidForTheirMessageAndKeyAlone) {
   const std::string text = sign("message", key_of(1), "who and why");
-  const Result<std::vector<Signature>> parsed = parse_signatures(text);
-  ASSERT_TRUE(parsed.has_value()) << to_string(parsed.error());
-  const Signature& signature = parsed->front();
+  const std::vector<Signature> parsed = value_of(parse_signatures(text));
+  const Signature& signature = parsed.front();
   EXPECT_EQ(signature.trusted_comment, "who and why");
   EXPECT_TRUE(is_valid(signature, "message", public_key_of(key_of(1))));
   EXPECT_FALSE(is_valid(signature, "messagf", public_key_of(key_of(1))));
@@ -49,9 +49,8 @@ TEST(Signatures, OfTheLegacyFormOrTooManyAreRefused) {
 TEST(KeyFiles, ReadBackAndAreRefusedWhenDamaged) {
   const SecretKey key = key_of(3);
   const std::string secret = encode_secret_key_file(key, {});
-  const Result<SecretKey> back = decode_secret_key_file(secret, {});
-  ASSERT_TRUE(back.has_value()) << to_string(back.error());
-  EXPECT_EQ(back->bytes, key.bytes);
+  const SecretKey back = value_of(decode_secret_key_file(secret, {}));
+  EXPECT_EQ(back.bytes, key.bytes);
   for (std::size_t i = secret.find('\n'); i < secret.size(); ++i) {
     std::string damaged = secret;
     damaged[i] = static_cast<char>(damaged[i] ^ 1);
@@ -60,9 +59,8 @@ TEST(KeyFiles, ReadBackAndAreRefusedWhenDamaged) {
     EXPECT_TRUE(!read || read->bytes == key.bytes) << i;
   }
   const PublicKey shared = public_key_of(key);
-  const Result<PublicKey> shared_back = decode_public_key_file(encode_public_key_file(shared));
-  ASSERT_TRUE(shared_back.has_value());
-  EXPECT_EQ(*shared_back, shared);
+  const PublicKey shared_back = value_of(decode_public_key_file(encode_public_key_file(shared)));
+  EXPECT_EQ(shared_back, shared);
 }
 
 TEST(KeyFiles, WithAPassphraseOpenWithThatOneAlone) {
@@ -70,10 +68,9 @@ TEST(KeyFiles, WithAPassphraseOpenWithThatOneAlone) {
   const std::string secret = encode_secret_key_file(key, "open sesame");
   EXPECT_EQ(decode_secret_key_file(secret, {}).error().code, ErrorCode::kWrongKey);
   EXPECT_EQ(decode_secret_key_file(secret, "open barley").error().code, ErrorCode::kWrongKey);
-  const Result<SecretKey> back = decode_secret_key_file(secret, "open sesame");
-  ASSERT_TRUE(back.has_value()) << to_string(back.error());
-  EXPECT_EQ(back->bytes, key.bytes);
-  EXPECT_EQ(back->id, key.id);
+  const SecretKey back = value_of(decode_secret_key_file(secret, "open sesame"));
+  EXPECT_EQ(back.bytes, key.bytes);
+  EXPECT_EQ(back.id, key.id);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "tests/support/artifact_checks.h"
 #include "tests/support/no_large_files.h"
 #include "tests/support/toy_world.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -31,11 +32,10 @@ TEST(NdtMap, SurvivesDisk) {
 
 TEST(NdtMap, GivesTheSameEigenvectorsToTheBitAfterDisk) {
   const NdtMap map = random_ndt_map(2, 50, 30.0);
-  const Result<NdtMap> back = from_bytes<NdtMap>(to_bytes(map));
-  ASSERT_TRUE(back.has_value());
+  const NdtMap back = value_of(from_bytes<NdtMap>(to_bytes(map)));
   for (std::size_t i = 0; i < map.nds.size(); ++i) {
-    EXPECT_EQ(map.nds[i].eigenvectors, back->nds[i].eigenvectors);
-    EXPECT_EQ(map.nds[i].eigenvalues_m2, back->nds[i].eigenvalues_m2);
+    EXPECT_EQ(map.nds[i].eigenvectors, back.nds[i].eigenvectors);
+    EXPECT_EQ(map.nds[i].eigenvalues_m2, back.nds[i].eigenvalues_m2);
   }
 }
 
@@ -149,10 +149,9 @@ TEST(TiledNds, HasTheBytesOfTheMapAndGivesItBack) {
     EXPECT_TRUE(sealed(tiled) == to_bytes(map));
     EXPECT_EQ(payload_size(tiled), payload_of(map).size());
     EXPECT_EQ(dump(tiled)->rows, dump(map).rows);
-    const Result<TiledNds> back = from_stored<TiledNds>(StoredBytes(to_bytes(map)));
-    ASSERT_TRUE(back) << to_string(back.error());
-    EXPECT_TRUE(sealed(*back) == to_bytes(map));
-    EXPECT_EQ(back->tiles().size(), tiled.tiles().size());
+    const TiledNds back = value_of(from_stored<TiledNds>(StoredBytes(to_bytes(map))));
+    EXPECT_TRUE(sealed(back) == to_bytes(map));
+    EXPECT_EQ(back.tiles().size(), tiled.tiles().size());
   }
   EXPECT_TRUE(sealed(NdtMap()) == to_bytes(NdtMap()));
 }
@@ -261,10 +260,9 @@ TEST(TiledNds, NameTheTileWhoseNdsAreOutOfOrder) {
   NdtMap map = counted_map(200, 30.0);
   ASSERT_GT(map.nds.size(), 3U);
   std::swap(map.nds[0], map.nds[1]);
-  const Result<TiledNds> found = from_stored<TiledNds>(StoredBytes(to_bytes(map)));
-  ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().code, ErrorCode::kInvalidArtifact);
-  EXPECT_EQ(found.error().place.rfind("tile ", 0), 0U) << found.error().place;
+  const Error error = failure_of(from_stored<TiledNds>(StoredBytes(to_bytes(map))));
+  EXPECT_EQ(error.code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(error.place.rfind("tile ", 0), 0U) << error.place;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "formats/base/random.h"
 #include "tests/support/artifact_checks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -38,14 +39,12 @@ TEST(SurfacePoints, AreReadScanByScanWithoutWhatMoved) {
   const SurfacePoints points = few_points();
   const SurfacePointReader reader(points);
   ASSERT_EQ(reader.part_count(), 2u);
-  const Result<std::vector<Eigen::Vector3d>> standing = reader.standing(0);
-  ASSERT_TRUE(standing.has_value());
-  ASSERT_EQ(standing->size(), 1u);
-  EXPECT_LT(((*standing)[0] - Eigen::Vector3d(7.1, 0.3, 1.1)).norm(), 1e-12);
-  const Result<std::vector<Eigen::Vector3d>> moving = reader.moving(0);
-  ASSERT_TRUE(moving.has_value());
-  ASSERT_EQ(moving->size(), 1u);
-  EXPECT_LT(((*moving)[0] - Eigen::Vector3d(7.1, 0.1, 1.1)).norm(), 1e-12);
+  const std::vector<Eigen::Vector3d> standing = value_of(reader.standing(0));
+  ASSERT_EQ(standing.size(), 1u);
+  EXPECT_LT((standing[0] - Eigen::Vector3d(7.1, 0.3, 1.1)).norm(), 1e-12);
+  const std::vector<Eigen::Vector3d> moving = value_of(reader.moving(0));
+  ASSERT_EQ(moving.size(), 1u);
+  EXPECT_LT((moving[0] - Eigen::Vector3d(7.1, 0.1, 1.1)).norm(), 1e-12);
   EXPECT_EQ(*reader.standing(1), points.points_m);
   EXPECT_TRUE(reader.moving(1)->empty());
 }
@@ -88,20 +87,18 @@ TEST(SurfacePoints, FindEveryVoxelThatMovedAndNoOther) {
   points.store = memory_scan_store({scan});
   ASSERT_TRUE(validate(points).has_value());
   const SurfacePointReader reader(points);
-  const Result<std::vector<Eigen::Vector3d>> moving = reader.moving(0);
-  ASSERT_TRUE(moving.has_value());
-  ASSERT_EQ(moving->size(), points.moved_voxels.size());
-  for (std::size_t i = 0; i < moving->size(); ++i) {
-    EXPECT_EQ(cell_key((*moving)[i], 1.0), points.moved_voxels[i]);
+  const std::vector<Eigen::Vector3d> moving = value_of(reader.moving(0));
+  ASSERT_EQ(moving.size(), points.moved_voxels.size());
+  for (std::size_t i = 0; i < moving.size(); ++i) {
+    EXPECT_EQ(cell_key(moving[i], 1.0), points.moved_voxels[i]);
   }
-  EXPECT_EQ(reader.standing(0)->size(), scan.points_m.size() - moving->size());
-  const Result<ReturnsInMap> all = reader.all(0);
-  ASSERT_TRUE(all.has_value());
-  EXPECT_EQ(all->points_m, scan.points_m);
-  ASSERT_EQ(all->has_moved.size(), scan.points_m.size());
+  EXPECT_EQ(reader.standing(0)->size(), scan.points_m.size() - moving.size());
+  const ReturnsInMap all = value_of(reader.all(0));
+  EXPECT_EQ(all.points_m, scan.points_m);
+  ASSERT_EQ(all.has_moved.size(), scan.points_m.size());
   for (std::size_t i = 0; i < scan.points_m.size(); ++i) {
     const CellKey voxel = cell_key(scan.points_m[i], 1.0);
-    EXPECT_EQ(all->has_moved[i] != 0, std::ranges::binary_search(points.moved_voxels, voxel));
+    EXPECT_EQ(all.has_moved[i] != 0, std::ranges::binary_search(points.moved_voxels, voxel));
   }
 }
 

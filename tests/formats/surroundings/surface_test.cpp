@@ -7,6 +7,7 @@
 
 #include "formats/base/random.h"
 #include "formats/tables/stored_table_writer.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_surface.h"
 
 namespace sightline {
@@ -154,10 +155,9 @@ TEST(TiledSurface, SurvivesDiskAndIsReadByAnotherProgramsEnvelope) {
   const std::vector<std::byte> bytes = sealed(surface);
   // The envelope of whole artifacts.
   EXPECT_TRUE(unseal(bytes, "surface", ArtifactTraits<TiledSurface>::kVersion));
-  const Result<TiledSurface> back = opened(bytes);
-  ASSERT_TRUE(back);
-  EXPECT_TRUE(sealed(*back) == bytes);
-  EXPECT_TRUE(to_bytes(*back->whole()) == to_bytes(surface));
+  const TiledSurface back = value_of(opened(bytes));
+  EXPECT_TRUE(sealed(back) == bytes);
+  EXPECT_TRUE(to_bytes(*back.whole()) == to_bytes(surface));
 }
 
 TEST(TiledSurface, IsRefusedCutShortOrDamagedAtEveryByte) {

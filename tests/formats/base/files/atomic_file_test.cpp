@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -32,9 +33,8 @@ class AtomicFile : public ::testing::Test {
 TEST_F(AtomicFile, AppearsWholeAndLeavesNothingBeside) {
   const std::filesystem::path path = folder_ / "deep" / "map.bin";
   ASSERT_TRUE(write_file_atomically(path, std::string_view("content"), IfExists::kRefuse));
-  const Result<std::string> text = read_text_file(path);
-  ASSERT_TRUE(text);
-  EXPECT_EQ(*text, "content");
+  const std::string text = value_of(read_text_file(path));
+  EXPECT_EQ(text, "content");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "deep"), {}), 1);
 }
 
@@ -123,10 +123,9 @@ TEST_F(AtomicFile, ShortTextsAreReadNoFurtherThanTheirLimit) {
 }
 
 TEST_F(AtomicFile, SaysWhichFileIsNotThere) {
-  const Result<std::vector<std::byte>> missing = read_file(folder_ / "nothing");
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kFileNotFound);
-  EXPECT_EQ(missing.error().file, (folder_ / "nothing").string());
+  const Error error = failure_of(read_file(folder_ / "nothing"));
+  EXPECT_EQ(error.code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(error.file, (folder_ / "nothing").string());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -39,10 +40,9 @@ TEST_F(RegularFiles, AloneAreOpened) {
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   for (const std::string& path : {pipe, std::string("/dev/null"), std::string("/dev/zero"),
                                   std::string("/dev/tty"), folder_.string()}) {
-    const Result<std::string> text = read_beginning(path, 4);
-    ASSERT_FALSE(text) << path;
-    EXPECT_EQ(error_class(text.error().code), ErrorClass::kSystem) << path;
-    EXPECT_EQ(text.error().file, path);
+    const Error error = failure_of(read_beginning(path, 4), path);
+    EXPECT_EQ(error_class(error.code), ErrorClass::kSystem) << path;
+    EXPECT_EQ(error.file, path);
   }
   EXPECT_EQ(open_regular_file(folder_ / "missing").error().code, ErrorCode::kFileNotFound);
 }

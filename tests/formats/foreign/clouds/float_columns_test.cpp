@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -19,10 +21,9 @@ TEST(FloatColumns, AreTakenFromACountOrFromNames) {
 TEST(FloatColumns, RefuseWhatIsNoPoint) {
   for (const char* text : {"", "2", "65", "-4", "4.0", "xyz", "x y", "x y i", "x y z x",
                            "x y z i intensity", "x y z t time", "x y z ring ring"}) {
-    const Result<FloatColumns> columns = parse_float_columns(text);
-    ASSERT_FALSE(columns.has_value()) << text;
-    EXPECT_EQ(columns.error().code, ErrorCode::kBadValue) << text;
-    EXPECT_NE(columns.error().message.find("x y z intensity ring"), std::string::npos);
+    const Error error = failure_of(parse_float_columns(text), text);
+    EXPECT_EQ(error.code, ErrorCode::kBadValue) << text;
+    EXPECT_NE(error.message.find("x y z intensity ring"), std::string::npos);
   }
 }
 

@@ -3,6 +3,8 @@
 
 #include "tests/formats/foreign/foreign_files.h"
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -75,19 +77,18 @@ const std::vector<LasPoint> kPoints = {{1500, -200, 30, 7, 211'543'210.00},
 TEST(LasFile, ReadsEveryPointFormatScaledWithIntensityAndTime) {
   for (const Format& format : kFormats) {
     for (int minor = format.minor; minor <= 4; ++minor) {
-      const Result<PointCloudFile> cloud = parse_text(las(format, minor, kPoints), "0.las");
-      ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-      ASSERT_EQ(cloud->points_m.size(), 3U) << format.id;
-      EXPECT_TRUE(cloud->points_m[0].isApprox(Eigen::Vector3d(635'001.5, -2.0, 5.0), 1e-14));
-      EXPECT_TRUE(cloud->points_m[2].isApprox(Eigen::Vector3d(2'635'000.0, 0.01, -9.0), 1e-14));
-      EXPECT_EQ(cloud->intensity, (std::vector<float>{7.0F, 65535.0F, 0.0F}));
-      EXPECT_FALSE(cloud->has_unclear_times);
+      const PointCloudFile cloud = value_of(parse_text(las(format, minor, kPoints), "0.las"));
+      ASSERT_EQ(cloud.points_m.size(), 3U) << format.id;
+      EXPECT_TRUE(cloud.points_m[0].isApprox(Eigen::Vector3d(635'001.5, -2.0, 5.0), 1e-14));
+      EXPECT_TRUE(cloud.points_m[2].isApprox(Eigen::Vector3d(2'635'000.0, 0.01, -9.0), 1e-14));
+      EXPECT_EQ(cloud.intensity, (std::vector<float>{7.0F, 65535.0F, 0.0F}));
+      EXPECT_FALSE(cloud.has_unclear_times);
       const bool has_time = format.time_at != 0;
-      ASSERT_EQ(cloud->time_offset_ns.size(), has_time ? 3U : 0U) << format.id;
+      ASSERT_EQ(cloud.time_offset_ns.size(), has_time ? 3U : 0U) << format.id;
       if (!has_time) continue;
-      EXPECT_NEAR(cloud->time_offset_ns[1], 20'000'000, 100);
-      EXPECT_NEAR(cloud->time_offset_ns[2], 100'000'000, 100);
-      EXPECT_NEAR(static_cast<double>(*cloud->time_origin_ns), 211'543'210e9, 100.0);
+      EXPECT_NEAR(cloud.time_offset_ns[1], 20'000'000, 100);
+      EXPECT_NEAR(cloud.time_offset_ns[2], 100'000'000, 100);
+      EXPECT_NEAR(static_cast<double>(*cloud.time_origin_ns), 211'543'210e9, 100.0);
     }
   }
 }
@@ -95,11 +96,10 @@ TEST(LasFile, ReadsEveryPointFormatScaledWithIntensityAndTime) {
 TEST(LasFile, SkipsExtraBytesOfAPointAndLeavesOutTimesOfAWholeFlight) {
   std::vector<LasPoint> points = kPoints;
   points[2].time_s += 600.0;
-  const Result<PointCloudFile> cloud = parse_text(las(kFormats[3], 2, points, 9), "0.las");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->intensity, (std::vector<float>{7.0F, 65535.0F, 0.0F}));
-  EXPECT_TRUE(cloud->time_offset_ns.empty());
-  EXPECT_TRUE(cloud->has_unclear_times);
+  const PointCloudFile cloud = value_of(parse_text(las(kFormats[3], 2, points, 9), "0.las"));
+  EXPECT_EQ(cloud.intensity, (std::vector<float>{7.0F, 65535.0F, 0.0F}));
+  EXPECT_TRUE(cloud.time_offset_ns.empty());
+  EXPECT_TRUE(cloud.has_unclear_times);
 }
 
 TEST(LasFile, NoticesEveryCutAndSurvivesAllDamage) {
@@ -141,20 +141,18 @@ TEST(LasFile, LeavesOutWithheldPointsAndCountsThem) {
     std::vector<LasPoint> points = kPoints;
     points[1].flags = format.id < 6 ? 0x82 : 0x04;
     points[2].flags = format.id < 6 ? 0x7f : 0xfb;  // all but that one
-    const Result<PointCloudFile> cloud = parse_text(las(format, 4, points), "0.las");
-    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-    EXPECT_EQ(cloud->withheld_count, 1U) << format.id;
-    EXPECT_EQ(cloud->intensity, (std::vector<float>{7.0F, 0.0F})) << format.id;
-    EXPECT_EQ(cloud->time_offset_ns.size(), format.time_at == 0 ? 0U : 2U) << format.id;
+    const PointCloudFile cloud = value_of(parse_text(las(format, 4, points), "0.las"));
+    EXPECT_EQ(cloud.withheld_count, 1U) << format.id;
+    EXPECT_EQ(cloud.intensity, (std::vector<float>{7.0F, 0.0F})) << format.id;
+    EXPECT_EQ(cloud.time_offset_ns.size(), format.time_at == 0 ? 0U : 2U) << format.id;
   }
   // LAS 1.0 had no flags beside the class.
   std::vector<LasPoint> points = kPoints;
   for (LasPoint& point : points) point.flags = 0x82;
   EXPECT_EQ(parse_text(las(kFormats[1], 0, points), "0.las")->withheld_count, 0U);
-  const Result<PointCloudFile> none = parse_text(las(kFormats[1], 2, points), "0.las");
-  ASSERT_FALSE(none.has_value());
-  EXPECT_EQ(none.error().code, ErrorCode::kNoFinitePoints);
-  EXPECT_NE(none.error().message.find("3 are withheld"), std::string::npos) << none.error().message;
+  const Error error = failure_of(parse_text(las(kFormats[1], 2, points), "0.las"));
+  EXPECT_EQ(error.code, ErrorCode::kNoFinitePoints);
+  EXPECT_NE(error.message.find("3 are withheld"), std::string::npos) << error.message;
 }
 
 // With a record of the reference system in place of the empty one, or behind the points.
@@ -236,10 +234,9 @@ TEST(LasFile, RefusesDegreesThatNoRecordSpeaksOf) {
   for (const std::size_t axis : {0U, 1U, 2U}) put(bytes, 155 + 8 * axis, 0.0);
   put(bytes, 131, 1e-7);
   put(bytes, 139, 1e-7);
-  const Result<PointCloudFile> cloud = parse_text(bytes, "0.las");
-  ASSERT_FALSE(cloud.has_value());
-  EXPECT_EQ(cloud.error().code, ErrorCode::kUnsupportedFormat);
-  EXPECT_NE(cloud.error().message.find("degrees"), std::string::npos) << cloud.error().message;
+  const Error error = failure_of(parse_text(bytes, "0.las"));
+  EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
+  EXPECT_NE(error.message.find("degrees"), std::string::npos) << error.message;
   put(bytes, 131, 1e-4);
   EXPECT_TRUE(parse_text(bytes, "0.las").has_value());
 }

@@ -3,6 +3,7 @@
 
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -26,12 +27,11 @@ Result<PointCloudFile> parse(const std::string& bytes) {
 }
 
 TEST(NpyFile, HoldsPointsRowByRow) {
-  const Result<PointCloudFile> floats =
-      parse(npy("'<f4'", "(2, 4)", as_bytes({1.0F, 2.0F, 3.0F, 0.5F, 4.0F, 5.0F, 6.0F, 7.0F})));
-  ASSERT_TRUE(floats) << to_string(floats.error());
-  ASSERT_EQ(floats->points_m.size(), 2U);
-  EXPECT_EQ(floats->points_m[1], Eigen::Vector3d(4.0, 5.0, 6.0));
-  EXPECT_EQ(floats->intensity[0], 0.5F);
+  const PointCloudFile floats = value_of(
+      parse(npy("'<f4'", "(2, 4)", as_bytes({1.0F, 2.0F, 3.0F, 0.5F, 4.0F, 5.0F, 6.0F, 7.0F}))));
+  ASSERT_EQ(floats.points_m.size(), 2U);
+  EXPECT_EQ(floats.points_m[1], Eigen::Vector3d(4.0, 5.0, 6.0));
+  EXPECT_EQ(floats.intensity[0], 0.5F);
   const Result<PointCloudFile> doubles =
       parse(npy("'<f8'", "(1, 3)", as_bytes({456'500.125, 5'429'500.25, 1.0})));
   EXPECT_EQ(doubles->points_m[0], Eigen::Vector3d(456'500.125, 5'429'500.25, 1.0));
@@ -44,12 +44,11 @@ TEST(NpyFile, HoldsPointsRowByRow) {
 TEST(NpyFile, HoldsNamedFields) {
   const std::string rows =
       as_bytes({std::uint8_t{9}}) + as_bytes({3.0F, 2.0F, 1.0F}) + as_bytes({std::uint16_t{300}});
-  const Result<PointCloudFile> cloud =
+  const PointCloudFile cloud = value_of(
       parse(npy("[('ring', '|u1'), ('z', '<f4'), ('y', '<f4'), ('x', '<f4'), ('intensity', '<u2')]",
-                "(1,)", rows));
-  ASSERT_TRUE(cloud) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m[0], Eigen::Vector3d(1.0, 2.0, 3.0));
-  EXPECT_EQ(cloud->intensity[0], 300.0F);
+                "(1,)", rows)));
+  EXPECT_EQ(cloud.points_m[0], Eigen::Vector3d(1.0, 2.0, 3.0));
+  EXPECT_EQ(cloud.intensity[0], 300.0F);
 }
 
 TEST(NpyFile, RefusesWhatHoldsNoPoints) {

@@ -10,6 +10,7 @@
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -169,12 +170,11 @@ TEST(PcdFile, ReadsWhatPclWritesInEveryEncodingFieldOrderAndType) {
     const Expected expected = random_cloud(random);
     const std::filesystem::path path = folder / "cloud.pcd";
     write_with_pcl(expected.cloud, round % 3, path);
-    const Result<PointCloudFile> cloud = read_point_cloud(path);
-    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-    EXPECT_EQ(cloud->points_m, expected.points_m) << "round " << round;
-    EXPECT_EQ(cloud->intensity, expected.intensity) << "round " << round;
-    EXPECT_EQ(cloud->nonfinite_count, expected.nonfinite_count);
-    EXPECT_EQ(cloud->zero_count, expected.zero_count);
+    const PointCloudFile cloud = value_of(read_point_cloud(path));
+    EXPECT_EQ(cloud.points_m, expected.points_m) << "round " << round;
+    EXPECT_EQ(cloud.intensity, expected.intensity) << "round " << round;
+    EXPECT_EQ(cloud.nonfinite_count, expected.nonfinite_count);
+    EXPECT_EQ(cloud.zero_count, expected.zero_count);
   }
 }
 
@@ -201,11 +201,10 @@ TEST(PcdFile, KeepsEveryReturnOfALargeCloudAndNothingElse) {
   pcl::io::savePCDFileBinary((folder / "0.pcd").string(), cloud);
   pcl::io::savePCDFileBinaryCompressed((folder / "1.pcd").string(), cloud);
   for (const char* name : {"0.pcd", "1.pcd"}) {
-    const Result<PointCloudFile> ours = read_point_cloud(folder / name);
-    ASSERT_TRUE(ours.has_value()) << to_string(ours.error());
-    EXPECT_EQ(ours->points_m, expected_m);
-    EXPECT_EQ(ours->intensity, intensity);
-    EXPECT_EQ(ours->zero_count + ours->nonfinite_count + expected_m.size(), cloud.size());
+    const PointCloudFile ours = value_of(read_point_cloud(folder / name));
+    EXPECT_EQ(ours.points_m, expected_m);
+    EXPECT_EQ(ours.intensity, intensity);
+    EXPECT_EQ(ours.zero_count + ours.nonfinite_count + expected_m.size(), cloud.size());
   }
 }
 
@@ -261,17 +260,16 @@ TEST(PcdFile, OurWriterIsReadByPclAndByUs) {
   ASSERT_TRUE(write_pcd_binary(folder / "ours.pcd", points).has_value());
   pcl::PointCloud<pcl::PointXYZI> theirs;
   ASSERT_EQ(pcl::io::loadPCDFile((folder / "ours.pcd").string(), theirs), 0);
-  const Result<PointCloudFile> ours = read_point_cloud(folder / "ours.pcd");
-  ASSERT_TRUE(ours.has_value());
+  const PointCloudFile ours = value_of(read_point_cloud(folder / "ours.pcd"));
   ASSERT_EQ(theirs.size(), points.size());
-  ASSERT_EQ(ours->points_m.size(), points.size());
+  ASSERT_EQ(ours.points_m.size(), points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_EQ(theirs[i].x, points[i].x_m);
     EXPECT_EQ(theirs[i].y, points[i].y_m);
     EXPECT_EQ(theirs[i].z, points[i].z_m);
     EXPECT_EQ(theirs[i].intensity, points[i].intensity);
-    EXPECT_EQ(ours->points_m[i], Eigen::Vector3d(points[i].x_m, points[i].y_m, points[i].z_m));
-    EXPECT_EQ(ours->intensity[i], points[i].intensity);
+    EXPECT_EQ(ours.points_m[i], Eigen::Vector3d(points[i].x_m, points[i].y_m, points[i].z_m));
+    EXPECT_EQ(ours.intensity[i], points[i].intensity);
   }
 }
 
@@ -290,10 +288,9 @@ TEST(PcdFile, OurWriterLeavesAnExistingFileAloneUnlessTold) {
 // ---- precision
 
 TEST(PcdFile, TextKeepsTheMillimetresOfUtmThoughTheHeaderSaysFloat) {
-  const Result<PointCloudFile> cloud =
-      parse_text(ascii_pcd(1, "588348.947978 4141240.223859 -30.094324\n"), "utm.pcd");
-  ASSERT_TRUE(cloud.has_value());
-  EXPECT_EQ(cloud->points_m.at(0), Eigen::Vector3d(588348.947978, 4141240.223859, -30.094324));
+  const PointCloudFile cloud =
+      value_of(parse_text(ascii_pcd(1, "588348.947978 4141240.223859 -30.094324\n"), "utm.pcd"));
+  EXPECT_EQ(cloud.points_m.at(0), Eigen::Vector3d(588348.947978, 4141240.223859, -30.094324));
 }
 
 // ---- headers
@@ -305,12 +302,11 @@ TEST(PcdFile, ReadsOldAndUnusualHeaders) {
   const std::string other_order = "DATA_\n" + old_version;  // refused below
   EXPECT_TRUE(parse_text(old_version, "a.pcd").has_value());
   EXPECT_EQ(code_of(other_order), ErrorCode::kMalformedHeader);
-  const Result<PointCloudFile> windows = parse_text(
-      "VERSION 0.7\r\nFIELDS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nWIDTH 1\r\n"
-      "HEIGHT 1\r\nPOINTS 1\r\nDATA ascii\r\n1 2 3\r\n",
-      "a.pcd");
-  ASSERT_TRUE(windows.has_value()) << to_string(windows.error());
-  EXPECT_EQ(windows->points_m.at(0), Eigen::Vector3d(1, 2, 3));
+  const PointCloudFile windows =
+      value_of(parse_text("VERSION 0.7\r\nFIELDS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nWIDTH 1\r\n"
+                          "HEIGHT 1\r\nPOINTS 1\r\nDATA ascii\r\n1 2 3\r\n",
+                          "a.pcd"));
+  EXPECT_EQ(windows.points_m.at(0), Eigen::Vector3d(1, 2, 3));
 }
 
 TEST(PcdFile, SkipsPaddingFieldsInEveryEncoding) {
@@ -319,9 +315,8 @@ TEST(PcdFile, SkipsPaddingFieldsInEveryEncoding) {
       "HEIGHT 1\nPOINTS 2\nDATA binary\n";
   const std::string first = as_bytes({1.0F}) + "pad." + as_bytes({2.0F, 3.0F}) + "...";
   const std::string second = as_bytes({4.0F}) + "pad." + as_bytes({5.0F, 6.0F}) + "...";
-  const Result<PointCloudFile> cloud = parse_text(header + first + second, "a.pcd");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m.at(1), Eigen::Vector3d(4, 5, 6));
+  const PointCloudFile cloud = value_of(parse_text(header + first + second, "a.pcd"));
+  EXPECT_EQ(cloud.points_m.at(1), Eigen::Vector3d(4, 5, 6));
 }
 
 TEST(PcdFile, UnpacksCompressedColumnsWithAndWithoutTheirPadding) {
@@ -343,10 +338,9 @@ TEST(PcdFile, UnpacksCompressedColumnsWithAndWithoutTheirPadding) {
   const std::string x = as_bytes({1.0F, 4.0F});
   const std::string yz = as_bytes({2.0F, 5.0F, 3.0F, 6.0F});
   for (const std::string& columns : {x + yz, x + "pad.pad." + yz}) {
-    const Result<PointCloudFile> cloud = parse_text(header + body(columns), "a.pcd");
-    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-    EXPECT_EQ(cloud->points_m.at(0), Eigen::Vector3d(1, 2, 3));
-    EXPECT_EQ(cloud->points_m.at(1), Eigen::Vector3d(4, 5, 6));
+    const PointCloudFile cloud = value_of(parse_text(header + body(columns), "a.pcd"));
+    EXPECT_EQ(cloud.points_m.at(0), Eigen::Vector3d(1, 2, 3));
+    EXPECT_EQ(cloud.points_m.at(1), Eigen::Vector3d(4, 5, 6));
   }
 }
 
@@ -396,25 +390,21 @@ TEST(PcdFile, RefusesHeadersThatMakeNoSense) {
 TEST(PcdFile, SaysWhereAFileIsCut) {
   const std::string whole =
       pcd("x y z", "4 4 4", "F F F", 2, "binary", as_bytes({1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F}));
-  const Result<PointCloudFile> cut = parse_text(whole.substr(0, whole.size() - 3), "drive/7.pcd");
-  ASSERT_FALSE(cut.has_value());
-  EXPECT_EQ(cut.error().file, "drive/7.pcd");
-  EXPECT_EQ(cut.error().place, "byte " + std::to_string(whole.size() - 3));
-  const Result<PointCloudFile> text = parse_text(ascii_pcd(3, "1 2 3\n4 5\n"), "a.pcd");
-  ASSERT_FALSE(text.has_value());
-  EXPECT_EQ(text.error().place, "line 12");
+  const Error error = failure_of(parse_text(whole.substr(0, whole.size() - 3), "drive/7.pcd"));
+  EXPECT_EQ(error.file, "drive/7.pcd");
+  EXPECT_EQ(error.place, "byte " + std::to_string(whole.size() - 3));
+  EXPECT_EQ(failure_of(parse_text(ascii_pcd(3, "1 2 3\n4 5\n"), "a.pcd")).place, "line 12");
 }
 
 // ---- points that are none
 
 TEST(PcdFile, DropsAndCountsWhatIsNoReturn) {
-  const Result<PointCloudFile> cloud =
-      parse_text(ascii_pcd(5, "1 2 3\nnan 2 3\n0 0 0\n1 -inf 3\n0 0 1\n"), "a.pcd");
-  ASSERT_TRUE(cloud.has_value());
-  EXPECT_EQ(cloud->points_m,
+  const PointCloudFile cloud =
+      value_of(parse_text(ascii_pcd(5, "1 2 3\nnan 2 3\n0 0 0\n1 -inf 3\n0 0 1\n"), "a.pcd"));
+  EXPECT_EQ(cloud.points_m,
             (std::vector<Eigen::Vector3d>{Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(0, 0, 1)}));
-  EXPECT_EQ(cloud->nonfinite_count, 2U);
-  EXPECT_EQ(cloud->zero_count, 1U);
+  EXPECT_EQ(cloud.nonfinite_count, 2U);
+  EXPECT_EQ(cloud.zero_count, 1U);
 }
 
 TEST(PcdFile, RefusesAScanWithoutAnyReturn) {
@@ -434,9 +424,8 @@ class DamagedPcd : public testing::TestWithParam<int> {
     }
     const ScratchFolder folder;
     write_with_pcl(expected.cloud, GetParam(), folder / "a.pcd");
-    const Result<std::string> text = read_text_file(folder / "a.pcd");
-    ASSERT_TRUE(text.has_value());
-    whole_ = without_padding(*text, expected.cloud.data.size());
+    const std::string text = value_of(read_text_file(folder / "a.pcd"));
+    whole_ = without_padding(text, expected.cloud.data.size());
   }
   // PCL fills the last page of a file with zeros, which may be lost without harm.
   static std::string without_padding(const std::string& text, std::size_t data_size) {

@@ -6,6 +6,7 @@
 #include "formats/base/random.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -50,16 +51,15 @@ TEST(PlyFile, ReadsWhatPclWrites) {
     }
     const bool is_binary = round % 2 == 0;
     ASSERT_EQ(pcl::io::savePLYFile((folder / "a.ply").string(), cloud, is_binary), 0);
-    const Result<PointCloudFile> read = read_point_cloud(folder / "a.ply");
-    ASSERT_TRUE(read.has_value()) << to_string(read.error());
-    ASSERT_EQ(read->points_m.size(), cloud.size());
+    const PointCloudFile read = value_of(read_point_cloud(folder / "a.ply"));
+    ASSERT_EQ(read.points_m.size(), cloud.size());
     for (std::size_t i = 0; i < cloud.size(); ++i) {
       // PCL writes text with 8 digits.
       const double tolerance_m = is_binary ? 0.0 : 1e-5;
-      EXPECT_NEAR(read->points_m[i].x(), cloud[i].x, tolerance_m);
-      EXPECT_NEAR(read->points_m[i].y(), cloud[i].y, tolerance_m);
-      EXPECT_NEAR(read->points_m[i].z(), cloud[i].z, tolerance_m);
-      EXPECT_EQ(read->intensity[i], cloud[i].intensity);
+      EXPECT_NEAR(read.points_m[i].x(), cloud[i].x, tolerance_m);
+      EXPECT_NEAR(read.points_m[i].y(), cloud[i].y, tolerance_m);
+      EXPECT_NEAR(read.points_m[i].z(), cloud[i].z, tolerance_m);
+      EXPECT_EQ(read.intensity[i], cloud[i].intensity);
     }
   }
 }
@@ -74,10 +74,9 @@ TEST(PlyFile, ReadsBothByteOrdersAndEveryTypeAlike) {
   const std::string big = header("binary_big_endian", elements) + "r" + turned(588348.947978) +
                           turned(std::int16_t{-300}) + turned(std::int32_t{70000}) + turned(0.25F);
   for (const std::string& text : {little, big}) {
-    const Result<PointCloudFile> cloud = parse_text(text, "a.ply");
-    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-    EXPECT_EQ(cloud->points_m.at(0), Eigen::Vector3d(588348.947978, -300, 70000));
-    EXPECT_EQ(cloud->intensity.at(0), 0.25F);
+    const PointCloudFile cloud = value_of(parse_text(text, "a.ply"));
+    EXPECT_EQ(cloud.points_m.at(0), Eigen::Vector3d(588348.947978, -300, 70000));
+    EXPECT_EQ(cloud.intensity.at(0), 0.25F);
   }
 }
 
@@ -87,9 +86,8 @@ TEST(PlyFile, WalksThroughFacesBeforeAndBehindTheVertices) {
                                    .append("element face 2\nproperty list uchar int index\n");
   const std::string text =
       header("ascii", elements) + "3 0 1 2\n1 2 3\n4 5 6\n3 0 1 1\n4 0 1 1 0\n";
-  const Result<PointCloudFile> cloud = parse_text(text, "a.ply");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m.at(1), Eigen::Vector3d(4, 5, 6));
+  const PointCloudFile cloud = value_of(parse_text(text, "a.ply"));
+  EXPECT_EQ(cloud.points_m.at(1), Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(code_of(header("ascii", elements) + "3 0 1 2\n1 2 3\n4 5 6\n3 0 1 1\n4 0 1 1\n"),
             ErrorCode::kTruncatedScan);
 }

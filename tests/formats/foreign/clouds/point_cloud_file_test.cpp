@@ -5,6 +5,7 @@
 
 #include "formats/base/random.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -63,10 +64,9 @@ TEST(PointTimes, OfAPcdGoWithThePointsThatAreKept) {
   const std::string binary = fields + "DATA binary\n" + point(1, 2, 3, 0) +
                              point(0, 0, 0, 20'000'000) + point(4, 5, 6, 90'000'000);
   for (const std::string& file : {ascii, binary}) {
-    const Result<PointCloudFile> cloud = parse_text(file, "0.pcd");
-    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-    EXPECT_EQ(cloud->points_m.size(), 2U);
-    EXPECT_EQ(cloud->time_offset_ns, (std::vector<std::int32_t>{0, 90'000'000}));
+    const PointCloudFile cloud = value_of(parse_text(file, "0.pcd"));
+    EXPECT_EQ(cloud.points_m.size(), 2U);
+    EXPECT_EQ(cloud.time_offset_ns, (std::vector<std::int32_t>{0, 90'000'000}));
   }
 }
 

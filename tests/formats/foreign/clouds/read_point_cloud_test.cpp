@@ -6,6 +6,7 @@
 
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -55,13 +56,11 @@ TEST(PointCloudFile, RecognizesUnsupportedFormatsByContentAndSaysWhatToDo) {
       {"0.pcd", "", ErrorCode::kEmptyScan, "empty"},
   };
   for (const Refused& refused : cases) {
-    const Result<PointCloudFile> cloud = parse_text(refused.content, refused.name);
-    ASSERT_FALSE(cloud.has_value()) << refused.name;
-    EXPECT_EQ(cloud.error().code, refused.code) << to_string(cloud.error());
-    EXPECT_NE(cloud.error().message.find(refused.hint), std::string::npos)
-        << to_string(cloud.error());
-    EXPECT_EQ(cloud.error().file, refused.name);
-    EXPECT_EQ(cloud.error().place, "byte 0");
+    const Error error = failure_of(parse_text(refused.content, refused.name), refused.name);
+    EXPECT_EQ(error.code, refused.code) << to_string(error);
+    EXPECT_NE(error.message.find(refused.hint), std::string::npos) << to_string(error);
+    EXPECT_EQ(error.file, refused.name);
+    EXPECT_EQ(error.place, "byte 0");
   }
 }
 
@@ -71,9 +70,8 @@ const std::vector<Eigen::Vector3d> kTextPoints = {Eigen::Vector3d(1.5, -2.0, 3.0
 
 TEST(PointCloudFile, ReadsWhatGzipPackedAndRefusesWhatItDamaged) {
   const std::string packed = gzipped(kTextScan);
-  const Result<PointCloudFile> cloud = parse_text(packed, "0.pcd.gz");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m, kTextPoints);
+  const PointCloudFile cloud = value_of(parse_text(packed, "0.pcd.gz"));
+  EXPECT_EQ(cloud.points_m, kTextPoints);
   expect_every_cut_is_noticed(packed, "0.pcd.gz");
   expect_no_damage_crashes(packed, "0.pcd.gz");
   const Result<PointCloudFile> nested = parse_text(gzipped(packed), "0.pcd.gz");
@@ -88,9 +86,8 @@ TEST(PointCloudFile, ReadsAllMembersOfAGzip) {
   std::string packed = gzipped("");
   for (std::size_t at = 0; at < kTextScan.size(); at += 7)
     packed += gzipped(kTextScan.substr(at, 7));
-  const Result<PointCloudFile> cloud = parse_text(packed, "0.pcd.gz");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m, kTextPoints);
+  const PointCloudFile cloud = value_of(parse_text(packed, "0.pcd.gz"));
+  EXPECT_EQ(cloud.points_m, kTextPoints);
   expect_every_cut_is_noticed(packed, "0.pcd.gz");
 }
 
@@ -110,45 +107,41 @@ TEST(PointCloudFile, RefusesWhatLiesBehindAGzipUnlessItIsPadding) {
   std::string damaged = packed + packed;
   damaged[packed.size()] ^= 1;
   for (const std::string& whole : {packed + "more", damaged, packed + packed.substr(0, 2)}) {
-    const Result<PointCloudFile> cloud = parse_text(whole, "0.pcd.gz");
-    ASSERT_FALSE(cloud.has_value());
-    EXPECT_EQ(cloud.error().code, ErrorCode::kMalformedHeader);
-    EXPECT_EQ(cloud.error().place, "byte " + std::to_string(packed.size()));
+    const Error error = failure_of(parse_text(whole, "0.pcd.gz"));
+    EXPECT_EQ(error.code, ErrorCode::kMalformedHeader);
+    EXPECT_EQ(error.place, "byte " + std::to_string(packed.size()));
   }
 }
 
 TEST(PointCloudFile, SaysWhichFileIsMissing) {
-  const Result<PointCloudFile> cloud = read_point_cloud("/nowhere/0.pcd");
-  ASSERT_FALSE(cloud.has_value());
-  EXPECT_EQ(cloud.error().code, ErrorCode::kFileNotFound);
-  EXPECT_EQ(cloud.error().file, "/nowhere/0.pcd");
+  const Error error = failure_of(read_point_cloud("/nowhere/0.pcd"));
+  EXPECT_EQ(error.code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(error.file, "/nowhere/0.pcd");
 }
 
 const FloatColumns kKitti;
 
 TEST(FloatBin, ReadsFourFloatsAPointAndCountsWhatIsNoReturn) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  const Result<PointCloudFile> cloud = parse_text(
+  const PointCloudFile cloud = value_of(parse_text(
       as_bytes({1.5F, -2.0F, 3.0F, 0.25F, 0.0F, 0.0F, 0.0F, 0.1F, nan, 1.0F, 1.0F, 0.0F}), "0.bin",
-      kKitti);
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(1.5, -2.0, 3.0)});
-  EXPECT_EQ(cloud->intensity, std::vector<float>{0.25F});
-  EXPECT_EQ(cloud->nonfinite_count, 1U);
-  EXPECT_EQ(cloud->zero_count, 1U);
-  EXPECT_EQ(cloud->float_count, 4U);
+      kKitti));
+  EXPECT_EQ(cloud.points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(1.5, -2.0, 3.0)});
+  EXPECT_EQ(cloud.intensity, std::vector<float>{0.25F});
+  EXPECT_EQ(cloud.nonfinite_count, 1U);
+  EXPECT_EQ(cloud.zero_count, 1U);
+  EXPECT_EQ(cloud.float_count, 4U);
 }
 
 TEST(FloatBin, ReadsTheColumnsThatItIsGiven) {
   const std::string row = as_bytes({0.5F, 7.0F, 3.0F, 2.0F, 1.0F, 0.01F});
   const std::string next = as_bytes({0.75F, 8.0F, 6.0F, 5.0F, 4.0F, 0.09F});
-  const Result<PointCloudFile> cloud =
-      parse_text(row + next, "0.bin", *parse_float_columns("intensity ring z y x time"));
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m, (std::vector<Eigen::Vector3d>{{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}}));
-  EXPECT_EQ(cloud->intensity, (std::vector<float>{0.5F, 0.75F}));
-  ASSERT_EQ(cloud->time_offset_ns.size(), 2U);
-  EXPECT_NEAR(cloud->time_offset_ns[1], 90'000'000, 10);
+  const PointCloudFile cloud =
+      value_of(parse_text(row + next, "0.bin", *parse_float_columns("intensity ring z y x time")));
+  EXPECT_EQ(cloud.points_m, (std::vector<Eigen::Vector3d>{{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}}));
+  EXPECT_EQ(cloud.intensity, (std::vector<float>{0.5F, 0.75F}));
+  ASSERT_EQ(cloud.time_offset_ns.size(), 2U);
+  EXPECT_NEAR(cloud.time_offset_ns[1], 90'000'000, 10);
 }
 
 // Each file is as long as so many points of 4 floats.
@@ -163,11 +156,10 @@ TEST(FloatBin, IsNotReadAsFourFloatsWhereItHasOthers) {
 }
 
 TEST(FloatBin, IsRefusedWhereNothingOrTooMuchFits) {
-  const Result<PointCloudFile> few = parse_text(float_spiral(4, 6), "0.bin");
-  ASSERT_FALSE(few.has_value());
-  EXPECT_EQ(few.error().code, ErrorCode::kUnsupportedFormat);
-  EXPECT_NE(few.error().message.find("3 or 4 or 6 or 8"), std::string::npos) << few.error().message;
-  EXPECT_NE(few.error().message.find("`columns`"), std::string::npos) << few.error().message;
+  const Error error = failure_of(parse_text(float_spiral(4, 6), "0.bin"));
+  EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
+  EXPECT_NE(error.message.find("3 or 4 or 6 or 8"), std::string::npos) << error.message;
+  EXPECT_NE(error.message.find("`columns`"), std::string::npos) << error.message;
   std::string image;
   for (int i = 0; i < 4000; ++i)
     image += as_bytes({10.0F + std::sin(0.01F * static_cast<float>(i))});
@@ -181,9 +173,8 @@ TEST(FloatBin, IsRefusedWhereNothingOrTooMuchFits) {
 TEST(FloatBin, TakesFiveFloatsWhereTheNameIsOneOfNuscenes) {
   const std::string scan = float_spiral(5, 20);
   EXPECT_EQ(parse_text(scan, "0.bin").error().code, ErrorCode::kUnsupportedFormat);
-  const Result<PointCloudFile> cloud = parse_text(scan, "0.pcd.bin");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m.size(), 20U);
+  const PointCloudFile cloud = value_of(parse_text(scan, "0.pcd.bin"));
+  EXPECT_EQ(cloud.points_m.size(), 20U);
   EXPECT_EQ(parse_text(float_spiral(4), "0.pcd.bin")->points_m.size(), 1600U);
   const Result<PointCloudFile> cut = parse_text(scan.substr(0, 50), "0.pcd.bin");
   EXPECT_EQ(cut.error().code, ErrorCode::kTruncatedScan);

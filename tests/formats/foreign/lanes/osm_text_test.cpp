@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -15,14 +17,11 @@ TEST(OsmText, IsAddedToAsBeforeOnceAdditionsAreTakenOutAgain) {
     for (const std::string line_end : {"", "\n", "\r\n"}) {
       std::string text = "<osm>" + line_end + "<way id=\"11\"></way>";
       text += before + element + line_end + "</osm>" + line_end;
-      const Result<std::string> added = with_additions(text, additions);
-      ASSERT_TRUE(added.has_value());
-      const Result<std::string> without = without_additions(*added, {"observation_range_"});
-      ASSERT_TRUE(without.has_value());
-      EXPECT_LT(without->size(), added->size());
-      const Result<std::string> twice = with_additions(*without, additions);
-      ASSERT_TRUE(twice.has_value());
-      EXPECT_EQ(*twice, *added);
+      const std::string added = value_of(with_additions(text, additions));
+      const std::string without = value_of(without_additions(added, {"observation_range_"}));
+      EXPECT_LT(without.size(), added.size());
+      const std::string twice = value_of(with_additions(without, additions));
+      EXPECT_EQ(twice, added);
     }
   }
 }

@@ -7,6 +7,7 @@
 #include "formats/base/random.h"
 #include "formats/foreign/lanes/route_parsers.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -58,10 +59,9 @@ class ReadRoute : public testing::Test {
 };
 
 TEST_F(ReadRoute, ALaneletIsFollowedBetweenItsSidesInItsDirection) {
-  const Result<Route> route = read("lanes.osm", lanelet());
-  ASSERT_TRUE(route.has_value()) << to_string(route.error());
-  ASSERT_EQ(route->lines.size(), 1U);
-  const RouteLine& line = route->lines[0];
+  const Route route = value_of(read("lanes.osm", lanelet()));
+  ASSERT_EQ(route.lines.size(), 1U);
+  const RouteLine& line = route.lines[0];
   EXPECT_EQ(line.name, "lanelet 100");
   EXPECT_FALSE(line.is_both_ways);
   EXPECT_EQ(line.heights, RouteHeights::kRoad);
@@ -71,20 +71,18 @@ TEST_F(ReadRoute, ALaneletIsFollowedBetweenItsSidesInItsDirection) {
 
 // Which way is on the left decides, not the order of the nodes.
 TEST_F(ReadRoute, SidesThatAreSwappedTurnTheLaneRound) {
-  const Result<Route> route = read("lanes.osm", lanelet("right", "left"));
-  ASSERT_TRUE(route.has_value());
-  EXPECT_EQ(route->lines[0].points_world_m.front(), Eigen::Vector3d(10.0, 0.0, 6.0));
-  EXPECT_EQ(route->lines[0].points_world_m.back(), Eigen::Vector3d(0.0, 0.0, 6.0));
+  const Route route = value_of(read("lanes.osm", lanelet("right", "left")));
+  EXPECT_EQ(route.lines[0].points_world_m.front(), Eigen::Vector3d(10.0, 0.0, 6.0));
+  EXPECT_EQ(route.lines[0].points_world_m.back(), Eigen::Vector3d(0.0, 0.0, 6.0));
 }
 
 TEST_F(ReadRoute, TheOrderOfASidesNodesDoesNotMatter) {
   const std::string forth = R"(<nd ref="1"/><nd ref="2"/>)";
   std::string text = lanelet();
   text.replace(text.find(forth), forth.size(), R"(<nd ref="2"/><nd ref="1"/>)");
-  const Result<Route> route = read("lanes.osm", text);
-  ASSERT_TRUE(route.has_value());
-  EXPECT_EQ(route->lines[0].points_world_m.front(), Eigen::Vector3d(0.0, 0.0, 6.0));
-  EXPECT_EQ(route->lines[0].points_world_m.back(), Eigen::Vector3d(10.0, 0.0, 6.0));
+  const Route route = value_of(read("lanes.osm", text));
+  EXPECT_EQ(route.lines[0].points_world_m.front(), Eigen::Vector3d(0.0, 0.0, 6.0));
+  EXPECT_EQ(route.lines[0].points_world_m.back(), Eigen::Vector3d(10.0, 0.0, 6.0));
 }
 
 TEST_F(ReadRoute, OnlyALaneThatIsNoOneWayStreetGoesBothWays) {
@@ -107,15 +105,14 @@ TEST_F(ReadRoute, LatitudesAreNoPlaceInALocalWorld) {
 
 TEST_F(ReadRoute, LatitudesAreLaidIntoTheWorldNamed) {
   const World world = *parse_world("utm:32N");
-  const Result<Route> route = read("route.geojson", R"({"type": "FeatureCollection", "features": [
+  const Route route = value_of(read("route.geojson", R"({"type": "FeatureCollection", "features": [
       {"type": "Feature", "geometry": {"type": "Point", "coordinates": [8.0, 48.0]}},
       {"type": "Feature", "geometry": {"type": "LineString",
         "coordinates": [[8.39, 48.98], [8.391, 48.98]]}}]})",
-                                   "utm:32N");
-  ASSERT_TRUE(route.has_value()) << to_string(route.error());
-  ASSERT_EQ(route->lines.size(), 1U);
-  EXPECT_EQ(route->lines[0].heights, RouteHeights::kNone);
-  const Result<Geodetic> back = to_geodetic(world, route->lines[0].points_world_m[1]);
+                                    "utm:32N"));
+  ASSERT_EQ(route.lines.size(), 1U);
+  EXPECT_EQ(route.lines[0].heights, RouteHeights::kNone);
+  const Result<Geodetic> back = to_geodetic(world, route.lines[0].points_world_m[1]);
   EXPECT_NEAR(back->longitude_deg, 8.391, 1e-9);
   EXPECT_NEAR(back->latitude_deg, 48.98, 1e-9);
 }
@@ -127,16 +124,14 @@ TEST_F(ReadRoute, GeoJsonInDegreesIsNoneOfALocalMap) {
 }
 
 TEST_F(ReadRoute, CsvLinesAreSetApartByAColumnOrAnEmptyLine) {
-  const Result<Route> named = read("a.csv", "line,x,y\nA,0,0\nA,1,0\nB,5,5\nB,6,5\nB,7,5\n");
-  ASSERT_TRUE(named.has_value()) << to_string(named.error());
-  ASSERT_EQ(named->lines.size(), 2U);
-  EXPECT_EQ(named->lines[1].points_world_m.size(), 3U);
-  EXPECT_EQ(named->lines[1].heights, RouteHeights::kNone);
-  const Result<Route> bare = read("b.csv", "0 0 2\n1 0 2\n\n5 5 2\n6 5 2\n");
-  ASSERT_TRUE(bare.has_value());
-  ASSERT_EQ(bare->lines.size(), 2U);
-  EXPECT_EQ(bare->lines[1].heights, RouteHeights::kRoad);
-  EXPECT_EQ(bare->lines[1].points_world_m[0], Eigen::Vector3d(5.0, 5.0, 2.0));
+  const Route named = value_of(read("a.csv", "line,x,y\nA,0,0\nA,1,0\nB,5,5\nB,6,5\nB,7,5\n"));
+  ASSERT_EQ(named.lines.size(), 2U);
+  EXPECT_EQ(named.lines[1].points_world_m.size(), 3U);
+  EXPECT_EQ(named.lines[1].heights, RouteHeights::kNone);
+  const Route bare = value_of(read("b.csv", "0 0 2\n1 0 2\n\n5 5 2\n6 5 2\n"));
+  ASSERT_EQ(bare.lines.size(), 2U);
+  EXPECT_EQ(bare.lines[1].heights, RouteHeights::kRoad);
+  EXPECT_EQ(bare.lines[1].points_world_m[0], Eigen::Vector3d(5.0, 5.0, 2.0));
 }
 
 TEST_F(ReadRoute, ATrajectoryKeepsItsHeightsAndEndsWhereItJumps) {
@@ -196,10 +191,9 @@ TEST_F(ReadRoute, RefusesLaneletsOfMoreNodesThanAnyMapHas) {
   text.insert(text.find(way) + way.size(), nodes);
   EXPECT_TRUE(read("one.osm", text).has_value());
   text.insert(text.find("</osm>"), relations);
-  const Result<Route> route = read("lanes.osm", text);
-  ASSERT_FALSE(route.has_value());
-  EXPECT_EQ(route.error().code, ErrorCode::kMalformedText);
-  EXPECT_NE(route.error().message.find("nodes"), std::string::npos) << route.error().message;
+  const Error error = failure_of(read("lanes.osm", text));
+  EXPECT_EQ(error.code, ErrorCode::kMalformedText);
+  EXPECT_NE(error.message.find("nodes"), std::string::npos) << error.message;
 }
 
 // Cut short at every byte and damaged at every byte: a route, or a refusal.
@@ -238,12 +232,10 @@ TEST(GeoJsonLines, DamagedOnesAreReadOrRefused) {
 }
 
 TEST_F(ReadRoute, IsTheSameWhenReadBackFromBytes) {
-  const Result<Route> route = read("lanes.osm", lanelet("left", "right", "road", "no"));
-  ASSERT_TRUE(route.has_value());
-  const std::vector<std::byte> bytes = to_bytes(*route);
-  const Result<Route> back = from_bytes<Route>(bytes);
-  ASSERT_TRUE(back.has_value());
-  EXPECT_EQ(to_bytes(*back), bytes);
+  const Route route = value_of(read("lanes.osm", lanelet("left", "right", "road", "no")));
+  const std::vector<std::byte> bytes = to_bytes(route);
+  const Route back = value_of(from_bytes<Route>(bytes));
+  EXPECT_EQ(to_bytes(back), bytes);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_FALSE(from_bytes<Route>(std::span(bytes).first(size)).has_value());
   }

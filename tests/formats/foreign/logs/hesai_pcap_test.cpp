@@ -2,6 +2,8 @@
 
 #include "tests/formats/foreign/logs/capture_files.h"
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -28,37 +30,33 @@ class HesaiPcap : public testing::TestWithParam<HesaiCase> {
 
 TEST_P(HesaiPcap, PutsReturnsOnTheWallsThatTheBeamsMet) {
   const HesaiCase& sensor = GetParam();
-  const Result<Recording> recording = open_capture_file(file());
-  ASSERT_TRUE(recording) << to_string(recording.error());
-  ASSERT_EQ(recording->scans.size(), sensor.scans);
-  const Result<PointCloudFile> cloud = read_recorded_scan(*recording, 0);
-  ASSERT_TRUE(cloud) << to_string(cloud.error());
+  const Recording recording = value_of(open_capture_file(file()));
+  ASSERT_EQ(recording.scans.size(), sensor.scans);
+  const PointCloudFile cloud = value_of(read_recorded_scan(recording, 0));
   // 120 blocks of 3 degrees; one return in 13 is missing. Of the second returns those of even
   // channels are half as far.
   const double whole = 120.0 * static_cast<double>(sensor.channels);
   std::size_t on_walls = 0;
-  for (const Eigen::Vector3d& p_m : cloud->points_m) on_walls += to_wall_m(p_m) <= 0.0021 ? 1U : 0U;
+  for (const Eigen::Vector3d& p_m : cloud.points_m) on_walls += to_wall_m(p_m) <= 0.0021 ? 1U : 0U;
   EXPECT_NEAR(static_cast<double>(on_walls), whole * 12.0 / 13.0, 0.01 * whole);
   const double halves = is_dual() ? 0.5 * whole * 12.0 / 13.0 : 0.0;
-  EXPECT_NEAR(static_cast<double>(cloud->points_m.size() - on_walls), halves, 0.01 * whole);
+  EXPECT_NEAR(static_cast<double>(cloud.points_m.size() - on_walls), halves, 0.01 * whole);
 }
 
 TEST_P(HesaiPcap, TakesTheTimesOfTheSensor) {
   const HesaiCase& sensor = GetParam();
-  const Result<Recording> recording = open_capture_file(file());
-  ASSERT_TRUE(recording) << to_string(recording.error());
+  const Recording recording = value_of(open_capture_file(file()));
   // The head passes 0 with block 13 behind the first one, which fired so many blocks but one before
   // the time of its packet; 999 ms after the start.
   const double expected_us = 999'000.0 + (13.0 - (sensor.blocks - 1.0)) * sensor.block_us +
                              sensor.last_block_us + sensor.first_firing_us;
-  EXPECT_NEAR(1e-3 * static_cast<double>(recording->scans[0].stamp_ns - kCaptureStart_ns),
+  EXPECT_NEAR(1e-3 * static_cast<double>(recording.scans[0].stamp_ns - kCaptureStart_ns),
               expected_us, 1.0);
-  const Result<Scan> scan = recorded_scan_store(*recording)->read(0);
-  ASSERT_TRUE(scan);
-  ASSERT_EQ(scan->time_offset_ns.size(), scan->points_m.size());
-  EXPECT_GE(std::ranges::min(scan->time_offset_ns), 0);
-  EXPECT_LE(std::ranges::min(scan->time_offset_ns), 4000);
-  EXPECT_NEAR(1e-3 * std::ranges::max(scan->time_offset_ns), 120.0 * sensor.block_us, 10.0);
+  const Scan scan = value_of(recorded_scan_store(recording)->read(0));
+  ASSERT_EQ(scan.time_offset_ns.size(), scan.points_m.size());
+  EXPECT_GE(std::ranges::min(scan.time_offset_ns), 0);
+  EXPECT_LE(std::ranges::min(scan.time_offset_ns), 4000);
+  EXPECT_NEAR(1e-3 * std::ranges::max(scan.time_offset_ns), 120.0 * sensor.block_us, 10.0);
 }
 
 TEST_P(HesaiPcap, WithoutItsAngleCorrectionTakesTheNominalOneAndSaysSo) {
@@ -70,20 +68,18 @@ TEST_P(HesaiPcap, WithoutItsAngleCorrectionTakesTheNominalOneAndSaysSo) {
     EXPECT_NE(outcome_of(alone).find("angle correction file"), std::string::npos);
     return;
   }
-  const Result<Recording> nominal = open_capture_file(alone);
-  ASSERT_TRUE(nominal) << to_string(nominal.error());
-  ASSERT_FALSE(nominal->warnings.empty());
-  EXPECT_NE(nominal->warnings.back().find("angle correction file"), std::string::npos);
+  const Recording nominal = value_of(open_capture_file(alone));
+  ASSERT_FALSE(nominal.warnings.empty());
+  EXPECT_NE(nominal.warnings.back().find("angle correction file"), std::string::npos);
   const std::filesystem::path csv = std::filesystem::path(file()).replace_extension(".csv");
   folder.write("front.csv", *read_text_file(csv));
   folder.write("poses.csv", "t,x,y,z\n1,2,3,4\n");
-  const Result<Recording> measured = open_capture_file(alone);
-  ASSERT_TRUE(measured) << to_string(measured.error());
-  EXPECT_NE(measured->digest, nominal->digest);
-  EXPECT_EQ(measured->warnings.back().find("angle correction file"), std::string::npos);
+  const Recording measured = value_of(open_capture_file(alone));
+  EXPECT_NE(measured.digest, nominal.digest);
+  EXPECT_EQ(measured.warnings.back().find("angle correction file"), std::string::npos);
   // Named by its elevations' order in the manual: channel 1 looks highest.
-  const Result<PointCloudFile> a = read_recorded_scan(*nominal, 0);
-  const Result<PointCloudFile> b = read_recorded_scan(*measured, 0);
+  const Result<PointCloudFile> a = read_recorded_scan(nominal, 0);
+  const Result<PointCloudFile> b = read_recorded_scan(measured, 0);
   ASSERT_TRUE(a && b);
   ASSERT_EQ(a->points_m.size(), b->points_m.size());
   for (std::size_t i = 0; i < a->points_m.size(); ++i) {

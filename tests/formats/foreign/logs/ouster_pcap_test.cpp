@@ -2,6 +2,8 @@
 
 #include "tests/formats/foreign/logs/capture_files.h"
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -31,49 +33,45 @@ class OusterPcap : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(OusterPcap, PutsReturnsOnTheWallsThatTheBeamsMet) {
-  const Result<Recording> recording = open_capture_file(file());
-  ASSERT_TRUE(recording) << to_string(recording.error());
-  ASSERT_EQ(recording->scans.size(), 2U);  // not the half frame before and the packet behind
+  const Recording recording = value_of(open_capture_file(file()));
+  ASSERT_EQ(recording.scans.size(), 2U);  // not the half frame before and the packet behind
   // Half a tick along the beam is no more across a wall, and rounding of the fixture's own numbers.
   const double tick_m = is("low") ? 0.008 : 0.001;
   for (std::size_t i = 0; i < 2; ++i) {
-    const Result<PointCloudFile> cloud = read_recorded_scan(*recording, i);
-    ASSERT_TRUE(cloud) << to_string(cloud.error());
+    const PointCloudFile cloud = value_of(read_recorded_scan(recording, i));
     std::size_t on_walls = 0;
-    for (const Eigen::Vector3d& p_m : cloud->points_m) {
+    for (const Eigen::Vector3d& p_m : cloud.points_m) {
       if (to_wall_m(p_m) <= 0.5 * tick_m + 1e-6) ++on_walls;
     }
     EXPECT_EQ(on_walls, returns_of_frame());
-    EXPECT_TRUE(is("dual") || cloud->points_m.size() == returns_of_frame());
+    EXPECT_TRUE(is("dual") || cloud.points_m.size() == returns_of_frame());
     // Column 0, beam 1, which looks 1.42 degrees beside the encoder and behind the sensor.
-    EXPECT_NEAR(azimuth_deg(cloud->points_m.front()), 180.0 - 1.42, 0.02);
-    EXPECT_EQ(cloud->intensity.front(), 16.0F);
+    EXPECT_NEAR(azimuth_deg(cloud.points_m.front()), 180.0 - 1.42, 0.02);
+    EXPECT_EQ(cloud.intensity.front(), 16.0F);
   }
 }
 
 TEST_P(OusterPcap, GivesEachColumnItsOwnTime) {
-  const Result<Recording> recording = open_capture_file(file());
-  ASSERT_TRUE(recording) << to_string(recording.error());
+  const Recording recording = value_of(open_capture_file(file()));
   // The clock of the first one counts from its start: its first whole frame began when its first
   // packet was captured, which was 16 columns later.
   const std::int64_t first_ns =
       kCaptureStart_ns + static_cast<std::int64_t>(kColumns + (is("legacy") ? 16 : 0)) * kColumn_ns;
-  EXPECT_EQ(recording->scans[0].stamp_ns, first_ns);
-  EXPECT_EQ(recording->scans[1].stamp_ns, first_ns + std::int64_t{kColumns} * kColumn_ns);
-  const Result<Scan> scan = recorded_scan_store(*recording)->read(1);
-  ASSERT_TRUE(scan) << to_string(scan.error());
-  ASSERT_EQ(scan->time_offset_ns.size(), scan->points_m.size());
+  EXPECT_EQ(recording.scans[0].stamp_ns, first_ns);
+  EXPECT_EQ(recording.scans[1].stamp_ns, first_ns + std::int64_t{kColumns} * kColumn_ns);
+  const Scan scan = value_of(recorded_scan_store(recording)->read(1));
+  ASSERT_EQ(scan.time_offset_ns.size(), scan.points_m.size());
   std::size_t at = 0;
   for (std::size_t column = 0; column < kColumns; ++column) {
     for (std::size_t beam = 0; beam < kBeams; ++beam) {
       if (column == kBrokenColumn || !has_return(column, beam)) continue;
       const std::size_t returns = is("dual") && beam % 2 == 0 ? 2 : 1;
       for (std::size_t k = 0; k < returns; ++k, ++at) {
-        ASSERT_EQ(scan->time_offset_ns[at], static_cast<std::int64_t>(column) * kColumn_ns);
+        ASSERT_EQ(scan.time_offset_ns[at], static_cast<std::int64_t>(column) * kColumn_ns);
       }
     }
   }
-  EXPECT_EQ(at, scan->points_m.size());
+  EXPECT_EQ(at, scan.points_m.size());
 }
 
 TEST_P(OusterPcap, SurvivesDamage) {
@@ -85,14 +83,13 @@ INSTANTIATE_TEST_SUITE_P(Profiles, OusterPcap, testing::Values("legacy", "single
                          [](const auto& one) { return std::string(one.param); });
 
 TEST(OusterCapture, SaysWhatItLeftOutAndWhatItAssumed) {
-  const Result<Recording> recording = open_capture_file(capture_file("ouster_legacy.pcap"));
-  ASSERT_TRUE(recording) << to_string(recording.error());
-  ASSERT_EQ(recording->warnings.size(), 2U);
-  EXPECT_NE(recording->warnings[0].find("2 frames in 11 data packets; 2 frames of which over a "
-                                        "tenth is missing were left out"),
+  const Recording recording = value_of(open_capture_file(capture_file("ouster_legacy.pcap")));
+  ASSERT_EQ(recording.warnings.size(), 2U);
+  EXPECT_NE(recording.warnings[0].find("2 frames in 11 data packets; 2 frames of which over a "
+                                       "tenth is missing were left out"),
             std::string::npos)
-      << recording->warnings[0];
-  EXPECT_NE(recording->warnings[1].find("clock was not set"), std::string::npos);
+      << recording.warnings[0];
+  EXPECT_NE(recording.warnings[1].find("clock was not set"), std::string::npos);
 }
 
 // A folder with a capture and what lies beside it.
@@ -181,18 +178,15 @@ TEST_F(OusterFolder, TakesAPacketOnceAndLeavesOutAFrameThatLacksAFourth) {
     twice += pcap_.substr(at, record) + pcap_.substr(at, record + other);
   }
   folder_.write("drive.json", json_);
-  const Result<Recording> plain = open_capture_file(folder_.write("drive.pcap", pcap_));
-  ASSERT_TRUE(plain);
-  const Result<Recording> again = open_capture_file(folder_.write("drive.pcap", twice));
-  ASSERT_TRUE(again) << to_string(again.error());
-  EXPECT_EQ(again->digest, plain->digest);
-  EXPECT_TRUE(recorded_scan_store(*again)->read(1));
+  const Recording plain = value_of(open_capture_file(folder_.write("drive.pcap", pcap_)));
+  const Recording again = value_of(open_capture_file(folder_.write("drive.pcap", twice)));
+  EXPECT_EQ(again.digest, plain.digest);
+  EXPECT_TRUE(recorded_scan_store(again)->read(1));
   // The fourth packet belongs to frame 0.
   std::string torn = pcap_;
   torn.erase(24 + 3 * (record + other), record + other);
-  const Result<Recording> less = open_capture_file(folder_.write("drive.pcap", torn));
-  ASSERT_TRUE(less) << to_string(less.error());
-  EXPECT_EQ(less->scans.size(), 1U);
+  const Recording less = value_of(open_capture_file(folder_.write("drive.pcap", torn)));
+  EXPECT_EQ(less.scans.size(), 1U);
 }
 
 TEST(IpFragments, InAnyOrderAndAmongOthersAreOneDatagram) {
@@ -227,9 +221,8 @@ TEST(IpFragments, InAnyOrderAndAmongOthersAreOneDatagram) {
   for (std::size_t i = 0; i < records.size(); ++i) {
     if (i != 13) lost += records[i];
   }
-  const Result<Recording> fewer = open_capture_file(folder.write("drive.pcap", lost));
-  ASSERT_TRUE(fewer) << to_string(fewer.error());
-  EXPECT_EQ(fewer->scans.size(), 1U);
+  const Recording fewer = value_of(open_capture_file(folder.write("drive.pcap", lost)));
+  EXPECT_EQ(fewer.scans.size(), 1U);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "formats/foreign/logs/velodyne_packet.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -159,26 +160,24 @@ class VelodynePcapTest : public testing::Test {
 
 TEST_F(VelodynePcapTest, IsADriveOfWholeRevolutionsWithTheSensorsOwnTimes) {
   // From 180 degrees on: half a revolution, then two and a quarter.
-  const Result<Recording> recording = open(vlp16_drive(206));
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  ASSERT_EQ(recording->scans.size(), 2U);
-  EXPECT_EQ(recording->scans[1].name, "drive.pcap#1");
+  const Recording recording = value_of(open(vlp16_drive(206)));
+  ASSERT_EQ(recording.scans.size(), 2U);
+  EXPECT_EQ(recording.scans[1].name, "drive.pcap#1");
   // The first fall is at block 6 of packet 37 (18000 + 37 * 480 + 6 * 40 = 36000), 12 firings in.
   // Seconds and microseconds are the sensor's own, the hour is the capture's: 5 s are no matter.
-  EXPECT_EQ(recording->scans[0].stamp_ns,
+  EXPECT_EQ(recording.scans[0].stamp_ns,
             std::int64_t{kDay_s} * 1'000'000'000 + 37 * 1'327'000 + 12 * 55'296);
-  const std::shared_ptr<const ScanStore> store = recorded_scan_store(*recording);
+  const std::shared_ptr<const ScanStore> store = recorded_scan_store(recording);
   for (std::size_t i = 0; i < 2; ++i) {
-    const Result<Scan> scan = store->read(i);
-    ASSERT_TRUE(scan.has_value()) << to_string(scan.error());
-    ASSERT_EQ(scan->points_m.size(), 900U * 32U);  // 360 degrees of 0.4
-    ASSERT_EQ(scan->time_offset_ns.size(), scan->points_m.size());
-    EXPECT_EQ(scan->time_offset_ns.front(), 0);
-    EXPECT_NEAR(scan->time_offset_ns.back(), 75 * 1'327'000, 200'000);
-    EXPECT_NEAR(scan->points_m.front().x(), 10.0 * std::cos(15.0 * std::numbers::pi / 180.0), 1e-9);
+    const Scan scan = value_of(store->read(i));
+    ASSERT_EQ(scan.points_m.size(), 900U * 32U);  // 360 degrees of 0.4
+    ASSERT_EQ(scan.time_offset_ns.size(), scan.points_m.size());
+    EXPECT_EQ(scan.time_offset_ns.front(), 0);
+    EXPECT_NEAR(scan.time_offset_ns.back(), 75 * 1'327'000, 200'000);
+    EXPECT_NEAR(scan.points_m.front().x(), 10.0 * std::cos(15.0 * std::numbers::pi / 180.0), 1e-9);
   }
-  ASSERT_EQ(recording->warnings.size(), 1U);
-  EXPECT_NE(recording->warnings[0].find("2 whole revolutions in 206 data packets"),
+  ASSERT_EQ(recording.warnings.size(), 1U);
+  EXPECT_NE(recording.warnings[0].find("2 whole revolutions in 206 data packets"),
             std::string::npos);
 }
 
@@ -190,12 +189,10 @@ TEST_F(VelodynePcapTest, SkipsOtherPacketsAndThoseCapturedTwice) {
     mixed += whole.substr(at, record_size) + whole.substr(at, record_size);
     mixed += record(kDay_s, 0, std::string(512, '$'));
   }
-  const Result<Recording> plain = open(whole);
-  ASSERT_TRUE(plain.has_value());
-  const Result<Recording> recording = open(mixed);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(recording->digest, plain->digest);
-  EXPECT_TRUE(recorded_scan_store(*recording)->read(1).has_value());
+  const Recording plain = value_of(open(whole));
+  const Recording recording = value_of(open(mixed));
+  EXPECT_EQ(recording.digest, plain.digest);
+  EXPECT_TRUE(recorded_scan_store(recording)->read(1).has_value());
 }
 
 TEST_F(VelodynePcapTest, LeavesOutTheRevolutionAroundAGapAndSaysWhere) {
@@ -203,15 +200,14 @@ TEST_F(VelodynePcapTest, LeavesOutTheRevolutionAroundAGapAndSaysWhere) {
   const std::size_t record_size = 16 + 42 + kVelodynePacketSize;
   std::string torn = whole;
   torn.erase(24 + 130 * record_size, 10 * record_size);  // 13 ms of the second revolution
-  const Result<Recording> recording = open(torn);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(recording->scans.size(), 2U);  // of three
-  ASSERT_EQ(recording->warnings.size(), 2U);
-  EXPECT_NE(recording->warnings[1].find("1 gaps of more than 10 ms between packets, the first at "
-                                        "byte " +
-                                        std::to_string(24 + 130 * record_size)),
+  const Recording recording = value_of(open(torn));
+  EXPECT_EQ(recording.scans.size(), 2U);  // of three
+  ASSERT_EQ(recording.warnings.size(), 2U);
+  EXPECT_NE(recording.warnings[1].find("1 gaps of more than 10 ms between packets, the first at "
+                                       "byte " +
+                                       std::to_string(24 + 130 * record_size)),
             std::string::npos)
-      << recording->warnings[1];
+      << recording.warnings[1];
 }
 
 TEST_F(VelodynePcapTest, CountsOnThroughTheFullHour) {
@@ -222,9 +218,8 @@ TEST_F(VelodynePcapTest, CountsOnThroughTheFullHour) {
                     packet(kVlp16, (18000 + 480 * i) % 36000, 40,
                            static_cast<std::uint32_t>(us % 3'600'000'000ULL)));
   }
-  const Result<Recording> recording = open(bytes);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_NEAR(static_cast<double>(recording->scans[1].stamp_ns - recording->scans[0].stamp_ns),
+  const Recording recording = value_of(open(bytes));
+  EXPECT_NEAR(static_cast<double>(recording.scans[1].stamp_ns - recording.scans[0].stamp_ns),
               75 * 1'327'000, 2.0);
 }
 
@@ -259,9 +254,8 @@ TEST_F(VelodynePcapTest, ReadsTheOtherByteOrder) {
   for (std::size_t at = 24; at < bytes.size(); at += 16 + 42 + kVelodynePacketSize) {
     for (std::size_t word = 0; word < 16; word += 4) turn(at + word, 4);
   }
-  const Result<Recording> recording = open(bytes);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(recording->digest, open(vlp16_drive(206))->digest);
+  const Recording recording = value_of(open(bytes));
+  EXPECT_EQ(recording.digest, open(vlp16_drive(206))->digest);
 }
 
 TEST(VelodynePcap, IsTheSameAsAPcapng) {
@@ -269,19 +263,16 @@ TEST(VelodynePcap, IsTheSameAsAPcapng) {
   const std::string pcap = vlp16_drive(300);
   RecordingOptions options;
   options.scans = folder.write("drive.pcap", pcap).string();
-  const Result<Recording> classic = open_recording(options);
-  ASSERT_TRUE(classic) << to_string(classic.error());
-  ASSERT_GT(classic->scans.size(), 1U);
+  const Recording classic = value_of(open_recording(options));
+  ASSERT_GT(classic.scans.size(), 1U);
   for (const bool is_swapped : {false, true}) {
     options.scans = folder.write("drive.pcapng", as_pcapng(pcap, is_swapped)).string();
-    const Result<Recording> blocks = open_recording(options);
-    ASSERT_TRUE(blocks) << to_string(blocks.error());
-    ASSERT_EQ(blocks->scans.size(), classic->scans.size());
-    for (std::size_t i = 0; i < classic->scans.size(); ++i) {
-      EXPECT_EQ(blocks->scans[i].content, classic->scans[i].content);
-      EXPECT_EQ(blocks->scans[i].stamp_ns, classic->scans[i].stamp_ns);
-      EXPECT_EQ(read_recorded_scan(*blocks, i)->points_m,
-                read_recorded_scan(*classic, i)->points_m);
+    const Recording blocks = value_of(open_recording(options));
+    ASSERT_EQ(blocks.scans.size(), classic.scans.size());
+    for (std::size_t i = 0; i < classic.scans.size(); ++i) {
+      EXPECT_EQ(blocks.scans[i].content, classic.scans[i].content);
+      EXPECT_EQ(blocks.scans[i].stamp_ns, classic.scans[i].stamp_ns);
+      EXPECT_EQ(read_recorded_scan(blocks, i)->points_m, read_recorded_scan(classic, i)->points_m);
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/formats/foreign/maps/apollo_writer.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -45,9 +46,8 @@ TEST(ApolloNode, CutAnywhereIsRefused) {
   const std::string body = apollo_body(small_node());
   const std::string plain = apollo_file({}, body);
   for (std::size_t size = 0; size < plain.size(); ++size) {
-    const Result<ApolloNode> node = parse(plain.substr(0, size));
-    ASSERT_FALSE(node.has_value()) << size;
-    EXPECT_EQ(node.error().code, ErrorCode::kTruncatedScan) << to_string(node.error());
+    const Error error = failure_of(parse(plain.substr(0, size)), size);
+    EXPECT_EQ(error.code, ErrorCode::kTruncatedScan) << to_string(error);
   }
   for (std::size_t size = 0; size < body.size(); ++size) {
     EXPECT_FALSE(parse(apollo_file({}, body.substr(0, size))).has_value()) << size;
@@ -91,9 +91,7 @@ TEST(ApolloNode, AnotherNodeThanItsFoldersSayIsRefused) {
                                        {0, -10, 0, 0},
                                        {0, 10, 1, 0},
                                        {0, 10, 0, 1}}) {
-    const Result<ApolloNode> node = parse(apollo_file(index, body));
-    ASSERT_FALSE(node.has_value());
-    EXPECT_EQ(node.error().code, ErrorCode::kMalformedHeader);
+    EXPECT_EQ(failure_of(parse(apollo_file(index, body))).code, ErrorCode::kMalformedHeader);
   }
   ApolloTestNode larger = small_node();
   larger.rows = 3;
@@ -132,10 +130,9 @@ TEST(ApolloNode, NumbersThatNoPointsHaveAreLeftOutAndCounted) {
   for (const ApolloTestCell& cell : bad) {
     ApolloTestNode node = small_node();
     node.cells.begin()->second = cell;
-    const Result<ApolloNode> read = parse(apollo_file({}, apollo_body(node)));
-    ASSERT_TRUE(read.has_value()) << to_string(read.error());
-    EXPECT_TRUE(read->nds.empty());
-    EXPECT_EQ(read->damaged_count, 1U);
+    const ApolloNode read = value_of(parse(apollo_file({}, apollo_body(node))));
+    EXPECT_TRUE(read.nds.empty());
+    EXPECT_EQ(read.damaged_count, 1U);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "formats/foreign/maps/apollo_files.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/formats/foreign/maps/apollo_writer.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -50,10 +51,9 @@ class ApolloMapTest : public testing::Test {
     }
   }
   void expect_error(ErrorCode code, const std::string& part) {
-    const Result<ForeignNds> map = open_apollo_map(folder_.path(), 1);
-    ASSERT_FALSE(map.has_value());
-    EXPECT_EQ(map.error().code, code) << to_string(map.error());
-    EXPECT_THAT(to_string(map.error()), HasSubstr(part));
+    const Error error = failure_of(open_apollo_map(folder_.path(), 1));
+    EXPECT_EQ(error.code, code) << to_string(error);
+    EXPECT_THAT(to_string(error), HasSubstr(part));
   }
   ScratchFolder folder_;
 };
@@ -119,17 +119,16 @@ TEST_F(ApolloMapTest, SaysWhatItIs) {
   EXPECT_TRUE(is_apollo_map(folder_ / "config.xml"));
   EXPECT_FALSE(is_apollo_map(folder_ / "map"));
   EXPECT_FALSE(is_apollo_map(folder_ / "missing"));
-  const Result<ForeignNds> map = open_apollo_map(folder_.path(), 1);
-  ASSERT_TRUE(map.has_value()) << to_string(map.error());
-  EXPECT_EQ(map->world, "utm:33S");
-  EXPECT_EQ(map->name, folder_.path().filename().string());
+  const ForeignNds map = value_of(open_apollo_map(folder_.path(), 1));
+  EXPECT_EQ(map.world, "utm:33S");
+  EXPECT_EQ(map.name, folder_.path().filename().string());
   const auto files = list_apollo_map(folder_ / "config.xml");
   ASSERT_TRUE(files.has_value());
   EXPECT_GT(files->size(), 2U);
   EXPECT_EQ(files->front().filename(), "config.xml");
-  EXPECT_EQ(open_apollo_map(folder_ / "config.xml", 2)->digest, map->digest);
+  EXPECT_EQ(open_apollo_map(folder_ / "config.xml", 2)->digest, map.digest);
   write_points(random_points(2), 1.0, -33);
-  EXPECT_NE(open_apollo_map(folder_.path(), 1)->digest, map->digest);
+  EXPECT_NE(open_apollo_map(folder_.path(), 1)->digest, map.digest);
 }
 
 TEST_F(ApolloMapTest, OfSeveralResolutionsTakesTheLargestCellsOfAtMostTwoMetres) {
@@ -143,13 +142,12 @@ TEST_F(ApolloMapTest, OfSeveralResolutionsTakesTheLargestCellsOfAtMostTwoMetres)
   folder_.write("config.xml", config);
   const ApolloTestIndex index{2, 10, 5, 7};
   write(index, apollo_file(index, zlib_packed(apollo_body(small_node()))));
-  const Result<ForeignNds> map = open_apollo_map(folder_.path(), 1);
-  ASSERT_TRUE(map.has_value()) << to_string(map.error());
-  EXPECT_EQ(map->cell_m, 1.0);
-  ASSERT_EQ(map->nds.size(), 1U);
-  EXPECT_EQ(map->nds[0].key_world, (CellKey{15, 10, 3}));
-  ASSERT_EQ(map->warnings.size(), 1U);
-  EXPECT_THAT(map->warnings[0], HasSubstr("3 resolutions; cells of 1 m"));
+  const ForeignNds map = value_of(open_apollo_map(folder_.path(), 1));
+  EXPECT_EQ(map.cell_m, 1.0);
+  ASSERT_EQ(map.nds.size(), 1U);
+  EXPECT_EQ(map.nds[0].key_world, (CellKey{15, 10, 3}));
+  ASSERT_EQ(map.warnings.size(), 1U);
+  EXPECT_THAT(map.warnings[0], HasSubstr("3 resolutions; cells of 1 m"));
 }
 
 TEST_F(ApolloMapTest, RefusesWhatIsNoMapOfOnePlane) {
@@ -202,9 +200,8 @@ TEST(ApolloConfig, RefusesWhatNoMapSays) {
   for (const auto& one : cases) {
     std::string text = good;
     text.replace(text.find(one.from), std::string(one.from).size(), one.to);
-    const Result<ApolloConfig> config = parse_apollo_config(text, "c");
-    ASSERT_FALSE(config.has_value()) << one.to;
-    EXPECT_EQ(config.error().code, one.code) << one.to << ": " << to_string(config.error());
+    const Error error = failure_of(parse_apollo_config(text, "c"), one.to);
+    EXPECT_EQ(error.code, one.code) << one.to << ": " << to_string(error);
   }
   EXPECT_EQ(parse_apollo_config("<map/>", "c").error().code, ErrorCode::kMissingField);
 }

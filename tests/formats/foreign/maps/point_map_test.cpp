@@ -4,6 +4,7 @@
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -36,24 +37,21 @@ TEST_F(PointMapTest, AutowaresSquaresAreThoseOfItsMetadata) {
   EXPECT_EQ(map->files[0].name, "0_0.pcd");
   EXPECT_EQ(map->files[1].box_m.max().x(), 25.0);
   // The folder of the squares names the same map.
-  const Result<PointMap> squares = open_point_map(folder_ / "map/pointcloud_map.pcd", 1);
-  ASSERT_TRUE(squares.has_value());
-  EXPECT_EQ(squares->digest, map->digest);
-  EXPECT_EQ(squares->name, "map");
+  const PointMap squares = value_of(open_point_map(folder_ / "map/pointcloud_map.pcd", 1));
+  EXPECT_EQ(squares.digest, map->digest);
+  EXPECT_EQ(squares.name, "map");
 
   const std::shared_ptr<const ScanStore> store = point_map_store(*map);
   EXPECT_FALSE(store->has_origins()) << "from where a map was seen is unknown";
-  const Result<Scan> piece = store->read(1);
-  ASSERT_TRUE(piece.has_value());
-  EXPECT_EQ(piece->points_m[0], Eigen::Vector3d(20.0, 0.0, 1.0));
+  const Scan piece = value_of(store->read(1));
+  EXPECT_EQ(piece.points_m[0], Eigen::Vector3d(20.0, 0.0, 1.0));
 }
 
 TEST_F(PointMapTest, OneFileIsAMapToo) {
   write_square("city.pcd", 100.0F, 50.0F);
-  const Result<PointMap> map = open_point_map(folder_ / "city.pcd", 1);
-  ASSERT_TRUE(map.has_value());
-  EXPECT_EQ(map->name, "city.pcd");
-  EXPECT_EQ(map->files[0].point_count, 2U);
+  const PointMap map = value_of(open_point_map(folder_ / "city.pcd", 1));
+  EXPECT_EQ(map.name, "city.pcd");
+  EXPECT_EQ(map.files[0].point_count, 2U);
 }
 
 TEST_F(PointMapTest, TheDigestNamesWhatTheFilesHold) {
@@ -80,19 +78,17 @@ TEST_F(PointMapTest, RefusesWhatIsNoMap) {
 TEST_F(PointMapTest, RefusesDegrees) {
   const PointXyzi points[] = {{8.3901F, 48.9801F, 110.0F, 0.0F}, {8.3911F, 48.9812F, 140.0F, 0.0F}};
   ASSERT_TRUE(write_pcd_binary(folder_ / "degrees.pcd", points).has_value());
-  const Result<PointMap> map = open_point_map(folder_ / "degrees.pcd", 1);
-  ASSERT_FALSE(map.has_value());
-  EXPECT_EQ(map.error().code, ErrorCode::kUnsupportedFormat);
-  EXPECT_NE(map.error().message.find("degrees"), std::string::npos);
+  const Error error = failure_of(open_point_map(folder_ / "degrees.pcd", 1));
+  EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
+  EXPECT_NE(error.message.find("degrees"), std::string::npos);
 }
 
 TEST_F(PointMapTest, RefusesAPieceThatChangedMeanwhile) {
   write_square("city.pcd", 100.0F, 50.0F);
-  const Result<PointMap> map = open_point_map(folder_ / "city.pcd", 1);
-  ASSERT_TRUE(map.has_value());
+  const PointMap map = value_of(open_point_map(folder_ / "city.pcd", 1));
   const PointXyzi other[] = {{1.0F, 2.0F, 3.0F, 0.0F}, {9.0F, 2.0F, 3.0F, 0.0F}};
   ASSERT_TRUE(write_pcd_binary(folder_ / "city.pcd", other, IfExists::kReplace).has_value());
-  EXPECT_EQ(point_map_store(*map)->read(0).error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(point_map_store(map)->read(0).error().code, ErrorCode::kMismatchedInputs);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "formats/foreign/recording/scan_association.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -50,76 +51,68 @@ class RecordingTest : public testing::Test {
 
 TEST_F(RecordingTest, WithoutPosesAndTimesScansFollowTheRate) {
   write_scans({"0.pcd", "1.pcd", "2.pcd"});
-  const Result<Recording> recording = open_recording(options());
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(recording->name, "scans");
-  EXPECT_EQ(recording->scans.at(2).stamp_ns, 200'000'000);
-  EXPECT_FALSE(recording->scans.at(0).T_world_vehicle.has_value());
-  EXPECT_TRUE(recording->warnings.empty());
+  const Recording recording = value_of(open_recording(options()));
+  EXPECT_EQ(recording.name, "scans");
+  EXPECT_EQ(recording.scans.at(2).stamp_ns, 200'000'000);
+  EXPECT_FALSE(recording.scans.at(0).T_world_vehicle.has_value());
+  EXPECT_TRUE(recording.warnings.empty());
 }
 
 TEST_F(RecordingTest, TumRowsBelongToScansByLineAndGiveTheirTimes) {
   write_scans({"a1.pcd", "a2.pcd"});
-  const Result<Recording> recording = open_recording(options(tum(2, 100)));
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(recording->scans.at(1).stamp_ns, 101'000'000'000);
-  EXPECT_EQ(x_m(recording->scans.at(1)), 1.0);
+  const Recording recording = value_of(open_recording(options(tum(2, 100))));
+  EXPECT_EQ(recording.scans.at(1).stamp_ns, 101'000'000'000);
+  EXPECT_EQ(x_m(recording.scans.at(1)), 1.0);
 }
 
 TEST_F(RecordingTest, WhereThereAreMoreRowsTheNumberInTheNameIsTheRow) {
   write_scans({"000002.pcd", "000003.pcd"});
-  const Result<Recording> recording = open_recording(options(tum(6)));
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(x_m(recording->scans.at(0)), 2.0);
-  EXPECT_EQ(x_m(recording->scans.at(1)), 3.0);
-  ASSERT_EQ(recording->warnings.size(), 1U);
-  EXPECT_NE(recording->warnings.front().find("6 rows for 2 scans"), std::string::npos);
+  const Recording recording = value_of(open_recording(options(tum(6))));
+  EXPECT_EQ(x_m(recording.scans.at(0)), 2.0);
+  EXPECT_EQ(x_m(recording.scans.at(1)), 3.0);
+  ASSERT_EQ(recording.warnings.size(), 1U);
+  EXPECT_NE(recording.warnings.front().find("6 rows for 2 scans"), std::string::npos);
 }
 
 TEST_F(RecordingTest, WhereNamesAreNoRowsTheFirstRowsAreUsed) {
   write_scans({"first.pcd", "second.pcd"});
-  const Result<Recording> recording = open_recording(options(tum(6)));
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(x_m(recording->scans.at(1)), 1.0);
-  EXPECT_EQ(recording->warnings.size(), 1U);
+  const Recording recording = value_of(open_recording(options(tum(6))));
+  EXPECT_EQ(x_m(recording.scans.at(1)), 1.0);
+  EXPECT_EQ(recording.warnings.size(), 1U);
 }
 
 TEST_F(RecordingTest, ScansNamedByTimeTakeThePoseOfThatTime) {
   write_scans({"100500000000000000.pcd", "101000000000000000.pcd"});
-  const Result<Recording> recording = open_recording(
-      options("100500000 1 0 0 0 0 0 1\n100999999.5 3 0 0 0 0 0 1\n101000000.5 5 0 0 0 0 0 1\n"));
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(x_m(recording->scans.at(0)), 1.0);
-  EXPECT_NEAR(x_m(recording->scans.at(1)), 4.0, 1e-12);  // halfway between two rows
-  EXPECT_EQ(recording->scans.at(1).stamp_ns, 101000000000000000);
+  const Recording recording = value_of(open_recording(
+      options("100500000 1 0 0 0 0 0 1\n100999999.5 3 0 0 0 0 0 1\n101000000.5 5 0 0 0 0 0 1\n")));
+  EXPECT_EQ(x_m(recording.scans.at(0)), 1.0);
+  EXPECT_NEAR(x_m(recording.scans.at(1)), 4.0, 1e-12);  // halfway between two rows
+  EXPECT_EQ(recording.scans.at(1).stamp_ns, 101000000000000000);
 }
 
 TEST_F(RecordingTest, StampsFileGivesTimesAndTumIsInterpolatedAtThem) {
   write_scans({"0.pcd", "1.pcd"});
-  const Result<Recording> recording = open_recording(options(tum(5), "0.25\n3.5\n"));
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_NEAR(x_m(recording->scans.at(0)), 0.25, 1e-12);
-  EXPECT_NEAR(x_m(recording->scans.at(1)), 3.5, 1e-12);
-  EXPECT_EQ(recording->scans.at(1).stamp_ns, 3'500'000'000);
+  const Recording recording = value_of(open_recording(options(tum(5), "0.25\n3.5\n")));
+  EXPECT_NEAR(x_m(recording.scans.at(0)), 0.25, 1e-12);
+  EXPECT_NEAR(x_m(recording.scans.at(1)), 3.5, 1e-12);
+  EXPECT_EQ(recording.scans.at(1).stamp_ns, 3'500'000'000);
 }
 
 TEST_F(RecordingTest, ApolloRowsBelongToScansById) {
   write_scans({"1.pcd", "2.pcd"});
-  const Result<Recording> recording =
-      open_recording(options("2 10.5 22 0 0 0 0 0 1\n3 11 33 0 0 0 0 0 1\n1 12 11 0 0 0 0 0 1\n"));
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(x_m(recording->scans.at(0)), 11.0);
-  EXPECT_EQ(x_m(recording->scans.at(1)), 22.0);
+  const Recording recording = value_of(
+      open_recording(options("2 10.5 22 0 0 0 0 0 1\n3 11 33 0 0 0 0 0 1\n1 12 11 0 0 0 0 0 1\n")));
+  EXPECT_EQ(x_m(recording.scans.at(0)), 11.0);
+  EXPECT_EQ(x_m(recording.scans.at(1)), 22.0);
   EXPECT_EQ(refusal(options("2 10.5 22 0 0 0 0 0 1\n3 11 33 0 0 0 0 0 1\n")),
             ErrorCode::kFewerPosesThanScans);
 }
 
 TEST_F(RecordingTest, RefusesFewerPosesOrTimesThanScans) {
   write_scans({"0.pcd", "1.pcd", "2.pcd"});
-  const Result<Recording> recording = open_recording(options(tum(2)));
-  ASSERT_FALSE(recording.has_value());
-  EXPECT_EQ(recording.error().code, ErrorCode::kFewerPosesThanScans);
-  EXPECT_NE(recording.error().message.find("found 2 poses for 3 scans"), std::string::npos);
+  const Error error = failure_of(open_recording(options(tum(2))));
+  EXPECT_EQ(error.code, ErrorCode::kFewerPosesThanScans);
+  EXPECT_NE(error.message.find("found 2 poses for 3 scans"), std::string::npos);
   EXPECT_EQ(refusal(options("# none\n")), ErrorCode::kFewerPosesThanScans);
   EXPECT_EQ(refusal(options("", "1\n2\n")), ErrorCode::kMismatchedInputs);
   EXPECT_EQ(refusal(options(tum(3), "0\n1\n9\n")), ErrorCode::kFewerPosesThanScans);  // not at 9 s
@@ -149,9 +142,8 @@ TEST_F(RecordingTest, TheSensorIsDescribedByItsProfileAndItsMounting) {
   made.height_m = 2.5;
   made.lidar_x_m = 1.0;
   made.lidar_yaw_deg = 90.0;
-  const Result<Recording> recording = open_recording(made);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  const SensorProfile& sensor = recording->sensor;
+  const Recording recording = value_of(open_recording(made));
+  const SensorProfile& sensor = recording.sensor;
   EXPECT_EQ(sensor.beam_elevations_deg, (std::vector<double>{-15.0, 0.0, 15.0}));
   EXPECT_EQ(sensor.height_m, 2.5);
   EXPECT_TRUE((sensor.T_vehicle_lidar * Eigen::Vector3d::UnitX())
@@ -196,13 +188,11 @@ TEST_F(RecordingTest, ItsScansKeepTheirNamesWhenItGrows) {
 
 TEST_F(RecordingTest, ItsStoreReadsScansAndNoticesWhenAFileChanged) {
   write_scans({"0.pcd", "1.pcd"});
-  const Result<Recording> recording = open_recording(options(tum(2)));
-  ASSERT_TRUE(recording.has_value());
-  const std::shared_ptr<const ScanStore> store = recorded_scan_store(*recording);
-  const Result<Scan> scan = store->read(1);
-  ASSERT_TRUE(scan.has_value()) << to_string(scan.error());
-  EXPECT_EQ(scan->stamp_ns, 1'000'000'000);
-  EXPECT_EQ(scan->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(2, 2, 3)});
+  const Recording recording = value_of(open_recording(options(tum(2))));
+  const std::shared_ptr<const ScanStore> store = recorded_scan_store(recording);
+  const Scan scan = value_of(store->read(1));
+  EXPECT_EQ(scan.stamp_ns, 1'000'000'000);
+  EXPECT_EQ(scan.points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(2, 2, 3)});
   const PointXyzi point{9.0F, 2.0F, 3.0F, 0.0F};
   ASSERT_TRUE(
       write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1), IfExists::kReplace)
@@ -282,12 +272,11 @@ class HeaderlessRecording : public RecordingTest {
 
 TEST_F(HeaderlessRecording, TakesTheCountThatFitsAllScansAndSaysSo) {
   write_bins({float_spiral(5), float_spiral(5, 8), float_spiral(5, 2400)});
-  const Result<Recording> recording = open_recording(options());
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  EXPECT_EQ(to_text(*recording->columns), "x y z intensity _");
-  ASSERT_EQ(recording->warnings.size(), 1U);
-  EXPECT_NE(recording->warnings[0].find("`columns: x y z intensity _`"), std::string::npos);
-  EXPECT_EQ(recorded_scan_store(*recording)->read(1)->points_m.size(), 8U);
+  const Recording recording = value_of(open_recording(options()));
+  EXPECT_EQ(to_text(*recording.columns), "x y z intensity _");
+  ASSERT_EQ(recording.warnings.size(), 1U);
+  EXPECT_NE(recording.warnings[0].find("`columns: x y z intensity _`"), std::string::npos);
+  EXPECT_EQ(recorded_scan_store(recording)->read(1)->points_m.size(), 8U);
   write_bins({float_spiral(4), float_spiral(4), float_spiral(4)});
   EXPECT_EQ(count_of(options()), 4U);
   EXPECT_TRUE(open_recording(options())->warnings.empty());
@@ -295,19 +284,17 @@ TEST_F(HeaderlessRecording, TakesTheCountThatFitsAllScansAndSaysSo) {
 
 TEST_F(HeaderlessRecording, RefusesScansThatSpeakForDifferentCounts) {
   write_bins({float_spiral(4), float_spiral(4, 2), float_spiral(5)});
-  const Result<Recording> recording = open_recording(options());
-  ASSERT_FALSE(recording.has_value());
-  EXPECT_EQ(recording.error().code, ErrorCode::kMixedFormats);
-  EXPECT_NE(recording.error().message.find("4 fit up to 1.bin, 5 fit 2.bin"), std::string::npos)
-      << recording.error().message;
+  const Error error = failure_of(open_recording(options()));
+  EXPECT_EQ(error.code, ErrorCode::kMixedFormats);
+  EXPECT_NE(error.message.find("4 fit up to 1.bin, 5 fit 2.bin"), std::string::npos)
+      << error.message;
 }
 
 TEST_F(HeaderlessRecording, RefusesWhatFitsNothingOrTooMuchByItsFile) {
   write_bins({float_spiral(4), std::string(32000, '\1')});
-  const Result<Recording> none = open_recording(options());
-  ASSERT_FALSE(none.has_value());
-  EXPECT_EQ(none.error().code, ErrorCode::kUnsupportedFormat);
-  EXPECT_EQ(none.error().file, (folder_ / "scans/1.bin").string());
+  const Error error = failure_of(open_recording(options()));
+  EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(error.file, (folder_ / "scans/1.bin").string());
   write_bins({float_spiral(4, 6), float_spiral(4, 12)});
   EXPECT_EQ(refusal(options()), ErrorCode::kUnsupportedFormat);
   write_bins({float_spiral(4), float_spiral(4) + "cut"});

@@ -8,6 +8,7 @@
 
 #include "formats/foreign/recording/open_recording.h"
 #include "tests/formats/foreign/ros/ros2_recordings.h"
+#include "tests/support/value_of.h"
 
 // Turn rates of inertial units, in recordings by other writers (recordings/README.md) and in bags
 // that librosbag writes.
@@ -24,22 +25,21 @@ constexpr std::int64_t kFirst_ns = 1'000'000'000LL * kFirst_s;
 class OtherWriters : public testing::TestWithParam<const char*> {};
 
 TEST_P(OtherWriters, GiveRatesAboutTheAxesOfTheSensor) {
-  const Result<BagTurns> turns = read_bag_turns(recording_path(GetParam()), "", "lidar");
-  ASSERT_TRUE(turns.has_value()) << to_string(turns.error());
-  EXPECT_THAT(turns->warnings,
+  const BagTurns turns = value_of(read_bag_turns(recording_path(GetParam()), "", "lidar"));
+  EXPECT_THAT(turns.warnings,
               ElementsAre(HasSubstr("turn rates are those of /imu/data; the bag has /camera/imu "
                                     "(frame 'camera_imu', 70 messages), /imu/data"),
                           HasSubstr("/imu/data: 2 of 35 messages are damaged"),
                           HasSubstr("/imu/data: 1 of 35 messages are stamped before"),
                           HasSubstr("/imu/data: 1 of 35 messages have the stamp of another one")));
   // Messages -2 to 32 without 5 (not a number), 7 (says nothing) and 10 (said twice).
-  ASSERT_EQ(turns->of_sensor.size(), 32U);
-  EXPECT_EQ(turns->of_sensor.front().stamp_ns, kFirst_ns - 20'000'000);
-  EXPECT_EQ(turns->of_sensor.back().stamp_ns, kFirst_ns + 320'000'000);
-  for (std::size_t i = 0; i < turns->of_sensor.size(); ++i) {
-    const TurnRate& rate = turns->of_sensor[i];
+  ASSERT_EQ(turns.of_sensor.size(), 32U);
+  EXPECT_EQ(turns.of_sensor.front().stamp_ns, kFirst_ns - 20'000'000);
+  EXPECT_EQ(turns.of_sensor.back().stamp_ns, kFirst_ns + 320'000'000);
+  for (std::size_t i = 0; i < turns.of_sensor.size(); ++i) {
+    const TurnRate& rate = turns.of_sensor[i];
     if (i > 0) {
-      EXPECT_GT(rate.stamp_ns, turns->of_sensor[i - 1].stamp_ns);
+      EXPECT_GT(rate.stamp_ns, turns.of_sensor[i - 1].stamp_ns);
     }
     // The fifteenth message carries the stamp of one before the fourteenth.
     const std::int64_t after_ns = rate.stamp_ns - kFirst_ns;
@@ -62,18 +62,16 @@ TEST_P(OtherWriters, TravelWithTheDriveAboutTheAxesOfTheVehicle) {
   EXPECT_EQ(recording->warnings.size(), 4U);
   // The camera's place is unknown, and the recording is another one without rates.
   options.imu_topic = "/camera/imu";
-  const Result<Recording> without = open_recording(options);
-  ASSERT_TRUE(without.has_value());
-  EXPECT_TRUE(without->turn_rates.empty());
+  const Recording without = value_of(open_recording(options));
+  EXPECT_TRUE(without.turn_rates.empty());
   EXPECT_THAT(
-      without->warnings,
+      without.warnings,
       ElementsAre(HasSubstr("no transforms that do not move tell how /camera/imu (frame "
                             "'camera_imu', 70 messages) lies to the scans' frame 'lidar'")));
-  EXPECT_NE(without->digest, recording->digest);
+  EXPECT_NE(without.digest, recording->digest);
   options.imu_topic = "none";
-  const Result<Recording> unused = open_recording(options);
-  ASSERT_TRUE(unused.has_value());
-  EXPECT_TRUE(unused->turn_rates.empty() && unused->warnings.empty());
+  const Recording unused = value_of(open_recording(options));
+  EXPECT_TRUE(unused.turn_rates.empty() && unused.warnings.empty());
   options.imu_topic = "/points";
   EXPECT_EQ(open_recording(options).error().code, ErrorCode::kUnknownName);
 }
@@ -108,12 +106,11 @@ TEST_F(BagTurnsTest, AreThoseOfTheOnlyUnitInTheFrameOfTheScans) {
   for (std::uint32_t i = 0; i < 5; ++i) {
     add("/imu", i, imu_message(10'000'000 * i, "lidar", {0.1 * i, 0.2, -0.3}));
   }
-  const Result<BagTurns> turns = read();
-  ASSERT_TRUE(turns.has_value()) << to_string(turns.error());
-  EXPECT_THAT(turns->warnings, IsEmpty());
-  ASSERT_EQ(turns->of_sensor.size(), 5U);
-  EXPECT_EQ(turns->of_sensor[3].rate_rad_per_s, Eigen::Vector3d(0.1 * 3, 0.2, -0.3));
-  EXPECT_EQ(turns->of_sensor[3].stamp_ns, kFirst_ns + 30'000'000);
+  const BagTurns turns = value_of(read());
+  EXPECT_THAT(turns.warnings, IsEmpty());
+  ASSERT_EQ(turns.of_sensor.size(), 5U);
+  EXPECT_EQ(turns.of_sensor[3].rate_rad_per_s, Eigen::Vector3d(0.1 * 3, 0.2, -0.3));
+  EXPECT_EQ(turns.of_sensor[3].stamp_ns, kFirst_ns + 30'000'000);
 }
 
 TEST_F(BagTurnsTest, SkipWhatIsDamagedAndCountIt) {
@@ -127,26 +124,23 @@ TEST_F(BagTurnsTest, SkipWhatIsDamagedAndCountIt) {
   const std::string whole = imu_message(50'000'000, "lidar", {1, 2, 3});
   add("/imu", 5, whole.substr(0, whole.size() - 1));
   add("/imu", 6, "");
-  const Result<BagTurns> turns = read();
-  ASSERT_TRUE(turns.has_value()) << to_string(turns.error());
-  EXPECT_EQ(turns->of_sensor.size(), 1U);
-  EXPECT_THAT(turns->warnings, ElementsAre(HasSubstr("/imu: 6 of 7 messages are damaged")));
+  const BagTurns turns = value_of(read());
+  EXPECT_EQ(turns.of_sensor.size(), 1U);
+  EXPECT_THAT(turns.warnings, ElementsAre(HasSubstr("/imu: 6 of 7 messages are damaged")));
 }
 
 TEST_F(BagTurnsTest, AreNoneWhereNothingTellsHowTheUnitSits) {
   add("/imu", 0, imu_message(0, "imu_link", {1, 2, 3}));
-  const Result<BagTurns> turns = read();
-  ASSERT_TRUE(turns.has_value());
-  EXPECT_THAT(turns->of_sensor, IsEmpty());
-  EXPECT_THAT(turns->warnings, ElementsAre(HasSubstr("turn rates are not used: no transforms")));
+  const BagTurns turns = value_of(read());
+  EXPECT_THAT(turns.of_sensor, IsEmpty());
+  EXPECT_THAT(turns.warnings, ElementsAre(HasSubstr("turn rates are not used: no transforms")));
 }
 
 TEST_F(BagTurnsTest, AreNoneWithoutAWordWhereThereIsNoUnit) {
   messages_.push_back({"/other", "std_msgs/String", kFirst_s, 0, ros_text("x")});
-  const Result<BagTurns> turns = read();
-  ASSERT_TRUE(turns.has_value());
-  EXPECT_THAT(turns->of_sensor, IsEmpty());
-  EXPECT_THAT(turns->warnings, IsEmpty());
+  const BagTurns turns = value_of(read());
+  EXPECT_THAT(turns.of_sensor, IsEmpty());
+  EXPECT_THAT(turns.warnings, IsEmpty());
   EXPECT_EQ(read("/imu").error().code, ErrorCode::kUnknownName);
 }
 
@@ -154,10 +148,9 @@ TEST_F(BagTurnsTest, AreNoneWithoutAWordWhereThereIsNoUnit) {
 TEST_F(BagTurnsTest, AreNoneWithAWarningWhereTransformsAreDamagedAndNoTopicIsNamed) {
   add("/imu", 0, imu_message(0, "imu_link", {1, 2, 3}));
   messages_.push_back({"/tf_static", "tf2_msgs/TFMessage", kFirst_s, 0, "damaged"});
-  const Result<BagTurns> turns = read();
-  ASSERT_TRUE(turns.has_value());
-  EXPECT_THAT(turns->of_sensor, IsEmpty());
-  EXPECT_THAT(turns->warnings, ElementsAre(HasSubstr("a message of transforms that is short")));
+  const BagTurns turns = value_of(read());
+  EXPECT_THAT(turns.of_sensor, IsEmpty());
+  EXPECT_THAT(turns.warnings, ElementsAre(HasSubstr("a message of transforms that is short")));
   EXPECT_EQ(read("/imu").error().code, ErrorCode::kMalformedPose);
 }
 

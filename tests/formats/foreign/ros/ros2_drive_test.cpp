@@ -5,6 +5,7 @@
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/ros/ros2_recordings.h"
+#include "tests/support/value_of.h"
 
 // Recordings of ROS 2 by other writers (recordings/README.md), against what ROS 1 would give.
 
@@ -32,29 +33,26 @@ PointCloudFile scan_by_ros1(std::uint32_t k) {
 TEST_P(Ros2Drive, HasTheScansThatRos1Has) {
   RecordingOptions options;
   options.scans = recording_path(GetParam());
-  const Result<Recording> recording = open_recording(options);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  ASSERT_EQ(recording->scans.size(), 4U);
-  EXPECT_TRUE(recording->warnings.empty()) << recording->warnings.front();
+  const Recording recording = value_of(open_recording(options));
+  ASSERT_EQ(recording.scans.size(), 4U);
+  EXPECT_TRUE(recording.warnings.empty()) << recording.warnings.front();
   for (std::uint32_t k = 0; k < 4; ++k) {
-    EXPECT_EQ(recording->scans[k].stamp_ns, 1'000'000'000LL * kFirst_s + 100'000'000LL * k);
-    EXPECT_EQ(recording->scans[k].name,
+    EXPECT_EQ(recording.scans[k].stamp_ns, 1'000'000'000LL * kFirst_s + 100'000'000LL * k);
+    EXPECT_EQ(recording.scans[k].name,
               std::filesystem::path(GetParam()).filename().string() + "#" + std::to_string(k));
-    const Result<PointCloudFile> scan = read_recorded_scan(*recording, k);
-    ASSERT_TRUE(scan.has_value()) << to_string(scan.error());
+    const PointCloudFile scan = value_of(read_recorded_scan(recording, k));
     const PointCloudFile expected = scan_by_ros1(k);
-    EXPECT_EQ(scan->points_m, expected.points_m);
-    EXPECT_EQ(scan->intensity, expected.intensity);
-    EXPECT_EQ(scan->time_offset_ns, expected.time_offset_ns);
-    EXPECT_EQ(scan->time_offset_ns.size(), 6U);
+    EXPECT_EQ(scan.points_m, expected.points_m);
+    EXPECT_EQ(scan.intensity, expected.intensity);
+    EXPECT_EQ(scan.time_offset_ns, expected.time_offset_ns);
+    EXPECT_EQ(scan.time_offset_ns.size(), 6U);
   }
 }
 
 TEST_P(Ros2Drive, ListsItsTopics) {
-  const Result<std::vector<BagTopic>> topics = list_bag_topics(recording_path(GetParam()));
-  ASSERT_TRUE(topics.has_value()) << to_string(topics.error());
+  const std::vector<BagTopic> topics = value_of(list_bag_topics(recording_path(GetParam())));
   std::string listed;
-  for (const BagTopic& topic : *topics) {
+  for (const BagTopic& topic : topics) {
     listed += topic.name + " " + topic.type + " " + std::to_string(topic.message_count) + "\n";
   }
   EXPECT_EQ(listed,
@@ -68,14 +66,13 @@ TEST_P(Ros2Drive, HasPosesFromOdometry) {
   RecordingOptions options;
   options.scans = recording_path(GetParam());
   options.poses = options.scans;
-  const Result<Recording> recording = open_recording(options);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  const Recording recording = value_of(open_recording(options));
   // Odometry begins 50 ms later: the first scan has no pose, the others lie between two.
-  EXPECT_FALSE(recording->scans[0].T_world_vehicle.has_value());
-  ASSERT_TRUE(recording->scans[3].T_world_vehicle.has_value());
-  EXPECT_TRUE(recording->scans[3].T_world_vehicle->translation().isApprox(
+  EXPECT_FALSE(recording.scans[0].T_world_vehicle.has_value());
+  ASSERT_TRUE(recording.scans[3].T_world_vehicle.has_value());
+  EXPECT_TRUE(recording.scans[3].T_world_vehicle->translation().isApprox(
       Eigen::Vector3d(2.5, 2.0, 3.0), 1e-12));
-  EXPECT_NEAR((*recording->scans[3].T_world_vehicle)(0, 0), -1.0, 1e-12);
+  EXPECT_NEAR((*recording.scans[3].T_world_vehicle)(0, 0), -1.0, 1e-12);
 }
 
 // map to odom turns left and moves 100 m, odom to base_link goes 10 m/s along x, the LiDAR sits 1 m
@@ -85,15 +82,13 @@ TEST_P(Ros2Drive, HasPosesFromTransformsOfVehicleAndSensor) {
   options.scans = recording_path(GetParam());
   options.poses = options.scans;
   options.poses_topic = "/tf";
-  const Result<Recording> vehicle = open_recording(options);
-  ASSERT_TRUE(vehicle.has_value()) << to_string(vehicle.error());
+  const Recording vehicle = value_of(open_recording(options));
   options.poses_of = PosesOf::kSensor;
-  const Result<Recording> sensor = open_recording(options);
-  ASSERT_TRUE(sensor.has_value()) << to_string(sensor.error());
+  const Recording sensor = value_of(open_recording(options));
   for (std::size_t k = 0; k < 4; ++k) {
-    ASSERT_TRUE(vehicle->scans[k].T_world_vehicle && sensor->scans[k].T_world_vehicle);
-    const Pose& T_map_base = *vehicle->scans[k].T_world_vehicle;
-    const Pose& T_map_lidar = *sensor->scans[k].T_world_vehicle;
+    ASSERT_TRUE(vehicle.scans[k].T_world_vehicle && sensor.scans[k].T_world_vehicle);
+    const Pose& T_map_base = *vehicle.scans[k].T_world_vehicle;
+    const Pose& T_map_lidar = *sensor.scans[k].T_world_vehicle;
     const auto along_m = static_cast<double>(k);
     EXPECT_TRUE(T_map_base.translation().isApprox(Eigen::Vector3d(100, along_m, 0), 1e-12));
     EXPECT_TRUE(T_map_lidar.translation().isApprox(Eigen::Vector3d(100, along_m + 1, 2), 1e-12));
@@ -128,27 +123,23 @@ TEST(Ros2Sensors, AreRead) {
   options.scans = path;
   EXPECT_EQ(open_recording(options).error().code, ErrorCode::kBadValue);  // two topics
   options.topic = "/livox/lidar";
-  const Result<Recording> livox = open_recording(options);
-  ASSERT_TRUE(livox.has_value()) << to_string(livox.error());
-  const Result<PointCloudFile> scan = read_recorded_scan(*livox, 1);
-  ASSERT_TRUE(scan.has_value()) << to_string(scan.error());
-  ASSERT_EQ(scan->points_m.size(), 3U);
-  EXPECT_EQ(scan->points_m[2], Eigen::Vector3d(3, 4, 5));
-  EXPECT_EQ(scan->intensity, (std::vector<float>{40, 41, 42}));
-  EXPECT_EQ(scan->time_offset_ns, (std::vector<std::int32_t>{0, 5'000'000, 10'000'000}));
+  const Recording livox = value_of(open_recording(options));
+  const PointCloudFile scan = value_of(read_recorded_scan(livox, 1));
+  ASSERT_EQ(scan.points_m.size(), 3U);
+  EXPECT_EQ(scan.points_m[2], Eigen::Vector3d(3, 4, 5));
+  EXPECT_EQ(scan.intensity, (std::vector<float>{40, 41, 42}));
+  EXPECT_EQ(scan.time_offset_ns, (std::vector<std::int32_t>{0, 5'000'000, 10'000'000}));
   options.topic = "/velodyne_packets";
-  const Result<Recording> velodyne = open_recording(options);
-  ASSERT_TRUE(velodyne.has_value()) << to_string(velodyne.error());
-  const Result<Scan> returns = recorded_scan_store(*velodyne)->read(1);
-  ASSERT_TRUE(returns.has_value()) << to_string(returns.error());
-  ASSERT_EQ(returns->points_m.size(), 2U * 12U * 32U);
+  const Recording velodyne = value_of(open_recording(options));
+  const Scan returns = value_of(recorded_scan_store(velodyne)->read(1));
+  ASSERT_EQ(returns.points_m.size(), 2U * 12U * 32U);
   // Laser 0 looks 15 degrees down at azimuth 0, 10 m away, from 11.2 mm above the centre.
-  EXPECT_NEAR(returns->points_m[0].x(), 10.0 * std::cos(15.0 * M_PI / 180.0), 1e-9);
-  EXPECT_NEAR(returns->points_m[0].y(), 0.0, 1e-12);
-  EXPECT_NEAR(returns->points_m[0].z(), 0.0112 - 10.0 * std::sin(15.0 * M_PI / 180.0), 1e-9);
+  EXPECT_NEAR(returns.points_m[0].x(), 10.0 * std::cos(15.0 * M_PI / 180.0), 1e-9);
+  EXPECT_NEAR(returns.points_m[0].y(), 0.0, 1e-12);
+  EXPECT_NEAR(returns.points_m[0].z(), 0.0112 - 10.0 * std::sin(15.0 * M_PI / 180.0), 1e-9);
   // The stamp is that of the last packet, as the driver writes it.
-  EXPECT_EQ(returns->time_offset_ns.front(), -1'327'000);
-  EXPECT_EQ(returns->time_offset_ns[12 * 32], 0);
+  EXPECT_EQ(returns.time_offset_ns.front(), -1'327'000);
+  EXPECT_EQ(returns.time_offset_ns[12 * 32], 0);
 }
 
 TEST(Ros2Poses, AreReadFromEachType) {
@@ -156,11 +147,10 @@ TEST(Ros2Poses, AreReadFromEachType) {
   EXPECT_EQ(read_bag_poses(path, "").error().code, ErrorCode::kBadValue);
   EXPECT_EQ(read_bag_poses(path, "/fix").error().code, ErrorCode::kUnknownName);
   for (const char* topic : {"/pose", "/pose_with_covariance"}) {
-    const Result<std::vector<PoseRow>> rows = read_bag_poses(path, topic);
-    ASSERT_TRUE(rows.has_value()) << to_string(rows.error());
-    ASSERT_EQ(rows->size(), 2U);
-    EXPECT_EQ((*rows)[1].T_world_vehicle.translation(), Eigen::Vector3d(1, 2, 3));
-    EXPECT_NEAR((*rows)[1].T_world_vehicle(0, 0), 0.28, 1e-12);
+    const std::vector<PoseRow> rows = value_of(read_bag_poses(path, topic));
+    ASSERT_EQ(rows.size(), 2U);
+    EXPECT_EQ(rows[1].T_world_vehicle.translation(), Eigen::Vector3d(1, 2, 3));
+    EXPECT_NEAR(rows[1].T_world_vehicle(0, 0), 0.28, 1e-12);
   }
 }
 

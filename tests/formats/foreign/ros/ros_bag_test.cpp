@@ -4,6 +4,7 @@
 #include "formats/foreign/ros/ros_messages.h"
 #include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/bag_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -55,24 +56,22 @@ TEST_F(RosBag, IsADriveWithTimesAndPosesWhateverItsCompression) {
     RecordingOptions options;
     options.scans = write(drive(), compression);
     options.poses = options.scans;
-    const Result<Recording> recording = open_recording(options);
-    ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-    ASSERT_EQ(recording->scans.size(), 5U);
-    EXPECT_EQ(recording->scans[3].name, "drive.bag#3");
-    EXPECT_EQ(recording->scans[3].stamp_ns, 1'567'410'201'300'000'000);
+    const Recording recording = value_of(open_recording(options));
+    ASSERT_EQ(recording.scans.size(), 5U);
+    EXPECT_EQ(recording.scans[3].name, "drive.bag#3");
+    EXPECT_EQ(recording.scans[3].stamp_ns, 1'567'410'201'300'000'000);
     // Odometry begins 50 ms later: the first scan has no pose, the others lie between two.
-    EXPECT_FALSE(recording->scans[0].T_world_vehicle.has_value());
-    ASSERT_TRUE(recording->scans[3].T_world_vehicle.has_value());
-    EXPECT_NEAR(recording->scans[3].T_world_vehicle->translation().x(), 2.5, 1e-12);
-    EXPECT_NEAR((*recording->scans[3].T_world_vehicle)(0, 0), -1.0, 1e-12);
-    ASSERT_EQ(recording->warnings.size(), 1U);
-    EXPECT_NE(recording->warnings[0].find("1 of 5 scans have no poses"), std::string::npos);
+    EXPECT_FALSE(recording.scans[0].T_world_vehicle.has_value());
+    ASSERT_TRUE(recording.scans[3].T_world_vehicle.has_value());
+    EXPECT_NEAR(recording.scans[3].T_world_vehicle->translation().x(), 2.5, 1e-12);
+    EXPECT_NEAR((*recording.scans[3].T_world_vehicle)(0, 0), -1.0, 1e-12);
+    ASSERT_EQ(recording.warnings.size(), 1U);
+    EXPECT_NE(recording.warnings[0].find("1 of 5 scans have no poses"), std::string::npos);
 
-    const Result<Scan> scan = recorded_scan_store(*recording)->read(3);
-    ASSERT_TRUE(scan.has_value()) << to_string(scan.error());
-    EXPECT_EQ(scan->points_m,
+    const Scan scan = value_of(recorded_scan_store(recording)->read(3));
+    EXPECT_EQ(scan.points_m,
               (std::vector<Eigen::Vector3d>{Eigen::Vector3d(4, 2, 3), Eigen::Vector3d(4, 5, 6)}));
-    EXPECT_EQ(scan->time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
+    EXPECT_EQ(scan.time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
   }
 }
 
@@ -98,12 +97,11 @@ TEST_F(RosBag, NamesItsTopicsWhereTheChoiceIsNotClear) {
 
 TEST_F(RosBag, IsRefusedWhenCutAnywhereAndNeverCrashes) {
   const std::string path = write(drive());
-  const Result<std::string> whole = read_text_file(path);
-  ASSERT_TRUE(whole.has_value());
+  const std::string whole = value_of(read_text_file(path));
   RecordingOptions options;
   options.scans = path;
-  for (std::size_t size = 8; size < whole->size(); size += 37) {
-    folder_.write("drive.bag", whole->substr(0, size));
+  for (std::size_t size = 8; size < whole.size(); size += 37) {
+    folder_.write("drive.bag", whole.substr(0, size));
     const Result<Recording> recording = open_recording(options);
     EXPECT_FALSE(recording.has_value()) << "cut at byte " << size;
   }
@@ -117,11 +115,10 @@ TEST(PointCloud2, ReadsTypesByteOrdersAndPaddedRows) {
   const std::string row = point(1e-3, -2, 3) + point(4.5, 5, -6) + "pad";
   const std::string message = cloud_message(kFirst_s, 0, fields, 2, 16, row + row, 3);
   const std::span<const std::byte> bytes = std::as_bytes(std::span(message));
-  const Result<PointCloudFile> cloud = parse_point_cloud2(bytes, "m");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  ASSERT_EQ(cloud->points_m.size(), 4U);
-  EXPECT_EQ(cloud->points_m[0], Eigen::Vector3d(1e-3, -2, 3));
-  EXPECT_EQ(cloud->points_m[3], Eigen::Vector3d(4.5, 5, -6));
+  const PointCloudFile cloud = value_of(parse_point_cloud2(bytes, "m"));
+  ASSERT_EQ(cloud.points_m.size(), 4U);
+  EXPECT_EQ(cloud.points_m[0], Eigen::Vector3d(1e-3, -2, 3));
+  EXPECT_EQ(cloud.points_m[3], Eigen::Vector3d(4.5, 5, -6));
   // Every shorter message is refused, wherever it is cut; but for is_dense at its end.
   for (std::size_t size = 0; size + 1 < message.size(); ++size) {
     EXPECT_FALSE(parse_point_cloud2(bytes.first(size), "m").has_value()) << size;
@@ -165,10 +162,9 @@ TEST(PoseMessage, IsReadFromEachTypeAndRefusedWhenItIsNone) {
     const std::string message =
         ros_header(7, 5) + (names_a_child ? ros_text("child") : "") + numbers;
     const std::span<const std::byte> bytes = std::as_bytes(std::span(message));
-    const Result<PoseRow> row = parse_pose_message(bytes, type, "m");
-    ASSERT_TRUE(row.has_value()) << to_string(row.error());
-    EXPECT_EQ(row->stamp_ns, 7'000'000'005);
-    EXPECT_EQ(row->T_world_vehicle.translation(), Eigen::Vector3d(1, 2, 3));
+    const PoseRow row = value_of(parse_pose_message(bytes, type, "m"));
+    EXPECT_EQ(row.stamp_ns, 7'000'000'005);
+    EXPECT_EQ(row.T_world_vehicle.translation(), Eigen::Vector3d(1, 2, 3));
     EXPECT_EQ(parse_pose_message(bytes.first(bytes.size() - 1), type, "m").error().code,
               ErrorCode::kMalformedPose);
   }

@@ -1,6 +1,7 @@
 #include "formats/foreign/ros/scan_messages.h"
 
 #include "tests/formats/foreign/bag_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -39,11 +40,10 @@ std::string velodyne(std::uint32_t second_packet_s, char product) {
 
 TEST(LivoxMessage, OfRos1IsReadAndRefusedWhereverItIsCut) {
   const std::string message = livox(3);
-  const Result<PointCloudFile> cloud = parse_ros1(message, kLivox);
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m.at(2), Eigen::Vector3d(3, 2, 3));
-  EXPECT_EQ(cloud->intensity.at(2), 9.0F);
-  EXPECT_EQ(cloud->time_offset_ns, (std::vector<std::int32_t>{0, 10'000'000, 20'000'000}));
+  const PointCloudFile cloud = value_of(parse_ros1(message, kLivox));
+  EXPECT_EQ(cloud.points_m.at(2), Eigen::Vector3d(3, 2, 3));
+  EXPECT_EQ(cloud.intensity.at(2), 9.0F);
+  EXPECT_EQ(cloud.time_offset_ns, (std::vector<std::int32_t>{0, 10'000'000, 20'000'000}));
   for (std::size_t size = 0; size < message.size(); ++size) {
     EXPECT_FALSE(parse_ros1(message.substr(0, size), kLivox).has_value()) << size;
   }
@@ -52,10 +52,9 @@ TEST(LivoxMessage, OfRos1IsReadAndRefusedWhereverItIsCut) {
 
 TEST(VelodyneScanMessage, IsReadPacketByPacketAndRefusedWhereItIsNone) {
   const std::string message = velodyne(7, '\x22');
-  const Result<PointCloudFile> cloud = parse_ros1(message, kVelodyne);
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m.size(), 2U * 12U * 32U);
-  EXPECT_EQ(cloud->time_origin_ns, 7'000'000'000);
+  const PointCloudFile cloud = value_of(parse_ros1(message, kVelodyne));
+  EXPECT_EQ(cloud.points_m.size(), 2U * 12U * 32U);
+  EXPECT_EQ(cloud.time_origin_ns, 7'000'000'000);
   EXPECT_FALSE(parse_ros1(message.substr(0, message.size() - 1), kVelodyne).has_value());
   EXPECT_EQ(parse_ros1(velodyne(7, '\x28'), kVelodyne).error().code, ErrorCode::kUnsupportedFormat);
   EXPECT_EQ(parse_ros1(velodyne(10, '\x22'), kVelodyne).error().code, ErrorCode::kMalformedHeader);

@@ -10,6 +10,7 @@
 #include "formats/foreign/text/pose_file.h"
 #include "formats/geometry.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 // Files of tracks/, which write_tracks.py makes from the same drive with its own geodesy.
 
@@ -125,12 +126,11 @@ GeodeticTrack random_track(Random& random) {
 TEST(GeodeticTrack, HeadingsAreTheDirectionsOfTravelByDefinition) {
   Random random(1);
   for (int trial = 0; trial < 200; ++trial) {
-    const Result<TrackInWorld> found = in_world(random_track(random), "enu:49,8.4,115", "track");
-    ASSERT_TRUE(found) << to_string(found.error());
-    const std::vector<double> headings_rad = plain_headings(found->rows);
+    const TrackInWorld found = value_of(in_world(random_track(random), "enu:49,8.4,115", "track"));
+    const std::vector<double> headings_rad = plain_headings(found.rows);
     for (std::size_t i = 0; i < headings_rad.size(); ++i) {
       const Eigen::Matrix3d expected = rotation_matrix({Eigen::Vector3d::UnitZ(), headings_rad[i]});
-      ASSERT_EQ(found->rows[i].T_world_vehicle.linear(), expected) << trial << " " << i;
+      ASSERT_EQ(found.rows[i].T_world_vehicle.linear(), expected) << trial << " " << i;
     }
   }
 }
@@ -157,9 +157,8 @@ std::clock_t cpu_of_standing(int count) {
 // times the fixes took 64 times as long.
 TEST(GeodeticTrack, StandingTakesTimeInProportion) {
   EXPECT_LT(cpu_of_standing(64'000), 24 * cpu_of_standing(8'000));
-  const Result<TrackInWorld> found = in_world(standing_track(8'000), "enu:49,8.4,115", "track");
-  ASSERT_TRUE(found) << to_string(found.error());
-  EXPECT_GT(found->rows.front().T_world_vehicle.linear()(0, 0), 0.999) << "east";
+  const TrackInWorld found = value_of(in_world(standing_track(8'000), "enu:49,8.4,115", "track"));
+  EXPECT_GT(found.rows.front().T_world_vehicle.linear()(0, 0), 0.999) << "east";
 }
 
 // Grid north differs from true north by the convergence of the meridians, -0.45 degrees here (PROJ:

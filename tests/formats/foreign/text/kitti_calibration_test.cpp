@@ -5,6 +5,7 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -21,22 +22,21 @@ Result<KittiCalibration> read(const std::string& name, const std::string& text) 
 }
 
 TEST(KittiCalibration, TakesTheCamerasPosesToTheScanner) {
-  const Result<KittiCalibration> calibration =
-      read("calib.txt", std::string("P0: 1 0 0 0 0 1 0 0 0 0 1 0\n") + kTr);
-  ASSERT_TRUE(calibration);
-  EXPECT_TRUE(lidar_pose(*calibration, Pose::Identity()).isApprox(Pose::Identity(), 1e-12));
+  const KittiCalibration calibration =
+      value_of(read("calib.txt", std::string("P0: 1 0 0 0 0 1 0 0 0 0 1 0\n") + kTr));
+  EXPECT_TRUE(lidar_pose(calibration, Pose::Identity()).isApprox(Pose::Identity(), 1e-12));
   Pose ahead = Pose::Identity();
   ahead.translation().z() = 5.0;  // the camera drives along its z
-  const Pose found = lidar_pose(*calibration, ahead);
+  const Pose found = lidar_pose(calibration, ahead);
   EXPECT_LT((found.translation() - Eigen::Vector3d(5.0, 0.0, 0.0)).norm(), 1e-12);
   EXPECT_TRUE(found.linear().isApprox(Eigen::Matrix3d::Identity(), 1e-12));
 }
 
 TEST(KittiCalibration, TakesTheInertialUnitsPosesToTheScanner) {
-  const Result<KittiCalibration> calibration = read(
-      "calib_imu_to_velo.txt", "calib_time: 25-May-2012\nR: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n");
-  ASSERT_TRUE(calibration);
-  const Pose found = lidar_pose(*calibration, Pose::Identity());
+  const KittiCalibration calibration =
+      value_of(read("calib_imu_to_velo.txt",
+                    "calib_time: 25-May-2012\nR: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n"));
+  const Pose found = lidar_pose(calibration, Pose::Identity());
   EXPECT_LT((found.translation() - Eigen::Vector3d(0.8, -0.3, 0.8)).norm(), 1e-12)
       << "the scanner, seen from the unit";
 }

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/value_of.h"
+
 namespace sightline {
 namespace {
 
@@ -16,12 +18,11 @@ constexpr const char* kTable = R"([
 {"token": "c", "timestamp": 1532402927612460, "rotation": [1, 0, 0, 0], "translation": [410, 1180, 0]}])";
 
 TEST(NuscenesPoses, AreReadByTimeWithWFirst) {
-  const Result<std::vector<PoseRow>> rows = parse_nuscenes_poses(kTable, "ego_pose.json");
-  ASSERT_TRUE(rows) << to_string(rows.error());
-  ASSERT_EQ(rows->size(), 2U);
-  EXPECT_EQ((*rows)[0].stamp_ns, 1'532'402'927'612'460'000);
-  EXPECT_EQ((*rows)[1].T_world_vehicle.translation(), Eigen::Vector3d(411.3, 1180.9, 0.0));
-  const Eigen::Vector3d forward = (*rows)[1].T_world_vehicle.linear().col(0);
+  const std::vector<PoseRow> rows = value_of(parse_nuscenes_poses(kTable, "ego_pose.json"));
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].stamp_ns, 1'532'402'927'612'460'000);
+  EXPECT_EQ(rows[1].T_world_vehicle.translation(), Eigen::Vector3d(411.3, 1180.9, 0.0));
+  const Eigen::Vector3d forward = rows[1].T_world_vehicle.linear().col(0);
   EXPECT_LT((forward - Eigen::Vector3d::UnitY()).norm(), 1e-12) << "a quarter turn to the left";
 }
 

@@ -4,6 +4,7 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -15,18 +16,17 @@ Result<std::vector<OutsideError>> read(const std::string& text) {
 }
 
 TEST(OutsideErrorsFile, ReadsErrorsInTheOrderOfScansWhateverTheOrderOfLinesAndColumns) {
-  const Result<std::vector<OutsideError>> errors = read(
-      "\xef\xbb\xbf# by the new matcher\r\n\r\nstart, error_m ,scan,look_m\r\n1,0.25,7,20\r\n"
-      "0,+1e-2,7,20\r\n# half way\n0,0,3,10");
-  ASSERT_TRUE(errors) << to_string(errors.error());
-  ASSERT_EQ(errors->size(), 3u);
-  EXPECT_EQ((*errors)[0].scan, 3u);
-  EXPECT_EQ((*errors)[0].range_m, 10.0);
-  EXPECT_EQ((*errors)[0].error_m, 0.0);
-  EXPECT_EQ((*errors)[0].line, 7u);
-  EXPECT_EQ((*errors)[1].error_m, 0.01);
-  EXPECT_EQ((*errors)[2].start, 1u);
-  EXPECT_EQ((*errors)[2].line, 4u);
+  const std::vector<OutsideError> errors = value_of(
+      read("\xef\xbb\xbf# by the new matcher\r\n\r\nstart, error_m ,scan,look_m\r\n1,0.25,7,20\r\n"
+           "0,+1e-2,7,20\r\n# half way\n0,0,3,10"));
+  ASSERT_EQ(errors.size(), 3u);
+  EXPECT_EQ(errors[0].scan, 3u);
+  EXPECT_EQ(errors[0].range_m, 10.0);
+  EXPECT_EQ(errors[0].error_m, 0.0);
+  EXPECT_EQ(errors[0].line, 7u);
+  EXPECT_EQ(errors[1].error_m, 0.01);
+  EXPECT_EQ(errors[2].start, 1u);
+  EXPECT_EQ(errors[2].line, 4u);
   EXPECT_TRUE(read("scan,range,start,error\n0,10,0,0.1\n"));
 }
 

@@ -4,6 +4,7 @@
 #include "formats/base/random.h"
 #include "formats/base/units.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -126,13 +127,12 @@ TEST(PoseFile, WhatWriteTumWritesReadsBack) {
         Eigen::Vector3d(588348.947978 + static_cast<double>(i), 4141240.223859, -30.094324);
   }
   ASSERT_TRUE(write_tum(folder / "out.tum", rows).has_value());
-  const Result<std::vector<PoseRow>> back = read_poses(folder / "out.tum", PoseFormat::kTum);
-  ASSERT_TRUE(back.has_value()) << to_string(back.error());
-  ASSERT_EQ(back->size(), rows.size());
+  const std::vector<PoseRow> back = value_of(read_poses(folder / "out.tum", PoseFormat::kTum));
+  ASSERT_EQ(back.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_EQ((*back)[i].stamp_ns, rows[i].stamp_ns);
-    EXPECT_EQ((*back)[i].T_world_vehicle.translation(), rows[i].T_world_vehicle.translation());
-    EXPECT_TRUE((*back)[i].T_world_vehicle.isApprox(rows[i].T_world_vehicle, 1e-12));
+    EXPECT_EQ(back[i].stamp_ns, rows[i].stamp_ns);
+    EXPECT_EQ(back[i].T_world_vehicle.translation(), rows[i].T_world_vehicle.translation());
+    EXPECT_TRUE(back[i].T_world_vehicle.isApprox(rows[i].T_world_vehicle, 1e-12));
   }
   EXPECT_EQ(write_tum(folder / "out.tum", rows).error().code, ErrorCode::kOutputExists);
 }

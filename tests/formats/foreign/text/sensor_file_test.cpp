@@ -5,6 +5,7 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -19,14 +20,14 @@ Result<SensorProfile> read(const std::string& name, const std::string& text) {
 }
 
 TEST(SensorFile, OfYamlHoldsBeamsAndWhatDiffersFromTheUsual) {
-  const Result<SensorProfile> table = read(
-      "roof.yaml", "# ours\nbeams_deg: [3, -1.5, 0.25]\nazimuth_step_deg: 0.1\nmax_range_m: 200\n");
-  ASSERT_TRUE(table) << to_string(table.error());
-  EXPECT_EQ(table->name, "roof");
-  EXPECT_EQ(table->beam_elevations_deg, (std::vector<double>{-1.5, 0.25, 3.0}));
-  EXPECT_EQ(table->azimuth_step_deg, 0.1);
-  EXPECT_EQ(table->max_range_m, 200.0);
-  EXPECT_EQ(table->min_range_m, SensorProfile().min_range_m);
+  const SensorProfile table = value_of(
+      read("roof.yaml",
+           "# ours\nbeams_deg: [3, -1.5, 0.25]\nazimuth_step_deg: 0.1\nmax_range_m: 200\n"));
+  EXPECT_EQ(table.name, "roof");
+  EXPECT_EQ(table.beam_elevations_deg, (std::vector<double>{-1.5, 0.25, 3.0}));
+  EXPECT_EQ(table.azimuth_step_deg, 0.1);
+  EXPECT_EQ(table.max_range_m, 200.0);
+  EXPECT_EQ(table.min_range_m, SensorProfile().min_range_m);
   const Result<SensorProfile> even =
       read("even.yml",
            "name: my-64\nbeams: 3\nlowest_beam_deg: -10\nhighest_beam_deg: 10\nheight_m: 2\n");
@@ -34,25 +35,23 @@ TEST(SensorFile, OfYamlHoldsBeamsAndWhatDiffersFromTheUsual) {
   EXPECT_EQ(even->name, "my-64");
   EXPECT_EQ(even->height_m, 2.0);
   EXPECT_TRUE(even->sees_all_round());
-  const Result<SensorProfile> ahead =
-      read("ahead.yaml", "beams_deg: [-10, 10]\nazimuth_step_deg: 0.1\nazimuth_view_deg: 120\n");
-  ASSERT_TRUE(ahead) << to_string(ahead.error());
-  EXPECT_EQ(ahead->azimuth_view_deg, 120.0);
-  EXPECT_EQ(ahead->azimuth_count(), 1200);
+  const SensorProfile ahead = value_of(
+      read("ahead.yaml", "beams_deg: [-10, 10]\nazimuth_step_deg: 0.1\nazimuth_view_deg: 120\n"));
+  EXPECT_EQ(ahead.azimuth_view_deg, 120.0);
+  EXPECT_EQ(ahead.azimuth_count(), 1200);
 }
 
 TEST(SensorFile, OfAMakerIsReadAsItIs) {
   const Result<SensorProfile> hesai =
       read("correction.csv", "Channel,Elevation,Azimuth\n1,14.882,-1.042\n2,11.032,-1.042\n");
   EXPECT_EQ(hesai->beam_elevations_deg, (std::vector<double>{11.032, 14.882}));
-  const Result<SensorProfile> ouster =
-      read("os.json", R"({"beam_intrinsics": {"beam_altitude_angles": [20.1, 0.5, -21]},
-        "config_params": {"lidar_mode": "2048x10"}, "sensor_info": {"prod_line": "OS-2-128"}})");
-  ASSERT_TRUE(ouster) << to_string(ouster.error());
-  EXPECT_EQ(ouster->beam_elevations_deg, (std::vector<double>{-21.0, 0.5, 20.1}));
-  EXPECT_EQ(ouster->azimuth_step_deg, 360.0 / 2048.0);
-  EXPECT_EQ(ouster->max_range_m, 240.0);
-  EXPECT_EQ(ouster->name, "OS-2-128");
+  const SensorProfile ouster =
+      value_of(read("os.json", R"({"beam_intrinsics": {"beam_altitude_angles": [20.1, 0.5, -21]},
+        "config_params": {"lidar_mode": "2048x10"}, "sensor_info": {"prod_line": "OS-2-128"}})"));
+  EXPECT_EQ(ouster.beam_elevations_deg, (std::vector<double>{-21.0, 0.5, 20.1}));
+  EXPECT_EQ(ouster.azimuth_step_deg, 360.0 / 2048.0);
+  EXPECT_EQ(ouster.max_range_m, 240.0);
+  EXPECT_EQ(ouster.name, "OS-2-128");
 }
 
 TEST(SensorFile, RefusesWhatIsNoSensor) {

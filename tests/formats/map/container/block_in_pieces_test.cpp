@@ -37,20 +37,19 @@ std::vector<std::byte> packable(std::size_t size) {
 }
 
 void expect_as_whole(const std::vector<std::byte>& raw) {
-  const Result<BlockInPieces> pieces = pack_in_pieces(StoredBytes(raw));
-  ASSERT_TRUE(pieces) << raw.size();
+  const BlockInPieces pieces = value_of(pack_in_pieces(StoredBytes(raw)), raw.size());
   const StoredBlock whole = pack(raw);
-  EXPECT_EQ(pieces->codec, whole.codec) << raw.size();
+  EXPECT_EQ(pieces.codec, whole.codec) << raw.size();
   if (raw.size() <= kPackedPiece) {
-    EXPECT_TRUE(read_all(pieces->bytes) == whole.bytes) << raw.size();
+    EXPECT_TRUE(read_all(pieces.bytes) == whole.bytes) << raw.size();
   } else {
-    EXPECT_LE(pieces->bytes.size(), whole.bytes.size() + whole.bytes.size() / 100) << raw.size();
-    const auto unpacked = unpack_zstd(read_all(pieces->bytes), raw.size());
+    EXPECT_LE(pieces.bytes.size(), whole.bytes.size() + whole.bytes.size() / 100) << raw.size();
+    const auto unpacked = unpack_zstd(read_all(pieces.bytes), raw.size());
     EXPECT_TRUE(unpacked && *unpacked == raw) << raw.size();
   }
   if (whole.codec != BlockCodec::kZstd) return;
   std::vector<std::byte> back;
-  require(visit_unpacked_zstd(pieces->bytes, raw.size(),
+  require(visit_unpacked_zstd(pieces.bytes, raw.size(),
                               [&](std::span<const std::byte> piece) -> Result<void> {
                                 back.insert(back.end(), piece.begin(), piece.end());
                                 return {};

@@ -22,6 +22,7 @@
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace {
 
@@ -110,9 +111,7 @@ TEST_F(ApplyTogether, OneWinsAndTheMapIsWhole) {
 TEST_F(ApplyTogether, APartThatBecameTheMapBeforeItWasLockedIsLeftAlone) {
   write(part_path(map_), Bytes());
   before_lock = [&] { fs::rename(part_path(map_), folder_ / "done"); };
-  const Result<PartFile> part = PartFile::open(part_path(map_));
-  ASSERT_FALSE(part);
-  EXPECT_EQ(part.error().code, ErrorCode::kCannotOpen);
+  EXPECT_EQ(failure_of(PartFile::open(part_path(map_))).code, ErrorCode::kCannotOpen);
   EXPECT_TRUE(fs::exists(folder_ / "done"));
 }
 
@@ -138,8 +137,7 @@ TEST_F(ApplyTogether, TheBaseIsLookedAtAgainUnderTheLock) {
 }
 
 TEST_F(ApplyTogether, ThePartIsLockedUnderAnyName) {
-  const Result<PartFile> first = PartFile::open(part_path(map_));
-  ASSERT_TRUE(first);
+  const PartFile first = value_of(PartFile::open(part_path(map_)));
   EXPECT_EQ(apply_delta(delta(0), map_).error().code, ErrorCode::kCannotOpen);
   // Renamed while it is locked, as the last step of an apply does: another part may begin.
   fs::rename(part_path(map_), folder_ / "done");

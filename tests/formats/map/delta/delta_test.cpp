@@ -11,6 +11,7 @@
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -55,14 +56,12 @@ class Delta : public testing::Test {
     return apply_delta(delta_, map_);
   }
   void expect_map(const Bytes& expected, const char* what) const {
-    const Result<Bytes> found = read_file(map_);
-    ASSERT_TRUE(found);
-    EXPECT_TRUE(*found == expected) << what;
+    const Bytes found = value_of(read_file(map_));
+    EXPECT_TRUE(found == expected) << what;
   }
   void expect_refused(const Bytes& base, const Bytes& delta, ErrorCode code) const {
-    const Result<ApplyReport> report = apply(base, delta);
-    ASSERT_FALSE(report);
-    EXPECT_EQ(report.error().code, code) << to_string(report.error());
+    const Error error = failure_of(apply(base, delta));
+    EXPECT_EQ(error.code, code) << to_string(error);
     expect_map(base, "a refused delta leaves the map alone");
   }
 
@@ -80,8 +79,7 @@ TEST_F(Delta, MakesTheNewMapByteForByteOverRandomMaps) {
     const Bytes result = seed % 4 == 0 ? encode_map(random_map({.seed = seed + 100}))
                                        : encode_map(changed_map(map, seed, seed % 3 == 0));
     for (const bool is_portable : {false, true}) {
-      const Result<ApplyReport> report = apply(base, make(base, result, {is_portable}));
-      ASSERT_TRUE(report) << to_string(report.error());
+      const ApplyReport report = value_of(apply(base, make(base, result, {is_portable})));
       expect_map(result, "applied");
     }
   }
@@ -121,13 +119,10 @@ TEST_F(Delta, KeepsTheOldMapAndTakesItBack) {
   ASSERT_TRUE(apply(base, make(base, result)));
   expect_map(result, "applied");
   EXPECT_FALSE(fs::exists(part_path(map_)));
-  const Result<Digest> root = roll_back(map_);
-  ASSERT_TRUE(root) << to_string(root.error());
-  EXPECT_EQ(*root, verify_map(base)->root_digest);
+  const Digest root = value_of(roll_back(map_));
+  EXPECT_EQ(root, verify_map(base)->root_digest);
   expect_map(base, "taken back");
-  const Result<Digest> again = roll_back(map_);
-  ASSERT_FALSE(again);
-  EXPECT_EQ(again.error().code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(failure_of(roll_back(map_)).code, ErrorCode::kFileNotFound);
   expect_map(base, "nothing more to take back");
 }
 
@@ -156,12 +151,10 @@ TEST_F(Delta, AppliedTwiceSaysThatItWasThere) {
   const Bytes base = encode_map(tiny_map());
   const Bytes result = encode_map(changed_map(tiny_map(), 1));
   ASSERT_TRUE(apply(base, make(base, result)));
-  const Result<ApplyReport> again = apply_delta(delta_, map_);
-  ASSERT_TRUE(again) << to_string(again.error());
-  EXPECT_TRUE(again->was_there);
-  const Result<Bytes> previous = read_file(previous_path(map_));
-  ASSERT_TRUE(previous);
-  EXPECT_TRUE(*previous == base) << "the second apply must not lose the map before the first";
+  const ApplyReport again = value_of(apply_delta(delta_, map_));
+  EXPECT_TRUE(again.was_there);
+  const Bytes previous = value_of(read_file(previous_path(map_)));
+  EXPECT_TRUE(previous == base) << "the second apply must not lose the map before the first";
 }
 
 TEST_F(Delta, ToAnotherFileLeavesTheMapAlone) {
@@ -369,10 +362,9 @@ TEST_F(Delta, ToAMapWhoseLayersDoNotHaveTheirDigestsIsRefused) {
   ASSERT_TRUE(apply(base, delta_to(base, whole, verify_map(whole)->root_digest)));
   Bytes damaged = whole;
   std::swap_ranges(damaged.begin() + 1024, damaged.begin() + 1088, damaged.begin() + 2048);
-  const Result<ApplyReport> report =
-      apply(base, delta_to(base, damaged, verify_map(whole)->root_digest));
-  ASSERT_FALSE(report);
-  EXPECT_EQ(error_class(report.error().code), ErrorClass::kCorrupt) << to_string(report.error());
+  const Error error =
+      failure_of(apply(base, delta_to(base, damaged, verify_map(whole)->root_digest)));
+  EXPECT_EQ(error_class(error.code), ErrorClass::kCorrupt) << to_string(error);
   expect_map(base, "left alone");
 }
 
@@ -380,9 +372,7 @@ TEST_F(Delta, IsNotReadFromAnythingButARegularFile) {
   const Bytes base = encode_map(tiny_map());
   write(map_, base);
   for (const char* endless : {"/dev/zero", "/dev/urandom", "/"}) {
-    const Result<ApplyReport> report = apply_delta(endless, map_);
-    ASSERT_FALSE(report);
-    EXPECT_EQ(report.error().code, ErrorCode::kCannotRead) << endless;
+    EXPECT_EQ(failure_of(apply_delta(endless, map_)).code, ErrorCode::kCannotRead) << endless;
   }
 }
 

@@ -15,6 +15,7 @@
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -367,11 +368,10 @@ TEST(MapDiff, OfABrokenMapNamesTheFile) {
   ASSERT_TRUE(write_file_atomically(folder / "old.slmap", file, IfExists::kReplace));
   file[40] ^= std::byte{1};
   ASSERT_TRUE(write_file_atomically(folder / "new.slmap", file, IfExists::kReplace));
-  const Result<MapDiff> diff =
-      diff_maps(folder / "old.slmap", folder / "new.slmap", MapDiffOptions());
-  ASSERT_FALSE(diff);
-  EXPECT_EQ(diff.error().code, ErrorCode::kChecksumMismatch);
-  EXPECT_EQ(diff.error().file, (folder / "new.slmap").string());
+  const Error error =
+      failure_of(diff_maps(folder / "old.slmap", folder / "new.slmap", MapDiffOptions()));
+  EXPECT_EQ(error.code, ErrorCode::kChecksumMismatch);
+  EXPECT_EQ(error.file, (folder / "new.slmap").string());
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "formats/reader/map_container.h"
 #include "map_generated.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -49,10 +50,9 @@ std::vector<TileEnds> tile_ends(const std::vector<std::byte>& file) {
 
 TEST(RecoverMap, OfAWholeFileGivesTheSameFile) {
   const std::vector<std::byte> file = encode_map(sample(1));
-  const Result<Recovered> recovered = recover_map(file);
-  ASSERT_TRUE(recovered) << to_string(recovered.error());
-  EXPECT_TRUE(recovered->lost.empty());
-  EXPECT_EQ(encode_map(recovered->map), file);
+  const Recovered recovered = value_of(recover_map(file));
+  EXPECT_TRUE(recovered.lost.empty());
+  EXPECT_EQ(encode_map(recovered.map), file);
 }
 
 TEST(RecoverMap, LeavesOutADamagedColumnAndNothingElse) {
@@ -60,12 +60,11 @@ TEST(RecoverMap, LeavesOutADamagedColumnAndNothingElse) {
   std::vector<std::byte> file = encode_map(map);
   const auto values = std::as_bytes(std::span(map.columns[1].values));
   *std::search(file.begin(), file.end(), values.begin(), values.end()) ^= std::byte{1};
-  const Result<Recovered> recovered = recover_map(file);
-  ASSERT_TRUE(recovered) << to_string(recovered.error());
-  ASSERT_EQ(recovered->map.columns.size(), 1U);
-  EXPECT_EQ(recovered->map.columns[0].values, map.columns[0].values);
-  ASSERT_EQ(recovered->lost.size(), 1U);
-  EXPECT_THAT(recovered->lost[0], HasSubstr("the column kind"));
+  const Recovered recovered = value_of(recover_map(file));
+  ASSERT_EQ(recovered.map.columns.size(), 1U);
+  EXPECT_EQ(recovered.map.columns[0].values, map.columns[0].values);
+  ASSERT_EQ(recovered.lost.size(), 1U);
+  EXPECT_THAT(recovered.lost[0], HasSubstr("the column kind"));
 }
 
 // Cut anywhere: every tile that ends before the cut is there, no other, and the result is a map.
@@ -87,8 +86,7 @@ TEST(RecoverMap, OfACutFileKeepsEveryTileThatEndsBeforeTheCut) {
     EXPECT_EQ(recovered->map.ndt.nds.size(), nds) << "cut at " << size;
     EXPECT_EQ(recovered->map.sites.sites.size(), sites) << "cut at " << size;
     EXPECT_FALSE(recovered->lost.empty());
-    const Result<CompiledMap> back = read_map(encode_map(recovered->map));
-    ASSERT_TRUE(back) << to_string(back.error());
+    const CompiledMap back = value_of(read_map(encode_map(recovered->map)));
   }
 }
 
@@ -114,12 +112,11 @@ TEST(RecoverMap, OfADamagedTileLosesThatTileAndSaysWhich) {
   const std::vector<TileEnds> ends = tile_ends(file);
   const TileEnds& tile = ends[ends.size() / 2];
   file[tile.end - 1] ^= std::byte{1};
-  const Result<Recovered> recovered = recover_map(file);
-  ASSERT_TRUE(recovered) << to_string(recovered.error());
-  EXPECT_EQ(recovered->map.sites.sites.size() + tile.sites, 60u);
-  ASSERT_FALSE(recovered->lost.empty());
-  EXPECT_THAT(recovered->lost[0], HasSubstr("tile " + std::to_string(tile.key.x) + "," +
-                                            std::to_string(tile.key.y) + ": SL4003"));
+  const Recovered recovered = value_of(recover_map(file));
+  EXPECT_EQ(recovered.map.sites.sites.size() + tile.sites, 60u);
+  ASSERT_FALSE(recovered.lost.empty());
+  EXPECT_THAT(recovered.lost[0], HasSubstr("tile " + std::to_string(tile.key.x) + "," +
+                                           std::to_string(tile.key.y) + ": SL4003"));
 }
 
 TEST(RecoverMap, OfOneDamagedLayerOfFactorsLosesAllFactorsAndNothingElse) {
@@ -129,22 +126,20 @@ TEST(RecoverMap, OfOneDamagedLayerOfFactorsLosesAllFactorsAndNothingElse) {
   for (const schema::Block* block : *container.directory->tiles()->Get(0)->layers()) {
     if (block->name()->str() == "factors") file[block->offset()] ^= std::byte{1};
   }
-  const Result<Recovered> recovered = recover_map(file);
-  ASSERT_TRUE(recovered) << to_string(recovered.error());
-  EXPECT_THAT(recovered->lost, testing::ElementsAre(HasSubstr("the factors: SL4003")));
-  EXPECT_TRUE(recovered->map.factors.factors.empty());
-  EXPECT_EQ(recovered->map.sites.sites.size(), 60u);
-  EXPECT_EQ(recovered->map.model.bytes, map.model.bytes);
+  const Recovered recovered = value_of(recover_map(file));
+  EXPECT_THAT(recovered.lost, testing::ElementsAre(HasSubstr("the factors: SL4003")));
+  EXPECT_TRUE(recovered.map.factors.factors.empty());
+  EXPECT_EQ(recovered.map.sites.sites.size(), 60u);
+  EXPECT_EQ(recovered.map.model.bytes, map.model.bytes);
 }
 
 TEST(RecoverMap, OfADamagedDirectoryLosesNoTile) {
   std::vector<std::byte> file = encode_map(sample(5));
   file[decode_header(file)->directory_offset + 40] ^= std::byte{1};
-  const Result<Recovered> recovered = recover_map(file);
-  ASSERT_TRUE(recovered) << to_string(recovered.error());
-  EXPECT_EQ(recovered->map.sites.sites.size(), 60u);
-  EXPECT_EQ(recovered->map.version, "2026.1");
-  EXPECT_THAT(recovered->lost[0], HasSubstr("the directory: SL4003"));
+  const Recovered recovered = value_of(recover_map(file));
+  EXPECT_EQ(recovered.map.sites.sites.size(), 60u);
+  EXPECT_EQ(recovered.map.version, "2026.1");
+  EXPECT_THAT(recovered.lost[0], HasSubstr("the directory: SL4003"));
 }
 
 TEST(RecoverMap, NeedsHeaderAndManifest) {
@@ -152,13 +147,9 @@ TEST(RecoverMap, NeedsHeaderAndManifest) {
   for (const std::size_t byte : {std::size_t{20}, std::size_t{200}}) {
     std::vector<std::byte> damaged = file;
     damaged[byte] ^= std::byte{1};
-    const Result<Recovered> recovered = recover_map(damaged);
-    ASSERT_FALSE(recovered);
-    EXPECT_EQ(recovered.error().code, ErrorCode::kChecksumMismatch);
+    EXPECT_EQ(failure_of(recover_map(damaged)).code, ErrorCode::kChecksumMismatch);
   }
-  const Result<Recovered> none = recover_map(std::span(file).first(3000));
-  ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().code, ErrorCode::kTruncatedFile);
+  EXPECT_EQ(failure_of(recover_map(std::span(file).first(3000))).code, ErrorCode::kTruncatedFile);
 }
 
 TEST(RecoverMap, OfAFileDamagedAnywhereGivesAValidMapOrNone) {
