@@ -14,7 +14,7 @@
 #include "passes/rays/cast_rays.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/support/lane/depth_truth.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline::lane {
 namespace {
@@ -79,7 +79,7 @@ void measure(std::uint64_t seed, bool has_leaves, int beams, const BenchOptions&
   PassContext ctx;
   ctx.threads = options.threads;
   const double begin_s = cpu_s();
-  const Result<Surface> surface = whole(build_surface(ctx, {}, points));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, points));
   const double built_s = cpu_s();
   SIGHTLINE_CHECK(surface);
   const Sites sites = sites_along(lane, options.length_m, options.site_spacing_m);

@@ -12,8 +12,7 @@
 #include "passes/pass/default_looks.h"
 #include "passes/rays/cast_rays.h"
 #include "passes/rays/cast_scans.h"
-#include "tests/support/whole_nds.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 // What it costs to annotate a site: a street with walls on both sides, cut by crossings every 50 m,
 // and a site every metre of its middle. Time is for one site on one thread. The argument is the
@@ -62,8 +61,8 @@ struct Bench {
   explicit Bench(int length_m) {
     ctx.threads = 1;
     const SurfacePoints points = street(length_m);
-    map = *whole_nds(build_ndt(ctx, {}, points));
-    surface = *whole(build_surface(ctx, {}, points));
+    map = *whole_rows(build_ndt(ctx, {}, points));
+    surface = *whole_rows(build_surface(ctx, {}, points));
     for (int i = kWithoutSites_m; i < length_m - kWithoutSites_m; ++i) {
       Site site;
       site.s_m = i;

@@ -21,7 +21,7 @@
 #include "formats/surroundings/surface.h"
 #include "passes/map/build_ndt.h"
 #include "tests/bench/surface_shapes.h"
-#include "tests/support/whole_nds.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -95,7 +95,7 @@ Views drive_through(std::uint64_t seed, double length_m) {
 NdtMap cells_of(const SurfacePoints& points, double cell_m) {
   PassContext ctx;
   ctx.threads = 1;
-  Result<NdtMap> cells = whole_nds(build_ndt(ctx, {cell_m, 64.0, 3}, points));
+  Result<NdtMap> cells = whole_rows(build_ndt(ctx, {cell_m, 64.0, 3}, points));
   SIGHTLINE_CHECK(cells);
   return std::move(*cells);
 }

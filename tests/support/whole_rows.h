@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "formats/base/result.h"
-#include "formats/tables/stored_table.h"
+#include "formats/surroundings/surface.h"
 
 namespace sightline {
 
@@ -10,6 +13,12 @@ template <class X>
 Result<X> whole_rows(const Result<StoredTable<X>>& table) {
   if (!table) return table.error();
   return table->whole();
+}
+
+inline std::vector<std::byte> to_bytes(const Surface& surface) {
+  ByteWriter writer;
+  encode(surface, writer);
+  return writer.take();
 }
 
 }  // namespace sightline

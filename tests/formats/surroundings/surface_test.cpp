@@ -8,7 +8,7 @@
 #include "formats/base/random.h"
 #include "formats/tables/stored_table_writer.h"
 #include "tests/support/value_of.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {

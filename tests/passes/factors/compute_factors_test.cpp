@@ -13,7 +13,7 @@
 #include "tests/passes/factors/plain_factors.h"
 #include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_nds.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -180,7 +180,7 @@ TEST(ComputeFactors, EqualsAPlainImplementationOnADrawnTown) {
        #...#
        #.@.#
 )");
-  const NdtMap map = value_of(whole_nds(build_ndt(TestContext(), {}, world.points)));
+  const NdtMap map = value_of(whole_rows(build_ndt(TestContext(), {}, world.points)));
   FactorInputs inputs{map, world.sites, {}, {}};
   look_around(7, inputs);
   const FactorTable table = must_compute(inputs);

@@ -9,9 +9,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_nds.h"
 #include "tests/support/whole_rows.h"
-#include "tests/support/whole_surface.h"
 
 // The same world laid elsewhere: cells, leaves, sectors and rays cut it differently, and no factor
 // may care much. How much the phase of the grids matters is measured here, factor by factor.
@@ -52,8 +50,8 @@ FactorTable factors_of(const ToyWorld& world) {
   SensorProfile sensor;
   for (int beam = 0; beam < 16; ++beam) sensor.beam_elevations_deg.push_back(-15.0 + 2.0 * beam);
   sensor.azimuth_step_deg = 0.4;
-  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, world.points));
-  const Result<Surface> surface = whole(build_surface(ctx, {}, world.points));
+  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, world.points));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, world.points));
   const Result<FactorTable> table =
       whole_rows(factors_of_sites(ctx, {}, *map, *surface, world.sites, sensor));
   EXPECT_TRUE(table.has_value());

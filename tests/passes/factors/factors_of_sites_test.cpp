@@ -10,9 +10,7 @@
 #include "passes/map/build_surface.h"
 #include "tests/support/kept_parts.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_nds.h"
 #include "tests/support/whole_rows.h"
-#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -37,8 +35,8 @@ Place street() {
                                     row_of_ground + "\n" + row_of_walls + "\n");
   PassContext ctx;
   Place place;
-  place.map = *whole_nds(build_ndt(ctx, {}, world.points));
-  place.surface = *whole(build_surface(ctx, {}, world.points));
+  place.map = *whole_rows(build_ndt(ctx, {}, world.points));
+  place.surface = *whole_rows(build_surface(ctx, {}, world.points));
   place.sites = world.sites;
   std::reverse(place.sites.sites.begin(), place.sites.sites.end());
   for (std::size_t i = 0; i < place.sites.sites.size(); ++i) {

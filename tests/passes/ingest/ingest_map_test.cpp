@@ -5,8 +5,7 @@
 #include "passes/map/build_surface.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/value_of.h"
-#include "tests/support/whole_nds.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -45,16 +44,16 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
   EXPECT_TRUE(warnings_.empty()) << warnings_.front();
   EXPECT_EQ(points.frame.origin_world_m, Eigen::Vector3d(128.0, 64.0, 0.0));
   EXPECT_EQ(points.standing_count, 2U * 160U * 160U);
-  const NdtMap ndt = value_of(whole_nds(build_ndt(ctx_, {}, points)));
+  const NdtMap ndt = value_of(whole_rows(build_ndt(ctx_, {}, points)));
   EXPECT_EQ(ndt.nds.size(), 16U * 8U);
   EXPECT_EQ(ndt.point_count, points.standing_count);
   // No ray opens what was not looked through.
-  const Surface surface = value_of(whole(build_surface(ctx_, {}, points)));
+  const Surface surface = value_of(whole_rows(build_surface(ctx_, {}, points)));
   EXPECT_GE(surface.patches.size(), 64U * 32U);
   // What comes from the cache finds its pieces again.
   SurfacePoints cached = value_of(from_bytes<SurfacePoints>(to_bytes(points)));
   reattach(cached, map_of_two(0.1));
-  EXPECT_EQ(to_bytes(*whole_nds(build_ndt(ctx_, {}, cached))), to_bytes(ndt));
+  EXPECT_EQ(to_bytes(*whole_rows(build_ndt(ctx_, {}, cached))), to_bytes(ndt));
 }
 
 TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {

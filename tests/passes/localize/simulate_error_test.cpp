@@ -11,9 +11,7 @@
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
 #include "tests/support/test_context.h"
-#include "tests/support/whole_nds.h"
 #include "tests/support/whole_rows.h"
-#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -50,8 +48,8 @@ Scene scene_of(const std::vector<double>& begins_m) {
       made.sites.sites.push_back(site);
     }
   }
-  made.map = *whole_nds(build_ndt(ctx, {}, points));
-  made.surface = *whole(build_surface(ctx, {}, points));
+  made.map = *whole_rows(build_ndt(ctx, {}, points));
+  made.surface = *whole_rows(build_surface(ctx, {}, points));
   made.sensor = *sensor_profile("generic-16");
   return made;
 }

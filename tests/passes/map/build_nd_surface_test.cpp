@@ -7,7 +7,7 @@
 
 #include "passes/map/places/ground_floors.h"
 #include "tests/support/no_large_files.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -33,7 +33,7 @@ TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  const Result<Surface> surface = whole(build_nd_surface(ctx, {}, level_street()));
+  const Result<Surface> surface = whole_rows(build_nd_surface(ctx, {}, level_street()));
   ASSERT_TRUE(surface.has_value());
   EXPECT_TRUE(validate(*surface).has_value());
   EXPECT_EQ(surface->patches.size(), 30U);
@@ -43,7 +43,7 @@ TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
 
 TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {
   PassContext ctx;
-  const Result<Surface> surface = whole(build_nd_surface(ctx, {}, level_street()));
+  const Result<Surface> surface = whole_rows(build_nd_surface(ctx, {}, level_street()));
   ASSERT_TRUE(surface.has_value());
   const GroundFloors floors(*surface);
   for (double x_m = 0.1; x_m < 20.0; x_m += 0.7) {
@@ -70,7 +70,7 @@ TEST(BuildNdSurface, ReturnsThatTheDiskIsFull) {
 
 TEST(BuildNdSurface, RefusesAMapWithoutNds) {
   PassContext ctx;
-  const Result<Surface> surface = whole(build_nd_surface(ctx, {}, NdtMap{}));
+  const Result<Surface> surface = whole_rows(build_nd_surface(ctx, {}, NdtMap{}));
   ASSERT_FALSE(surface.has_value());
   EXPECT_EQ(surface.error().code, ErrorCode::kEmptyMap);
 }

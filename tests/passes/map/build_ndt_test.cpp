@@ -10,7 +10,7 @@
 #include "formats/surroundings/cell_moments.h"
 #include "tests/support/no_large_files.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_nds.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -40,7 +40,7 @@ NdtMap must_build(const SurfacePoints& points, const BuildNdtOptions& options = 
                   int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  const Result<NdtMap> map = whole_nds(build_ndt(ctx, options, points));
+  const Result<NdtMap> map = whole_rows(build_ndt(ctx, options, points));
   EXPECT_TRUE(map.has_value());
   return map.has_value() ? *map : NdtMap{};
 }
@@ -168,7 +168,7 @@ TEST(BuildNdt, CountsAndWarnsOfCellsThatAreTooSparseOrHaveNoExtent) {
   PassContext ctx;
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, points_of(points_m)));
+  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, points_of(points_m)));
   ASSERT_TRUE(map.has_value());
   EXPECT_EQ(map->nds.size(), 1U);
   EXPECT_EQ(map->sparse_cell_count, 1U);
@@ -199,14 +199,14 @@ TEST(BuildNdt, SeesWallsAndGroundAsPlanesAndAPoleAsALine) {
 
 TEST(BuildNdt, RefusesATileThatIsNoMultipleOfTheCell) {
   PassContext ctx;
-  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {3.0, 64.0, 10}, random_points(5, 1000)));
+  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {3.0, 64.0, 10}, random_points(5, 1000)));
   ASSERT_FALSE(map.has_value());
   EXPECT_EQ(map.error().code, ErrorCode::kBadValue);
 }
 
 TEST(BuildNdt, RefusesPointsOfWhichNoCellIsValid) {
   PassContext ctx;
-  const Result<NdtMap> none = whole_nds(build_ndt(ctx, {}, SurfacePoints{}));
+  const Result<NdtMap> none = whole_rows(build_ndt(ctx, {}, SurfacePoints{}));
   ASSERT_FALSE(none.has_value());
   EXPECT_EQ(none.error().code, ErrorCode::kEmptyMap);
 }
@@ -216,7 +216,7 @@ TEST(BuildNdt, RefusesAPointThatTheGridCannotHold) {
     SurfacePoints points = random_points(6, 1000);
     points.points_m[17].z() = bad;
     PassContext ctx;
-    const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, points));
+    const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, points));
     ASSERT_FALSE(map.has_value());
     EXPECT_EQ(map.error().code, ErrorCode::kInvalidArtifact);
     EXPECT_NE(map.error().message.find("point 17"), std::string::npos);
@@ -227,9 +227,9 @@ TEST(BuildNdt, RefusesAPointThatTheGridCannotHold) {
 TEST(BuildNdt, OfPointsNeedsNoFile) {
   PassContext ctx;
   const SurfacePoints points = random_points(5, 200000);
-  const Result<NdtMap> expected = whole_nds(build_ndt(ctx, {}, points));
+  const Result<NdtMap> expected = whole_rows(build_ndt(ctx, {}, points));
   const NoLargeFiles full_disk;
-  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, points));
+  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, points));
   ASSERT_TRUE(map) << to_string(map.error());
   EXPECT_TRUE(to_bytes(*map) == to_bytes(*expected));
 }

@@ -9,7 +9,7 @@
 
 #include "formats/base/random.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -18,7 +18,7 @@ Surface must_build(const SurfacePoints& points, const BuildSurfaceOptions& optio
                    int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  const Result<Surface> surface = whole(build_surface(ctx, options, points));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, options, points));
   EXPECT_TRUE(surface.has_value());
   return surface.has_value() ? *surface : Surface{};
 }
@@ -128,7 +128,7 @@ TEST(BuildSurface, IsValidAndTheSameForAnyNumberOfThreads) {
 
 TEST(BuildSurface, RefusesPointsThatMakeNoPatch) {
   PassContext ctx;
-  const Result<Surface> surface = whole(build_surface(ctx, {}, SurfacePoints{}));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, SurfacePoints{}));
   ASSERT_FALSE(surface.has_value());
   EXPECT_EQ(surface.error().code, ErrorCode::kEmptyMap);
   EXPECT_EQ(surface.error().place, "pass build-surface");

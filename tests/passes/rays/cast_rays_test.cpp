@@ -8,7 +8,7 @@
 #include "passes/map/build_surface.h"
 #include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -24,7 +24,7 @@ const char* const kStreet = R"(
 Surface surface_of(const ToyWorld& world, double tile_m = 64.0) {
   BuildSurfaceOptions options;
   options.tile_m = tile_m;
-  return value_of(whole(build_surface(TestContext(), options, world.points)));
+  return value_of(whole_rows(build_surface(TestContext(), options, world.points)));
 }
 
 DepthImages must_cast(const Surface& surface, const Sites& sites, int threads = 1,

@@ -11,7 +11,7 @@
 #include "passes/matching/scan_preparation.h"
 #include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -32,7 +32,7 @@ SensorProfile five_beams() {
 }
 
 Surface surface_of(const ToyWorld& world) {
-  return value_of(whole(build_surface(TestContext(), {}, world.points)));
+  return value_of(whole_rows(build_surface(TestContext(), {}, world.points)));
 }
 
 VirtualScans must_cast(const Surface& surface, const Sites& sites, const SensorProfile& sensor,

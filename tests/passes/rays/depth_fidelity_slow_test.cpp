@@ -6,7 +6,7 @@
 #include "passes/map/build_surface.h"
 #include "passes/rays/cast_rays.h"
 #include "tests/support/lane/depth_truth.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 // Depth images in lanes, whose generator shares nothing with the towns that the surface was first
 // made for: what is thin, porous or stands free must not shade what lies behind it.
@@ -40,7 +40,8 @@ TEST_P(DepthFidelity, ShadesNothingThatLiesBehind) {
   drive.sensor = *sensor;
   drive.length_m = kLength_m;
   PassContext ctx;
-  const Result<Surface> surface = whole(build_surface(ctx, {}, drive_along(lane, caster, drive)));
+  const Result<Surface> surface =
+      whole_rows(build_surface(ctx, {}, drive_along(lane, caster, drive)));
   ASSERT_TRUE(surface.has_value());
   const Sites sites = sites_along(lane, kLength_m, 6.0);
   const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites, SensorProfile());

@@ -9,7 +9,7 @@
 #include "examples/town/world/town.h"
 #include "passes/map/build_surface.h"
 #include "passes/rays/cast_rays.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 // The surface that rays meet against the exact triangles that the scans were made from.
 
@@ -104,7 +104,7 @@ class SurfaceFidelity : public testing::TestWithParam<std::uint64_t> {};
 TEST_P(SurfaceFidelity, AgreesWithTheExactTownInEveryElevationBand) {
   const TownViews views = drive_through(GetParam());
   PassContext ctx;
-  const Result<Surface> surface = whole(build_surface(ctx, {}, views.points));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, views.points));
   ASSERT_TRUE(surface.has_value());
   const Result<DepthImages> images = cast_rays(ctx, {}, *surface, views.sites, SensorProfile());
   ASSERT_TRUE(images.has_value());

@@ -6,7 +6,7 @@
 
 #include "tests/support/no_large_files.h"
 #include "tests/support/toy_world.h"
-#include "tests/support/whole_nds.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -29,7 +29,7 @@ TEST(NdsByTile, AreTheMapThatTheirPartsMakeInAnyOrderInMemoryOrAFile) {
   for (const std::size_t most_in_memory : {std::size_t{100}, std::size_t{1} << 24}) {
     NdsByTile nds(map.cell_m, map.tile_m, most_in_memory);
     for (const std::size_t from : {2U, 0U, 1U}) nds.add(part_of(map, from));
-    const Result<NdtMap> found = whole_nds(nds.take(map.frame, map.point_count));
+    const Result<NdtMap> found = whole_rows(nds.take(map.frame, map.point_count));
     ASSERT_TRUE(found) << to_string(found.error());
     EXPECT_TRUE(to_bytes(*found) == to_bytes(map));
   }

@@ -14,8 +14,7 @@
 #include "passes/map/tiles/tile_cells.h"
 #include "tests/passes/map/tiles/long_street.h"
 #include "tests/support/kept_parts.h"
-#include "tests/support/whole_nds.h"
-#include "tests/support/whole_surface.h"
+#include "tests/support/whole_rows.h"
 
 // Passes that go tile by tile, beside the same on the whole street at once.
 
@@ -72,7 +71,7 @@ TEST(TiledNdt, HasTheBytesOfTheWholeAtOnce) {
     for (const int threads : {1, 3}) {
       PassContext ctx;
       ctx.threads = threads;
-      const Result<NdtMap> map = whole_nds(build_ndt(ctx, options, street()));
+      const Result<NdtMap> map = whole_rows(build_ndt(ctx, options, street()));
       ASSERT_TRUE(map.has_value());
       EXPECT_TRUE(to_bytes(*map) == whole);
     }
@@ -83,7 +82,7 @@ TEST(TiledSurface, HasTheBytesOfTheWholeAtOnce) {
   const auto expect_same = [](const BuildSurfaceOptions& options, int threads) {
     PassContext ctx;
     ctx.threads = threads;
-    const Result<Surface> surface = whole(build_surface(ctx, options, street()));
+    const Result<Surface> surface = whole_rows(build_surface(ctx, options, street()));
     ASSERT_TRUE(surface.has_value());
     EXPECT_GT(surface->patches.size(), 5000U);
     EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(street(), options)));
@@ -109,7 +108,7 @@ TEST(TiledSurface, CountsRaysThroughATileInWhichTheyDoNotEnd) {
   }
   points.store = memory_scan_store(std::move(scans));
   PassContext ctx;
-  const Result<Surface> surface = whole(build_surface(ctx, {}, points));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, points));
   ASSERT_TRUE(surface.has_value());
   EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
   const auto is_of_wall = [](const SurfacePatch& patch) { return patch.centre_m.x() < 138.0; };
@@ -124,7 +123,7 @@ TEST(TiledSurface, ChoosesBetweenEquallyNearGroundAsTheWholeDoes) {
     for (double x_m = 131.05; x_m < 138.0; x_m += 0.1) points.points_m.emplace_back(x_m, y_m, 1.1);
   }
   PassContext ctx;
-  const Result<Surface> surface = whole(build_surface(ctx, {}, points));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, points));
   ASSERT_TRUE(surface.has_value());
   EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
 }
@@ -133,27 +132,27 @@ TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
   PassContext alone;
   const BuildSurfaceOptions options{1.0, 64.0, 3};
   const std::vector<std::byte> alone_bytes =
-      to_bytes(*whole(build_surface(alone, options, street())));
+      to_bytes(*whole_rows(build_surface(alone, options, street())));
   NumberedParts kept;
   PassContext second = kept.context(2, {1, 2});
-  EXPECT_TRUE(to_bytes(*whole(build_surface(second, options, street()))) == alone_bytes);
+  EXPECT_TRUE(to_bytes(*whole_rows(build_surface(second, options, street()))) == alone_bytes);
   EXPECT_EQ(kept.parts.size(), kept.count);
   EXPECT_GT(kept.count, 4U);
   // Taken away, a part is made again.
   kept.parts.erase(kept.count - 1);
   kept.parts.erase(0);
   PassContext first = kept.context(1, {0, 2});
-  EXPECT_TRUE(to_bytes(*whole(build_surface(first, options, street()))) == alone_bytes);
+  EXPECT_TRUE(to_bytes(*whole_rows(build_surface(first, options, street()))) == alone_bytes);
   EXPECT_EQ(kept.parts.size(), kept.count);
 }
 
 TEST(TiledNdt, IsTheSameWhoeverMadeItsParts) {
   PassContext alone;
-  const std::vector<std::byte> whole = to_bytes(*whole_nds(build_ndt(alone, {}, street())));
+  const std::vector<std::byte> whole = to_bytes(*whole_rows(build_ndt(alone, {}, street())));
   NumberedParts kept;
   for (const std::size_t number : {1U, 0U}) {
     PassContext ctx = kept.context(1, {number, 2});
-    EXPECT_TRUE(to_bytes(*whole_nds(build_ndt(ctx, {}, street()))) == whole);
+    EXPECT_TRUE(to_bytes(*whole_rows(build_ndt(ctx, {}, street()))) == whole);
     EXPECT_EQ(kept.parts.size(), kept.count);
     kept.parts.erase(kept.count / 2);
   }
@@ -177,10 +176,10 @@ TEST(TiledNdt, AndSurfaceMakeOnlyTheTilesAnewThatAChangeReaches) {
     EXPECT_TRUE(after == build(anew, moved));
   };
   expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
-    return to_bytes(*whole_nds(build_ndt(ctx, {}, points)));
+    return to_bytes(*whole_rows(build_ndt(ctx, {}, points)));
   });
   expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
-    return to_bytes(*whole(build_surface(ctx, {1.0, 64.0, 3}, points)));
+    return to_bytes(*whole_rows(build_surface(ctx, {1.0, 64.0, 3}, points)));
   });
 }
 
@@ -206,10 +205,10 @@ TEST(TiledNdt, AndSurfaceMakeTheTileAnewInWhichVoxelsMoved) {
     EXPECT_TRUE(after == build(anew, changed));
   };
   expect_one_made([](PassContext& ctx, const SurfacePoints& points) {
-    return to_bytes(*whole_nds(build_ndt(ctx, {2.0, 64.0, 3}, points)));
+    return to_bytes(*whole_rows(build_ndt(ctx, {2.0, 64.0, 3}, points)));
   });
   expect_one_made([](PassContext& ctx, const SurfacePoints& points) {
-    return to_bytes(*whole(build_surface(ctx, {}, points)));
+    return to_bytes(*whole_rows(build_surface(ctx, {}, points)));
   });
 }
 
@@ -290,16 +289,16 @@ TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   points.points_m = {{0.0, 0.0, 0.0}, {0.0, 1e12, 0.0}};
   const std::string expected = "a surface point is not finite or lies more than 2^30 cells";
   PassContext ctx;
-  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, points));
+  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, points));
   ASSERT_FALSE(map.has_value());
   EXPECT_EQ(map.error().code, ErrorCode::kInvalidArtifact);
   EXPECT_TRUE(map.error().message.starts_with(expected)) << map.error().message;
-  const Result<Surface> surface = whole(build_surface(ctx, {}, points));
+  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, points));
   ASSERT_FALSE(surface.has_value());
   EXPECT_EQ(surface.error().place, "pass build-surface");
   points = street();
   points.scans[7].T_map_lidar.translation().x() = 1e12;
-  const Result<NdtMap> far = whole_nds(build_ndt(ctx, {}, points));
+  const Result<NdtMap> far = whole_rows(build_ndt(ctx, {}, points));
   ASSERT_FALSE(far.has_value());
   EXPECT_TRUE(far.error().message.starts_with("a surface point of scan 7 is not finite"))
       << far.error().message;
