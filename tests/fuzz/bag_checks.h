@@ -6,7 +6,7 @@
 #include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/support/memory_file.h"
+#include "tests/support/test_files.h"
 
 // What must hold of a bag, whatever its bytes: its topics, its poses and every scan of it.
 

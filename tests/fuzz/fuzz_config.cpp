@@ -4,7 +4,7 @@
 #include "compiler/config/compile_config.h"
 #include "formats/base/check.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/support/memory_file.h"
+#include "tests/support/test_files.h"
 
 namespace sightline {
 namespace {

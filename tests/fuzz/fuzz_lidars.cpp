@@ -12,7 +12,7 @@
 #include "formats/foreign/logs/pcap_reader.h"
 #include "formats/foreign/logs/rotating_pcap.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/support/memory_file.h"
+#include "tests/support/test_files.h"
 
 namespace sightline {
 namespace {

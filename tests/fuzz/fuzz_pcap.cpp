@@ -3,7 +3,7 @@
 #include "formats/base/check.h"
 #include "formats/foreign/logs/velodyne_packet.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/support/memory_file.h"
+#include "tests/support/test_files.h"
 
 namespace sightline {
 namespace {

@@ -7,7 +7,7 @@
 #include "formats/foreign/text/outside_errors_file.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/support/memory_file.h"
+#include "tests/support/test_files.h"
 
 namespace sightline {
 namespace {

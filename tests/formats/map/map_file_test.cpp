@@ -4,7 +4,7 @@
 
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
-#include "tests/support/shrinking_file.h"
+#include "tests/support/test_files.h"
 #include "tests/support/value_of.h"
 
 namespace sightline {

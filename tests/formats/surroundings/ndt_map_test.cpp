@@ -10,7 +10,7 @@
 #include "formats/symmetric_eigen.h"
 #include "formats/tables/stored_table_writer.h"
 #include "tests/support/artifact_checks.h"
-#include "tests/support/no_large_files.h"
+#include "tests/support/test_files.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/value_of.h"
 

@@ -11,8 +11,7 @@
 #include "formats/annotation/rows_of_kind.h"
 #include "formats/base/random.h"
 #include "formats/tables/stored_table_writer.h"
-#include "tests/support/no_large_files.h"
-#include "tests/support/shrinking_file.h"
+#include "tests/support/test_files.h"
 #include "tests/support/value_of.h"
 
 // A whole table is the oracle of each: what is read or written some sites at a time has its rows

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "passes/map/places/ground_floors.h"
-#include "tests/support/no_large_files.h"
+#include "tests/support/test_files.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {

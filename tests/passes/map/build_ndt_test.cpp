@@ -8,7 +8,7 @@
 
 #include "formats/base/random.h"
 #include "formats/surroundings/cell_moments.h"
-#include "tests/support/no_large_files.h"
+#include "tests/support/test_files.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_rows.h"
 

@@ -4,7 +4,7 @@
 
 #include "tests/formats/foreign/random_bags.h"
 #include "tests/formats/foreign/ros/read_damaged.h"
-#include "tests/support/memory_file.h"
+#include "tests/support/test_files.h"
 
 namespace sightline {
 namespace {

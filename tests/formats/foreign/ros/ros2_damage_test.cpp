@@ -5,7 +5,7 @@
 #include "formats/foreign/ros/files/open_message_log.h"
 #include "tests/formats/foreign/ros/read_damaged.h"
 #include "tests/formats/foreign/ros/ros2_recordings.h"
-#include "tests/support/memory_file.h"
+#include "tests/support/test_files.h"
 #include "tests/support/value_of.h"
 
 namespace sightline {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "tests/support/no_large_files.h"
+#include "tests/support/test_files.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_rows.h"
 
