@@ -14,6 +14,7 @@
 #include "passes/rays/cast_rays.h"
 #include "tests/bench/bench_tools.h"
 #include "tests/support/lane/depth_truth.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline::lane {
@@ -69,10 +70,9 @@ void print_tables(const DepthImages& images, const std::vector<TrueRay>& truth,
 void measure(std::uint64_t seed, bool has_leaves, int beams, const BenchOptions& options) {
   const Lane lane = make_lane({seed, options.length_m, has_leaves, options.hills});
   const Caster caster(lane.mesh);
-  const Result<SensorProfile> sensor = sensor_profile("generic-" + std::to_string(beams));
-  SIGHTLINE_CHECK(sensor);
+  const SensorProfile sensor = value_of(sensor_profile("generic-" + std::to_string(beams)));
   DriveOptions drive;
-  drive.sensor = *sensor;
+  drive.sensor = sensor;
   drive.length_m = options.length_m;
   drive.threads = options.threads;
   const SurfacePoints points = drive_along(lane, caster, drive);

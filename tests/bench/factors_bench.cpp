@@ -12,6 +12,7 @@
 #include "passes/pass/default_looks.h"
 #include "passes/rays/cast_rays.h"
 #include "passes/rays/cast_scans.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 // What it costs to annotate a site: a street with walls on both sides, cut by crossings every 50 m,
@@ -114,10 +115,9 @@ BENCHMARK(virtual_scans)->Arg(250)->Arg(2500)->Unit(benchmark::kMillisecond);
 void all_factors_at_nine_ranges(benchmark::State& state) {
   Bench& made = bench(state);  // before the clock starts
   for (auto _ : state) {
-    const Result<FactorWorld> world = make_factor_world(made.map, default_ranges_m());
-    SIGHTLINE_CHECK(world.has_value());
+    const FactorWorld world = value_of(make_factor_world(made.map, default_ranges_m()));
     SIGHTLINE_CHECK(
-        compute_factors(made.ctx, *world, made.sites, made.depth, made.scans).has_value());
+        compute_factors(made.ctx, world, made.sites, made.depth, made.scans).has_value());
   }
   count_sites(made, state);
 }

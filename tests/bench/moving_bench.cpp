@@ -13,6 +13,7 @@
 #include "formats/surroundings/ndt_map.h"
 #include "passes/map/remove_moving.h"
 #include "tests/bench/bench_tools.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -104,21 +105,19 @@ void measure(std::uint64_t seed, int beams, double length_m) {
   const Result<town::Town> town = town::make_town(options);
   const Result<SensorProfile> sensor = town::town_sensor(beams);
   SIGHTLINE_CHECK(town && sensor);
-  const Result<town::DriveSimulator> simulator =
-      town::DriveSimulator::make(*town, town::usual_drive(options, 0, *sensor));
-  SIGHTLINE_CHECK(simulator);
-  const Trajectory trajectory = trajectory_of(*simulator);
-  const Drive drive = town::recorded(*simulator, "town", simulator->disturbed_poses(), 0);
+  const town::DriveSimulator simulator =
+      value_of(town::DriveSimulator::make(*town, town::usual_drive(options, 0, *sensor)));
+  const Trajectory trajectory = trajectory_of(simulator);
+  const Drive drive = town::recorded(simulator, "town", simulator.disturbed_poses(), 0);
   PassContext ctx;
   ctx.threads = 2;
   const double begin_s = cpu_s();
   const RemoveMovingOptions removal;
-  const Result<SurfacePoints> points = remove_moving(ctx, removal, drive, trajectory);
-  SIGHTLINE_CHECK(points);
+  const SurfacePoints points = value_of(remove_moving(ctx, removal, drive, trajectory));
   const double spent_s = cpu_s() - begin_s;
-  TruthByVoxel truth = label_voxels(*simulator, trajectory, removal.voxel_m);
+  TruthByVoxel truth = label_voxels(simulator, trajectory, removal.voxel_m);
   mark_lane(trajectory, removal.voxel_m, truth);
-  for (const CellKey& key : points->moved_voxels) truth[key].is_gone = true;
+  for (const CellKey& key : points.moved_voxels) truth[key].is_gone = true;
   print_row(seed, beams, truth, spent_s);
 }
 

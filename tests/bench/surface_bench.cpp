@@ -21,6 +21,7 @@
 #include "formats/surroundings/surface.h"
 #include "passes/map/build_ndt.h"
 #include "tests/bench/surface_shapes.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -73,21 +74,20 @@ Views drive_through(std::uint64_t seed, double length_m) {
   const Result<town::Town> town = town::make_town(options);
   const Result<SensorProfile> sensor = town::town_sensor(16);
   SIGHTLINE_CHECK(town && sensor);
-  const Result<town::DriveSimulator> drive =
-      town::DriveSimulator::make(*town, town::usual_drive(options, 0, *sensor));
-  SIGHTLINE_CHECK(drive);
-  const std::vector<Pose> poses = drive->disturbed_poses();
+  const town::DriveSimulator drive =
+      value_of(town::DriveSimulator::make(*town, town::usual_drive(options, 0, *sensor)));
+  const std::vector<Pose> poses = drive.disturbed_poses();
   const std::vector<Eigen::Vector3f> directions = image_directions();
   Views views;
-  for (std::size_t i = 0; i < drive->scan_count(); ++i) {
+  for (std::size_t i = 0; i < drive.scan_count(); ++i) {
     const Pose T_town_lidar = poses[i] * sensor->T_vehicle_lidar;
-    for (const town::LabelledPoint& point : drive->scan(i).points) {
+    for (const town::LabelledPoint& point : drive.scan(i).points) {
       if (town::is_moving(point.label)) continue;
       views.points.points_m.emplace_back(T_town_lidar * point.position_m.cast<double>());
     }
     if (i % kSiteEvery != kSiteEvery / 2) continue;
-    views.sites_m.push_back((drive->T_town_vehicle()[i] * sensor->T_vehicle_lidar).translation());
-    views.exact_m.push_back(look(drive->standing(), views.sites_m.back(), directions));
+    views.sites_m.push_back((drive.T_town_vehicle()[i] * sensor->T_vehicle_lidar).translation());
+    views.exact_m.push_back(look(drive.standing(), views.sites_m.back(), directions));
   }
   return views;
 }
@@ -95,9 +95,7 @@ Views drive_through(std::uint64_t seed, double length_m) {
 NdtMap cells_of(const SurfacePoints& points, double cell_m) {
   PassContext ctx;
   ctx.threads = 1;
-  Result<NdtMap> cells = whole_rows(build_ndt(ctx, {cell_m, 64.0, 3}, points));
-  SIGHTLINE_CHECK(cells);
-  return std::move(*cells);
+  return value_of(whole_rows(build_ndt(ctx, {cell_m, 64.0, 3}, points)));
 }
 
 // One solid square a cell, as wide as the geometric mean of the points' two spreads says (the

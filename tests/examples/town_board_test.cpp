@@ -28,15 +28,14 @@ Board board_of(const Town& town) {
 }
 
 std::vector<LabelledPoint> points_at(const Town& town, std::size_t scan) {
-  const Result<DriveSimulator> drive =
-      DriveSimulator::make(town, usual_drive(town.options, 0, *town_sensor(64)));
-  SIGHTLINE_CHECK(drive.has_value());
-  std::vector<LabelledPoint> points = drive->scan(scan).points;
+  const DriveSimulator drive =
+      value_of(DriveSimulator::make(town, usual_drive(town.options, 0, *town_sensor(64))));
+  std::vector<LabelledPoint> points = drive.scan(scan).points;
   // To town coordinates.
   for (LabelledPoint& point : points) {
     const Eigen::Vector3d lidar_m = point.position_m.cast<double>();
     point.position_m =
-        (drive->T_town_vehicle()[scan] * drive->sensor().T_vehicle_lidar * lidar_m).cast<float>();
+        (drive.T_town_vehicle()[scan] * drive.sensor().T_vehicle_lidar * lidar_m).cast<float>();
   }
   return points;
 }

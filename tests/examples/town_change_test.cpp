@@ -15,18 +15,15 @@ Town town_with(const TownChange& change) {
   options.seed = 4;
   options.length_m = 300.0;
   options.change = change;
-  Result<Town> town = make_town(options);
-  SIGHTLINE_CHECK(town.has_value());
-  return std::move(*town);
+  return value_of(make_town(options));
 }
 
 TownChange only(double from_m, double to_m) { return {from_m, to_m, false, false, 0, 1.0}; }
 
 std::vector<LabelledPoint> points_at(const Town& town, double s_m) {
-  const Result<DriveSimulator> drive =
-      DriveSimulator::make(town, usual_drive(town.options, 0, *town_sensor(16)));
-  SIGHTLINE_CHECK(drive.has_value());
-  return drive->scan(static_cast<std::size_t>(s_m)).points;
+  const DriveSimulator drive =
+      value_of(DriveSimulator::make(town, usual_drive(town.options, 0, *town_sensor(16))));
+  return drive.scan(static_cast<std::size_t>(s_m)).points;
 }
 
 bool has_same_scan(const Town& a, const Town& b, double s_m) {

@@ -26,9 +26,7 @@ class TownDrive : public testing::Test {
     return options;
   }
   static DriveSimulator simulator(const DriveOptions& options) {
-    Result<DriveSimulator> drive = DriveSimulator::make(*town_, options);
-    SIGHTLINE_CHECK(drive.has_value());
-    return std::move(*drive);
+    return value_of(DriveSimulator::make(*town_, options));
   }
   static inline Town* town_ = nullptr;
 };

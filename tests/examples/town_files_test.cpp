@@ -44,9 +44,7 @@ std::map<std::string, std::vector<std::byte>> contents(const fs::path& folder) {
   std::map<std::string, std::vector<std::byte>> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
-    Result<std::vector<std::byte>> bytes = read_file(entry.path());
-    SIGHTLINE_CHECK(bytes.has_value());
-    files[fs::relative(entry.path(), folder).string()] = std::move(*bytes);
+    files[fs::relative(entry.path(), folder).string()] = value_of(read_file(entry.path()));
   }
   return files;
 }
@@ -184,9 +182,7 @@ TEST_F(TownFiles, ReplaceAnEarlierTownOnlyWhenTold) {
   WriteTownOptions again = options("one");
   again.drives = 0;
   ASSERT_TRUE(write_town(options("one")).has_value());
-  const Result<void> refused = write_town(again);
-  ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().code, ErrorCode::kOutputExists);
+  EXPECT_EQ(failure_of(write_town(again)).code, ErrorCode::kOutputExists);
   again.replaces = true;
   ASSERT_TRUE(write_town(again).has_value());
   EXPECT_FALSE(fs::exists(again.out / "drive_1")) << "left over from the earlier town";
@@ -196,9 +192,7 @@ TEST_F(TownFiles, NeverReplaceWhatIsNoTown) {
   WriteTownOptions forced = options("thesis");
   forced.replaces = true;
   ASSERT_TRUE(write_file_atomically(forced.out / "chapter_1.txt", "Once", IfExists::kRefuse));
-  const Result<void> refused = write_town(forced);
-  ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().code, ErrorCode::kOutputExists);
+  EXPECT_EQ(failure_of(write_town(forced)).code, ErrorCode::kOutputExists);
   EXPECT_TRUE(fs::exists(forced.out / "chapter_1.txt"));
 }
 
@@ -209,9 +203,7 @@ TEST_F(TownFiles, RefuseBadArgumentsBeforeAnythingIsWritten) {
     if (fault == 1) bad.drives = 10;
     if (fault == 2) bad.beams = 20;
     if (fault == 3) bad.spacing_m = -1.0;
-    const Result<void> written = write_town(bad);
-    ASSERT_FALSE(written.has_value()) << fault;
-    EXPECT_EQ(written.error().code, ErrorCode::kBadArgument);
+    EXPECT_EQ(failure_of(write_town(bad), fault).code, ErrorCode::kBadArgument);
     EXPECT_FALSE(fs::exists(bad.out)) << fault;
   }
 }

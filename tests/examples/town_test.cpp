@@ -1,12 +1,13 @@
 #include "examples/town/world/town.h"
 #include "examples/town/world/make_plan.h"
-#include "tests/support/value_of.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <set>
+
+#include "tests/support/value_of.h"
 
 namespace sightline::town {
 namespace {
@@ -15,11 +16,7 @@ bool same_mesh(const TownMesh& a, const TownMesh& b) {
   return a.vertices_m == b.vertices_m && a.triangles == b.triangles && a.labels == b.labels;
 }
 
-Town town_of(std::uint64_t seed, double length_m) {
-  Result<Town> town = make_town({seed, length_m});
-  SIGHTLINE_CHECK(town.has_value());
-  return std::move(*town);
-}
+Town town_of(std::uint64_t seed, double length_m) { return value_of(make_town({seed, length_m})); }
 
 TEST(Town, ASeedMakesTheSameTrianglesAgain) {
   const Town a = town_of(7, 40.0);

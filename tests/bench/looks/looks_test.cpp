@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tests/bench/looks/look_tables.h"
+#include "tests/support/value_of.h"
 
 // Figures are only as good as what counts them.
 
@@ -28,9 +29,8 @@ TEST(OracleOfLooks, TakesTheCheapestByWorkThatIsGoodAndElseTheMostAccurate) {
 
 TEST(LookRule, SaysWhatItReadsAndRefusesWhatMakesNoSense) {
   for (const std::string& text : usual_looks()) {
-    const Result<LookRule> rule = parse_look_rule(text);
-    ASSERT_TRUE(rule) << text;
-    EXPECT_EQ(to_text(*rule), text);
+    const LookRule rule = value_of(parse_look_rule(text), text);
+    EXPECT_EQ(to_text(rule), text);
   }
   const std::string every = "50 m, 2850 returns, even beyond 50 m, one voxel in 4";
   ASSERT_TRUE(parse_look_rule(every));

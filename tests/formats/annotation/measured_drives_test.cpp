@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/artifact_checks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -47,9 +48,7 @@ TEST(MeasuredDrives, KeepTheCardsOfThoseThatWereNotLeftOut) {
 }
 
 void expect_refused(const MeasuredDrives& measured) {
-  const Result<void> valid = validate(measured);
-  ASSERT_FALSE(valid.has_value());
-  EXPECT_EQ(valid.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(failure_of(validate(measured)).code, ErrorCode::kInvalidArtifact);
 }
 
 TEST(MeasuredDrives, RefuseWhatIsNotOfOneMap) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tests/support/artifact_checks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -36,9 +37,7 @@ TEST(MeasuredError, DumpsARowForEachSiteAndRange) {
 }
 
 void expect_refused(const MeasuredError& measured) {
-  const Result<void> valid = validate(measured);
-  ASSERT_FALSE(valid.has_value());
-  EXPECT_EQ(valid.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(failure_of(validate(measured)).code, ErrorCode::kInvalidArtifact);
 }
 
 TEST(MeasuredError, RefusesANumberOfRowsThatDoesNotFit) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tests/support/artifact_checks.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -20,10 +21,10 @@ TEST(SiteColumn, IsPrintedByItsName) {
 }
 
 TEST(SiteColumn, RefusesWhatIsNoNumberAndNamesTheSite) {
-  const Result<void> valid =
-      validate(SiteColumn{"clearance_m", "m", {1.0F, std::numeric_limits<float>::quiet_NaN()}});
-  ASSERT_FALSE(valid);
-  EXPECT_EQ(valid.error().place, "site 1");
+  EXPECT_EQ(failure_of(validate(SiteColumn{
+                           "clearance_m", "m", {1.0F, std::numeric_limits<float>::quiet_NaN()}}))
+                .place,
+            "site 1");
   for (const char* name : {"", "Clearance", "clear ance", "a.b"}) {
     EXPECT_FALSE(validate(SiteColumn{name, "m", {1.0F}})) << name;
   }

@@ -537,9 +537,8 @@ TEST(MapReader, NamesTheLocalizerWhoseErrorsWereMeasured) {
   map.model.localizer = {"my-ndt", 4, {{"leaf_m", "0.5"}, {"resolution_m", "2"}}};
   const std::vector<std::byte> file = encode_map(map);
   for (const char* callers : {"my-ndt", "my-ndt/4"}) {
-    Result<MapReader> opened = MapReader::open(file, callers);
-    ASSERT_TRUE(opened) << to_string(opened.error());
-    const MapReader reader = std::move(*opened);  // its texts come along
+    MapReader opened = value_of(MapReader::open(file, callers));
+    const MapReader reader = std::move(opened);  // its texts come along
     EXPECT_EQ(reader.info().localizer, "my-ndt");
     EXPECT_EQ(reader.info().localizer_version, 4u);
     EXPECT_EQ(reader.info().localizer_parameters, "leaf_m=0.5, resolution_m=2");
@@ -568,9 +567,8 @@ TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
 TEST(MapReader, OutlivesBeingMoved) {
   const CompiledMap map = random_map({.seed = 8});
   const std::vector<std::byte> file = encode_map(map);
-  Result<MapReader> opened = MapReader::open(file, "annealed");
-  ASSERT_TRUE(opened);
-  const MapReader reader = std::move(*opened);
+  MapReader opened = value_of(MapReader::open(file, "annealed"));
+  const MapReader reader = std::move(opened);
   EXPECT_EQ(reader.info().ranges_m.back(), 50.0);
   EXPECT_EQ(reader.info().map_id, map.map_id);
   EXPECT_TRUE(reader.observation_range(world(map, {0.0, 0.0, 0.0}), 0.1));

@@ -55,9 +55,7 @@ TEST(Surface, VisitsTheMiddlesOfSolidSquaresAlone) {
 TEST(Surface, RefusesANormalThatIsNotOfUnitLength) {
   Surface surface = two_patches();
   surface.patches[1].normal *= 1.01;
-  const Result<void> valid = validate(surface);
-  ASSERT_FALSE(valid.has_value());
-  EXPECT_EQ(valid.error().place, "patch 1");
+  EXPECT_EQ(failure_of(validate(surface)).place, "patch 1");
 }
 
 TEST(Surface, RefusesAPatchOfNoWidth) {
@@ -206,9 +204,7 @@ TEST(TiledSurface, RefusesTilesThatDoNotAscend) {
     surface.patches = {patch};
     ASSERT_TRUE(writer.append(surface));
   }
-  const Result<void> valid = validate(*writer.take());
-  ASSERT_FALSE(valid);
-  EXPECT_EQ(valid.error().place, "tile 0, 0");
+  EXPECT_EQ(failure_of(validate(*writer.take())).place, "tile 0, 0");
 }
 
 }  // namespace

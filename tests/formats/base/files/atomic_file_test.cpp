@@ -41,10 +41,9 @@ TEST_F(AtomicFile, AppearsWholeAndLeavesNothingBeside) {
 TEST_F(AtomicFile, IsNotReplacedUnlessAsked) {
   const std::filesystem::path path = folder_ / "map.bin";
   ASSERT_TRUE(write_file_atomically(path, std::string_view("old"), IfExists::kRefuse));
-  const Result<void> refused =
-      write_file_atomically(path, std::string_view("new"), IfExists::kRefuse);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kOutputExists);
+  EXPECT_EQ(
+      failure_of(write_file_atomically(path, std::string_view("new"), IfExists::kRefuse)).code,
+      ErrorCode::kOutputExists);
   EXPECT_EQ(*read_text_file(path), "old");
   ASSERT_TRUE(write_file_atomically(path, std::string_view("new"), IfExists::kReplace));
   EXPECT_EQ(*read_text_file(path), "new");
@@ -79,10 +78,11 @@ TEST_F(AtomicFile, OnlyARegularFileIsReplaced) {
   ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   for (const IfExists if_exists : {IfExists::kRefuse, IfExists::kReplace}) {
     for (const char* name : {"link", "dangling", "folder", "pipe", "/dev/null"}) {
-      const Result<void> refused =
-          write_file_atomically(folder_ / name, std::string_view("new"), if_exists);
-      ASSERT_FALSE(refused) << name;
-      EXPECT_EQ(refused.error().code, ErrorCode::kCannotWrite) << name;
+      EXPECT_EQ(failure_of(
+                    write_file_atomically(folder_ / name, std::string_view("new"), if_exists), name)
+                    .code,
+                ErrorCode::kCannotWrite)
+          << name;
     }
   }
   EXPECT_EQ(*read_text_file(victim), "precious");
