@@ -1,5 +1,5 @@
-#include "tests/bench/bench_tools.h"
 #include "tests/bench/driving/driven_town.h"
+#include "tests/bench/bench_tools.h"
 
 #include <utility>
 
