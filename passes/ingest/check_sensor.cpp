@@ -1,5 +1,7 @@
 #include "passes/ingest/check_sensor.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -144,13 +146,13 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
   if (outside >= kOutside) return whole_percent(outside) + " of the returns lie outside these";
   const double out_of_view = share_out_of_view(scans, sensor);
   if (out_of_view >= kOutside) {
-    return whole_percent(out_of_view) + " of the returns lie outside its azimuth view of " +
-           format_double(sensor.azimuth_view_deg) + " degrees";
+    return fmt::format("{} of the returns lie outside its azimuth view of {} degrees",
+                       whole_percent(out_of_view), format_double(sensor.azimuth_view_deg));
   }
   if (is_view_half_empty(sensor, guess)) {
-    return "all returns lie within " + format_double(*guess.azimuth_view_deg) +
-           " degrees of azimuth about its x axis, where it sees " +
-           format_double(sensor.azimuth_view_deg);
+    return fmt::format(
+        "all returns lie within {} degrees of azimuth about its x axis, where it sees {}",
+        format_double(*guess.azimuth_view_deg), format_double(sensor.azimuth_view_deg));
   }
   if (are_idle_below(elevations, sensor, guess)) {
     return "the lowest see no ground where there is some";
@@ -174,9 +176,9 @@ std::string guess_text(const SensorGuess& guess) {
           ? ", `azimuth_view_deg: " + format_double(*guess.azimuth_view_deg) + "`"
           : "";
   if (!guess.profile.empty()) return "`sensor: " + guess.profile + "`" + view;
-  return "`rings: " + std::to_string(guess.rings) +
-         "`, `lowest_beam_deg: " + format_double(guess.lowest_beam_deg) +
-         "`, `highest_beam_deg: " + format_double(guess.highest_beam_deg) + "`" + view;
+  return fmt::format("`rings: {}`, `lowest_beam_deg: {}`, `highest_beam_deg: {}`{}", guess.rings,
+                     format_double(guess.lowest_beam_deg), format_double(guess.highest_beam_deg),
+                     view);
 }
 
 Error misfit(const Recording& recording, const std::vector<double>& elevations,
@@ -184,10 +186,10 @@ Error misfit(const Recording& recording, const std::vector<double>& elevations,
   const SensorProfile& sensor = recording.sensor;
   const BeamSpan beams{sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()};
   return {ErrorCode::kUnlikeProfile,
-          "the sensor " + sensor.name + " has " + std::to_string(sensor.ring_count()) +
-              " beams from " + to_text(beams) + ", and " + what + "; the returns span " +
-              to_text(span_of(elevations)) + ", and `sightline init` guesses " + guess_text(guess) +
-              " (" + guess.reason + ")",
+          fmt::format("the sensor {} has {} beams from {}, and {}; the returns span {}, and "
+                      "`sightline init` guesses {} ({})",
+                      sensor.name, sensor.ring_count(), to_text(beams), what,
+                      to_text(span_of(elevations)), guess_text(guess), guess.reason),
           "", "drive " + recording.name};
 }
 

@@ -1,8 +1,9 @@
 #include "passes/ingest/guess_sensor.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
@@ -50,9 +51,9 @@ bool choose_by_view(double view_deg, SensorGuess& guess) {
       continue;
     }
     guess.profile = name;
-    guess.reason =
-        "returns lie within " + format_double(view_deg) + " degrees of azimuth and from " +
-        to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}) + ", which is its view";
+    guess.reason = fmt::format(
+        "returns lie within {} degrees of azimuth and from {}, which is its view",
+        format_double(view_deg), to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}));
     return true;
   }
   return false;
@@ -111,11 +112,13 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
   const std::string span = to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg});
   guess.rings = rings.told_apart + rings.merged;
   if (rings.told_apart >= 8) {
-    guess.reason = "no built-in profile fits; " + std::to_string(rings.told_apart) +
-                   " distinct beams are found from " + span;
+    guess.reason = fmt::format("no built-in profile fits; {} distinct beams are found from {}",
+                               rings.told_apart, span);
     if (rings.merged > 0) {
-      guess.reason += ", and the returns between them are as many as those of " +
-                      std::to_string(rings.merged) + " more: please correct the number";
+      guess.reason += fmt::format(
+          ", and the returns between them are as many as those of {} more: please correct the "
+          "number",
+          rings.merged);
     }
     return;
   }

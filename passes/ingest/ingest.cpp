@@ -114,10 +114,10 @@ Result<void> check_reach(const Recording& recording, const std::vector<ScanCount
   const auto first = std::ranges::find_if(counts, &ScanCounts::is_far_away);
   const auto index = static_cast<std::size_t>(first - counts.begin());
   return Error{ErrorCode::kUnsupportedFormat,
-               "most points of " + std::to_string(far_scans) + " of " +
-                   std::to_string(counts.size()) +
-                   " scans lie beyond 2 km, where no LiDAR sees; expected coordinates in metres, "
-                   "seen from the sensor, and these look like world coordinates or millimetres",
+               fmt::format("most points of {} of {} scans lie beyond 2 km, where no LiDAR sees; "
+                           "expected coordinates in metres, seen from the sensor, and these look "
+                           "like world coordinates or millimetres",
+                           far_scans, counts.size()),
                recording.file_of(recording.scans[index]).string(), "scan " + std::to_string(index)};
 }
 
@@ -143,22 +143,17 @@ void warn_of(const PassContext& ctx, const Recording& recording,
                          sum.nonfinite_count, sum.zero_count, sum.point_count));
   }
   if (sum.withheld_count > 0) {
-    ctx.warn(drive + "dropped " + std::to_string(sum.withheld_count) +
-             " points that their files mark as withheld, kept " + std::to_string(sum.point_count));
+    ctx.warn(fmt::format("{}dropped {} points that their files mark as withheld, kept {}", drive,
+                         sum.withheld_count, sum.point_count));
   }
-  if (cut_scans > 0) {
-    ctx.warn(drive + std::to_string(cut_scans) +
-             " text scans end without a line end; their last number may be cut");
-  }
-  if (far_scans > 0) {
-    ctx.warn(drive + std::to_string(far_scans) +
-             " scans have most of their points beyond 2 km, where no LiDAR sees");
-  }
-  if (unclear_scans > 0) {
-    ctx.warn(drive + std::to_string(unclear_scans) +
-             " scans have point times that span no scan of 2 ms to 2 s in any unit; they were left "
-             "out, and motion within these scans stays");
-  }
+  const auto warn_of_some = [&](std::size_t scans, const char* what) {
+    if (scans > 0) ctx.warn(drive + std::to_string(scans) + what);
+  };
+  warn_of_some(cut_scans, " text scans end without a line end; their last number may be cut");
+  warn_of_some(far_scans, " scans have most of their points beyond 2 km, where no LiDAR sees");
+  warn_of_some(unclear_scans,
+               " scans have point times that span no scan of 2 ms to 2 s in any unit; they were "
+               "left out, and motion within these scans stays");
   warn_of_gaps(ctx, recording);
 }
 

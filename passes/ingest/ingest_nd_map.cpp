@@ -1,5 +1,7 @@
 #include "passes/ingest/ingest_nd_map.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -64,11 +66,11 @@ std::vector<Nd> valid_nds(const ForeignNds& map, const CellKey& origin, int min_
 void warn(const PassContext& ctx, const ForeignNds& map, const NdtMap& ndt, int min_points) {
   for (const std::string& warning : map.warnings) ctx.warn("map " + map.name + ": " + warning);
   const std::uint64_t all = ndt.nds.size() + ndt.sparse_cell_count + ndt.degenerate_cell_count;
-  ctx.warn("map " + map.name + " holds NDs and no points: " + std::to_string(ndt.nds.size()) +
-           " of its " + std::to_string(all) + " cells of " + format_double(map.cell_m) +
-           " m are taken as they are; " + std::to_string(ndt.sparse_cell_count) +
-           " have fewer than " + std::to_string(min_points) + " points, " +
-           std::to_string(ndt.degenerate_cell_count) + " no extent");
+  ctx.warn(fmt::format(
+      "map {} holds NDs and no points: {} of its {} cells of {} m are taken as they are; {} have "
+      "fewer than {} points, {} no extent",
+      map.name, ndt.nds.size(), all, format_double(map.cell_m), ndt.sparse_cell_count, min_points,
+      ndt.degenerate_cell_count));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "passes/ingest/join_drives.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -27,10 +29,11 @@ std::int64_t moved_ns(const PassContext& ctx, const Drive& drive, const Drive& l
   if (begin_ns >= least_ns) return 0;
   if (begin_ns >= kEarliestClock_ns) {
     const std::uint32_t last_part = drive.scans.back().part;
-    ctx.warn("drive " + later.name + " begins at " + format_stamp(begin_ns) + " s, and drive " +
-             drive.name_of_part(last_part) + ", which is named before it, ends at " +
-             format_stamp(drive.scans.back().stamp_ns) + " s: its times are moved by " +
-             format_stamp(least_ns - begin_ns) + " s; name the drives in the order of their days");
+    ctx.warn(fmt::format(
+        "drive {} begins at {} s, and drive {}, which is named before it, ends at {} s: its times "
+        "are moved by {} s; name the drives in the order of their days",
+        later.name, format_stamp(begin_ns), drive.name_of_part(last_part),
+        format_stamp(drive.scans.back().stamp_ns), format_stamp(least_ns - begin_ns)));
   }
   return least_ns - begin_ns;
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/grid/cell_index.h"

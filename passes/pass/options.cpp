@@ -57,27 +57,27 @@ bool is_within(const OptionField& field, double number) {
   return std::isfinite(number) && number >= field.minimum && number <= field.maximum;
 }
 
-Result<void> set_bool(const OptionField& field, bool& value, std::string_view text) {
+Result<void> set(const OptionField& field, bool* value, std::string_view text) {
   if (text != "true" && text != "false") return bad_value(field, text, "true or false");
-  value = text == "true";
+  *value = text == "true";
   return {};
 }
 
-Result<void> set_int(const OptionField& field, int& value, std::string_view text) {
+Result<void> set(const OptionField& field, int* value, std::string_view text) {
   int number = 0;
   if (!parse_number(text, number) || !is_within(field, number)) {
     return bad_value(field, text, "a whole number" + interval(field).substr(8));
   }
-  value = number;
+  *value = number;
   return {};
 }
 
-Result<void> set_double(const OptionField& field, double& value, std::string_view text) {
+Result<void> set(const OptionField& field, double* value, std::string_view text) {
   double number = 0.0;
   if (!parse_number(text, number) || !is_within(field, number)) {
     return bad_value(field, text, interval(field) + hint_of_comma(text));
   }
-  value = number;
+  *value = number;
   return {};
 }
 
@@ -89,21 +89,21 @@ Error unknown_choice(const OptionField& field, std::string_view text) {
   return bad_value(field, text, expected);
 }
 
-Result<void> set_string(const OptionField& field, std::string& value, std::string_view text) {
+Result<void> set(const OptionField& field, std::string* value, std::string_view text) {
   const bool is_known = std::ranges::find(field.choices, text) != field.choices.end();
   if (!field.choices.empty() && !is_known) return unknown_choice(field, text);
-  value = text;
+  *value = text;
   return {};
 }
 
-Result<void> set_enum(const OptionField& field, const EnumValue& value, std::string_view text) {
+Result<void> set(const OptionField& field, const EnumValue& value, std::string_view text) {
   const auto found = std::ranges::find(field.choices, text);
   if (found == field.choices.end()) return unknown_choice(field, text);
   value.set(static_cast<std::size_t>(found - field.choices.begin()));
   return {};
 }
 
-Result<void> set_list(const OptionField& field, std::vector<double>& value, std::string_view text) {
+Result<void> set(const OptionField& field, std::vector<double>* value, std::string_view text) {
   std::string_view rest = text;
   if (rest.starts_with('[') && rest.ends_with(']')) rest = rest.substr(1, rest.size() - 2);
   std::vector<double> list;
@@ -118,15 +118,15 @@ Result<void> set_list(const OptionField& field, std::vector<double>& value, std:
     if (comma == std::string_view::npos) break;
     rest.remove_prefix(comma + 1);
   }
-  value = list;
+  *value = list;
   return {};
 }
 
 constexpr std::string_view kPaper = "paper";  // looks at every return alone
 
-Result<void> set_looks(const OptionField& field, std::vector<Look>& value, std::string_view text) {
+Result<void> set(const OptionField& field, std::vector<Look>* value, std::string_view text) {
   if (text == kPaper) {
-    value.clear();
+    value->clear();
     return {};
   }
   const Result<std::vector<Look>> looks = parse_looks(text);
@@ -145,8 +145,24 @@ Result<void> set_looks(const OptionField& field, std::vector<Look>& value, std::
                      "looks from the cheapest to the dearest: '" + to_text(here) +
                          "' costs less than '" + to_text(before) + "' before it");
   }
-  value = *looks;
+  *value = *looks;
   return {};
+}
+
+std::string text_of(const OptionField&, const bool* value) { return *value ? "true" : "false"; }
+std::string text_of(const OptionField&, const int* value) { return std::to_string(*value); }
+std::string text_of(const OptionField&, const double* value) { return format_double(*value); }
+std::string text_of(const OptionField&, const std::string* value) { return *value; }
+std::string text_of(const OptionField& field, const EnumValue& value) {
+  return field.choices.at(value.get());
+}
+std::string text_of(const OptionField&, const std::vector<Look>* value) {
+  return value->empty() ? std::string(kPaper) : to_text(*value);
+}
+std::string text_of(const OptionField&, const std::vector<double>* value) {
+  std::string text;
+  for (const double number : *value) text += (text.empty() ? "" : ", ") + format_double(number);
+  return text;
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -166,84 +182,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-OptionField shared(OptionField field) {
-  field.is_shared = true;
-  return field;
-}
-
-OptionField flag(std::string name, bool& value, std::string help) {
-  return {std::move(name), &value, std::move(help), 0.0, 0.0, {}};
-}
-
-OptionField integer(std::string name, int& value, std::string help, int minimum, int maximum) {
-  return {std::move(name),
-          &value,
-          std::move(help),
-          static_cast<double>(minimum),
-          static_cast<double>(maximum),
-          {}};
-}
-
-OptionField number(std::string name, double& value, std::string help, double minimum,
-                   double maximum) {
-  return {std::move(name), &value, std::move(help), minimum, maximum, {}};
-}
-
-OptionField numbers(std::string name, std::vector<double>& value, std::string help, double minimum,
-                    double maximum) {
-  return {std::move(name), &value, std::move(help), minimum, maximum, {}};
-}
-
-OptionField looks(std::string name, std::vector<Look>& value, std::string help) {
-  return {std::move(name), &value, std::move(help), 0.0, 0.0, {}};
-}
-
-OptionField choice(std::string name, std::string& value, std::string help,
-                   std::vector<std::string> choices) {
-  return {std::move(name), &value, std::move(help), 0.0, 0.0, std::move(choices)};
-}
-
-OptionField text(std::string name, std::string& value, std::string help) {
-  return {std::move(name), &value, std::move(help), 0.0, 0.0, {}};
-}
-
 Result<void> set_from_text(OptionField& field, std::string_view value) {
-  value = trimmed(value);
-  if (bool* const* target = std::get_if<bool*>(&field.value)) {
-    return set_bool(field, **target, value);
-  }
-  if (int* const* target = std::get_if<int*>(&field.value)) return set_int(field, **target, value);
-  if (double* const* target = std::get_if<double*>(&field.value)) {
-    return set_double(field, **target, value);
-  }
-  if (std::string* const* target = std::get_if<std::string*>(&field.value)) {
-    return set_string(field, **target, value);
-  }
-  if (const EnumValue* target = std::get_if<EnumValue>(&field.value)) {
-    return set_enum(field, *target, value);
-  }
-  if (std::vector<Look>* const* target = std::get_if<std::vector<Look>*>(&field.value)) {
-    return set_looks(field, **target, value);
-  }
-  return set_list(field, *std::get<std::vector<double>*>(field.value), value);
+  return std::visit([&](auto& target) { return set(field, target, trimmed(value)); }, field.value);
 }
 
 std::string to_text(const OptionField& field) {
-  if (bool* const* value = std::get_if<bool*>(&field.value)) return **value ? "true" : "false";
-  if (int* const* value = std::get_if<int*>(&field.value)) return std::to_string(**value);
-  if (double* const* value = std::get_if<double*>(&field.value)) return format_double(**value);
-  if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
-  if (const EnumValue* value = std::get_if<EnumValue>(&field.value)) {
-    return field.choices.at(value->get());
-  }
-  if (std::vector<Look>* const* value = std::get_if<std::vector<Look>*>(&field.value)) {
-    return (*value)->empty() ? std::string(kPaper) : to_text(**value);
-  }
-  std::string text;
-  for (const double number : *std::get<std::vector<double>*>(field.value)) {
-    text += (text.empty() ? "" : ", ") + format_double(number);
-  }
-  return text;
+  return std::visit([&](const auto& value) { return text_of(field, value); }, field.value);
 }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {

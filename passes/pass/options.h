@@ -36,26 +36,45 @@ struct OptionField {
   std::string help;
   double minimum = 0.0;  // of numbers, and of each element of a list
   double maximum = 0.0;
-  std::vector<std::string> choices;  // of a string (empty: anything) or an enumeration
+  std::vector<std::string> choices = {};  // of a string (empty: anything) or an enumeration
   // Set for all passes alike or by the plan, never in the pass's own section.
   bool is_shared = false;
 };
 
 // Marks fields that all passes share: `longest_range_m` is one value for a whole compile.
-OptionField shared(OptionField field);
+inline OptionField shared(OptionField field) {
+  field.is_shared = true;
+  return field;
+}
 
-OptionField flag(std::string name, bool& value, std::string help);
-OptionField integer(std::string name, int& value, std::string help, int minimum, int maximum);
-OptionField number(std::string name, double& value, std::string help, double minimum,
-                   double maximum);
+inline OptionField flag(std::string name, bool& value, std::string help) {
+  return {std::move(name), &value, std::move(help)};
+}
+inline OptionField integer(std::string name, int& value, std::string help, int minimum,
+                           int maximum) {
+  return {std::move(name), &value, std::move(help), static_cast<double>(minimum),
+          static_cast<double>(maximum)};
+}
+inline OptionField number(std::string name, double& value, std::string help, double minimum,
+                          double maximum) {
+  return {std::move(name), &value, std::move(help), minimum, maximum};
+}
 // A list of numbers, ascending and without repetition.
-OptionField numbers(std::string name, std::vector<double>& value, std::string help, double minimum,
-                    double maximum);
+inline OptionField numbers(std::string name, std::vector<double>& value, std::string help,
+                           double minimum, double maximum) {
+  return {std::move(name), &value, std::move(help), minimum, maximum};
+}
 // Looks that take a sample, as text from one to the next; none: "paper".
-OptionField looks(std::string name, std::vector<Look>& value, std::string help);
-OptionField choice(std::string name, std::string& value, std::string help,
-                   std::vector<std::string> choices);
-OptionField text(std::string name, std::string& value, std::string help);
+inline OptionField looks(std::string name, std::vector<Look>& value, std::string help) {
+  return {std::move(name), &value, std::move(help)};
+}
+inline OptionField text(std::string name, std::string& value, std::string help) {
+  return {std::move(name), &value, std::move(help)};
+}
+inline OptionField choice(std::string name, std::string& value, std::string help,
+                          std::vector<std::string> choices) {
+  return {std::move(name), &value, std::move(help), 0.0, 0.0, std::move(choices)};
+}
 // One of an enumeration whose values count 0, 1, 2, ... in the order of `choices`.
 template <class E>
 requires std::is_enum_v<E> OptionField choice(std::string name, E& value, std::string help,

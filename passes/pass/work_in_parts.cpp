@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <functional>
-#include <optional>
 
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <new>
 #include <numbers>
 #include <numeric>
@@ -14,9 +13,9 @@
 
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
+#include "formats/base/portable_math.h"
 #include "passes/rays/embree.h"
 #include "passes/rays/exact_patch.h"
-#include "passes/rays/site_blocks.h"
 
 // Embree works in float, and its last bits differ from one instruction set to the next: which rays
 // just touch an edge, and which of two patches is the nearer one. So it only proposes: it sees
@@ -347,6 +346,19 @@ Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const 
     });
   }
   return {};
+}
+
+AzimuthView::AzimuthView(const SensorProfile& sensor)
+    : is_all_round_(sensor.sees_all_round()),
+      least_cosine_(portable_sin_cos(sensor.azimuth_view_deg * std::numbers::pi / 360.0).cos),
+      x_in_vehicle_(sensor.T_vehicle_lidar.linear().col(0)) {}
+
+Eigen::Vector2d AzimuthView::forward(const Site& site) const {
+  constexpr double kLeastLevel = 1e-3;  // a turn of half a degree about it turns it round
+  const Eigen::Matrix3d& R_map_vehicle = site.T_map_vehicle.linear();
+  Eigen::Vector2d forward = (R_map_vehicle * x_in_vehicle_).head<2>();
+  if (forward.norm() < kLeastLevel) forward = R_map_vehicle.col(0).head<2>();
+  return forward.normalized();
 }
 
 }  // namespace sightline

@@ -7,10 +7,7 @@
 #include <optional>
 #include <span>
 #include <utility>
-#include <vector>
 
-#include "formats/annotation/sites.h"
-#include "formats/drive/trajectory.h"
 #include "formats/geometry.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"

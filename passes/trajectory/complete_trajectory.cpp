@@ -57,14 +57,11 @@ Result<Trajectory> complete_trajectory(PassContext&, const NoOptions&, const Dri
         const auto last = static_cast<std::size_t>(std::prev(after) - known.begin());
         pose = before;
         pose.T_map_vehicle = carried_on(known, last, scan.stamp_ns);
-        pose.recording_index = scan.recording_index;
-        pose.stamp_ns = scan.stamp_ns;
-        complete.poses.push_back(pose);
-        continue;
+      } else {
+        const double fraction = static_cast<double>(scan.stamp_ns - before.stamp_ns) /
+                                static_cast<double>(after->stamp_ns - before.stamp_ns);
+        pose.T_map_vehicle = interpolate(before.T_map_vehicle, after->T_map_vehicle, fraction);
       }
-      const double fraction = static_cast<double>(scan.stamp_ns - before.stamp_ns) /
-                              static_cast<double>(after->stamp_ns - before.stamp_ns);
-      pose.T_map_vehicle = interpolate(before.T_map_vehicle, after->T_map_vehicle, fraction);
     }
     pose.recording_index = scan.recording_index;
     pose.stamp_ns = scan.stamp_ns;

@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "formats/base/portable_math.h"
-#include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
 #include "passes/pass/quiet.h"
-#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/given/misplaced_parts.h"
 #include "passes/trajectory/given/sharpening.h"

@@ -5,7 +5,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/trajectory.h"
 #include "passes/trajectory/following/odometry.h"
-#include "passes/trajectory/graph/contradictions.h"
+#include "passes/trajectory/graph/check_poses.h"
 #include "passes/trajectory/local/estimate_options.h"
 
 // Poses that are given with a drive: kept, refined or refused; part of estimate-trajectory.

@@ -5,7 +5,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
-#include "passes/trajectory/graph/contradictions.h"
+#include "passes/trajectory/graph/check_poses.h"
 
 namespace sightline {
 

@@ -1,16 +1,14 @@
 #include "passes/trajectory/place_drive.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <functional>
 #include <numbers>
-#include <optional>
 
 #include "formats/base/parallel.h"
 #include "formats/base/statistics.h"
 #include "formats/geometry.h"
 #include "passes/matching/matcher.h"
-#include "passes/trajectory/graph/drive_scales.h"
+#include "passes/trajectory/graph/check_poses.h"
 #include "passes/trajectory/local/local_match.h"
 
 namespace sightline {

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <optional>
 
-#include "formats/drive/trajectory.h"
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/swept_drive.h"

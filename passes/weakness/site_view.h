@@ -9,7 +9,7 @@
 #include "formats/surroundings/ndt_map.h"
 #include "passes/factors/information.h"
 #include "passes/pass/pass_context.h"
-#include "passes/rays/azimuth_view.h"
+#include "passes/rays/surface_caster.h"
 
 // What a sensor sees from sites of a map of which only the NDs are known, and what that says
 // of its pose: the virtual scan and the information of schemas/definitions.md ("Factors from a

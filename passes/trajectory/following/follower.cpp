@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "formats/base/units.h"
-#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

@@ -13,7 +13,6 @@
 #include "passes/trajectory/local/estimate_options.h"
 #include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
-#include "passes/trajectory/local/place_widely.h"
 
 namespace sightline {
 

@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstddef>
-#include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "formats/base/parallel.h"
 #include "passes/trajectory/following/follower.h"
-#include "passes/trajectory/local/local_match.h"
 
 namespace sightline {
 namespace {

@@ -8,7 +8,6 @@
 #include "formats/grid/point_grid.h"
 #include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
-#include "passes/trajectory/local/place_widely.h"
 
 namespace sightline {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "formats/base/parallel.h"
 #include "passes/map/sharpness/measure_sharpness.h"
-#include "passes/trajectory/given/disagreements.h"
 
 namespace sightline {
 namespace {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <tuple>
-#include <utility>
 
 #include "formats/geometry.h"
 

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "formats/base/portable_math.h"
-#include "formats/geometry.h"
 
 namespace sightline {
 namespace {

@@ -9,7 +9,6 @@
 
 #include "formats/geometry.h"
 #include "passes/trajectory/graph/loops.h"
-#include "passes/trajectory/pieces/join_pieces.h"
 
 namespace sightline {
 namespace {

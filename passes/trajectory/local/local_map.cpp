@@ -5,8 +5,6 @@
 #include <span>
 #include <utility>
 
-#include "formats/geometry.h"
-
 namespace sightline {
 namespace {
 

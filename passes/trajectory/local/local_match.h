@@ -10,6 +10,7 @@
 #include "formats/geometry.h"
 #include "passes/matching/kernel_score.h"
 #include "passes/trajectory/local/local_map.h"
+#include "passes/trajectory/local/wider_starts.h"
 
 // Matching one scan to a local map; part of estimate-trajectory. Poses are the sensor's:
 // T_map_lidar.
@@ -78,5 +79,39 @@ std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m);
 // The best match from all these starts.
 LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                           const Pose& T_map_start, double reach_m);
+
+// A local map: NDs for matching, upright points for the overlap.
+struct LocalSurroundings {
+  const LocalGrids& grids;
+  const UprightMap& upright;
+};
+
+// A scan that is looked for.
+struct SoughtScan {
+  const std::vector<Eigen::Vector3d>& to_match_m;
+  const std::vector<Eigen::Vector3d>& upright_m;  // of those, for the overlap
+};
+
+struct WidePlacement {
+  LocalMatch match;
+  double overlap = 0.0;
+  // Of the best place more than a match's error away: a place is known only where no other is
+  // nearly as good.
+  double overlap_elsewhere = 0.0;
+};
+
+// Searches all headings and up to the reach around; each of the best starts is matched. None where
+// no start ends in a good match.
+std::optional<WidePlacement> place_widely(const LocalSurroundings& there, const SoughtScan& scan,
+                                          const Pose& T_map_around, const WideSearch& options);
+
+// Matches the scan from given places at headings up to 100 degrees to either side, for a vehicle
+// that turned quickly where it was. The first of the places whose overlap is within 0.03 of the
+// largest. None where no start ends in a good match.
+std::optional<WidePlacement> place_turned(const LocalSurroundings& there, const SoughtScan& scan,
+                                          const std::vector<Pose>& T_map_places);
+
+// Whether two poses of one scan are different places.
+bool are_elsewhere(const Pose& a, const Pose& b);
 
 }  // namespace sightline

@@ -1,12 +1,10 @@
 #include "passes/trajectory/local/parts_of_drive.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include "formats/drive/scan_stores.h"

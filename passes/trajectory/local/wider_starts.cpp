@@ -8,7 +8,6 @@
 #include <queue>
 #include <tuple>
 
-#include "formats/geometry.h"
 #include "formats/grid/cell_index.h"
 #include "formats/grid/cell_key.h"
 

@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "passes/trajectory/pieces/place_recognition.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
 namespace sightline {

@@ -1,15 +1,15 @@
 #include "passes/trajectory/released/extend_released.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/pass/quiet.h"
-#include "passes/trajectory/graph/contradictions.h"
-#include "passes/trajectory/graph/drive_scales.h"
+#include "passes/trajectory/graph/check_poses.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/graph/scan_graph.h"
@@ -36,8 +36,9 @@ Result<std::size_t> count_released(const Drive& drive,
     if (known[part] == 0) continue;
     if (known[part] < all[part]) {
       return Error{ErrorCode::kMismatchedInputs,
-                   std::to_string(known[part]) + " of its " + std::to_string(all[part]) +
-                       " scans have released poses: it is not the recording that was shipped",
+                   fmt::format("{} of its {} scans have released poses: it is not the recording "
+                               "that was shipped",
+                               known[part], all[part]),
                    "", "drive " + name};
     }
     count += all[part];

@@ -10,6 +10,8 @@
 namespace sightline {
 namespace {
 
+using testing::HasSubstr;
+
 // Level ground of 16 m from (from_m, 64), a point every step.
 std::vector<PointXyzi> ground(double from_m, double step_m) {
   std::vector<PointXyzi> points;
@@ -59,11 +61,11 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
 TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {
   ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.4)).has_value());
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("6.2 points on a square metre"), std::string::npos) << warnings_[0];
-  EXPECT_NE(warnings_[0].find("has gaps"), std::string::npos);
+  EXPECT_THAT(warnings_[0], HasSubstr("6.2 points on a square metre"));
+  EXPECT_THAT(warnings_[0], HasSubstr("has gaps"));
   EXPECT_EQ(warnings_[0].find("are lost"), std::string::npos);
   ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.8)).has_value());
-  EXPECT_NE(warnings_[1].find("are lost"), std::string::npos) << warnings_[1];
+  EXPECT_THAT(warnings_[1], HasSubstr("are lost"));
 }
 
 TEST_F(IngestMapTest, RefusesAMapWiderThanAGrid) {

@@ -10,6 +10,8 @@
 namespace sightline {
 namespace {
 
+using testing::HasSubstr;
+
 class IngestTest : public testing::Test {
  protected:
   IngestTest() {
@@ -61,9 +63,8 @@ TEST_F(IngestTest, SaysHowManyPointsTheirFilesWithhold) {
   const Drive drive = value_of(ingest(ctx_, {}, open()));
   EXPECT_EQ(drive.scans[0].point_count, 2U);
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("dropped 1 points that their files mark as withheld, kept 2"),
-            std::string::npos)
-      << warnings_[0];
+  EXPECT_THAT(warnings_[0],
+              HasSubstr("dropped 1 points that their files mark as withheld, kept 2"));
 }
 
 TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
@@ -80,9 +81,7 @@ TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
   EXPECT_FALSE(drive.has_poses());
   EXPECT_EQ(drive.frame, MapFrame{});
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("dropped 1 NaN or infinite points and 2 at (0,0,0), kept 3"),
-            std::string::npos)
-      << warnings_[0];
+  EXPECT_THAT(warnings_[0], HasSubstr("dropped 1 NaN or infinite points and 2 at (0,0,0), kept 3"));
   const Scan scan = value_of(drive.store->read(1));
   EXPECT_EQ(scan.points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
 }
@@ -152,10 +151,9 @@ TEST_F(IngestTest, WarnsOfTheFirstGapInTimeAndNamesItsScans) {
   const Recording recording = value_of(open_recording(options));
   ASSERT_TRUE(ingest(ctx_, {}, recording).has_value());
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
-                              "and scan 5 (5.pcd)"),
-            std::string::npos)
-      << warnings_[0];
+  EXPECT_THAT(warnings_[0],
+              HasSubstr("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
+                        "and scan 5 (5.pcd)"));
 }
 
 TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
@@ -169,7 +167,7 @@ TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
   EXPECT_FALSE(drive.scans[1].has_point_times);
   EXPECT_EQ(drive.store->read(0)->time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("1 scans have point times"), std::string::npos) << warnings_[0];
+  EXPECT_THAT(warnings_[0], HasSubstr("1 scans have point times"));
 }
 
 TEST_F(IngestTest, RefusesADriveWithoutScans) {
@@ -180,7 +178,7 @@ TEST_F(IngestTest, WarnsOfCutText) {
   write_ascii("0.pcd", 1, "8.9 2.2 -0.1");
   ASSERT_TRUE(ingest(ctx_, {}, open()).has_value());
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("may be cut"), std::string::npos);
+  EXPECT_THAT(warnings_[0], HasSubstr("may be cut"));
 }
 
 // World coordinates, or millimetres: the map of either is wrong.
@@ -189,13 +187,12 @@ TEST_F(IngestTest, RefusesScansThatMostlyLieFartherThanALidarSees) {
   write_ascii("1.pcd", 1, "588348.9 4141240.2 -30.1\n");
   EXPECT_TRUE(ingest(ctx_, {}, open()).has_value());
   ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("1 scans have most of their points beyond 2 km"), std::string::npos)
-      << warnings_[0];
+  EXPECT_THAT(warnings_[0], HasSubstr("1 scans have most of their points beyond 2 km"));
   write_ascii("2.pcd", 3, "12010 -3410 110\n15 20 30\n-8750 2100 -1800\n");
   const Error refused = failure_of(ingest(ctx_, {}, open()));
   EXPECT_EQ(refused.code, ErrorCode::kUnsupportedFormat);
   EXPECT_EQ(refused.file, (folder_ / "1.pcd").string());
-  EXPECT_NE(refused.message.find("millimetres"), std::string::npos) << refused.message;
+  EXPECT_THAT(refused.message, HasSubstr("millimetres"));
 }
 
 TEST(IngestOptionFields, ReadBackAsTheyArePrinted) {

@@ -1,12 +1,16 @@
 #include "passes/ingest/join_drives.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "formats/base/random.h"
 #include "formats/base/units.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
+
+using testing::HasSubstr;
 
 constexpr std::int64_t kMonday_ns = 1'700'000'000 * kSecond_ns;
 constexpr std::int64_t kDay_ns = 86'400 * kSecond_ns;
@@ -93,8 +97,8 @@ TEST(JoinDrives, MovesTimesThatOverlapAndSaysSoOfAClock) {
   const Joined wrong =
       join(day("monday", kMonday_ns, 3, 1.0), day("tuesday", kMonday_ns - 3600 * kSecond_ns, 3, 2));
   ASSERT_EQ(wrong.warnings.size(), 1U);
-  EXPECT_NE(wrong.warnings[0].find("drive tuesday begins at"), std::string::npos);
-  EXPECT_NE(wrong.warnings[0].find("moved by 3662"), std::string::npos) << wrong.warnings[0];
+  EXPECT_THAT(wrong.warnings[0], HasSubstr("drive tuesday begins at"));
+  EXPECT_THAT(wrong.warnings[0], HasSubstr("moved by 3662"));
 }
 
 TEST(JoinDrives, LeavesOutADriveOfAnotherSensorByName) {
@@ -104,8 +108,7 @@ TEST(JoinDrives, LeavesOutADriveOfAnotherSensorByName) {
   const Joined joined = join(first, other);
   EXPECT_EQ(joined.drive.scans.size(), 3U);
   ASSERT_EQ(joined.warnings.size(), 1U);
-  EXPECT_NE(joined.warnings[0].find("drive tuesday is left out: its sensor is hdl-64e"),
-            std::string::npos);
+  EXPECT_THAT(joined.warnings[0], HasSubstr("drive tuesday is left out: its sensor is hdl-64e"));
   Drive moved = day("tuesday", 0, 3, 2.0);
   moved.sensor.T_vehicle_lidar.translation().x() = 1.0;
   EXPECT_EQ(join(first, moved).drive.scans.size(), 3U);
@@ -138,14 +141,11 @@ TEST(JoinDrives, ChainsOfRandomDrivesAreDrivesThatSurviveAFile) {
       others.push_back(next);
     }
     ASSERT_EQ(all.scans.size(), scans);
-    PassContext ctx;
-    const Result<Drive> at_once =
-        join_drives(ctx, {}, first, {{&others[0], &others[1], &others[2]}});
-    ASSERT_TRUE(at_once.has_value());
-    ASSERT_EQ(to_bytes(*at_once), to_bytes(all));
-    const Result<Drive> back = from_bytes<Drive>(to_bytes(all));
-    ASSERT_TRUE(back.has_value());
-    ASSERT_EQ(to_bytes(*back), to_bytes(all));
+    const Drive at_once =
+        value_of(join_drives(TestContext(), {}, first, {{&others[0], &others[1], &others[2]}}));
+    ASSERT_EQ(to_bytes(at_once), to_bytes(all));
+    const Drive back = value_of(from_bytes<Drive>(to_bytes(all)));
+    ASSERT_EQ(to_bytes(back), to_bytes(all));
     for (std::size_t i = 0; i < scans; ++i) {
       const Result<Scan> scan = all.store->read(i);
       ASSERT_EQ(std::to_string(static_cast<int>(scan->points_m[0].y())),

@@ -4,6 +4,7 @@
 
 #include "formats/base/random.h"
 #include "passes/trajectory/complete_trajectory.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -48,63 +49,54 @@ TEST(JoinSensors, KeepsTurnRatesOfTheFirstElseOfTheOther) {
   Drive front = one_sensor("front", {0, 100, 200}, 1.0);
   Drive rear = one_sensor("rear", {40, 150}, -1.0);
   rear.turn_rates = {{5, Eigen::Vector3d(1, 2, 3)}};
-  PassContext ctx;
-  const Result<Drive> others = join_sensors(ctx, {}, front, {{&rear}});
-  ASSERT_TRUE(others.has_value());
-  ASSERT_EQ(others->turn_rates.size(), 1U);
-  EXPECT_EQ(others->turn_rates[0].stamp_ns, 5);
+  const Drive others = value_of(join_sensors(TestContext(), {}, front, {{&rear}}));
+  ASSERT_EQ(others.turn_rates.size(), 1U);
+  EXPECT_EQ(others.turn_rates[0].stamp_ns, 5);
   front.turn_rates = {{7, Eigen::Vector3d(4, 5, 6)}};
-  const Result<Drive> own = join_sensors(ctx, {}, front, {{&rear}});
-  ASSERT_TRUE(own.has_value());
-  ASSERT_EQ(own->turn_rates.size(), 1U);
-  EXPECT_EQ(own->turn_rates[0].stamp_ns, 7);
+  const Drive own = value_of(join_sensors(TestContext(), {}, front, {{&rear}}));
+  ASSERT_EQ(own.turn_rates.size(), 1U);
+  EXPECT_EQ(own.turn_rates[0].stamp_ns, 7);
 }
 
 TEST(JoinSensors, PutsScansInOrderOfTimeAndKeepsWhoseTheyAre) {
   const Drive front = one_sensor("front", {0, 100, 200}, 1.0);
   const Drive rear = one_sensor("rear", {40, 100, 150, 260}, -1.0);
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& warning) { warnings.push_back(warning); };
-  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
-  ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
-  ASSERT_TRUE(validate(*joined).has_value());
-  ASSERT_EQ(joined->scans.size(), 6U);
+  TestContext ctx;
+  const Drive joined = value_of(join_sensors(ctx, {}, front, {{&rear}}));
+  ASSERT_TRUE(validate(joined).has_value());
+  ASSERT_EQ(joined.scans.size(), 6U);
   const std::vector<std::int64_t> stamps_ms = {0, 40, 100, 100, 150, 200};
   const std::vector<std::uint32_t> sensors = {0, 1, 0, 1, 1, 0};
   const std::vector<std::uint32_t> indices = {0, 0, 1, 1, 2, 2};  // each sensor's own
   for (std::size_t i = 0; i < 6; ++i) {
-    const ScanInfo& scan = joined->scans[i];
+    const ScanInfo& scan = joined.scans[i];
     EXPECT_EQ(scan.stamp_ns, stamps_ms[i] * kMs_ns);
     EXPECT_EQ(scan.sensor_index, sensors[i]);
     EXPECT_EQ(scan.recording_index % 2, indices[i] % 2) << "even scans stay even";
-    EXPECT_EQ(joined->sensor_of(scan).name, sensors[i] == 0 ? "front" : "rear");
-    EXPECT_EQ(joined->store->read(i)->points_m.at(0),
+    EXPECT_EQ(joined.sensor_of(scan).name, sensors[i] == 0 ? "front" : "rear");
+    EXPECT_EQ(joined.store->read(i)->points_m.at(0),
               Eigen::Vector3d(indices[i], sensors[i] == 0 ? 1.0 : -1.0, 0.0));
   }
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("1 of 4 scans of sensor rear are not between"), std::string::npos);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_NE(ctx.warnings[0].find("1 of 4 scans of sensor rear are not between"), std::string::npos);
 }
 
 TEST(JoinSensors, TakesAThirdSensorAndLeavesOutScansInAGap) {
   const Drive front = one_sensor("front", {0, 100, 5000, 5100}, 1.0);
-  PassContext ctx;
   const Drive rear = one_sensor("rear", {50, 5050}, 2.0);
   const Drive roof = one_sensor("roof", {50, 2500, 5000}, 3.0);
-  const Result<Drive> three = join_sensors(ctx, {}, front, {{&rear, &roof}});
-  ASSERT_TRUE(three.has_value());
-  ASSERT_TRUE(validate(*three).has_value());
-  ASSERT_EQ(three->scans.size(), 8U);
-  EXPECT_EQ(three->other_sensors.at(1).name, "roof");
-  EXPECT_EQ(three->scans[2].sensor_index, 2U);  // roof at 50 ms, behind rear
-  EXPECT_EQ(three->store->read(2)->points_m.at(0), Eigen::Vector3d(0.0, 3.0, 0.0));
+  const Drive three = value_of(join_sensors(TestContext(), {}, front, {{&rear, &roof}}));
+  ASSERT_TRUE(validate(three).has_value());
+  ASSERT_EQ(three.scans.size(), 8U);
+  EXPECT_EQ(three.other_sensors.at(1).name, "roof");
+  EXPECT_EQ(three.scans[2].sensor_index, 2U);  // roof at 50 ms, behind rear
+  EXPECT_EQ(three.store->read(2)->points_m.at(0), Eigen::Vector3d(0.0, 3.0, 0.0));
 }
 
 TEST(JoinSensors, RefusesClocksWithoutCommonTime) {
-  PassContext ctx;
   const Drive front = one_sensor("front", {0, 100}, 1.0);
   const Drive rear = one_sensor("rear", {1'000'000, 1'000'100}, 2.0);
-  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
+  const Result<Drive> joined = join_sensors(TestContext(), {}, front, {{&rear}});
   ASSERT_FALSE(joined.has_value());
   EXPECT_EQ(joined.error().code, ErrorCode::kMismatchedInputs);
   EXPECT_NE(joined.error().message.find("one clock"), std::string::npos);
@@ -119,18 +111,16 @@ TEST(CompleteTrajectory, InterpolatesTheScansOfOtherSensorsAtTheirTimes) {
     rear_ms.push_back(100 * k + static_cast<std::int64_t>(random.below(90)));
   }
   const Drive front = one_sensor("front", front_ms, 1.0);
-  PassContext ctx;
   const Drive rear = one_sensor("rear", rear_ms, -1.0);
-  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
-  ASSERT_TRUE(joined.has_value());
-  const Result<Trajectory> complete = complete_trajectory(ctx, {}, *joined, trajectory_of(front));
-  ASSERT_TRUE(complete.has_value()) << to_string(complete.error());
-  ASSERT_TRUE(validate(*complete).has_value());
-  ASSERT_EQ(complete->poses.size(), joined->scans.size());
-  for (std::size_t i = 0; i < joined->scans.size(); ++i) {
-    const TrajectoryPose& pose = complete->poses[i];
-    EXPECT_EQ(pose.recording_index, joined->scans[i].recording_index);
-    EXPECT_EQ(pose.stamp_ns, joined->scans[i].stamp_ns);
+  const Drive joined = value_of(join_sensors(TestContext(), {}, front, {{&rear}}));
+  const Trajectory complete =
+      value_of(complete_trajectory(TestContext(), {}, joined, trajectory_of(front)));
+  ASSERT_TRUE(validate(complete).has_value());
+  ASSERT_EQ(complete.poses.size(), joined.scans.size());
+  for (std::size_t i = 0; i < joined.scans.size(); ++i) {
+    const TrajectoryPose& pose = complete.poses[i];
+    EXPECT_EQ(pose.recording_index, joined.scans[i].recording_index);
+    EXPECT_EQ(pose.stamp_ns, joined.scans[i].stamp_ns);
     const double time_s = 1e-9 * static_cast<double>(pose.stamp_ns);
     EXPECT_NEAR(pose.T_map_vehicle.translation().x(), 10.0 * time_s, 1e-9);
     EXPECT_NEAR(Eigen::AngleAxisd(pose.T_map_vehicle.linear()).angle(), 0.3 * time_s, 1e-9);
@@ -141,19 +131,18 @@ TEST(CompleteTrajectory, RefusesATrajectoryOfAnotherDrive) {
   const Drive front = one_sensor("front", {0, 100, 200}, 1.0);
   PassContext ctx;
   const Drive rear = one_sensor("rear", {40}, -1.0);
-  const Result<Drive> joined = join_sensors(ctx, {}, front, {{&rear}});
-  ASSERT_TRUE(joined.has_value());
+  const Drive joined = value_of(join_sensors(ctx, {}, front, {{&rear}}));
   Trajectory trajectory = trajectory_of(front);
   trajectory.poses.pop_back();
-  EXPECT_EQ(complete_trajectory(ctx, {}, *joined, trajectory).error().code,
+  EXPECT_EQ(complete_trajectory(ctx, {}, joined, trajectory).error().code,
             ErrorCode::kMismatchedInputs);
   trajectory = trajectory_of(front);
   trajectory.poses[1].stamp_ns += 1;
-  EXPECT_EQ(complete_trajectory(ctx, {}, *joined, trajectory).error().code,
+  EXPECT_EQ(complete_trajectory(ctx, {}, joined, trajectory).error().code,
             ErrorCode::kMismatchedInputs);
   trajectory = trajectory_of(front);
   trajectory.poses.push_back(trajectory.poses.back());
-  EXPECT_EQ(complete_trajectory(ctx, {}, *joined, trajectory).error().code,
+  EXPECT_EQ(complete_trajectory(ctx, {}, joined, trajectory).error().code,
             ErrorCode::kMismatchedInputs);
 }
 

@@ -1,5 +1,6 @@
 #include "passes/ingest/pose_reading.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,6 +18,8 @@
 
 namespace sightline {
 namespace {
+
+using testing::HasSubstr;
 
 class PoseReading : public testing::Test {
  protected:
@@ -86,20 +89,20 @@ class PoseReadingStraight : public PoseReading {
 TEST_F(PoseReading, TakesQuaternionsThatBeginWithWWhereTheScansSaySoAndNamesThem) {
   const Drive drive = value_of(ingested(true));
   expect_the_poses(drive);
-  EXPECT_NE(warnings_.find("they are read as w x y z"), std::string::npos) << warnings_;
+  EXPECT_THAT(warnings_, HasSubstr("they are read as w x y z"));
 }
 
 TEST_F(PoseReadingWestward, TakesThemOfAnyHeading) {
   const Drive drive = value_of(ingested(true));
   expect_the_poses(drive);
-  EXPECT_NE(warnings_.find("they are read as w x y z"), std::string::npos) << warnings_;
+  EXPECT_THAT(warnings_, HasSubstr("they are read as w x y z"));
 }
 
 // Upside down, a straight drive lays its scans on each other as well.
 TEST_F(PoseReadingStraight, TakesThemWhereTheGroundWouldBeOverhead) {
   const Drive drive = value_of(ingested(true));
   expect_the_poses(drive);
-  EXPECT_NE(warnings_.find("they are read as w x y z"), std::string::npos) << warnings_;
+  EXPECT_THAT(warnings_, HasSubstr("they are read as w x y z"));
 }
 
 TEST_F(PoseReadingStraight, LeavesThemWhereTheGroundIsBelow) {
@@ -123,7 +126,7 @@ TEST_F(PoseReadingWestward, LeavesThemOfAnyHeading) {
 TEST_F(PoseReading, TakesTimesInMillisecondsAndNamesThem) {
   const Drive drive = value_of(ingested(false, 100.0));
   EXPECT_EQ(drive.scans[5].stamp_ns, 500'000'000);
-  EXPECT_NE(warnings_.find("they are read as milliseconds"), std::string::npos) << warnings_;
+  EXPECT_THAT(warnings_, HasSubstr("they are read as milliseconds"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "passes/ingest/check_sensor.h"
 #include "tests/support/real_data.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -19,9 +20,7 @@ class RealSensors : public testing::Test {
   void use(const std::filesystem::path& scans) {
     RecordingOptions options;
     options.scans = scans.string();
-    Result<Recording> recording = open_recording(options);
-    ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-    recording_ = *recording;
+    recording_ = value_of(open_recording(options));
   }
   // Or the refusal.
   std::string warning_under(const SensorProfile& sensor) {

@@ -12,6 +12,7 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/hash.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -256,9 +257,7 @@ TEST(WorkInParts, ThatStandApartBeginInStretchesOfTheirOwn) {
     ++taken[part];
     return bytes.size() == part;
   };
-  PassContext ctx;
-  ctx.threads = 2;
-  ASSERT_TRUE(work_in_parts(ctx, work));
+  ASSERT_TRUE(work_in_parts(TestContext(2), work));
   EXPECT_EQ(taken.size(), kCount);
   for (const auto& [part, times] : taken) EXPECT_EQ(times, 1U) << part;
 }

@@ -106,14 +106,14 @@ TEST(CastRays, RefusesASurfaceInAnotherFrame) {
 TEST(CastRays, RefusesElevationsBeyondThePoleAndNearBeyondFar) {
   const ToyWorld world = draw_world(kStreet);
   const Surface surface = surface_of(world);
-  PassContext ctx;
   CastRaysOptions beyond_pole;
   beyond_pole.elevation_count = 120;
-  EXPECT_EQ(cast_rays(ctx, beyond_pole, surface, world.sites, SensorProfile()).error().code,
-            ErrorCode::kBadValue);
+  EXPECT_EQ(
+      cast_rays(TestContext(), beyond_pole, surface, world.sites, SensorProfile()).error().code,
+      ErrorCode::kBadValue);
   CastRaysOptions inverted;
   inverted.near_m = 60.0;
-  EXPECT_EQ(cast_rays(ctx, inverted, surface, world.sites, SensorProfile()).error().code,
+  EXPECT_EQ(cast_rays(TestContext(), inverted, surface, world.sites, SensorProfile()).error().code,
             ErrorCode::kBadValue);
 }
 

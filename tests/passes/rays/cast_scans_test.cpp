@@ -99,13 +99,12 @@ TEST(CastScans, SeesNoFewerPointsWithALongerRange) {
 TEST(CastScans, RefusesASurfaceInAnotherFrameAndNearBeyondFar) {
   const ToyWorld world = draw_world(kStreet);
   Surface surface = surface_of(world);
-  PassContext ctx;
   CastScansOptions inverted;
   inverted.near_m = 60.0;
-  EXPECT_EQ(cast_scans(ctx, inverted, surface, world.sites, five_beams()).error().code,
+  EXPECT_EQ(cast_scans(TestContext(), inverted, surface, world.sites, five_beams()).error().code,
             ErrorCode::kBadValue);
   surface.frame.origin_world_m.x() = 64.0;
-  EXPECT_EQ(cast_scans(ctx, {}, surface, world.sites, five_beams()).error().code,
+  EXPECT_EQ(cast_scans(TestContext(), {}, surface, world.sites, five_beams()).error().code,
             ErrorCode::kMismatchedInputs);
 }
 

@@ -6,6 +6,7 @@
 #include "passes/map/build_surface.h"
 #include "passes/rays/cast_rays.h"
 #include "tests/support/lane/depth_truth.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
 // Depth images in lanes, whose generator shares nothing with the towns that the surface was first
@@ -39,22 +40,20 @@ TEST_P(DepthFidelity, ShadesNothingThatLiesBehind) {
   DriveOptions drive;
   drive.sensor = *sensor;
   drive.length_m = kLength_m;
-  PassContext ctx;
-  const Result<Surface> surface =
-      whole_rows(build_surface(ctx, {}, drive_along(lane, caster, drive)));
-  ASSERT_TRUE(surface.has_value());
+  const Surface surface =
+      value_of(whole_rows(build_surface(TestContext(), {}, drive_along(lane, caster, drive))));
   const Sites sites = sites_along(lane, kLength_m, 6.0);
-  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites, SensorProfile());
-  ASSERT_TRUE(images.has_value());
-  const std::vector<TrueRay> truth = true_rays(lane, caster, sites, *images);
+  const DepthImages images =
+      value_of(cast_rays(TestContext(), {}, surface, sites, SensorProfile()));
+  const std::vector<TrueRay> truth = true_rays(lane, caster, sites, images);
   const Fidelity outside_leaves =
-      fidelity_of(*images, truth, [](const TrueRay& ray) { return !ray.is_through_leaves; });
+      fidelity_of(images, truth, [](const TrueRay& ray) { return !ray.is_through_leaves; });
   EXPECT_LE(outside_leaves.median_m, 0.05);
   EXPECT_LE(outside_leaves.p95_m, 0.5);
   EXPECT_LE(outside_leaves.nearer, 0.04);
   for (double first = -15.0; first < 15.0; first += 5.0) {
     const double last = first == 10.0 ? 15.0 : first + 4.0;
-    const Fidelity band = fidelity_of(*images, truth, [&](const TrueRay& ray) {
+    const Fidelity band = fidelity_of(images, truth, [&](const TrueRay& ray) {
       return ray.elevation_deg > first - 0.5 && ray.elevation_deg < last + 0.5;
     });
     // Between -5 and -1 degrees rays graze hills of which 16 beams saw nothing within 5 m: 0.945.

@@ -11,6 +11,7 @@
 #include "formats/base/random.h"
 #include "passes/rays/exact_patch.h"
 #include "passes/rays/site_blocks.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -56,12 +57,12 @@ Sites one_site(const Eigen::Vector3d& p_m) {
 std::vector<double> cast(const Surface& surface, const Eigen::Vector3d& p_m,
                          const std::vector<Eigen::Vector3d>& directions, double near_m,
                          double far_m) {
-  PassContext ctx;
   std::vector<double> found_m;
-  const Result<void> done = cast_at_sites(ctx, surface, one_site(p_m), {directions, near_m, far_m},
-                                          [&](std::size_t, std::span<const double> distance_m) {
-                                            found_m.assign(distance_m.begin(), distance_m.end());
-                                          });
+  const Result<void> done =
+      cast_at_sites(TestContext(), surface, one_site(p_m), {directions, near_m, far_m},
+                    [&](std::size_t, std::span<const double> distance_m) {
+                      found_m.assign(distance_m.begin(), distance_m.end());
+                    });
   EXPECT_TRUE(done.has_value());
   return found_m;
 }
@@ -217,9 +218,8 @@ TEST(SurfaceCaster, CastsOnlyTheRaysThatAreAskedFor) {
   RayFan fan{{}, 0.5, 60.0};
   for (int i = 0; i < 1003; ++i) fan.directions.push_back(random_direction(random));
   const auto found = [&](const RayFan& asked) {
-    PassContext ctx;
     std::vector<std::vector<double>> found_m(sites.sites.size());
-    EXPECT_TRUE(cast_at_sites(ctx, surface, sites, asked,
+    EXPECT_TRUE(cast_at_sites(TestContext(), surface, sites, asked,
                               [&](std::size_t site, std::span<const double> distance_m) {
                                 found_m[site].assign(distance_m.begin(), distance_m.end());
                               }));
@@ -325,9 +325,8 @@ TEST(SurfaceCaster, MeetsPatchesWhereAChangePutThem) {
   const Sites sites = one_site({62.0, 20.0, 2.0});
   const SiteCaster caster(surface, sites, fan.far_m, move);
   std::vector<double> found_m;
-  const Result<BlockScene> scene = caster.scene(caster.blocks().front());
-  ASSERT_TRUE(scene);
-  scene->cast(fan, 1, [&](std::size_t, std::span<const double> distance_m) {
+  const BlockScene scene = value_of(caster.scene(caster.blocks().front()));
+  scene.cast(fan, 1, [&](std::size_t, std::span<const double> distance_m) {
     found_m.assign(distance_m.begin(), distance_m.end());
   });
   EXPECT_EQ(found_m, cast(moved, sites.sites.front().p_map_m, fan.directions, 0.5, 12.0));

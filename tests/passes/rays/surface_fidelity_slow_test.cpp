@@ -9,6 +9,7 @@
 #include "examples/town/world/town.h"
 #include "passes/map/build_surface.h"
 #include "passes/rays/cast_rays.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
 // The surface that rays meet against the exact triangles that the scans were made from.
@@ -103,20 +104,18 @@ class SurfaceFidelity : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(SurfaceFidelity, AgreesWithTheExactTownInEveryElevationBand) {
   const TownViews views = drive_through(GetParam());
-  PassContext ctx;
-  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, views.points));
-  ASSERT_TRUE(surface.has_value());
-  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, views.sites, SensorProfile());
-  ASSERT_TRUE(images.has_value());
-  ASSERT_EQ(images->distance_m.size(), views.exact_m.size());
-  const Fidelity all = fidelity_of(*images, views.exact_m, 0, 31);
+  const Surface surface = value_of(whole_rows(build_surface(TestContext(), {}, views.points)));
+  const DepthImages images =
+      value_of(cast_rays(TestContext(), {}, surface, views.sites, SensorProfile()));
+  ASSERT_EQ(images.distance_m.size(), views.exact_m.size());
+  const Fidelity all = fidelity_of(images, views.exact_m, 0, 31);
   EXPECT_GE(all.agreement, 0.97);
   EXPECT_LE(all.median_m, 0.10);
   EXPECT_LE(all.p95_m, 0.5);
   // -15 .. -11, -10 .. -6, ..., 5 .. 9, 10 .. 15 degrees.
   for (std::uint32_t first = 0; first < 30; first += 5) {
     const std::uint32_t last = first == 25 ? 31 : first + 5;
-    const Fidelity band = fidelity_of(*images, views.exact_m, first, last);
+    const Fidelity band = fidelity_of(images, views.exact_m, first, last);
     // 0.95 and more everywhere but at -5 .. -1 degrees of town 2 (0.939), where rays graze the
     // ground beyond what the drive has sampled.
     EXPECT_GE(band.agreement, first == 10 ? 0.93 : 0.95) << "from row " << first;

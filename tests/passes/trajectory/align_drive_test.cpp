@@ -7,6 +7,7 @@
 #include "passes/map/build_ndt.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -91,14 +92,12 @@ TEST(AlignDrive, FindsASecondDriveInTheMapOfTheFirst) {
     const BoxWorld world = random_street(turns ? 21 : 20);
     const Place place = mapped(world);
     const TestDrive drive = second_drive(world, turns);
-    PassContext ctx;
-    const Result<Trajectory> found =
-        align_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites);
-    ASSERT_TRUE(found.has_value()) << to_string(found.error());
-    EXPECT_TRUE(validate(*found).has_value());
-    EXPECT_EQ(found->source, PoseSource::kEstimated) << "a match to the map";
+    const Trajectory found = value_of(
+        align_drive(TestContext(), {}, drive.drive, own_trajectory(drive), place.map, place.sites));
+    EXPECT_TRUE(validate(found).has_value());
+    EXPECT_EQ(found.source, PoseSource::kEstimated) << "a match to the map";
     for (std::size_t k = 0; k < drive.truth.poses.size(); ++k) {
-      const Pose off = drive.truth.poses[k].T_map_vehicle.inverse() * found->poses[k].T_map_vehicle;
+      const Pose off = drive.truth.poses[k].T_map_vehicle.inverse() * found.poses[k].T_map_vehicle;
       // Cells of 2 m and exact rings: no sensor is as regular.
       EXPECT_LT(off.translation().norm(), 0.1) << turns << " scan " << k;
     }
@@ -142,16 +141,14 @@ TEST(AlignDrive, LeavesGivenPosesUnlessAskedToAlignThem) {
   const TestDrive drive = second_drive(world, false);
   Trajectory given = drive.truth;
   for (TrajectoryPose& pose : given.poses) pose.T_map_vehicle.translation().y() += 0.4;
-  PassContext ctx;
-  const Result<Trajectory> kept = align_drive(ctx, {}, drive.drive, given, place.map, place.sites);
-  ASSERT_TRUE(kept.has_value());
-  EXPECT_EQ(to_bytes(*kept), to_bytes(given));
+  const Trajectory kept =
+      value_of(align_drive(TestContext(), {}, drive.drive, given, place.map, place.sites));
+  EXPECT_EQ(to_bytes(kept), to_bytes(given));
   AlignDriveOptions options;
   options.mode = AlignMode::kAlign;
-  const Result<Trajectory> aligned =
-      align_drive(ctx, options, drive.drive, given, place.map, place.sites);
-  ASSERT_TRUE(aligned.has_value()) << to_string(aligned.error());
-  EXPECT_NEAR(aligned->poses[3].T_map_vehicle.translation().y(), -0.4, 0.05);
+  const Trajectory aligned =
+      value_of(align_drive(TestContext(), options, drive.drive, given, place.map, place.sites));
+  EXPECT_NEAR(aligned.poses[3].T_map_vehicle.translation().y(), -0.4, 0.05);
 }
 
 // One of several drives is moved beyond every site instead.
@@ -164,12 +161,11 @@ TEST(AlignDrive, SeparatesALaterDriveThatMatchesNowhere) {
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   AlignDriveOptions options;
   options.may_be_elsewhere = true;
-  const Result<Trajectory> aside =
-      align_drive(ctx, options, drive.drive, own_trajectory(drive), place.map, place.sites);
-  ASSERT_TRUE(aside.has_value()) << to_string(aside.error());
-  ASSERT_TRUE(validate(*aside).has_value());
-  ASSERT_EQ(aside->poses.size(), drive.drive.scans.size());
-  for (const TrajectoryPose& pose : aside->poses) {
+  const Trajectory aside = value_of(
+      align_drive(ctx, options, drive.drive, own_trajectory(drive), place.map, place.sites));
+  ASSERT_TRUE(validate(aside).has_value());
+  ASSERT_EQ(aside.poses.size(), drive.drive.scans.size());
+  for (const TrajectoryPose& pose : aside.poses) {
     for (const Site& site : place.sites.sites) {
       EXPECT_GT((pose.T_map_vehicle.translation() - site.p_map_m).norm(), 1000.0);
     }

@@ -10,6 +10,7 @@
 #include "passes/trajectory/estimate_trajectory.h"
 #include "tests/support/box_world.h"
 #include "tests/support/real_data.h"
+#include "tests/support/test_context.h"
 
 // estimate-trajectory on longer ways: a round trip, and a real recording where there is one.
 
@@ -44,14 +45,11 @@ TEST(EstimateTrajectorySlow, ClosesTheLoopOfARoundTrip) {
                             kRadius_m * (1.0 - std::cos(angle_rad)), angle_rad));
   }
   const TestDrive test = drive_through(round_world(kRadius_m), poses, 0.5);
-  PassContext ctx;
-  ctx.threads = 2;
-  const Result<Trajectory> closed = estimate_trajectory(ctx, {}, test.drive);
-  ASSERT_TRUE(closed.has_value()) << to_string(closed.error());
-  EXPECT_GE(closed->loop_edges, 2u);
-  const Eigen::Vector3d end_m = closed->poses.back().T_map_vehicle.translation();
+  const Trajectory closed = value_of(estimate_trajectory(TestContext(2), {}, test.drive));
+  EXPECT_GE(closed.loop_edges, 2u);
+  const Eigen::Vector3d end_m = closed.poses.back().T_map_vehicle.translation();
   EXPECT_LT((end_m - poses.back().translation()).norm(), 0.1);
-  EXPECT_LT(closed->rms_translation_residual_m, 0.05);
+  EXPECT_LT(closed.rms_translation_residual_m, 0.05);
 }
 
 // Scans at 10 Hz; without scans where one of the files cannot be read.
@@ -92,12 +90,9 @@ TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
   const Drive drive = drive_of_files(numbered(data.folder, 154, 10), "hdl-64e");
   ASSERT_FALSE(drive.scans.empty())
       << "a scan of " << data.folder << " is missing or cannot be read";
-  PassContext ctx;
-  ctx.threads = 2;
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, drive);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  const Trajectory trajectory = value_of(estimate_trajectory(TestContext(2), {}, drive));
   const Eigen::Vector3d icp_end_m(63.888, 9.363, -0.508);
-  const Eigen::Vector3d end_m = trajectory->poses.back().T_map_vehicle.translation();
+  const Eigen::Vector3d end_m = trajectory.poses.back().T_map_vehicle.translation();
   EXPECT_LT((end_m - icp_end_m).norm(), 0.3);
 }
 
@@ -138,22 +133,19 @@ TEST(EstimateTrajectorySlow, NoticesThatTheFirstPosesOfAWellKnownRecordingAreWro
   options.poses = data.folder / "KITTI_00_gt_velodyne_frame.txt";
   options.poses_of = PosesOf::kSensor;
   options.sensor = "hdl-64e";
-  const Result<Recording> recording = open_recording(options, 2);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  const Recording recording = value_of(open_recording(options, 2));
   std::string warnings;
   PassContext ctx;
   ctx.threads = 2;
   ctx.warning_sink = [&](const std::string& message) { warnings += message + "\n"; };
-  const Result<Drive> drive = ingest(ctx, {}, *recording);
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  const Drive drive = value_of(ingest(ctx, {}, recording));
   EstimateTrajectoryOptions repair;
   repair.bad_poses = BadPoses::kRepair;
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, repair, *drive);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  const Trajectory trajectory = value_of(estimate_trajectory(ctx, repair, drive));
   EXPECT_NE(warnings.find("given poses and scans disagree on 1 stretches"), std::string::npos)
       << warnings;
-  const double way_m = (trajectory->poses[5].T_map_vehicle.translation() -
-                        trajectory->poses[0].T_map_vehicle.translation())
+  const double way_m = (trajectory.poses[5].T_map_vehicle.translation() -
+                        trajectory.poses[0].T_map_vehicle.translation())
                            .norm();
   EXPECT_NEAR(way_m / 5.0, 0.70, 0.04) << warnings;  // it speeds up from 0.68 to 0.74 m
 }

@@ -7,16 +7,15 @@
 #include <numbers>
 
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
 
 Result<Trajectory> run(const Drive& drive, PoseMode mode, int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
   EstimateTrajectoryOptions options;
   options.mode = mode;
-  return estimate_trajectory(ctx, options, drive);
+  return estimate_trajectory(TestContext(threads), options, drive);
 }
 
 ErrorCode error_of(const Drive& drive, PoseMode mode) {
@@ -54,15 +53,13 @@ TEST(EstimateTrajectory, TakesGivenPosesInTheDrivesFrame) {
   test.drive.frame.origin_world_m = {64.0, 0.0, -64.0};
   test.drive.scans[0].T_world_vehicle = pose_at(65.0, 2.0, 0.0);
   test.drive.scans[1].T_world_vehicle = pose_at(66.0, 2.0, 0.5);
-  PassContext ctx;
   EstimateTrajectoryOptions options;
   options.bad_poses = BadPoses::kIgnore;
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
-  ASSERT_TRUE(trajectory.has_value());
-  EXPECT_EQ(trajectory->source, PoseSource::kGiven);
-  EXPECT_EQ(trajectory->poses[0].T_map_vehicle.translation(), Eigen::Vector3d(1.0, 2.0, 64.0));
-  EXPECT_EQ(trajectory->poses[1].T_map_vehicle.translation(), Eigen::Vector3d(2.0, 2.0, 64.0));
-  EXPECT_EQ(trajectory->frame, test.drive.frame);
+  const Trajectory trajectory = value_of(estimate_trajectory(TestContext(), options, test.drive));
+  EXPECT_EQ(trajectory.source, PoseSource::kGiven);
+  EXPECT_EQ(trajectory.poses[0].T_map_vehicle.translation(), Eigen::Vector3d(1.0, 2.0, 64.0));
+  EXPECT_EQ(trajectory.poses[1].T_map_vehicle.translation(), Eigen::Vector3d(2.0, 2.0, 64.0));
+  EXPECT_EQ(trajectory.frame, test.drive.frame);
 }
 
 // Not slower: at 0.5 m a scan the exact rings of this world lie on each other (street 0 ends 2 m
@@ -71,13 +68,12 @@ TEST(EstimateTrajectory, FollowsStreetsWithoutPoses) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     const double step_m = 0.8 + 0.3 * static_cast<double>(seed);
     const TestDrive test = street_drive(seed, 8, step_m);
-    const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
-    ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-    EXPECT_EQ(trajectory->source, PoseSource::kEstimated);
-    EXPECT_EQ(trajectory->odometry_edges, 7u);
-    EXPECT_TRUE(validate(*trajectory).has_value());
-    EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1) << "street " << seed;
-    EXPECT_TRUE(trajectory->poses[0].T_map_vehicle.isApprox(Pose::Identity(), 1e-9));
+    const Trajectory trajectory = value_of(run(test.drive, PoseMode::kAuto));
+    EXPECT_EQ(trajectory.source, PoseSource::kEstimated);
+    EXPECT_EQ(trajectory.odometry_edges, 7u);
+    EXPECT_TRUE(validate(trajectory).has_value());
+    EXPECT_LT(largest_error_m(trajectory, test.truth), 0.1) << "street " << seed;
+    EXPECT_TRUE(trajectory.poses[0].T_map_vehicle.isApprox(Pose::Identity(), 1e-9));
   }
 }
 
@@ -89,11 +85,10 @@ TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
     given.translation() *= 0.86 / 0.69;
     test.drive.scans[i].T_world_vehicle = given;
   }
-  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kRefine);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
-  EXPECT_EQ(trajectory->prior_edges, 7u);
-  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+  const Trajectory trajectory = value_of(run(test.drive, PoseMode::kRefine));
+  EXPECT_EQ(trajectory.source, PoseSource::kRefined);
+  EXPECT_EQ(trajectory.prior_edges, 7u);
+  EXPECT_LT(largest_error_m(trajectory, test.truth), 0.1);
 }
 
 // Too fast poses, without refinement.
@@ -152,9 +147,8 @@ TEST(EstimateTrajectory, DoesNotWarnOfGivenPosesThatAreRightBehindAPause) {
   test.drive.store = memory_scan_store(scans);
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { ADD_FAILURE() << message; };
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, test.drive);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-  EXPECT_EQ(trajectory->source, PoseSource::kGiven);
+  const Trajectory trajectory = value_of(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_EQ(trajectory.source, PoseSource::kGiven);
 }
 
 // As when a receiver is silent between houses.
@@ -163,13 +157,12 @@ TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesWithCovariances) {
   for (const std::size_t i : {0U, 1U, 2U, 7U, 8U}) {
     test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
   }
-  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
-  EXPECT_EQ(trajectory->prior_edges, 5u);
-  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.05);
-  EXPECT_TRUE(validate(*trajectory).has_value());
-  for (const TrajectoryPose& pose : trajectory->poses) {
+  const Trajectory trajectory = value_of(run(test.drive, PoseMode::kAuto));
+  EXPECT_EQ(trajectory.source, PoseSource::kRefined);
+  EXPECT_EQ(trajectory.prior_edges, 5u);
+  EXPECT_LT(largest_error_m(trajectory, test.truth), 0.05);
+  EXPECT_TRUE(validate(trajectory).has_value());
+  for (const TrajectoryPose& pose : trajectory.poses) {
     EXPECT_GT(pose.covariance.matrix().diagonal().minCoeff(), 0.0);
     EXPECT_LT(std::sqrt(pose.covariance(0, 0)), 1.0);
   }
@@ -190,9 +183,8 @@ TEST(EstimateTrajectory, TakesScansOfSeveralSensors) {
     for (Eigen::Vector3d& point_m : scans[i].points_m) point_m = T_other_first * point_m;
   }
   test.drive.store = memory_scan_store(scans);
-  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kEstimate);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+  const Trajectory trajectory = value_of(run(test.drive, PoseMode::kEstimate));
+  EXPECT_LT(largest_error_m(trajectory, test.truth), 0.1);
 }
 
 TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
@@ -211,9 +203,8 @@ TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
   ctx.warning_sink = [&](const std::string& message) { warning = message; };
   EstimateTrajectoryOptions options;
   options.mode = PoseMode::kRefine;
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.3);
+  const Trajectory trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
+  EXPECT_LT(largest_error_m(trajectory, test.truth), 0.3);
   EXPECT_TRUE(warning.starts_with("1 scans could not be matched")) << warning;
 }
 

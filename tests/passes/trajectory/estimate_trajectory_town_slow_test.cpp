@@ -7,6 +7,7 @@
 #include "passes/map/choose_sites.h"
 #include "passes/trajectory/align_drive.h"
 #include "passes/trajectory/estimate_trajectory.h"
+#include "tests/support/value_of.h"
 
 // Drives through a generated town whose poses are thrown away, against the truth. Longer ones are
 // measured by tests/bench/trajectory_bench.
@@ -58,15 +59,13 @@ PassContext two_threads() {
 }
 
 TEST(EstimateTrajectoryInATown, GoesRoundABlockWithoutPoses) {
-  const Result<town::Town> made = town::make_town({1, 220.0, true});
-  ASSERT_TRUE(made.has_value());
-  const town::DriveSimulator simulator = drive_through(*made, 0, 235.0);
+  const town::Town made = value_of(town::make_town({1, 220.0, true}));
+  const town::DriveSimulator simulator = drive_through(made, 0, 235.0);
   const std::vector<Pose>& truth = simulator.T_town_vehicle();
   PassContext ctx = two_threads();
-  const Result<Trajectory> found = estimate_trajectory(ctx, {}, without_poses(simulator));
-  ASSERT_TRUE(found.has_value()) << to_string(found.error());
-  const std::vector<Pose> poses = poses_of(*found);
-  EXPECT_GE(found->loop_edges, 1u);
+  const Trajectory found = value_of(estimate_trajectory(ctx, {}, without_poses(simulator)));
+  const std::vector<Pose> poses = poses_of(found);
+  EXPECT_GE(found.loop_edges, 1u);
   EXPECT_LT(rmse_m(poses, truth, true), 0.05);
   const Pose by_found = poses.front().inverse() * poses.back();
   const Pose by_truth = truth.front().inverse() * truth.back();
@@ -76,44 +75,35 @@ TEST(EstimateTrajectoryInATown, GoesRoundABlockWithoutPoses) {
 // Of the first two scans, 1 m apart, the best match is that of a vehicle that stands: rings lie on
 // rings in a street of bare walls.
 TEST(EstimateTrajectoryInATown, BeginsAtFullSpeedInABareStreet) {
-  const Result<town::Town> made = town::make_town({1, 2000.0, false});
-  ASSERT_TRUE(made.has_value());
-  town::DriveOptions options = town::usual_drive(made->options, 2, *town::town_sensor(16));
+  const town::Town made = value_of(town::make_town({1, 2000.0, false}));
+  town::DriveOptions options = town::usual_drive(made.options, 2, *town::town_sensor(16));
   options.from_m = 600.0;
   options.length_m = 60.0;
-  const Result<town::DriveSimulator> simulator = town::DriveSimulator::make(*made, options);
-  ASSERT_TRUE(simulator.has_value());
+  const town::DriveSimulator simulator = value_of(town::DriveSimulator::make(made, options));
   PassContext ctx = two_threads();
-  const Result<Trajectory> found = estimate_trajectory(ctx, {}, without_poses(*simulator));
-  ASSERT_TRUE(found.has_value()) << to_string(found.error());
-  EXPECT_LT(rmse_m(poses_of(*found), simulator->T_town_vehicle(), true), 0.05);
+  const Trajectory found = value_of(estimate_trajectory(ctx, {}, without_poses(simulator)));
+  EXPECT_LT(rmse_m(poses_of(found), simulator.T_town_vehicle(), true), 0.05);
 }
 
 TEST(AlignDriveInATown, AlignsASecondDriveWithoutPosesToTheMapOfTheFirst) {
-  const Result<town::Town> made = town::make_town({2, 100.0, false});
-  ASSERT_TRUE(made.has_value());
-  const town::DriveSimulator first = drive_through(*made, 0, 100.0);
+  const town::Town made = value_of(town::make_town({2, 100.0, false}));
+  const town::DriveSimulator first = drive_through(made, 0, 100.0);
   PassContext ctx = two_threads();
   const Drive mapping = town::recorded(first, "mapping", first.T_town_vehicle(), 2);
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, mapping);
-  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  const Trajectory trajectory = value_of(estimate_trajectory(ctx, {}, mapping));
   std::vector<Eigen::Vector3d> points_m;
   for (std::size_t k = 0; k < mapping.scans.size(); ++k) {
-    const Pose T_map_lidar = trajectory->poses[k].T_map_vehicle * mapping.sensor.T_vehicle_lidar;
-    const Result<Scan> scan = mapping.store->read(k);
-    ASSERT_TRUE(scan.has_value());
-    for (const Eigen::Vector3d& point_m : scan->points_m) points_m.push_back(T_map_lidar * point_m);
+    const Pose T_map_lidar = trajectory.poses[k].T_map_vehicle * mapping.sensor.T_vehicle_lidar;
+    const Scan scan = value_of(mapping.store->read(k));
+    for (const Eigen::Vector3d& point_m : scan.points_m) points_m.push_back(T_map_lidar * point_m);
   }
-  const NdtMap map = ndt_from_points(points_m, trajectory->frame, {}, 2);
-  const Result<Sites> sites = choose_sites(ctx, {}, mapping, *trajectory);
-  ASSERT_TRUE(sites.has_value());
-  const town::DriveSimulator second = drive_through(*made, 2, 80.0);
+  const NdtMap map = ndt_from_points(points_m, trajectory.frame, {}, 2);
+  const Sites sites = value_of(choose_sites(ctx, {}, mapping, trajectory));
+  const town::DriveSimulator second = drive_through(made, 2, 80.0);
   const Drive drive = without_poses(second);
-  const Result<Trajectory> own = estimate_trajectory(ctx, {}, drive);
-  ASSERT_TRUE(own.has_value()) << to_string(own.error());
-  const Result<Trajectory> found = align_drive(ctx, {}, drive, *own, map, *sites);
-  ASSERT_TRUE(found.has_value()) << to_string(found.error());
-  EXPECT_LT(rmse_m(poses_of(rebase(*found, MapFrame{})), second.T_town_vehicle(), false), 0.05);
+  const Trajectory own = value_of(estimate_trajectory(ctx, {}, drive));
+  const Trajectory found = value_of(align_drive(ctx, {}, drive, own, map, sites));
+  EXPECT_LT(rmse_m(poses_of(rebase(found, MapFrame{})), second.T_town_vehicle(), false), 0.05);
 }
 
 }  // namespace

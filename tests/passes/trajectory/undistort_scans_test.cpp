@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "formats/base/random.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -114,27 +115,26 @@ TEST(UndistortScans, MovesAPointByWhatTheVehicleMovedSinceItsTime) {
   scan.points_m = {Eigen::Vector3d(5, 0, 0), Eigen::Vector3d(5, 0, 0), Eigen::Vector3d(5, 0, 0)};
   scan.time_offset_ns = {0, 25'000'000, -50'000'000};
   journey.drive = with_store(journey.drive, memory_scan_store({scan, scan}));
-  PassContext ctx;
-  const Result<Drive> drive = undistort_scans(ctx, {}, journey.drive, journey.trajectory);
-  ASSERT_TRUE(drive.has_value());
-  const Result<Scan> read = drive->store->read(0);
-  ASSERT_TRUE(read.has_value());
-  EXPECT_NEAR(read->points_m[0].x(), 5.0, 1e-12);
-  EXPECT_NEAR(read->points_m[1].x(), 5.25, 1e-12);  // 10 m/s for 25 ms farther on
-  EXPECT_NEAR(read->points_m[2].x(), 4.5, 1e-12);
-  EXPECT_TRUE(read->time_offset_ns.empty());
-  EXPECT_FALSE(drive->scans[0].has_point_times);
+  const Drive drive =
+      value_of(undistort_scans(TestContext(), {}, journey.drive, journey.trajectory));
+  const Scan read = value_of(drive.store->read(0));
+  EXPECT_NEAR(read.points_m[0].x(), 5.0, 1e-12);
+  EXPECT_NEAR(read.points_m[1].x(), 5.25, 1e-12);  // 10 m/s for 25 ms farther on
+  EXPECT_NEAR(read.points_m[2].x(), 4.5, 1e-12);
+  EXPECT_TRUE(read.time_offset_ns.empty());
+  EXPECT_FALSE(drive.scans[0].has_point_times);
 }
 
 TEST(UndistortScans, PutsPointsOnTheWallsThatTheyLeftWhileDriving) {
-  PassContext ctx;
   for (const double first : {0.0, -0.5, -1.0}) {
     // Even motion between poses is exact here, at both ends as well.
     const Journey straight = drive_along({15.0, 0.0, 0.8}, 5, first);
-    const Result<Drive> level = undistort_scans(ctx, {}, straight.drive, straight.trajectory);
+    const Result<Drive> level =
+        undistort_scans(TestContext(), {}, straight.drive, straight.trajectory);
     // On an arc the chord is off by speed x rate x period^2 / 8 = 2 mm, behind the ends by more.
     const Journey turning = drive_along({8.0, 0.2, 0.1}, 5, first);
-    const Result<Drive> turned = undistort_scans(ctx, {}, turning.drive, turning.trajectory);
+    const Result<Drive> turned =
+        undistort_scans(TestContext(), {}, turning.drive, turning.trajectory);
     ASSERT_TRUE(level.has_value() && turned.has_value());
     for (std::size_t k = 0; k < 5; ++k) {
       EXPECT_GT(worst_m(straight.drive, straight.trajectory, k), 0.5) << k;
@@ -149,11 +149,9 @@ TEST(UndistortScans, PutsPointsOnTheWallsThatTheyLeftWhileDriving) {
 TEST(UndistortScans, KeepsWhatHasNoTimesAndIsDoneOnlyOnce) {
   Journey journey = drive_along({10.0, 0.3, 0.0}, 3);
   PassContext ctx;
-  const Result<Drive> once = undistort_scans(ctx, {}, journey.drive, journey.trajectory);
-  ASSERT_TRUE(once.has_value());
-  const Result<Drive> twice = undistort_scans(ctx, {}, *once, journey.trajectory);
-  ASSERT_TRUE(twice.has_value());
-  EXPECT_EQ(once->store, twice->store);
+  const Drive once = value_of(undistort_scans(ctx, {}, journey.drive, journey.trajectory));
+  const Drive twice = value_of(undistort_scans(ctx, {}, once, journey.trajectory));
+  EXPECT_EQ(once.store, twice.store);
   for (ScanInfo& scan : journey.drive.scans) scan.has_point_times = false;
   EXPECT_EQ(undistort_scans(ctx, {}, journey.drive, journey.trajectory)->store,
             journey.drive.store);
@@ -161,16 +159,13 @@ TEST(UndistortScans, KeepsWhatHasNoTimesAndIsDoneOnlyOnce) {
 
 TEST(UndistortScans, CanBeTurnedOffWithAWarning) {
   const Journey journey = drive_along({10.0, 0.3, 0.0}, 3);
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& warning) { warnings.push_back(warning); };
-  const Result<Drive> drive =
-      undistort_scans(ctx, {.enabled = false}, journey.drive, journey.trajectory);
-  ASSERT_TRUE(drive.has_value());
-  EXPECT_EQ(drive->store, journey.drive.store);
-  EXPECT_TRUE(drive->scans[0].has_point_times);
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("3 scans have point times that are not used"), std::string::npos);
+  TestContext ctx;
+  const Drive drive =
+      value_of(undistort_scans(ctx, {.enabled = false}, journey.drive, journey.trajectory));
+  EXPECT_EQ(drive.store, journey.drive.store);
+  EXPECT_TRUE(drive.scans[0].has_point_times);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_NE(ctx.warnings[0].find("3 scans have point times that are not used"), std::string::npos);
 }
 
 TEST(UndistortScans, DoesNotMoveAcrossAGap) {
@@ -180,20 +175,16 @@ TEST(UndistortScans, DoesNotMoveAcrossAGap) {
     journey.drive.scans[k].stamp_ns += 4'000'000'000;
     journey.trajectory.poses[k].stamp_ns += 4'000'000'000;
   }
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& warning) { warnings.push_back(warning); };
-  const Result<Drive> drive = undistort_scans(ctx, {}, journey.drive, journey.trajectory);
-  ASSERT_TRUE(drive.has_value());
-  EXPECT_LT(worst_m(*drive, journey.trajectory, 1), 1e-6);  // goes on as from scan 0 to 1
-  EXPECT_TRUE(warnings.empty());
+  TestContext ctx;
+  const Drive drive = value_of(undistort_scans(ctx, {}, journey.drive, journey.trajectory));
+  EXPECT_LT(worst_m(drive, journey.trajectory, 1), 1e-6);  // goes on as from scan 0 to 1
+  EXPECT_TRUE(ctx.warnings.empty());
   // A scan alone between two pauses stands still.
   Journey lonely = drive_along({10.0, 0.0, 0.0}, 1);
-  const Result<Drive> still = undistort_scans(ctx, {}, lonely.drive, lonely.trajectory);
-  ASSERT_TRUE(still.has_value());
-  EXPECT_EQ(still->store->read(0)->points_m, lonely.drive.store->read(0)->points_m);
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("1 scans have no other pose within 1.5 s"), std::string::npos);
+  const Drive still = value_of(undistort_scans(ctx, {}, lonely.drive, lonely.trajectory));
+  EXPECT_EQ(still.store->read(0)->points_m, lonely.drive.store->read(0)->points_m);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_NE(ctx.warnings[0].find("1 scans have no other pose within 1.5 s"), std::string::npos);
 }
 
 // Scans are missing after scan 1, and stamps that were made up do not say so.
@@ -202,10 +193,9 @@ TEST(UndistortScans, DoesNotMoveByAStepThatIsOutOfKeepingWithThoseBesideIt) {
   for (std::size_t k : {2U, 3U, 4U}) {
     journey.trajectory.poses[k].T_map_vehicle.translation().x() += 5.0;
   }
-  PassContext ctx;
-  const Result<Drive> drive = undistort_scans(ctx, {}, journey.drive, journey.trajectory);
-  ASSERT_TRUE(drive.has_value());
-  EXPECT_LT(worst_m(*drive, journey.trajectory, 1), 1e-6);
+  const Drive drive =
+      value_of(undistort_scans(TestContext(), {}, journey.drive, journey.trajectory));
+  EXPECT_LT(worst_m(drive, journey.trajectory, 1), 1e-6);
 }
 
 // The name of a scan changes wherever what is read does, and nowhere far from what changed.
@@ -214,9 +204,8 @@ TEST(UndistortScans, NamesScansByTheMotionAroundThem) {
   const Journey before = drive_along({10.0, 0.3, 0.0}, kScans, -0.5);
   Journey after = before;
   after.trajectory.poses[30].T_map_vehicle.translation().y() += 0.1;
-  PassContext ctx;
-  const Drive was = *undistort_scans(ctx, {}, before.drive, before.trajectory);
-  const Drive is = *undistort_scans(ctx, {}, after.drive, after.trajectory);
+  const Drive was = *undistort_scans(TestContext(), {}, before.drive, before.trajectory);
+  const Drive is = *undistort_scans(TestContext(), {}, after.drive, after.trajectory);
   std::size_t same = 0;
   for (std::size_t k = 0; k < kScans; ++k) {
     const bool is_same = was.store->identity(k) == is.store->identity(k);
@@ -232,8 +221,7 @@ TEST(UndistortScans, NamesScansByTheMotionAroundThem) {
 TEST(UndistortScans, RefusesATrajectoryOfAnotherDrive) {
   Journey journey = drive_along({10.0, 0.0, 0.0}, 3);
   journey.trajectory.poses.pop_back();
-  PassContext ctx;
-  EXPECT_EQ(undistort_scans(ctx, {}, journey.drive, journey.trajectory).error().code,
+  EXPECT_EQ(undistort_scans(TestContext(), {}, journey.drive, journey.trajectory).error().code,
             ErrorCode::kMismatchedInputs);
 }
 

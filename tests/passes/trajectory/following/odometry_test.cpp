@@ -5,6 +5,7 @@
 
 #include "formats/base/random.h"
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -24,8 +25,7 @@ TEST(Overlaps, OfADriveThatWasLedAreThoseOfOneThatWasNot) {
   const TestDrive test = drive_through(random_street(4), poses, 0.5);
   GivenPoses given;
   for (const Pose& pose : poses) given.emplace_back(pose * test.drive.sensor.T_vehicle_lidar);
-  PassContext ctx;
-  ctx.threads = 2;
+  TestContext ctx(2);
   const Result<Odometry> alone = run_odometry(ctx, 50.0, test.drive, GivenPoses(poses.size()));
   const Result<Odometry> led = run_odometry(ctx, 50.0, test.drive, given);
   ASSERT_TRUE(alone.has_value() && led.has_value());
@@ -52,8 +52,7 @@ TEST(Overlaps, BeginAnewWithEachPiece) {
     odometry.driven_m.push_back(0.7 * static_cast<double>(k));
     odometry.piece.push_back(k < 10 ? 0 : 1);
   }
-  PassContext ctx;
-  const auto overlaps = overlaps_along(ctx, test.drive, 50.0, odometry);
+  const auto overlaps = overlaps_along(TestContext(), test.drive, 50.0, odometry);
   ASSERT_TRUE(overlaps.has_value());
   for (std::size_t k = 0; k < poses.size(); ++k) {
     EXPECT_EQ((*overlaps)[k].has_value(), k % 10 != 0) << k;

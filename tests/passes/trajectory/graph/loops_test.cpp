@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -28,11 +29,9 @@ TEST(Loops, BetweenPiecesAreConfirmedByTheEarlierOneAlone) {
     odometry.driven_m.push_back(static_cast<double>(is_later ? i - 1 : i));
     odometry.piece.push_back(is_later ? 1 : 0);
   }
-  PassContext ctx;
-  const Result<std::vector<GraphEdge>> loops = find_loops(ctx, test.drive, odometry);
-  ASSERT_TRUE(loops.has_value()) << to_string(loops.error());
-  ASSERT_FALSE(loops->empty());
-  for (const GraphEdge& edge : *loops) {
+  const std::vector<GraphEdge> loops = value_of(find_loops(TestContext(), test.drive, odometry));
+  ASSERT_FALSE(loops.empty());
+  for (const GraphEdge& edge : loops) {
     EXPECT_LT(edge.from, kCount);
     EXPECT_GE(edge.to, kCount);
     const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
@@ -65,20 +64,18 @@ TEST(Loops, OfAChainAreAllFoundWhereOdometryIsFarOff) {
   }
   std::vector<GraphEdge> by_one;
   for (const int threads : {1, 3}) {
-    PassContext ctx;
-    ctx.threads = threads;
-    const Result<std::vector<GraphEdge>> loops = find_loops(ctx, test.drive, odometry);
-    ASSERT_TRUE(loops.has_value()) << to_string(loops.error());
-    EXPECT_EQ(loops->size(), kCount / 5);
-    for (const GraphEdge& edge : *loops) {
+    const std::vector<GraphEdge> loops =
+        value_of(find_loops(TestContext(threads), test.drive, odometry));
+    EXPECT_EQ(loops.size(), kCount / 5);
+    for (const GraphEdge& edge : loops) {
       const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
                           test.truth.poses[edge.to].T_map_vehicle * T_vehicle_lidar;
       EXPECT_LT((edge.T_from_to.translation() - T_true.translation()).norm(), 0.05)
           << "scan " << edge.to;
     }
-    if (threads == 1) by_one = *loops;
-    for (std::size_t i = 0; i < loops->size(); ++i) {
-      EXPECT_TRUE((*loops)[i].T_from_to.isApprox(by_one[i].T_from_to, 0.0));
+    if (threads == 1) by_one = loops;
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      EXPECT_TRUE(loops[i].T_from_to.isApprox(by_one[i].T_from_to, 0.0));
     }
   }
 }

@@ -14,6 +14,7 @@
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
+#include "tests/support/test_context.h"
 
 // Drives of several vehicles in one map: how the scans of one were measured is decided by its own
 // scans.
@@ -33,10 +34,9 @@ TestDrive street(double sweep_s, int scans) {
 }
 
 TestDrive joined(const std::vector<TestDrive>& tests) {
-  PassContext ctx;
   TestDrive all = tests.front();
   for (std::size_t i = 1; i < tests.size(); ++i) {
-    all.drive = *join_drives(ctx, {}, all.drive, {{&tests[i].drive}});
+    all.drive = *join_drives(TestContext(), {}, all.drive, {{&tests[i].drive}});
     for (const TrajectoryPose& pose : tests[i].truth.poses) {
       const std::size_t number = all.truth.poses.size();
       all.truth.poses.push_back({all.drive.scans[number].recording_index,
@@ -123,22 +123,18 @@ TEST(PartsOfDrive, OfOnePartAreTheDriveItself) {
 TEST(UndistortScans, AsksEachDriveHowItsScansWereMeasured) {
   constexpr std::size_t kRigid = 16;
   constexpr std::size_t kSwept = 12;
-  PassContext ctx;
   const TestDrive swept = street(0.1, kSwept);
   const TestDrive all = joined({street(0.0, kRigid), swept});
-  const Result<Drive> straight = undistort_scans(ctx, {}, all.drive, all.truth);
-  ASSERT_TRUE(straight.has_value());
-  EXPECT_EQ(farthest_m(*straight, 0, all.drive, 0, kRigid), 0.0);
-  const Result<Drive> alone = undistort_scans(ctx, {}, swept.drive, swept.truth);
-  ASSERT_TRUE(alone.has_value());
-  EXPECT_GT(farthest_m(*alone, 0, swept.drive, 0, kSwept), 0.4);
-  EXPECT_EQ(farthest_m(*straight, kRigid, *alone, 0, kSwept), 0.0);
+  const Drive straight = value_of(undistort_scans(TestContext(), {}, all.drive, all.truth));
+  EXPECT_EQ(farthest_m(straight, 0, all.drive, 0, kRigid), 0.0);
+  const Drive alone = value_of(undistort_scans(TestContext(), {}, swept.drive, swept.truth));
+  EXPECT_GT(farthest_m(alone, 0, swept.drive, 0, kSwept), 0.4);
+  EXPECT_EQ(farthest_m(straight, kRigid, alone, 0, kSwept), 0.0);
 }
 
 TEST(EstimateUndistorted, AsksEachDriveHowItsScansWereMeasured) {
   constexpr std::size_t kRigid = 16;
   constexpr std::size_t kSwept = 12;
-  PassContext ctx;
   const TestDrive all = joined({street(0.0, kRigid), street(0.1, kSwept)});
   std::optional<Drive> last;  // of which poses were estimated
   const EstimatePoses estimate = [&](PassContext&, const Drive& drive) -> Result<Estimate> {
@@ -151,7 +147,8 @@ TEST(EstimateUndistorted, AsksEachDriveHowItsScansWereMeasured) {
     }
     return Estimate{found};
   };
-  ASSERT_TRUE(estimate_undistorted(ctx, all.drive, Estimate{all.truth}, estimate).has_value());
+  ASSERT_TRUE(
+      estimate_undistorted(TestContext(), all.drive, Estimate{all.truth}, estimate).has_value());
   ASSERT_TRUE(last.has_value());
   ASSERT_EQ(last->scans.size(), kRigid + kSwept);
   EXPECT_EQ(farthest_m(*last, 0, all.drive, 0, kRigid), 0.0);

@@ -6,6 +6,7 @@
 #include "formats/geometry.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "tests/support/swept_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -49,12 +50,9 @@ TEST(Holes, LeaveTheWayBehindThemWhereItIsThoughScansAreDrawnOut) {
         }
         test.drive.store = memory_scan_store(scans);
       }
-      PassContext ctx;
-      ctx.threads = 2;
-      const Result<Trajectory> found = estimate_trajectory(ctx, {}, test.drive);
-      ASSERT_TRUE(found.has_value()) << to_string(found.error());
-      EXPECT_EQ(found->poses.back().piece, 0u);
-      const Off off = off_truth(*found, test.truth);
+      const Trajectory found = value_of(estimate_trajectory(TestContext(2), {}, test.drive));
+      EXPECT_EQ(found.poses.back().piece, 0u);
+      const Off off = off_truth(found, test.truth);
       EXPECT_LT(off.largest_m, 0.15) << (order == PointOrder::kTime) << has_stamps;
       EXPECT_LT(off.largest_deg, 0.3) << (order == PointOrder::kTime) << has_stamps;
     }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -54,13 +55,11 @@ struct Street {
 TEST(JoinPieces, MovesAllToTheFrameOfTheFirst) {
   for (const auto& [from_m, to_m] : {std::pair(-18.0, 75.0), std::pair(75.0, -18.0)}) {
     Street street({along(-20.0, 8.0), along(48.0, 76.0), along(from_m, to_m)});
-    PassContext ctx;
-    ctx.threads = 2;
     const std::vector<std::optional<Pose>> none(street.odometry.piece.size());
-    const Result<JoinedPieces> joined = join_pieces(ctx, street.test.drive, none, street.odometry);
-    ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
-    EXPECT_EQ(joined->piece, std::vector<std::uint32_t>(street.odometry.piece.size(), 0));
-    EXPECT_TRUE(joined->starts.empty());
+    const JoinedPieces joined =
+        value_of(join_pieces(TestContext(2), street.test.drive, none, street.odometry));
+    EXPECT_EQ(joined.piece, std::vector<std::uint32_t>(street.odometry.piece.size(), 0));
+    EXPECT_TRUE(joined.starts.empty());
     EXPECT_LT(street.largest_error_m(), 0.5);
     EXPECT_TRUE(street.odometry.T_map_lidar[0].isApprox(
         street.test.truth.poses[0].T_map_vehicle * street.test.drive.sensor.T_vehicle_lidar, 0.0));

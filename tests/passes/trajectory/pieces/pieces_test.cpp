@@ -1,5 +1,6 @@
 // Drives that a trajectory cannot follow from end to end, and those that it can.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,9 +10,12 @@
 #include "formats/base/units.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
+
+using testing::HasSubstr;
 
 constexpr double kAzimuthStep_deg = 0.5;
 
@@ -30,17 +34,14 @@ std::vector<Pose> joined(std::vector<Pose> first, const std::vector<Pose>& then)
 }
 
 struct Outcome {
-  Result<Trajectory> trajectory;
+  Trajectory trajectory;
   std::vector<std::string> warnings;
 };
 
 Outcome run(const Drive& drive) {
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.threads = 2;
-  ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
-  Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, drive);
-  return {std::move(trajectory), warnings};
+  TestContext ctx(2);
+  Trajectory trajectory = value_of(estimate_trajectory(ctx, {}, drive));
+  return {std::move(trajectory), ctx.warnings};
 }
 
 // Of scans of one piece, seen from the first of them.
@@ -64,11 +65,10 @@ std::uint32_t pieces_in(const Trajectory& trajectory) { return trajectory.poses.
 TEST(Pieces, AreNotMadeOfADriveThatCanBeFollowedAndEveryOverlapIsKept) {
   const TestDrive test = drive_through(random_street(2), along_street(0.0, 8), kAzimuthStep_deg);
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
   EXPECT_TRUE(outcome.warnings.empty());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
-  EXPECT_FALSE(outcome.trajectory->poses[0].overlap.has_value());
-  for (std::size_t i = 1; i < 8; ++i) EXPECT_GT(outcome.trajectory->poses[i].overlap.value(), 0.6);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 1u);
+  EXPECT_FALSE(outcome.trajectory.poses[0].overlap.has_value());
+  for (std::size_t i = 1; i < 8; ++i) EXPECT_GT(outcome.trajectory.poses[i].overlap.value(), 0.6);
 }
 
 // A hole of 7 m in a recording, which its stamps do not show.
@@ -76,9 +76,8 @@ TEST(Pieces, AreNotMadeWhereWhatIsMissingIsFoundAgain) {
   const TestDrive test = drive_through(
       random_street(1), joined(along_street(-8.0, 6), along_street(4.0, 5)), kAzimuthStep_deg);
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.3);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 1u);
+  EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.3);
 }
 
 TEST(Pieces, AreNotMadeByAQuickTurnOfTheHand) {
@@ -89,9 +88,8 @@ TEST(Pieces, AreNotMadeByAQuickTurnOfTheHand) {
   }
   const TestDrive test = drive_through(random_street(5), poses, kAzimuthStep_deg);
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 1u);
+  EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.1);
 }
 
 // Another street without a pause: nothing that it sees was seen before.
@@ -106,24 +104,22 @@ TEST(Pieces, BeginWhereNothingOverlapsWithAWarningThatNamesScanTimeAndPlace) {
   test = drive_of(scans, joined(along_street(0.0, 6), along_street(0.0, 6)));
   test.drive.sensor.azimuth_step_deg = kAzimuthStep_deg;
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_TRUE(validate(*outcome.trajectory).has_value());
-  ASSERT_EQ(pieces_in(*outcome.trajectory), 2u);
+  EXPECT_TRUE(validate(outcome.trajectory).has_value());
+  ASSERT_EQ(pieces_in(outcome.trajectory), 2u);
   for (std::size_t i = 0; i < 12; ++i) {
-    EXPECT_EQ(outcome.trajectory->poses[i].piece, i < 6 ? 0u : 1u) << i;
+    EXPECT_EQ(outcome.trajectory.poses[i].piece, i < 6 ? 0u : 1u) << i;
   }
   for (const std::uint32_t piece : {0U, 1U}) {
-    EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, piece), 0.1);
+    EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, piece), 0.1);
   }
   ASSERT_EQ(outcome.warnings.size(), 1u);
-  EXPECT_NE(outcome.warnings[0].find("begins at scan 6, 0.600 s, after 5."), std::string::npos)
-      << outcome.warnings[0];
-  EXPECT_NE(outcome.warnings[0].find("is not known"), std::string::npos);
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("begins at scan 6, 0.600 s, after 5."));
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("is not known"));
   // Farther than two sensors see.
-  const Eigen::Vector3d apart_m = outcome.trajectory->poses[6].T_map_vehicle.translation() -
-                                  outcome.trajectory->poses[5].T_map_vehicle.translation();
+  const Eigen::Vector3d apart_m = outcome.trajectory.poses[6].T_map_vehicle.translation() -
+                                  outcome.trajectory.poses[5].T_map_vehicle.translation();
   EXPECT_GT(apart_m.x(), 2.0 * test.drive.sensor.max_range_m);
-  EXPECT_FALSE(outcome.trajectory->poses[6].overlap.has_value());
+  EXPECT_FALSE(outcome.trajectory.poses[6].overlap.has_value());
 }
 
 // The same street, the next day, from where the first day ended: a piece, joined by what it sees.
@@ -138,11 +134,10 @@ TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
   }
   test.drive.store = memory_scan_store(scans);
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 1u);
   EXPECT_TRUE(outcome.warnings.empty());
-  EXPECT_GE(outcome.trajectory->loop_edges, 2u);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.3);
+  EXPECT_GE(outcome.trajectory.loop_edges, 2u);
+  EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.3);
 }
 
 // Two drives through one street, the second right behind the first in time, from a place back.
@@ -158,10 +153,9 @@ TestDrive two_days() {
 TEST(Pieces, OfTwoDrivesAreJoinedByWhatTheySee) {
   const TestDrive test = two_days();
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 1u);
   EXPECT_TRUE(outcome.warnings.empty());
-  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
+  EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.1);
 }
 
 // Every scan with its true pose, those of the second drive off by 5 m.
@@ -174,13 +168,11 @@ TEST(Pieces, OfTwoDrivesWhosePosesContradictEachOtherAreJoinedByWhatTheySee) {
       test.drive.scans[i].T_world_vehicle = pose;
     }
     const Outcome outcome = run(test.drive);
-    ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-    EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
-    EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
+    EXPECT_EQ(pieces_in(outcome.trajectory), 1u);
+    EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.1);
     ASSERT_EQ(outcome.warnings.size(), off_m > 0.0 ? 1u : 0u);
     if (off_m == 0.0) continue;
-    EXPECT_NE(outcome.warnings[0].find("drive tuesday lies 5."), std::string::npos)
-        << outcome.warnings[0];
+    EXPECT_THAT(outcome.warnings[0], HasSubstr("drive tuesday lies 5."));
   }
 }
 
@@ -200,12 +192,10 @@ TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
   test.drive.later_parts = {"elsewhere"};
   test.drive.store = memory_scan_store(scans);
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
   ASSERT_EQ(outcome.warnings.size(), 1u);
-  EXPECT_NE(outcome.warnings[0].find("drive elsewhere was found nowhere in the drives before it"),
-            std::string::npos)
-      << outcome.warnings[0];
+  EXPECT_THAT(outcome.warnings[0],
+              HasSubstr("drive elsewhere was found nowhere in the drives before it"));
 }
 
 // The second drive begins in a street that looks like that of the first, and continues in another.
@@ -229,8 +219,7 @@ TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
   for (std::size_t i = kCount; i < scans.size(); ++i) test.drive.scans[i].part = 1;
   test.drive.later_parts = {"tuesday"};
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
 }
 
 // The second drive begins where the first one ends and goes on: what a few metres say of forty is
@@ -245,8 +234,7 @@ TEST(Pieces, OfADriveThatOnlyTouchesAnotherAreNotJoined) {
   for (std::size_t i = kCount; i < test.drive.scans.size(); ++i) test.drive.scans[i].part = 1;
   test.drive.later_parts = {"tuesday"};
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
   EXPECT_FALSE(outcome.warnings.empty());
 }
 
@@ -260,11 +248,9 @@ TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
       drive_through(world, joined(along_street(0.0, 5), along_street(30.0, 5)), kAzimuthStep_deg);
   for (std::size_t i = 5; i < 10; ++i) test.drive.scans[i].stamp_ns += 60 * kSecond_ns;
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 2u);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
   ASSERT_EQ(outcome.warnings.size(), 1u);
-  EXPECT_NE(outcome.warnings[0].find("it comes 60.1 s after"), std::string::npos)
-      << outcome.warnings[0];
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("it comes 60.1 s after"));
 }
 
 TEST(Pieces, AreRefusedWhereADriveIsMadeOfThem) {
@@ -276,13 +262,11 @@ TEST(Pieces, AreRefusedWhereADriveIsMadeOfThem) {
     lidar.translation().z() = 2.0;
     scans.push_back(scan_world(random_street(20 + i), lidar, kAzimuthStep_deg));
   }
-  const Outcome outcome = run(drive_of(scans, poses).drive);
-  ASSERT_FALSE(outcome.trajectory.has_value());
-  EXPECT_EQ(outcome.trajectory.error().code, ErrorCode::kTrajectoryLost);
-  EXPECT_EQ(outcome.trajectory.error().place, "scan 1");
-  EXPECT_NE(outcome.trajectory.error().message.find("of 5 scans do not follow those before them"),
-            std::string::npos)
-      << outcome.trajectory.error().message;
+  const Error refused =
+      failure_of(estimate_trajectory(TestContext(2), {}, drive_of(scans, poses).drive));
+  EXPECT_EQ(refused.code, ErrorCode::kTrajectoryLost);
+  EXPECT_EQ(refused.place, "scan 1");
+  EXPECT_THAT(refused.message, HasSubstr("of 5 scans do not follow those before them"));
 }
 
 // Twice the time, twice the way: with the stamps of a recording that lacks every second scan.
@@ -294,9 +278,8 @@ TEST(Pieces, AreNotMadeByStepsThatTakeLonger) {
     test.drive.scans[i].stamp_ns += static_cast<std::int64_t>(i - 3) * kSecond_ns / 10;
   }
   const Outcome outcome = run(test.drive);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(pieces_in(*outcome.trajectory), 1u);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, test.truth, 0), 0.1);
+  EXPECT_EQ(pieces_in(outcome.trajectory), 1u);
+  EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.1);
 }
 
 }  // namespace

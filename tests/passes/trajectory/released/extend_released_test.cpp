@@ -1,5 +1,6 @@
 #include "passes/trajectory/released/extend_released.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -10,9 +11,12 @@
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
+
+using testing::HasSubstr;
 
 constexpr std::size_t kCount = 16;  // scans of each drive
 constexpr std::int64_t kDay_ns = 86'400'000'000'000;
@@ -63,8 +67,7 @@ TestDrive drives(const std::vector<DayOf>& days) {
 ReleasedPoses shipped(const TestDrive& all, std::size_t days) {
   Drive first = stretch_of(all.drive, 0, days * kCount);
   first.later_parts.resize(days - 1);
-  PassContext ctx;
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, first);
+  const Result<Trajectory> trajectory = estimate_trajectory(TestContext(), {}, first);
   EXPECT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   return *release(first, *trajectory);
 }
@@ -135,8 +138,7 @@ TEST(ExtendReleased, NamesADriveThatMeasuresOtherwiseThanReleasedOnes) {
   ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
   EXPECT_EQ(outcome.trajectory->poses.back().piece, 0U);
   ASSERT_EQ(outcome.warnings.size(), 1U);
-  EXPECT_NE(outcome.warnings[0].find("drive day 2 measures 1.0 % more than"), std::string::npos)
-      << outcome.warnings[0];
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 measures 1.0 % more than"));
 }
 
 TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {
@@ -199,8 +201,7 @@ TEST(ExtendReleased, SeparatesADriveThatMeetsNoOtherAndNamesIt) {
   EXPECT_GT(outcome.trajectory->poses.back().T_map_vehicle.translation().x(),
             2.0 * all.drive.sensor.max_range_m);
   ASSERT_EQ(outcome.warnings.size(), 1U);
-  EXPECT_NE(outcome.warnings[0].find("drive day 2 was found nowhere"), std::string::npos)
-      << outcome.warnings[0];
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 was found nowhere"));
 }
 
 TEST(ExtendReleased, RefusesWhatIsNotWhatWasShipped) {
@@ -212,7 +213,7 @@ TEST(ExtendReleased, RefusesWhatIsNotWhatWasShipped) {
   };
   released.scans[3] = sha256("another scan");
   EXPECT_EQ(refused(all.drive).code, ErrorCode::kMismatchedInputs);
-  EXPECT_NE(refused(all.drive).message.find("15 of its 16 scans"), std::string::npos);
+  EXPECT_THAT(refused(all.drive).message, HasSubstr("15 of its 16 scans"));
   EXPECT_EQ(refused(all.drive).place, "drive test");
   for (Digest& scan : released.scans) scan = sha256("another drive");
   EXPECT_EQ(refused(all.drive).code, ErrorCode::kMismatchedInputs);
@@ -251,8 +252,7 @@ TEST(ExtendReleased, ComparesUndistortedScansWithTheReleasedOnes) {
   };
   const TestDrive fast = swept(10.0, 30);
   const TestDrive slow = swept(5.0, 60);
-  PassContext ctx;
-  const Drive both = *join_drives(ctx, {}, fast.drive, {{&slow.drive}});
+  const Drive both = *join_drives(TestContext(), {}, fast.drive, {{&slow.drive}});
   const ReleasedPoses released = *release(fast.drive, fast.truth);
   const Outcome outcome = extend(both, released);
   ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());

@@ -9,6 +9,7 @@
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
+#include "tests/support/test_context.h"
 
 // Scans of a spinning sensor whose files give no times: which times they are given, and when these
 // are used.
@@ -56,11 +57,10 @@ double share_on_surfaces(const Drive& drive, const Trajectory& truth) {
 
 TEST(SweptDrive, GivesTimesOfATenthOfASecondAroundTheStamp) {
   const TestDrive test = street(PointOrder::kTime);
-  const Result<std::vector<Drive>> drives = swept_drives(test.drive, test.truth);
-  ASSERT_TRUE(drives.has_value());
-  ASSERT_EQ(drives->size(), 1u);
-  EXPECT_TRUE(drives->front().scans[0].has_point_times);
-  const Scan scan = *drives->front().store->read(1);
+  const std::vector<Drive> drives = value_of(swept_drives(test.drive, test.truth));
+  ASSERT_EQ(drives.size(), 1u);
+  EXPECT_TRUE(drives.front().scans[0].has_point_times);
+  const Scan scan = *drives.front().store->read(1);
   ASSERT_EQ(scan.time_offset_ns.size(), scan.points_m.size());
   EXPECT_LT(scan.time_offset_ns.front(), -45'000'000);
   EXPECT_GT(scan.time_offset_ns.back(), 45'000'000);
@@ -69,9 +69,8 @@ TEST(SweptDrive, GivesTimesOfATenthOfASecondAroundTheStamp) {
 
 TEST(SweptDrive, IsTriedInEveryWayThatRingsMayHaveBeenMeasured) {
   const TestDrive test = street(PointOrder::kRings);
-  const Result<std::vector<Drive>> drives = swept_drives(test.drive, test.truth);
-  ASSERT_TRUE(drives.has_value());
-  EXPECT_EQ(drives->size(), 3u);
+  const std::vector<Drive> drives = value_of(swept_drives(test.drive, test.truth));
+  EXPECT_EQ(drives.size(), 3u);
 }
 
 // Stamps of a tenth of a second where the vehicle came 6 m: one scan in several is there.
@@ -98,19 +97,16 @@ TEST(SweptDrive, IsNoneWhereScansHaveTimesOrSensorsDiffer) {
 // measured, and scans measured at once stay as they are.
 TEST(UndistortByOrder, PutsPointsOnWhatTheyHitAndLeavesRigidScansAlone) {
   for (const PointOrder order : {PointOrder::kTime, PointOrder::kRings}) {
-    PassContext ctx;
     const TestDrive test = street(order);
-    const Result<Drive> straight = undistort_scans(ctx, {}, test.drive, test.truth);
-    ASSERT_TRUE(straight.has_value());
-    EXPECT_NE(straight->store, test.drive.store);
+    const Drive straight = value_of(undistort_scans(TestContext(), {}, test.drive, test.truth));
+    EXPECT_NE(straight.store, test.drive.store);
     const double before = share_on_surfaces(test.drive, test.truth);
-    const double after = share_on_surfaces(*straight, test.truth);
+    const double after = share_on_surfaces(straight, test.truth);
     EXPECT_LT(before, 0.7);
     EXPECT_GT(after, 0.95);
     const TestDrive rigid = street(order, 0.0);
-    const Result<Drive> same = undistort_scans(ctx, {}, rigid.drive, rigid.truth);
-    ASSERT_TRUE(same.has_value());
-    EXPECT_EQ(same->store, rigid.drive.store);
+    const Drive same = value_of(undistort_scans(TestContext(), {}, rigid.drive, rigid.truth));
+    EXPECT_EQ(same.store, rigid.drive.store);
   }
 }
 
@@ -135,60 +131,55 @@ struct Estimates {
 
 TEST(EstimateUndistorted, EstimatesTwiceMoreAndTakesThatWhereScansGetSharper) {
   for (const PointOrder order : {PointOrder::kTime, PointOrder::kRings}) {
-    PassContext ctx;
     const TestDrive test = street(order);
     Estimates again{test.truth};
-    const Result<Estimate> found =
-        estimate_undistorted(ctx, test.drive, {test.truth}, again.estimate);
-    ASSERT_TRUE(found.has_value());
+    const Estimate found =
+        value_of(estimate_undistorted(TestContext(), test.drive, {test.truth}, again.estimate));
     EXPECT_EQ(again.count, order == PointOrder::kTime ? 2 : 6);
-    EXPECT_GT(found->trajectory.loop_edges, 0u);
-    EXPECT_EQ(found->trajectory.loop_edges % 2, 0u);  // the second estimate of a timing
-    EXPECT_EQ(found->contradictions.size(), found->trajectory.loop_edges) << "of that estimate";
+    EXPECT_GT(found.trajectory.loop_edges, 0u);
+    EXPECT_EQ(found.trajectory.loop_edges % 2, 0u);  // the second estimate of a timing
+    EXPECT_EQ(found.contradictions.size(), found.trajectory.loop_edges) << "of that estimate";
   }
 }
 
 TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereScansDoNotGetSharper) {
-  PassContext ctx;
   // Measured at once; and a vehicle that creeps, whose scans are hardly distorted.
   for (const TestDrive& test : {street(PointOrder::kTime, 0.0), street(PointOrder::kRings, 0.0),
                                 street(PointOrder::kTime, 0.1, 0.2)}) {
     Estimates again{test.truth};
-    const Result<Estimate> found =
-        estimate_undistorted(ctx, test.drive, {test.truth}, again.estimate);
-    ASSERT_TRUE(found.has_value());
+    const Estimate found =
+        value_of(estimate_undistorted(TestContext(), test.drive, {test.truth}, again.estimate));
     EXPECT_GE(again.count, 2);
-    EXPECT_EQ(found->trajectory.loop_edges, 0u);
-    EXPECT_TRUE(found->contradictions.empty());
+    EXPECT_EQ(found.trajectory.loop_edges, 0u);
+    EXPECT_TRUE(found.contradictions.empty());
   }
 }
 
 TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereAnotherFailsOrTimesAreNotKnown) {
-  PassContext ctx;
   const TestDrive test = street(PointOrder::kTime);
   const EstimatePoses fails = [](PassContext&, const Drive&) -> Result<Estimate> {
     return Error{ErrorCode::kTrajectoryLost, ""};
   };
-  const Result<Estimate> kept = estimate_undistorted(ctx, test.drive, {test.truth}, fails);
-  ASSERT_TRUE(kept.has_value());
-  EXPECT_EQ(kept->trajectory.loop_edges, 0u);
+  const Estimate kept =
+      value_of(estimate_undistorted(TestContext(), test.drive, {test.truth}, fails));
+  EXPECT_EQ(kept.trajectory.loop_edges, 0u);
   TestDrive two_sensors = test;
   two_sensors.drive.other_sensors = {test.drive.sensor};
   Estimates again{test.truth};
-  EXPECT_TRUE(
-      estimate_undistorted(ctx, two_sensors.drive, {test.truth}, again.estimate).has_value());
+  EXPECT_TRUE(estimate_undistorted(TestContext(), two_sensors.drive, {test.truth}, again.estimate)
+                  .has_value());
   EXPECT_EQ(again.count, 0);
 }
 
 // Skipped, a file that cannot be read just once would lead to other poses without a word.
 TEST(EstimateUndistorted, ReturnsErrorsThatAreNotOfTheTrial) {
-  PassContext ctx;
   const TestDrive test = street(PointOrder::kTime);
   for (const ErrorCode code : {ErrorCode::kCannotRead, ErrorCode::kTruncatedScan}) {
     const EstimatePoses fails = [&](PassContext&, const Drive&) -> Result<Estimate> {
       return Error{code, ""};
     };
-    const Result<Estimate> found = estimate_undistorted(ctx, test.drive, {test.truth}, fails);
+    const Result<Estimate> found =
+        estimate_undistorted(TestContext(), test.drive, {test.truth}, fails);
     ASSERT_FALSE(found.has_value());
     EXPECT_EQ(found.error().code, code);
   }

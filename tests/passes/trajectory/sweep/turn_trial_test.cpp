@@ -9,6 +9,7 @@
 #include "passes/trajectory/sweep/undistorted.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/passes/trajectory/sweep/uneven_turns.h"
+#include "tests/support/test_context.h"
 
 // Scans measured while a vehicle steers to and fro: what an inertial unit gains, and when it is not
 // believed.
@@ -119,14 +120,11 @@ TEST(TurnTrial, AsksNothingWhereRatesAreNotThereOrCoverNoScan) {
 }
 
 TEST(TurnTrial, IsWhatUndistortScansDoes) {
-  PassContext ctx;
   const TestDrive test = with_rates(imu_of(jerky, 3.0));
-  const Result<Drive> straight = undistort_scans(ctx, {}, test.drive, test.truth);
-  ASSERT_TRUE(straight.has_value());
-  EXPECT_LT(error_m(*straight), 0.002);
-  const Result<Drive> even = undistort_scans(ctx, {}, jerky_drive().drive, test.truth);
-  ASSERT_TRUE(even.has_value());
-  EXPECT_GT(error_m(*even), 0.09);
+  const Drive straight = value_of(undistort_scans(TestContext(), {}, test.drive, test.truth));
+  EXPECT_LT(error_m(straight), 0.002);
+  const Drive even = value_of(undistort_scans(TestContext(), {}, jerky_drive().drive, test.truth));
+  EXPECT_GT(error_m(even), 0.09);
 }
 
 // Two vehicles whose inertial units have clocks of their own.
@@ -149,14 +147,13 @@ TEST(TurnTrial, IsOfEachDriveForItself) {
   }
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
-  const Result<Drive> straight = undistort_scans(ctx, {}, both, truth);
-  ASSERT_TRUE(straight.has_value());
+  const Drive straight = value_of(undistort_scans(ctx, {}, both, truth));
   EXPECT_THAT(warnings,
               ElementsAre(HasSubstr("drive mon: the clock of the turn rates is 0.06 s behind"),
                           HasSubstr("drive mon: turn rates are used"),
                           HasSubstr("drive tue: the clock of the turn rates is 0.06 s ahead"),
                           HasSubstr("drive tue: turn rates are used")));
-  const std::vector<Drive> days = parts_of(*straight);
+  const std::vector<Drive> days = parts_of(straight);
   ASSERT_EQ(days.size(), 2u);
   EXPECT_LT(error_m(days[0]), 0.002);
   EXPECT_LT(error_m(days[1]), 0.002);

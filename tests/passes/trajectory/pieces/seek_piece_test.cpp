@@ -3,8 +3,9 @@
 
 #include <algorithm>
 
-#include "passes/trajectory/pieces/place_recognition.h"
+#include "passes/trajectory/pieces/seek_piece.h"
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -68,16 +69,13 @@ TEST(PlaceRecognition, FindsTheSamePlaceFirst) {
   }
   const std::vector<ScanRange> pieces = ranges_of(odometry.piece);
   for (const int threads : {1, 3}) {
-    PassContext ctx;
-    ctx.threads = threads;
+    TestContext ctx(threads);
     PlaceRecognition places(ctx, test.drive, odometry, pieces);
-    const Result<std::vector<Query>> queries = read_queries(test.drive, odometry, pieces[1]);
-    ASSERT_TRUE(queries.has_value());
-    const Result<std::vector<std::uint32_t>> middles = places.before(1, *queries);
-    ASSERT_TRUE(middles.has_value());
+    const std::vector<Query> queries = value_of(read_queries(test.drive, odometry, pieces[1]));
+    const std::vector<std::uint32_t> middles = value_of(places.before(1, queries));
     // The scan at 20 m is the fiftieth; middles lie 25 m apart.
-    EXPECT_NEAR(static_cast<double>(middles->front()), 50.0, 12.5);
-    std::vector<std::uint32_t> sorted = *middles;
+    EXPECT_NEAR(static_cast<double>(middles.front()), 50.0, 12.5);
+    std::vector<std::uint32_t> sorted = middles;
     std::ranges::sort(sorted, std::greater());
     EXPECT_EQ(sorted, middles_of(odometry, pieces[0])) << "every place, once";
   }
