@@ -31,6 +31,8 @@ Flag force_flag(bool& is_forced) {
   return {.names = "--force", .help = "Replace outputs that exist", .target = &is_forced};
 }
 
+IfExists if_exists(bool is_forced) { return is_forced ? IfExists::kReplace : IfExists::kRefuse; }
+
 Flag quiet_flag(bool& is_quiet) {
   return {.names = "-q,--quiet",
           .help = "Print only warnings and errors, on stderr",

@@ -16,6 +16,7 @@ Flag required_output_flag(std::string& file, const std::string& help);
 
 // --force
 Flag force_flag(bool& is_forced);
+IfExists if_exists(bool is_forced);
 
 // -q,--quiet
 Flag quiet_flag(bool& is_quiet);

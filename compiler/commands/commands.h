@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-// One function a verb, each in its own file.
+// One function a verb.
 Verb init_verb();
 Verb compile_verb();
 Verb annotate_verb();

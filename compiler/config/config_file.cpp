@@ -117,10 +117,8 @@ PassSettings settings_of(const std::vector<ConfigSection>& sections) {
 Result<void> read_yaml(const std::filesystem::path& file, std::vector<ConfigSection>& sections) {
   SIGHTLINE_ASSIGN(const std::string text, read_yaml_text(file));
   const Result<void> read = read_sections(text, sections);
-  if (read) return {};
-  Error error = read.error();
-  error.file = file.string();
-  return error;
+  if (!read) return in_file(read.error(), file.string());
+  return {};
 }
 
 Result<void> set_override(std::string_view assignment, std::vector<ConfigSection>& sections) {

@@ -288,10 +288,8 @@ Result<GateSettings> parse_gate_settings(const std::string& yaml) {
 Result<GateSettings> read_gate_settings(const std::filesystem::path& file) {
   SIGHTLINE_ASSIGN(const std::string text, read_yaml_text(file));
   Result<GateSettings> settings = parse_gate_settings(text);
-  if (settings) return settings;
-  Error error = settings.error();
-  error.file = file.string();
-  return error;
+  if (!settings) return in_file(settings.error(), file.string());
+  return settings;
 }
 
 std::string gate_settings_schema() {

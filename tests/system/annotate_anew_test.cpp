@@ -7,7 +7,6 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
-#include "tests/system/exported_town.h"
 #include "tests/system/program.h"
 
 // A compiled map is annotated anew: along another route or everywhere, for another sensor.

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "formats/base/files/atomic_file.h"
-#include "tests/support/scratch_folder.h"
 #include "tests/system/program.h"
 
 // A town is mapped by a drive, its points are exported, and the export is annotated without any
@@ -28,15 +27,6 @@ constexpr const char* kFew =
     " --set measure-error.offset_count=3 --set train-model.trees=20 --set "
     "annotation.ranges_m=10,30";
 
-constexpr const char* kConfig = R"(
-annotation: {ranges_m: [10, 30]}
-mapping: {scans: mapping/scans, poses: mapping/poses.tum}
-localization: {scans: drive_1/scans, poses: drive_1/poses.tum}
-evaluation: {scans: drive_2/scans, poses: drive_2/poses.tum}
-measure-error: {offset_count: 3, reference: known}
-train-model: {trees: 20}
-)";
-
 struct AnnotatedTown {
   fs::path folder;
   ProgramResult annotated;
@@ -48,11 +38,8 @@ struct AnnotatedTown {
 const AnnotatedTown& town() {
   static const AnnotatedTown kTown = [] {
     AnnotatedTown made;
-    made.folder = scratch_folder() / "annotated";
+    made.folder = small_town();
     const auto run = [](const ProgramResult& result) { EXPECT_EQ(result.status, 0) << result.err; };
-    run(run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 100 --drives 2 --output " +
-                    made.folder.string()));
-    EXPECT_TRUE(write_file_atomically(made.folder / "town.yaml", kConfig, IfExists::kReplace));
     run(run_sightline("compile " + made.file("town.yaml") + " -q -o " + made.file("town.slmap")));
     // In the recording's own coordinates, every point of it.
     run(run_sightline("export " + made.file("town.yaml") + " -q --format autoware --leaf 0 " +

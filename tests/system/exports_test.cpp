@@ -16,7 +16,6 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/reader/reader.h"
-#include "tests/system/exported_town.h"
 #include "tests/system/program.h"
 
 // What `sightline export` writes of a compiled town, as GDAL, PCL and yaml-cpp read it, beside what

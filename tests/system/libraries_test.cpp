@@ -11,7 +11,6 @@
 #include <numbers>
 #include <sstream>
 
-#include "tests/system/exported_town.h"
 #include "tests/system/program.h"
 
 // A compiled town in the hands of OctoMap and of PCL's NDT.

@@ -14,14 +14,16 @@
 namespace sightline {
 namespace {
 
+// Without an evaluation drive.
 constexpr std::string_view kConfig = R"(
 annotation: {ranges_m: [10, 30], split: auto}
 mapping: {scans: mapping/scans, poses: mapping/poses.tum}
 localization: {scans: drive_1/scans, poses: drive_1/poses.tum}
-evaluation: {scans: drive_2/scans, poses: drive_2/poses.tum}
 measure-error: {offset_count: 3, reference: known}
 train-model: {trees: 20}
 )";
+constexpr std::string_view kEvaluation =
+    "evaluation: {scans: drive_2/scans, poses: drive_2/poses.tum}\n";
 
 // Owns the scratch folder of this process.
 struct Scratch {
@@ -55,7 +57,8 @@ const std::filesystem::path& small_town() {
     const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +
                                            " --seed 3 --length-m 100 --output " + town.string());
     EXPECT_EQ(made.status, 0) << made.err;
-    EXPECT_TRUE(write_file_atomically(town / "town.yaml", kConfig, IfExists::kReplace));
+    EXPECT_TRUE(write_file_atomically(town / "town.yaml", std::string(kConfig).append(kEvaluation),
+                                      IfExists::kReplace));
     return town;
   }();
   return kTown;
@@ -68,6 +71,32 @@ std::filesystem::path fresh_folder() {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;
+}
+
+const std::filesystem::path& compiled_town() {
+  static const std::filesystem::path kTown = [] {
+    const std::filesystem::path town = scratch_folder() / "street";
+    const ProgramResult made =
+        run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 90 --drives 1 --origin-m " +
+                    "456500,5429500 --output " + town.string());
+    EXPECT_EQ(made.status, 0) << made.err;
+    EXPECT_TRUE(write_file_atomically(town / "town.yaml", kConfig, IfExists::kReplace));
+    const ProgramResult compiled = run_sightline("compile " + (town / "town.yaml").string() +
+                                                 " -q -o " + (town / "town.slmap").string());
+    EXPECT_EQ(compiled.status, 0) << compiled.err;
+    return town;
+  }();
+  return kTown;
+}
+
+std::string map_file() { return (compiled_town() / "town.slmap").string(); }
+std::string config_file() { return (compiled_town() / "town.yaml").string(); }
+
+void export_to(const std::filesystem::path& output, const std::string& source,
+               const std::string& options) {
+  const ProgramResult run =
+      run_sightline("export " + source + " -q -o '" + output.string() + "' " + options);
+  ASSERT_EQ(run.status, 0) << run.err;
 }
 
 }  // namespace sightline

@@ -21,6 +21,16 @@ ProgramResult run_sightline(const std::string& arguments);
 // few trees, so that a compile takes seconds. Made once a process, removed at its end.
 const std::filesystem::path& small_town();
 
+// A street at Karlsruhe in UTM zone 32 with its compiled map, town.yaml and town.slmap. Made once a
+// process, removed at its end.
+const std::filesystem::path& compiled_town();
+std::string map_file();
+std::string config_file();
+
+// `sightline export SOURCE -o OUTPUT OPTIONS`, which must succeed.
+void export_to(const std::filesystem::path& output, const std::string& source,
+               const std::string& options);
+
 // A new empty folder, named after the running test.
 std::filesystem::path fresh_folder();
 

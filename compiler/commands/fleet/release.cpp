@@ -81,8 +81,7 @@ Result<void> make_release(const ReleaseFlags& flags) {
   record.expires_s = expires;
   SIGHTLINE_TRY(add_deltas(flags, record));
   SIGHTLINE_TRY(validate(record));
-  return write_file_atomically(flags.out, encode(record),
-                               flags.force ? IfExists::kReplace : IfExists::kRefuse);
+  return write_file_atomically(flags.out, encode(record), if_exists(flags.force));
 }
 
 }  // namespace

@@ -47,8 +47,7 @@ Result<void> make_root(const RootFlags& flags) {
   std::sort(root.keys.begin(), root.keys.end(),
             [](const PublicKey& a, const PublicKey& b) { return to_base64(a) < to_base64(b); });
   SIGHTLINE_TRY(validate(root));
-  return write_file_atomically(flags.out, encode(root),
-                               flags.force ? IfExists::kReplace : IfExists::kRefuse);
+  return write_file_atomically(flags.out, encode(root), if_exists(flags.force));
 }
 
 }  // namespace

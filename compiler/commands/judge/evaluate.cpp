@@ -56,14 +56,13 @@ std::string joined_tables(const std::vector<Table>& all, TableFormat format) {
 
 Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluation,
                          const std::vector<Table>& all) {
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   const std::pair<std::string, std::string> files[] = {
       {flags.json, joined_tables(all, TableFormat::kJson)},
       {flags.csv, joined_tables(all, TableFormat::kCsv)},
       {flags.svg, chart_file_svg(calibration_chart(evaluation, {}))}};
   for (const auto& [file, text] : files) {
     if (file.empty()) continue;
-    SIGHTLINE_TRY(write_file_atomically(file, text, if_exists));
+    SIGHTLINE_TRY(write_file_atomically(file, text, if_exists(flags.is_forced)));
   }
   return {};
 }
@@ -95,7 +94,7 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
 
 Result<void> evaluate(const EvaluateFlags& flags) {
   for (const std::string& file : {flags.json, flags.csv, flags.svg}) {
-    SIGHTLINE_TRY(try_output(file, flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+    SIGHTLINE_TRY(try_output(file, if_exists(flags.is_forced)));
   }
   SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.map));
   SIGHTLINE_ASSIGN(const CompileConfig config, evaluation_config(flags));

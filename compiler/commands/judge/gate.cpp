@@ -83,13 +83,13 @@ Result<GateReport> judge_files(const GateFlags& flags, const GateSettings& setti
 }
 
 Result<void> write_report(const GateFlags& flags, const GateReport& report) {
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
     if (std::ranges::find(flags.formats, kForms[i].name) != flags.formats.end()) {
       print_text(kForms[i].write(report));
     }
     if (flags.files[i].empty()) continue;
-    SIGHTLINE_TRY(write_file_atomically(flags.files[i], kForms[i].write(report), if_exists));
+    SIGHTLINE_TRY(
+        write_file_atomically(flags.files[i], kForms[i].write(report), if_exists(flags.is_forced)));
   }
   return {};
 }

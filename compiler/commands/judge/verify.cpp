@@ -72,11 +72,7 @@ Result<void> verify(const VerifyFlags& flags) {
   PassContext ctx;
   ctx.threads = 0;
   const Result<AnnotationProof> proof = prove_annotation(ctx, map);
-  if (!proof) {
-    Error error = proof.error();
-    error.file = flags.map;
-    return error;
-  }
+  if (!proof) return in_file(proof.error(), flags.map);
   print_text(to_text(*proof));
   return {};
 }

@@ -36,9 +36,8 @@ Result<std::string> text_of(const Weakness& weakness, const CompiledMap& map,
 }
 
 Result<void> weak(WeakFlags flags) {
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   SIGHTLINE_TRY(named_world(flags.world, kLocalWorld));  // before the map is read
-  SIGHTLINE_TRY(try_output(flags.output, if_exists));
+  SIGHTLINE_TRY(try_output(flags.output, if_exists(flags.is_forced)));
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.map));
   flags.options.stretches.limit_m = flags.limit_m;
   flags.options.most = static_cast<std::size_t>(flags.most);
@@ -47,7 +46,9 @@ Result<void> weak(WeakFlags flags) {
   ctx.threads = flags.threads;
   SIGHTLINE_ASSIGN(const Weakness weakness, find_weakness(ctx, flags.options, map));
   SIGHTLINE_ASSIGN(const std::string text, text_of(weakness, map, flags));
-  if (!flags.output.empty()) return write_file_atomically(flags.output, text, if_exists);
+  if (!flags.output.empty()) {
+    return write_file_atomically(flags.output, text, if_exists(flags.is_forced));
+  }
   if (flags.format == "text") {
     print_text(text);
   } else {

@@ -37,10 +37,9 @@ Result<void> check_outputs(const CompileFlags& flags) {
   if (flags.output.empty() && flags.run.stop_after.empty() && !flags.is_dry) {
     return Error{ErrorCode::kBadArgument, "-o is required: which map file to write"};
   }
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   SIGHTLINE_TRY(try_output(flags.depfile, IfExists::kReplace));
-  SIGHTLINE_TRY(try_output(flags.poses, if_exists));
-  return try_output(flags.output, if_exists);
+  SIGHTLINE_TRY(try_output(flags.poses, if_exists(flags.is_forced)));
+  return try_output(flags.output, if_exists(flags.is_forced));
 }
 
 std::filesystem::path poses_beside(const std::string& map) {
@@ -242,8 +241,7 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   const bool is_given = !flags.model.empty();
   const CompilePlan compile =
       compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  SIGHTLINE_TRY(try_poses_output(flags.output, if_exists, compile));
+  SIGHTLINE_TRY(try_poses_output(flags.output, if_exists(flags.is_forced), compile));
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
   if (is_given) {
@@ -260,10 +258,10 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
     return {};
   }
   if (!flags.poses.empty()) {
-    SIGHTLINE_TRY(write_poses(flags.poses, if_exists, compile, artifacts));
+    SIGHTLINE_TRY(write_poses(flags.poses, if_exists(flags.is_forced), compile, artifacts));
   }
   const Result<void> written =
-      write_compiled(flags.output, if_exists, config, compile, artifacts, reports);
+      write_compiled(flags.output, if_exists(flags.is_forced), config, compile, artifacts, reports);
   if (!written || flags.run.is_quiet) return written;
   return print_summary(compile, artifacts);
 }

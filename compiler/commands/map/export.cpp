@@ -36,9 +36,7 @@ struct ExportFlags {
   double leaf_m = 0.2;
 
   [[nodiscard]] bool is_map() const { return fs::path(run.config_file).extension() == ".slmap"; }
-  [[nodiscard]] IfExists if_exists() const {
-    return answers.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  }
+  [[nodiscard]] IfExists if_exists() const { return sightline::if_exists(answers.is_forced); }
 };
 
 // What made the map, from the configuration that did: no map carries it.

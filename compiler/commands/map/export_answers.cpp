@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "compiler/cli/common_flags.h"
 #include "compiler/views/exports/cells.h"
 #include "compiler/views/exports/lanelet2.h"
 #include "formats/base/files/atomic_file.h"
@@ -30,10 +31,6 @@ void print_outside(const std::string& lanes, const Lanelet2Export& made) {
                lanes.c_str(), made.outside.size(), made.lanelet_count, ids.c_str());
 }
 
-IfExists if_exists(const ExportAnswersFlags& flags) {
-  return flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-}
-
 Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFlags& flags) {
   if (flags.lanes.empty()) {
     return Error{ErrorCode::kBadArgument,
@@ -46,12 +43,8 @@ Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFla
   SIGHTLINE_ASSIGN(const std::string text, read_text_file(flags.lanes));
   Result<Lanelet2Export> made =
       to_lanelet2(map, reader, world, text, {flags.area_limit_m, flags.weak_margin});
-  if (!made) {
-    Error error = made.error();
-    if (error.file.empty()) error.file = flags.lanes;
-    return error;
-  }
-  SIGHTLINE_TRY(write_file_atomically(flags.output, made->text, if_exists(flags)));
+  if (!made) return in_file(made.error(), flags.lanes);
+  SIGHTLINE_TRY(write_file_atomically(flags.output, made->text, if_exists(flags.is_forced)));
   print_outside(flags.lanes, *made);
   std::fprintf(stderr, "%s: %zu lanelets, %zu degenerate areas and %zu weak ones\n",
                flags.output.c_str(), made->lanelet_count, made->area_count, made->weak_area_count);
@@ -62,7 +55,7 @@ Result<void> export_cells(const std::string& map_file, const ExportAnswersFlags&
   SIGHTLINE_ASSIGN(const MapReader reader, open_for_its_own(map_file));
   SIGHTLINE_ASSIGN(const Table cells, answers_by_cell(reader, flags.cell_m));
   return write_file_atomically(flags.output, format_table(cells, TableFormat::kCsv),
-                               if_exists(flags));
+                               if_exists(flags.is_forced));
 }
 
 }  // namespace

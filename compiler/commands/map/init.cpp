@@ -23,8 +23,7 @@ Result<void> run_init(const InitFlags& flags) {
     print_text(draft.yaml);
     return {};
   }
-  return write_file_atomically(flags.output, draft.yaml,
-                               flags.is_forced ? IfExists::kReplace : IfExists::kRefuse);
+  return write_file_atomically(flags.output, draft.yaml, if_exists(flags.is_forced));
 }
 
 }  // namespace

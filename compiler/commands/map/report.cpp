@@ -155,8 +155,7 @@ ReportSources sources_of(const ReportFlags& flags, const Loaded& loaded) {
 
 Result<void> write_page(const ReportFlags& flags, const ReportSources& sources) {
   SIGHTLINE_ASSIGN(const std::string html, report_html(sources));
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  return write_file_atomically(flags.output, html, if_exists);
+  return write_file_atomically(flags.output, html, if_exists(flags.is_forced));
 }
 
 // The drives add what was measured, and what the compile made on its way to the map.
@@ -203,7 +202,7 @@ Result<void> check_flags(const ReportFlags& flags) {
 
 Result<void> write_report(const ReportFlags& flags) {
   SIGHTLINE_TRY(check_flags(flags));
-  SIGHTLINE_TRY(try_output(flags.output, flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+  SIGHTLINE_TRY(try_output(flags.output, if_exists(flags.is_forced)));
   if (!has_page_scripts()) {
     std::fputs(
         "warning: this program was built without the page's scripts (npm was missing or could not "

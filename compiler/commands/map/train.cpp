@@ -173,7 +173,7 @@ Result<void> run_places(const TrainFlags& flags, std::vector<OpenPlace> open) {
 }
 
 Result<void> train(const TrainFlags& flags) {
-  SIGHTLINE_TRY(try_output(flags.output, flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+  SIGHTLINE_TRY(try_output(flags.output, if_exists(flags.is_forced)));
   SIGHTLINE_ASSIGN(std::vector<OpenPlace> open, open_places(flags));
   if (stops_early(flags)) return run_places(flags, std::move(open));
   SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags, std::move(open)));
@@ -187,8 +187,7 @@ Result<void> train(const TrainFlags& flags) {
   run.config_file = flags.configs.front();
   SIGHTLINE_TRY(run_steps(plan, {}, run, config, artifacts));
   const ErrorModel& model = artifacts.get(learnt);
-  SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model),
-                                      flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+  SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model), if_exists(flags.is_forced)));
   if (flags.run.is_quiet) return {};
   std::string text = to_text(model) + "\nWhat it promises in places like these\n";
   for (const std::string& promise : promises_of(config.passes.options(kChooseRanges), model)) {

@@ -31,8 +31,7 @@ Result<void> write_plan(const PlanFlags& flags, const PlanFile& file) {
   const std::string text = to_json(file);
   const Result<std::string> before = read_text_file(path);
   if (before && *before == text) return {};
-  return write_file_atomically(path, text,
-                               flags.is_forced ? IfExists::kReplace : IfExists::kRefuse);
+  return write_file_atomically(path, text, if_exists(flags.is_forced));
 }
 
 // Of all stages together, on one thread.

@@ -1,12 +1,17 @@
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
+#include "compiler/commands/map/compile_to_map.h"
+#include "compiler/driver/pipelines.h"
 #include "compiler/work/shared_work.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {
@@ -67,6 +72,82 @@ std::vector<std::string> names_of_stages() {
   return names;
 }
 
+struct StatusFlags {
+  std::string plan;
+  std::string format = "text";
+};
+
+std::string state_text(const StepState& state) {
+  if (state.is_done) return "done";
+  if (state.parts == 0) return "-";
+  return std::to_string(state.parts_there) + " of " + std::to_string(state.parts) + " parts";
+}
+
+std::string to_text(const std::vector<StepState>& states) {
+  TextGrid grid = {{"stage", "step", "state"}};
+  for (const StepState& state : states) {
+    grid.push_back({std::string(stage_name(state.stage)), state.step, state_text(state)});
+  }
+  return aligned(grid, FirstColumn::kLeft);
+}
+
+std::string to_json(const std::vector<StepState>& states) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const StepState& state : states) {
+    json.push_back({{"stage", stage_name(state.stage)},
+                    {"step", state.step},
+                    {"is_done", state.is_done},
+                    {"parts_there", state.parts_there},
+                    {"parts", state.parts}});
+  }
+  return json.dump(2) + "\n";
+}
+
+Result<void> status(const StatusFlags& flags) {
+  SIGHTLINE_ASSIGN(const SharedWork work, open_work(flags.plan));
+  const std::vector<StepState> states = states_of(work);
+  if (flags.format == "json") {
+    print_data(to_json(states));
+  } else {
+    print_text(to_text(states));
+  }
+  return {};
+}
+
+struct LinkFlags {
+  std::string plan;
+  std::string output;
+  bool is_forced = false;
+  RunFlags run;
+};
+
+Result<void> link(const LinkFlags& flags) {
+  SIGHTLINE_TRY(try_output(flags.output, if_exists(flags.is_forced)));
+  const std::string output = std::filesystem::absolute(flags.output).string();
+  SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
+  SIGHTLINE_TRY(try_poses_output(output, if_exists(flags.is_forced), work.compile));
+  const Plan& plan = work.compile.plan;
+  RunOptions options = options_in(work, Stage::kLink);
+  options.threads = flags.run.threads;
+  SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
+                   run_steps(plan, reported_artifacts(work.compile), flags.run, options,
+                             work.config, work.artifacts));
+  SIGHTLINE_TRY(write_compiled(output, if_exists(flags.is_forced), work.config, work.compile,
+                               work.artifacts, reports));
+  return flags.run.is_quiet ? Result<void>() : print_summary(work.compile, work.artifacts);
+}
+
+Positional plan_positional(std::string& folder) {
+  return {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &folder};
+}
+
+void add_flags_of_work(Verb& verb, RunFlags& run) {
+  for (const Flag& flag : {threads_flag(run.threads), time_passes_flag(run.time_passes),
+                           json_progress_flag(run.json_progress), quiet_flag(run.is_quiet)}) {
+    verb.flags.push_back(flag);
+  }
+}
+
 }  // namespace
 
 Verb work_verb() {
@@ -84,8 +165,7 @@ Verb work_verb() {
       "status 75 and the list of what is missing.";
   verb.examples = {"sightline work plan/ --stage sites --share 7/64",
                    "sightline work plan/ --stage graph"};
-  verb.positionals = {
-      {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &flags->plan}};
+  verb.positionals = {plan_positional(flags->plan)};
   verb.flags = {{.names = "--stage",
                  .value = "STAGE",
                  .help = "What to work on",
@@ -95,12 +175,46 @@ Verb work_verb() {
                 {.names = "--share",
                  .value = "K/N",
                  .help = "Take the K-th of N shares first; else all of it is one share",
-                 .target = share_setter(*flags)},
-                threads_flag(flags->run.threads),
-                time_passes_flag(flags->run.time_passes),
-                json_progress_flag(flags->run.json_progress),
-                quiet_flag(flags->run.is_quiet)};
+                 .target = share_setter(*flags)}};
+  add_flags_of_work(verb, flags->run);
   verb.run = [flags] { return exit_status_of(work(*flags)); };
+  return verb;
+}
+
+Verb status_verb() {
+  const auto flags = std::make_shared<StatusFlags>();
+  Verb verb;
+  verb.name = "status";
+  verb.summary = "Tell how far the work on a plan is";
+  verb.details =
+      "One line a step. Parts are counted from when a process has begun the step, and are given "
+      "for "
+      "steps that are not finished.";
+  verb.examples = {"sightline status plan/", "sightline status plan/ --format json"};
+  verb.positionals = {plan_positional(flags->plan)};
+  verb.flags = {{.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of the output; json: an array, one object a step",
+                 .target = &flags->format,
+                 .choices = {"text", "json"}}};
+  verb.run = [flags] { return exit_status_of(status(*flags)); };
+  return verb;
+}
+
+Verb link_verb() {
+  const auto flags = std::make_shared<LinkFlags>();
+  Verb verb;
+  verb.name = "link";
+  verb.summary = "Make the map of a plan whose work is finished";
+  verb.details =
+      "The map, its provenance and what is printed are those of `sightline compile` with the same "
+      "configuration. Where something is missing, exit status 75 and the list.";
+  verb.examples = {"sightline link plan/ -o city.slmap"};
+  verb.positionals = {plan_positional(flags->plan)};
+  verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
+                force_flag(flags->is_forced)};
+  add_flags_of_work(verb, flags->run);
+  verb.run = [flags] { return exit_status_of(link(*flags)); };
   return verb;
 }
 

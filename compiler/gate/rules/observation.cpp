@@ -60,10 +60,8 @@ Result<Observation> parse_observation(std::string_view json) {
 Result<Observation> read_observation(const std::filesystem::path& file) {
   SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
   Result<Observation> observation = parse_observation(text);
-  if (observation) return observation;
-  Error error = observation.error();
-  error.file = file.string();
-  return error;
+  if (!observation) return in_file(observation.error(), file.string());
+  return observation;
 }
 
 }  // namespace sightline

@@ -7,23 +7,36 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/map/repair/recover.h"
+#include "formats/map/repair/repack.h"
 #include "formats/reader/mapped_file.h"
+
+// Verbs that write a map anew without computing anything.
 
 namespace sightline {
 namespace {
 
-struct RecoverFlags {
+struct RepairFlags {
   std::string map;
   std::string output;
   bool force = false;
 };
 
-Result<void> recover(const RecoverFlags& flags) {
+Result<void> strip(const RepairFlags& flags) {
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(flags.map));
+  const Result<Repacked> result = strip_map(file.bytes());
+  if (!result) return in_file(result.error(), flags.map);
+  SIGHTLINE_TRY(write_file_atomically(flags.output, result->file, if_exists(flags.force)));
+  for (const std::string& line : result->actions) print_text(line + "\n");
+  std::printf("%zu bytes, were %zu\n", result->file.size(), file.bytes().size());
+  return {};
+}
+
+Result<void> recover(const RepairFlags& flags) {
   SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(flags.map));
   const Result<Recovered> result = recover_map(file.bytes());
   if (!result) return in_file(result.error(), flags.map);
-  SIGHTLINE_TRY(write_file_atomically(flags.output, encode_map(result->map),
-                                      flags.force ? IfExists::kReplace : IfExists::kRefuse));
+  SIGHTLINE_TRY(
+      write_file_atomically(flags.output, encode_map(result->map), if_exists(flags.force)));
   for (const std::string& line : result->lost) print_text("lost " + line + "\n");
   if (result->lost.empty()) std::printf("nothing was lost\n");
   return {};
@@ -31,8 +44,23 @@ Result<void> recover(const RecoverFlags& flags) {
 
 }  // namespace
 
+Verb strip_verb() {
+  const auto flags = std::make_shared<RepairFlags>();
+  Verb verb;
+  verb.name = "strip";
+  verb.summary = "Write a map without what only engineers need; no other digest changes";
+  verb.details =
+      "Drops the map factors and the error model. The root digest stays, and so does a signature.";
+  verb.examples = {"sightline strip town.slmap -o town.vehicle.slmap"};
+  verb.positionals = {map_positional(flags->map, "The map to read")};
+  verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
+                force_flag(flags->force)};
+  verb.run = [flags] { return exit_status_of(strip(*flags)); };
+  return verb;
+}
+
 Verb recover_verb() {
-  const auto flags = std::make_shared<RecoverFlags>();
+  const auto flags = std::make_shared<RepairFlags>();
   Verb verb;
   verb.name = "recover";
   verb.summary = "Write what a truncated or damaged map still holds as a map of its own";
