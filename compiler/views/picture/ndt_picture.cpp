@@ -125,8 +125,7 @@ std::string ndt_picture_svg(const NdtMap& map, const Sites& sites, const MapBox&
   std::string text = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{:.3f} {:.3f} {:.3f} {:.3f}\">\n<rect "
       "x=\"{:.3f}\" y=\"{:.3f}\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      box.low_x_m, -box.high_y_m, box.high_x_m - box.low_x_m, box.high_y_m - box.low_y_m,
-      box.low_x_m, -box.high_y_m);
+      box.low_x_m, -box.high_y_m, box.width_m(), box.height_m(), box.low_x_m, -box.high_y_m);
   for (const Shape& shape : shapes_in(map, box)) {
     const NdEllipse& ellipse = shape.ellipse;
     const double turn_deg =
@@ -146,11 +145,9 @@ std::string ndt_picture_svg(const NdtMap& map, const Sites& sites, const MapBox&
 }
 
 Raster ndt_picture(const NdtMap& map, const Sites& sites, const MapBox& box) {
-  const double width_m = box.high_x_m - box.low_x_m;
-  const double height_m = box.high_y_m - box.low_y_m;
-  const double px_per_m = kLongerSide_px / std::max(width_m, height_m);
-  Raster raster(static_cast<std::uint32_t>(std::ceil(width_m * px_per_m)),
-                static_cast<std::uint32_t>(std::ceil(height_m * px_per_m)), kPaper);
+  const double px_per_m = kLongerSide_px / std::max(box.width_m(), box.height_m());
+  Raster raster(static_cast<std::uint32_t>(std::ceil(box.width_m() * px_per_m)),
+                static_cast<std::uint32_t>(std::ceil(box.height_m() * px_per_m)), kPaper);
   const Canvas canvas(box, px_per_m);
   for (const Shape& shape : shapes_in(map, box)) canvas.fill(shape, raster);
   for (const Site& site : sites.sites) {

@@ -28,6 +28,8 @@ struct MapBox {
   double high_x_m = 0.0;
   double high_y_m = 0.0;
 
+  [[nodiscard]] double width_m() const { return high_x_m - low_x_m; }
+  [[nodiscard]] double height_m() const { return high_y_m - low_y_m; }
   [[nodiscard]] bool contains(const Eigen::Vector3d& point_m) const {
     return point_m.x() >= low_x_m && point_m.x() <= high_x_m && point_m.y() >= low_y_m &&
            point_m.y() <= high_y_m;

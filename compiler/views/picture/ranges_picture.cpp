@@ -1,6 +1,7 @@
 #include "compiler/views/picture/ranges_picture.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -28,10 +29,8 @@ struct Sizes {
 };
 
 Sizes sizes_of(const MapBox& box) {
-  const double width_m = box.high_x_m - box.low_x_m;
-  const double height_m = box.high_y_m - box.low_y_m;
-  const double font_m = width_m / 55.0;
-  return {font_m, std::max(width_m, height_m) / 110.0, 4.0 * font_m};
+  const double font_m = box.width_m() / 55.0;
+  return {font_m, std::max(box.width_m(), box.height_m()) / 110.0, 4.0 * font_m};
 }
 
 // One ND of each column of cells, that of the most points: those above and below it hide behind it.
@@ -105,8 +104,6 @@ std::string text_at(double x_m, double y_m, const std::string& text) {
   return fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\">{}</text>\n", x_m, y_m, text);
 }
 
-std::string limit_name(double limit_m) { return fmt::format("{:g} cm", 100.0 * limit_m); }
-
 // Two lines below the map: what the colours mean, then a swatch for each range.
 std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& scale,
                    bool has_unmet) {
@@ -115,8 +112,8 @@ std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& sca
   double y_m = -box.low_y_m + 1.3 * font_m;
   std::string svg = fmt::format("<g font-size=\"{:.2f}\" fill=\"#222\">\n", font_m);
   svg += text_at(x_m, y_m,
-                 "How far to look for a localization error within " +
-                     limit_name(ranges.promises[kLimit].limit_m) + ", in m");
+                 fmt::format("How far to look for a localization error within {:g} cm, in m",
+                             100.0 * ranges.promises[kLimit].limit_m));
   y_m += 1.6 * font_m;
   for (std::size_t i = scale.first; i <= scale.last; ++i) {
     svg += fmt::format(
@@ -132,8 +129,6 @@ std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& sca
   return svg + "</g>\n";
 }
 
-std::string number(double value) { return fixed(value, 2); }
-
 // 1, 2 or 5 times a power of ten.
 double round_length_m(double most_m) {
   const double power_m = std::pow(10.0, std::floor(std::log10(most_m)));
@@ -148,8 +143,7 @@ MapBox ranges_picture_box(const Sites& sites) { return box_of_route(sites, kMarg
 std::string ranges_picture_svg(const NdtMap& map, const Sites& sites, const RangeTable& ranges,
                                const MapBox& box) {
   const Sizes sizes = sizes_of(box);
-  const double width_m = box.high_x_m - box.low_x_m;
-  const double height_m = box.high_y_m - box.low_y_m + sizes.legend_m;
+  const double height_m = box.height_m() + sizes.legend_m;
   bool has_unmet = false;
   for (std::size_t i = 0; i < sites.sites.size(); ++i) has_unmet |= is_unmet(ranges, i);
   const Scale scale = scale_of(ranges);
@@ -158,8 +152,8 @@ std::string ranges_picture_svg(const NdtMap& map, const Sites& sites, const Rang
              "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{0:.2f} {1:.2f} {2:.2f} "
              "{3:.2f}\" width=\"{4:.0f}\" height=\"{5:.0f}\" font-family=\"sans-serif\">\n<rect "
              "x=\"{0:.2f}\" y=\"{1:.2f}\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-             box.low_x_m, -box.high_y_m, width_m, height_m, kWidth_px,
-             kWidth_px * height_m / width_m) +
+             box.low_x_m, -box.high_y_m, box.width_m(), height_m, kWidth_px,
+             kWidth_px * height_m / box.width_m()) +
          nd_path(map, box) + route_svg(sites, ranges, kLimit, sizes.route_m, colour_of) +
          unmet_dots(sites, ranges, 0.25 * sizes.route_m) + scale_bar_svg(box, "#222") +
          legend(ranges, box, scale, has_unmet) + "</svg>\n";
@@ -180,28 +174,30 @@ std::string route_svg(const Sites& sites, const RangeTable& ranges, std::size_t 
   std::string path;
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
     const Eigen::Vector3d& p_m = sites.sites[i].p_map_m;
-    path += (path.empty() ? "M" : "L") + number(p_m.x()) + " " + number(-p_m.y());
+    const std::string place = fmt::format("{:.2f} {:.2f}", p_m.x(), -p_m.y());
+    path += (path.empty() ? "M" : "L") + place;
     const bool goes_on = i + 1 < sites.sites.size() && sites.sites[i + 1].run == sites.sites[i].run;
     if (goes_on && range_of(i + 1) == range_of(i)) continue;
-    svg += "<path d=\"" + path +
-           "h.01\" style=\"fill:none;stroke-linecap:round;stroke-width:" + number(width_m) +
-           ";stroke:" + colour_of(range_of(i)) + "\"/>\n";
+    svg += fmt::format(
+        "<path d=\"{}h.01\" "
+        "style=\"fill:none;stroke-linecap:round;stroke-width:{:.2f};stroke:{}\"/>"
+        "\n",
+        path, width_m, colour_of(range_of(i)));
     // The next stretch of a run begins where this one ends.
-    path = goes_on ? "M" + number(p_m.x()) + " " + number(-p_m.y()) : "";
+    path = goes_on ? "M" + place : "";
   }
   return svg;
 }
 
 std::string scale_bar_svg(const MapBox& box, const std::string& colour) {
-  const double width_m = box.high_x_m - box.low_x_m;
+  const double width_m = box.width_m();
   const double length_m = round_length_m(width_m / 4.0);
-  const double x_m = box.low_x_m + 0.03 * width_m;
   const double y_m = -box.low_y_m - 0.03 * width_m;
-  return "<path d=\"M" + number(x_m) + " " + number(y_m) + "h" + number(length_m) +
-         "\" style=\"stroke:" + colour + ";stroke-width:" + number(width_m / 250.0) +
-         "\"/><text x=\"" + number(x_m) + "\" y=\"" + number(y_m - 0.012 * width_m) +
-         "\" font-size=\"" + number(width_m / 55.0) + "\" fill=\"" + colour + "\">" +
-         fixed(length_m, length_m < 1.0 ? 2 : 0) + " m</text>\n";
+  return fmt::format(
+      R"(<path d="M{0:.2f} {1:.2f}h{2:.2f}" style="stroke:{3};stroke-width:{4:.2f}"/>)"
+      "<text x=\"{0:.2f}\" y=\"{5:.2f}\" font-size=\"{6:.2f}\" fill=\"{3}\">{2:.{7}f} m</text>\n",
+      box.low_x_m + 0.03 * width_m, y_m, length_m, colour, width_m / 250.0, y_m - 0.012 * width_m,
+      width_m / 55.0, length_m < 1.0 ? 2 : 0);
 }
 
 }  // namespace sightline

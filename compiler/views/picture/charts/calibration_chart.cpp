@@ -22,8 +22,7 @@ void add_limit(const std::vector<ReliabilityBin>& bins, ChartSeries line, Chart&
   std::uint32_t most = 1;
   for (const ReliabilityBin& bin : bins) most = std::max(most, bin.count);
   for (const ReliabilityBin& bin : bins) {
-    points.x.push_back(100.0 * bin.promised);
-    points.y.push_back(100.0 * bin.observed);
+    points.add(100.0 * bin.promised, 100.0 * bin.observed);
     points.sizes_px.push_back(
         std::max(kSmallest_px, kLargest_px * std::sqrt(bin.count / double(most))));
   }
@@ -36,30 +35,19 @@ void add_limit(const std::vector<ReliabilityBin>& bins, ChartSeries line, Chart&
 }  // namespace
 
 Chart calibration_chart(const Evaluation& evaluation, const CalibrationColours& colours) {
-  Chart chart;
-  chart.title = "Promised against observed share within the limit";
-  chart.x_label = "predicted P(error within the limit) (%)";
-  chart.y_label = "observed share (%)";
-  chart.width_px = 480.0;
-  chart.height_px = 440.0;
+  Chart chart = {"Promised against observed share within the limit",
+                 "predicted P(error within the limit) (%)", "observed share (%)", 480.0, 440.0};
   chart.least_x = chart.least_y = 0.0;
   chart.greatest_x = chart.greatest_y = 100.0;
-  ChartSeries diagonal;
-  diagonal.name = "as promised";
-  diagonal.colour = colours.promise;
-  diagonal.x = diagonal.y = {0.0, 100.0};
-  diagonal.is_dashed = true;
-  chart.series.push_back(std::move(diagonal));
+  const std::vector<double> ends = {0.0, 100.0};
+  chart.series = {{"as promised", colours.promise, Mark::kLine, 1.6, true, ends, ends}};
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    const double limit_m = evaluation.limits_m[limit];
     std::vector<ReliabilityBin> bins;
-    std::ranges::copy_if(
-        evaluation.reliability, std::back_inserter(bins),
-        [&](const ReliabilityBin& bin) { return bin.limit_m == evaluation.limits_m[limit]; });
-    ChartSeries line;
-    line.name = name_of(evaluation.limits_m[limit]);
-    line.colour = colours.of_limits[limit % colours.of_limits.size()];
-    line.size_px = 2.0;
-    add_limit(bins, std::move(line), chart);
+    std::ranges::copy_if(evaluation.reliability, std::back_inserter(bins),
+                         [&](const ReliabilityBin& bin) { return bin.limit_m == limit_m; });
+    const std::string& colour = colours.of_limits[limit % colours.of_limits.size()];
+    add_limit(bins, {name_of(limit_m), colour, Mark::kLine, 2.0}, chart);
   }
   return chart;
 }

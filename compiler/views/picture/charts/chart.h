@@ -13,12 +13,17 @@ struct ChartSeries {
   std::string name;    // in the legend; empty: not there
   std::string colour;  // any CSS colour
   Mark mark = Mark::kLine;
-  std::vector<double> x;            // ascending for lines and steps
-  std::vector<double> y;            // as many; a NaN breaks a line
-  std::vector<std::string> labels;  // of points, shown beside them; empty, or as many
-  double size_px = 1.6;             // width of a line, radius of a point; bars share the space
+  double size_px = 1.6;  // width of a line, radius of a point; bars share the space
   bool is_dashed = false;
-  std::vector<double> sizes_px = {};  // radius of each point; empty: size_px
+  std::vector<double> x = {};            // ascending for lines and steps
+  std::vector<double> y = {};            // as many; a NaN breaks a line
+  std::vector<std::string> labels = {};  // of points, shown beside them; empty, or as many
+  std::vector<double> sizes_px = {};     // radius of each point; empty: size_px
+
+  void add(double at_x, double at_y) {
+    x.push_back(at_x);
+    y.push_back(at_y);
+  }
 };
 
 // A stretch of the x axis that is shaded.
@@ -31,17 +36,17 @@ struct Chart {
   std::string title;    // for those who cannot see it
   std::string x_label;  // with its unit
   std::string y_label;
-  std::vector<ChartSeries> series;
-  std::vector<ChartBand> bands;
-  std::string band_name;  // in the legend
-  std::string band_colour = "#e0a0b0";
-  std::vector<double> x_ticks;       // empty: chosen
-  std::optional<double> least_y;     // else what the numbers need
-  std::optional<double> greatest_y;  // what lies above is cut off
-  std::optional<double> least_x;
-  std::optional<double> greatest_x;
   double width_px = 760.0;
   double height_px = 300.0;
+  std::vector<ChartSeries> series = {};
+  std::vector<ChartBand> bands = {};
+  std::string band_name = {};  // in the legend
+  std::string band_colour = "#e0a0b0";
+  std::vector<double> x_ticks = {};       // empty: chosen
+  std::optional<double> least_y = {};     // else what the numbers need
+  std::optional<double> greatest_y = {};  // what lies above is cut off
+  std::optional<double> least_x = {};
+  std::optional<double> greatest_x = {};
 };
 
 struct AxisSpan {

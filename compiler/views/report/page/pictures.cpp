@@ -132,7 +132,7 @@ GreyRaster relief_picture(const Surface& surface, const std::vector<std::size_t>
   const auto pixels = [&](double length_m) {
     return static_cast<std::uint32_t>(std::max(1.0, std::ceil(length_m / pixel_m - 1e-9)));
   };
-  GreyRaster raster(pixels(box.high_x_m - box.low_x_m), pixels(box.high_y_m - box.low_y_m));
+  GreyRaster raster(pixels(box.width_m()), pixels(box.height_m()));
   for (const std::size_t i : patches) {
     const SurfacePatch& patch = surface.patches[i];
     draw_patch(patch, road.at(patch.centre_m.x(), patch.centre_m.y()), box, pixel_m, raster);

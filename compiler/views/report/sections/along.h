@@ -1,61 +1,40 @@
 #pragma once
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "compiler/views/picture/charts/chart.h"
 #include "formats/annotation/sites.h"
 #include "formats/evaluation/evaluation.h"
 
-// Charts along the route, of the sites that a drive judged.
-
 namespace sightline {
 
-// Where the judged sites lie on the charts' x axis, with a break where the drive has a gap.
+// Lines of charts along the route: a number for each site that a drive judged, with a break where
+// the drive has a gap.
 class Along {
  public:
+  // The evaluation outlives this.
   Along(const Evaluation& evaluation, const Sites& sites);
 
-  // One number for each judged site, as a line.
-  template <class Value>
   [[nodiscard]] ChartSeries series(const std::string& name, const std::string& colour,
-                                   Value value_of) const {
-    ChartSeries series;
-    series.name = name;
-    series.colour = colour;
-    for (std::size_t i = 0; i < route_m_.size(); ++i) {
-      if (is_after_gap_[i]) append_break(i, series);
-      series.x.push_back(route_m_[i]);
-      series.y.push_back(value_of(i));
-    }
-    return series;
-  }
-
-  // Stretches of judged sites of which something is so.
-  template <class Claim>
-  [[nodiscard]] std::vector<ChartBand> bands(Claim is_so) const {
-    std::vector<ChartBand> bands;
-    for (std::size_t i = 0; i < route_m_.size(); ++i) {
-      if (!is_so(i)) continue;
-      const double from_m = route_m_[i] - spacing_m_ / 2.0;
-      const bool goes_on = !bands.empty() && from_m - bands.back().to_x < spacing_m_ / 4.0;
-      if (goes_on) {
-        bands.back().to_x = from_m + spacing_m_;
-      } else {
-        bands.push_back({from_m, from_m + spacing_m_});
-      }
-    }
-    return bands;
-  }
+                                   const std::function<double(std::size_t)>& value_of) const;
+  // Of the ranges that a rule takes at a limit: their matching times, or themselves in steps.
+  [[nodiscard]] ChartSeries times(const std::string& name, const std::string& colour,
+                                  std::size_t limit, Rule rule) const;
+  [[nodiscard]] ChartSeries ranges(const std::string& name, const std::string& colour,
+                                   std::size_t limit, Rule rule) const;
+  // Stretches of judged sites where the range of the map misses a limit.
+  [[nodiscard]] std::vector<ChartBand> misses(std::size_t limit) const;
 
  private:
-  void append_break(std::size_t judged, ChartSeries& series) const;
-
+  const Evaluation* evaluation_;
   double spacing_m_ = 1.0;
   std::vector<double> route_m_;
   std::vector<bool> is_after_gap_;
 };
 
 // A chart with the route as its x axis.
-Chart route_chart(const std::string& title, const std::string& y_label);
+Chart route_chart(const std::string& title, const std::string& y_label, double height_px = 300.0);
 
 }  // namespace sightline

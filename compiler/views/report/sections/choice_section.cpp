@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/report/sections/along.h"
 #include "compiler/views/report/sections/sections.h"
 
@@ -26,14 +25,6 @@ std::string words_of(Rule rule) {
       return "oracle (ideal case)";
   }
   return "";
-}
-
-double error_at(const Evaluation& evaluation, std::size_t limit, Rule rule, std::size_t i) {
-  return evaluation.error_m[i * evaluation.statics.size() + evaluation.chosen(limit, rule, i)];
-}
-
-double time_at(const Evaluation& evaluation, std::size_t limit, Rule rule, std::size_t i) {
-  return evaluation.time_ms[i * evaluation.statics.size() + evaluation.chosen(limit, rule, i)];
 }
 
 std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
@@ -74,31 +65,21 @@ std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
 std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::size_t limit) {
   const Along along(evaluation, sites);
   const std::string limit_words = limit_text(evaluation.limits_m[limit]);
-  Chart time = route_chart("Matching time: static and this map's ranges", "matching time (ms)");
-  time.height_px = 230.0;
-  time.series.push_back(along.series(
-      "static " + metres(evaluation.statics.back().range_m), kGrey,
-      [&](std::size_t i) { return time_at(evaluation, limit, Rule::kStaticLongest, i); }));
-  time.series.push_back(along.series("this map, " + limit_words, kBlue, [&](std::size_t i) {
-    return time_at(evaluation, limit, Rule::kMap, i);
-  }));
+  Chart time =
+      route_chart("Matching time: static and this map's ranges", "matching time (ms)", 230.0);
+  time.series = {along.times("static " + metres(evaluation.statics.back().range_m), kGrey, limit,
+                             Rule::kStaticLongest),
+                 along.times("this map, " + limit_words, kBlue, limit, Rule::kMap)};
   Chart range =
-      route_chart("Selected ranges, and where they missed the limit", "selected range (m)");
-  range.height_px = 230.0;
-  range.series.push_back(along.series("selected range", kBlue, [&](std::size_t i) {
-    return evaluation.statics[evaluation.chosen(limit, Rule::kMap, i)].range_m;
-  }));
-  range.series.back().mark = Mark::kSteps;
-  range.bands = along.bands([&](std::size_t i) {
-    return error_at(evaluation, limit, Rule::kMap, i) > evaluation.limits_m[limit];
-  });
+      route_chart("Selected ranges, and where they missed the limit", "selected range (m)", 230.0);
+  range.series = {along.ranges("selected range", kBlue, limit, Rule::kMap)};
+  range.bands = along.misses(limit);
   range.band_name = "error above " + limit_words;
   const std::string number = std::to_string(limit);
   return html_figure(
       {"figure-10-" + number, "Figure 10, limit " + limit_words + ".",
        "Above: matching time with the longest static range and with the ranges of this map. Below: "
-       "the "
-       "ranges of this map; bars mark places where the selected range did not keep the error "
+       "the ranges of this map; bars mark places where the selected range did not keep the error "
        "within the limit on this drive.",
        chart_svg(time) + chart_svg(range), "choice-" + number});
 }
@@ -113,46 +94,36 @@ double coverage_of_range(const Evaluation& evaluation, std::size_t limit, std::s
 }
 
 ChartSeries static_ranges(const Evaluation& evaluation, std::size_t limit) {
-  ChartSeries series = {"static ranges", kGrey, Mark::kPoints, {}, {}, {}, 3.5, false};
+  ChartSeries series = {"static ranges", kGrey, Mark::kPoints, 3.5};
   const double longest_ms = evaluation.statics.back().mean_time_ms;
   for (std::size_t range = 0; range < evaluation.statics.size(); ++range) {
     const double time_ms = evaluation.statics[range].mean_time_ms;
-    series.x.push_back(longest_ms > 0.0 ? time_ms / longest_ms : 0.0);
-    series.y.push_back(100.0 * coverage_of_range(evaluation, limit, range));
+    series.add(longest_ms > 0.0 ? time_ms / longest_ms : 0.0,
+               100.0 * coverage_of_range(evaluation, limit, range));
     series.labels.push_back(metres(evaluation.statics[range].range_m));
   }
   return series;
 }
 
-// Drawn smaller the later, so that rules that agree are all seen.
-ChartSeries rule_point(const Evaluation& evaluation, std::size_t limit, Rule rule,
-                       const std::string& colour, double size_px) {
-  const RuleScore& score = evaluation.score(limit, rule);
-  return {words_of(rule),           colour, Mark::kPoints, {score.time_ratio},
-          {100.0 * score.coverage}, {},     size_px,       false};
-}
-
 // Coverage against time: what lies farther up and to the left is better.
 std::string pareto(const Evaluation& evaluation, std::size_t limit) {
-  Chart chart;
   const std::string limit_words = limit_text(evaluation.limits_m[limit]);
-  chart.title = "Coverage against matching time at " + limit_words;
-  chart.x_label = "mean matching time / that of the longest static range";
-  chart.y_label = "sites within " + limit_words + " (%)";
-  chart.width_px = 640.0;
-  chart.height_px = 360.0;
+  Chart chart = {"Coverage against matching time at " + limit_words,
+                 "mean matching time / that of the longest static range",
+                 "sites within " + limit_words + " (%)", 640.0, 360.0};
   const ChartSeries points = static_ranges(evaluation, limit);
-  ChartSeries line = points;
-  line.mark = Mark::kLine;
-  line.name.clear();
-  line.size_px = 1.2;
-  line.is_dashed = true;
-  chart.series = {line,
-                  points,
-                  rule_point(evaluation, limit, Rule::kMap, kBlue, 9.0),
-                  rule_point(evaluation, limit, Rule::kProbability, kPink, 5.5),
-                  rule_point(evaluation, limit, Rule::kMean, kOrange, 6.0),
-                  rule_point(evaluation, limit, Rule::kOracle, kGreen, 6.0)};
+  chart.series = {{"", kGrey, Mark::kLine, 1.2, true, points.x, points.y}, points};
+  const auto add_point = [&](Rule rule, const std::string& colour, double size_px) {
+    const RuleScore& score = evaluation.score(limit, rule);
+    ChartSeries point = {words_of(rule), colour, Mark::kPoints, size_px};
+    point.add(score.time_ratio, 100.0 * score.coverage);
+    chart.series.push_back(std::move(point));
+  };
+  // Drawn smaller the later, so that rules that agree are all seen.
+  add_point(Rule::kMap, kBlue, 9.0);
+  add_point(Rule::kProbability, kPink, 5.5);
+  add_point(Rule::kMean, kOrange, 6.0);
+  add_point(Rule::kOracle, kGreen, 6.0);
   chart.greatest_y = 100.0;
   // Room for the label of the lowest point.
   const double lowest = *std::ranges::min_element(points.y) - 8.0;

@@ -13,8 +13,8 @@ constexpr std::size_t kMostStretches = 200;  // shown in the page; `sightline di
 
 // "town.slmap: map 25a1, version 1, release 1, b0aad14757b2"
 std::string name_of(const std::string& file, const DiffedMap& map) {
-  return file + ": map " + map.map_id + ", version " + map.version + ", release " +
-         std::to_string(map.release) + ", " + to_hex(map.root_digest).substr(0, 12);
+  return fmt::format("{}: map {}, version {}, release {}, {:.12}", file, map.map_id, map.version,
+                     map.release, to_hex(map.root_digest));
 }
 
 // "+3.0", "−3.0", "0.0" as it is shown.
@@ -51,14 +51,14 @@ std::vector<std::string> number_row(const LimitDiff& limit, const LimitNumber& n
 
 std::string limits_table(const MapDiff& diff) {
   TextGrid grid = {{"for a limit of", "before", "after", "difference"}};
-  std::vector<std::pair<std::string, std::string>> sites;
+  Facts sites;
   for (const LimitDiff& limit : diff.limits) {
     for (const LimitNumber& number : kLimitNumbers) grid.push_back(number_row(limit, number));
     if (!limit.is_common()) continue;
-    sites.emplace_back("sites at " + limit_text(limit.limit_m),
-                       std::to_string(limit.rose) + " look farther, " + std::to_string(limit.fell) +
-                           " less far, " + std::to_string(limit.newly_unmet) + " newly unmet, " +
-                           std::to_string(limit.no_longer_unmet) + " no longer unmet");
+    sites.emplace_back(
+        "sites at " + limit_text(limit.limit_m),
+        fmt::format("{} look farther, {} less far, {} newly unmet, {} no longer unmet", limit.rose,
+                    limit.fell, limit.newly_unmet, limit.no_longer_unmet));
   }
   return html_table(grid, "What a vehicle reads, before and after") + fact_table(sites);
 }
@@ -75,10 +75,10 @@ std::string stretch_row(const Stretch& stretch) {
                   link_to_site(stretch), stretch.run, stretch.begin_s_m, stretch.end_s_m,
                   stretch.nds_added, stretch.nds_removed, stretch.nds_moved);
   for (const StretchLimit& limit : stretch.limits) {
-    html += "<td>" + fixed(limit.mean_range_before_m, 1) + " → " +
-            fixed(limit.mean_range_after_m, 1) + "</td><td>" +
-            signed_text(limit.mean_range_after_m - limit.mean_range_before_m, 1) + "</td><td>" +
-            std::to_string(limit.newly_unmet) + "</td>";
+    html += fmt::format("<td>{:.1f} → {:.1f}</td><td>{}</td><td>{}</td>", limit.mean_range_before_m,
+                        limit.mean_range_after_m,
+                        signed_text(limit.mean_range_after_m - limit.mean_range_before_m, 1),
+                        limit.newly_unmet);
   }
   return html + "</tr>\n";
 }
@@ -87,23 +87,22 @@ std::string stretches_table(const MapDiff& diff) {
   if (diff.stretches.empty()) return paragraph("No stretch of the route differs.");
   std::string html =
       "<div class=\"scroll\" tabindex=\"0\"><table id=\"stretches\"><caption>Stretches of route "
-      "where something "
-      "changed</caption>\n<thead><tr><th scope=\"col\">sites</th><th scope=\"col\">run, way "
-      "(m)</th>"
-      "<th scope=\"col\">NDs added / removed / moved</th>";
+      "where something changed</caption>\n<thead><tr><th scope=\"col\">sites</th>"
+      "<th scope=\"col\">run, way (m)</th><th scope=\"col\">NDs added / removed / moved</th>";
   for (const double limit_m : common_limits_m(diff)) {
-    html += "<th scope=\"col\">mean range for " + limit_text(limit_m) +
-            " (m)</th><th scope=\"col\">difference (m)</th><th scope=\"col\">newly unmet for " +
-            limit_text(limit_m) + "</th>";
+    html += fmt::format(
+        "<th scope=\"col\">mean range for {0} (m)</th><th scope=\"col\">difference (m)</th>"
+        "<th scope=\"col\">newly unmet for {0}</th>",
+        limit_text(limit_m));
   }
   html += "</tr></thead><tbody>\n";
   const std::size_t shown = std::min(diff.stretches.size(), kMostStretches);
   for (std::size_t i = 0; i < shown; ++i) html += stretch_row(diff.stretches[i]);
   html += "</tbody></table></div>\n";
   if (shown == diff.stretches.size()) return html;
-  return html + paragraph("The first " + std::to_string(shown) + " of " +
-                          std::to_string(diff.stretches.size()) +
-                          " stretches; sightline diff lists the others.");
+  return html +
+         paragraph(fmt::format("The first {} of {} stretches; sightline diff lists the others.",
+                               shown, diff.stretches.size()));
 }
 
 std::string facts_table(const MapDiff& diff) {
@@ -127,15 +126,15 @@ Section diff_section(const ReportSources& sources) {
   }
   section.html +=
       limits_table(diff) +
-      fact_table({{"sites", std::to_string(diff.sites_added) + " added, " +
-                                std::to_string(diff.sites_removed) + " removed"},
-                  {"NDs", diff.has_comparable_nds
-                              ? fmt::format("{} added, {} removed, {} moved by more than {} cm",
-                                            diff.nds_added, diff.nds_removed, diff.nds_moved,
-                                            in_centimetres(diff.options.tolerance_m))
-                              : std::string("of other cells, which do not compare")},
-                  {"tiles", fmt::format("{} changed, {} added, {} removed", diff.tiles_changed,
-                                        diff.tiles_added, diff.tiles_removed)}}) +
+      fact_table(
+          {{"sites", fmt::format("{} added, {} removed", diff.sites_added, diff.sites_removed)},
+           {"NDs", diff.has_comparable_nds
+                       ? fmt::format("{} added, {} removed, {} moved by more than {} cm",
+                                     diff.nds_added, diff.nds_removed, diff.nds_moved,
+                                     in_centimetres(diff.options.tolerance_m))
+                       : std::string("of other cells, which do not compare")},
+           {"tiles", fmt::format("{} changed, {} added, {} removed", diff.tiles_changed,
+                                 diff.tiles_added, diff.tiles_removed)}}) +
       stretches_table(diff) + facts_table(diff);
   return section;
 }

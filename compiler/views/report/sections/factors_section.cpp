@@ -33,10 +33,8 @@ std::string correlation_table(const FactorReport& report) {
   });
   std::string html =
       "<div class=\"scroll\" tabindex=\"0\"><table id=\"correlations\"><caption>Rank correlation "
-      "(Spearman) of "
-      "each "
-      "factor with the measured mean error, strongest first</caption>\n<thead><tr><th "
-      "scope=\"col\">factor</th>";
+      "(Spearman) of each factor with the measured mean error, strongest first</caption>\n"
+      "<thead><tr><th scope=\"col\">factor</th>";
   for (const FactorsAtRange& range : report.ranges) {
     html += "<th scope=\"col\">" + metres(range.range_m) + "</th>";
   }
@@ -52,18 +50,16 @@ std::string correlation_table(const FactorReport& report) {
 }
 
 std::string expectation_table(const FactorReport& report) {
-  TextGrid grid = {{"range (m)"},          {"points expected"},
-                   {"points measured"},    {"correlation over sites (r)"},
-                   {"time expected (ms)"}, {"time measured (ms)"}};
+  TextGrid rows = {{"range (m)", "points expected", "points measured", "correlation over sites (r)",
+                    "time expected (ms)", "time measured (ms)"}};
   for (const FactorsAtRange& range : report.ranges) {
-    const std::string column[] = {
-        fixed(range.range_m, 0),          fixed(range.virtual_points, 0),
-        fixed(range.measured_points, 0),  fixed(range.point_correlation, 3),
-        fixed(range.expected_time_ms, 2), fixed(range.measured_time_ms, 2)};
-    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+    rows.push_back({fixed(range.range_m, 0), fixed(range.virtual_points, 0),
+                    fixed(range.measured_points, 0), fixed(range.point_correlation, 3),
+                    fixed(range.expected_time_ms, 2), fixed(range.measured_time_ms, 2)});
   }
-  return html_table(grid, "Points and time predicted from the map alone, and measured; r = " +
-                              fixed(report.point_correlation, 3) + " over all ranges");
+  return html_table(transposed(rows),
+                    "Points and time predicted from the map alone, and measured; r = " +
+                        fixed(report.point_correlation, 3) + " over all ranges");
 }
 
 // Of the model's card: factors by how much worse held-out places are predicted without them.
@@ -92,8 +88,7 @@ Section factors_section(const FactorReport& factors, const CompiledMap& map) {
   Section section = {"factors", "What the factors know before anyone drives", ""};
   section.html = paragraph(
                      "Factors are worked out from the map alone, at every site and range. Orange: "
-                     "the more of it "
-                     "the greater the error; blue: the less.") +
+                     "the more of it the greater the error; blue: the less.") +
                  correlation_table(factors) + expectation_table(factors) + importance_figure(map);
   return section;
 }

@@ -63,8 +63,8 @@ class LengthScale {
 };
 
 std::string colour_css(const std::string& name, double share, const Tones& tones) {
-  return "--" + name + ":" +
-         colour_name(viridis(tones.first + share * (tones.last - tones.first))) + ";";
+  const Colour colour = viridis(tones.first + share * (tones.last - tones.first));
+  return fmt::format("--{}:{};", name, colour_name(colour));
 }
 
 // The looks that are taken spread over the row; each other has the colour of the one before it.
@@ -117,7 +117,15 @@ std::string html_table(const TextGrid& grid, const std::string& caption) {
   return html + "</tbody></table></div>\n";
 }
 
-std::string fact_table(const std::vector<std::pair<std::string, std::string>>& facts) {
+TextGrid transposed(const TextGrid& grid) {
+  TextGrid columns(grid.front().size());
+  for (const std::vector<std::string>& row : grid) {
+    for (std::size_t i = 0; i < columns.size(); ++i) columns[i].push_back(row[i]);
+  }
+  return columns;
+}
+
+std::string fact_table(const Facts& facts) {
   std::string html = "<dl class=\"facts\">\n";
   for (const auto& [name, value] : facts) {
     html += "<dt>" + xml_text(name) + "</dt><dd>" + xml_text(value) + "</dd>\n";
@@ -133,6 +141,11 @@ std::string html_figure(const Figure& figure) {
   }
   return html + "<figcaption><b>" + xml_text(figure.name) + "</b> " + xml_text(figure.caption) +
          "</figcaption>\n</figure>\n";
+}
+
+std::string limit_colour(std::size_t limit) {
+  const std::string colours[] = {kBlue, kOrange, kGreen};
+  return colours[limit % 3];
 }
 
 std::string range_colour(std::size_t range) { return "var(--range-" + std::to_string(range) + ")"; }

@@ -23,8 +23,12 @@ std::string paragraph(const std::string& text);
 // The first row is the head; the first column names the rows; numbers stand under each other.
 std::string html_table(const TextGrid& grid, const std::string& caption);
 
+// Rows as columns.
+TextGrid transposed(const TextGrid& grid);
+
 // Names and values, two columns without a head.
-std::string fact_table(const std::vector<std::pair<std::string, std::string>>& facts);
+using Facts = std::vector<std::pair<std::string, std::string>>;
+std::string fact_table(const Facts& facts);
 
 // A figure: what it is called, what one sees, and a picture. `live`: the name of the drawing that
 // the page's scripts put in its place; empty: the picture stays.
@@ -43,7 +47,7 @@ inline const std::string kOrange = "var(--orange)";
 inline const std::string kGreen = "var(--green)";
 inline const std::string kGrey = "var(--grey)";
 inline const std::string kPink = "var(--pink)";
-inline const std::string kPurple = "var(--purple)";
+std::string limit_colour(std::size_t limit);  // blue, orange and green in turn
 std::string range_colour(std::size_t range);
 std::string look_colour(std::size_t look);
 

@@ -1,14 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
-#include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/report/sections/sections.h"
 #include "formats/base/hash.h"
-#include "formats/text/quoted_text.h"
-
-// How the map was made: the trajectory, how sharp the map is, and what was taken out.
+#include "formats/base/units.h"
 
 namespace sightline {
 namespace {
@@ -53,45 +51,38 @@ std::string trajectory_facts(const Trajectory& trajectory) {
   double way_m = 0.0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) way_m += step_m(trajectory, i);
   const TrajectoryQuality quality = quality_of(trajectory);
-  const double to_deg = 180.0 / std::numbers::pi;
-  std::vector<std::pair<std::string, std::string>> facts = {
-      {"poses", std::to_string(trajectory.poses.size()) + ", " + source_words(trajectory.source)},
+  Facts facts = {
+      {"poses", fmt::format("{}, {}", trajectory.poses.size(), source_words(trajectory.source))},
       {"way", fixed(way_m, 1) + " m"}};
   if (quality.overlap_count > 0) {
     facts.emplace_back("overlap with what was seen before",
-                       "median " + fixed(100.0 * quality.median_overlap, 0) + " %, least " +
-                           fixed(100.0 * quality.least_overlap, 0) + " %");
+                       fmt::format("median {:.0f} %, least {:.0f} %",
+                                   100.0 * quality.median_overlap, 100.0 * quality.least_overlap));
   }
   if (trajectory.odometry_edges > 0) {
-    facts.emplace_back("pose graph", std::to_string(trajectory.odometry_edges) + " steps, " +
-                                         std::to_string(trajectory.loop_edges) +
-                                         " places seen again, " +
-                                         std::to_string(trajectory.prior_edges) + " given poses");
-    facts.emplace_back("residuals (RMS)",
-                       in_centimetres(trajectory.rms_translation_residual_m) + " cm, " +
-                           fixed(to_deg * trajectory.rms_rotation_residual_rad, 3) + "°");
+    facts.emplace_back("pose graph", fmt::format("{} steps, {} places seen again, {} given poses",
+                                                 trajectory.odometry_edges, trajectory.loop_edges,
+                                                 trajectory.prior_edges));
+    facts.emplace_back(
+        "residuals (RMS)",
+        fmt::format("{:.1f} cm, {:.3f}°", 100.0 * trajectory.rms_translation_residual_m,
+                    kDegPerRad * trajectory.rms_rotation_residual_rad));
   }
   return fact_table(facts) + pieces_table(quality);
 }
 
 std::string uncertainty_figure(const Trajectory& trajectory) {
-  Chart chart;
-  chart.title = "Standard deviation of the poses along the drive";
-  chart.x_label = "way along the drive (m)";
-  chart.y_label = "standard deviation (cm)";
-  chart.width_px = 1080.0;
-  chart.height_px = 200.0;
+  Chart chart = {"Standard deviation of the poses along the drive", "way along the drive (m)",
+                 "standard deviation (cm)", 1080.0, 200.0};
   chart.least_y = 0.0;
-  ChartSeries level = {"horizontal", kBlue, Mark::kLine, {}, {}, {}, 1.6, false};
-  ChartSeries height = {"vertical", kOrange, Mark::kLine, {}, {}, {}, 1.6, true};
+  ChartSeries level = {"horizontal", kBlue};
+  ChartSeries height = {"vertical", kOrange, Mark::kLine, 1.6, true};
   double way_m = 0.0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
     way_m += step_m(trajectory, i);
-    level.x.push_back(way_m);
-    level.y.push_back(100.0 * std::sqrt(pose.covariance(0, 0) + pose.covariance(1, 1)));
-    height.x.push_back(way_m);
-    height.y.push_back(100.0 * std::sqrt(pose.covariance(2, 2)));
+    level.add(way_m, 100.0 * std::sqrt(pose.covariance(0, 0) + pose.covariance(1, 1)));
+    height.add(way_m, 100.0 * std::sqrt(pose.covariance(2, 2)));
   }
   chart.series = {level, height};
   return html_figure(
@@ -118,14 +109,13 @@ std::string sharpness_table(const Sharpness& sharpness) {
 std::string moving_facts(const SurfacePoints& points) {
   if (points.voxel_m == 0.0) return paragraph("Nothing was looked for that moves.");
   const double all = static_cast<double>(points.standing_count + points.moving_count);
+  const double percent = all > 0.0 ? 100.0 * static_cast<double>(points.moving_count) / all : 0.0;
   return fact_table(
       {{"removed as moving",
-        std::to_string(points.moving_count) + " returns (" +
-            fixed(all > 0.0 ? 100.0 * static_cast<double>(points.moving_count) / all : 0.0, 2) +
-            " %) in " + std::to_string(points.moved_voxels.size()) + " voxels of " +
-            metres(points.voxel_m)},
-       {"kept as standing", std::to_string(points.standing_count) + " returns"},
-       {"out of the sensor's range", std::to_string(points.out_of_range_count) + " returns"}});
+        fmt::format("{} returns ({:.2f} %) in {} voxels of {}", points.moving_count, percent,
+                    points.moved_voxels.size(), metres(points.voxel_m))},
+       {"kept as standing", fmt::format("{} returns", points.standing_count)},
+       {"out of the sensor's range", fmt::format("{} returns", points.out_of_range_count)}});
 }
 
 using Json = nlohmann::ordered_json;
@@ -175,14 +165,13 @@ std::string pass_table(const Json& passes) {
 }
 
 std::string warnings_of(const Json& passes) {
-  std::string html;
+  Facts warnings;
   for (const Json& pass : passes) {
-    const std::string warnings = list_of(pass, "warnings");
-    if (warnings.empty()) continue;
-    html += "<dt>" + xml_text(text_of(pass.value("name", Json("")))) + "</dt><dd>" +
-            xml_text(warnings) + "</dd>\n";
+    const std::string of_pass = list_of(pass, "warnings");
+    if (of_pass.empty()) continue;
+    warnings.emplace_back(text_of(pass.value("name", Json(""))), of_pass);
   }
-  return html.empty() ? "" : "<h3>Warnings</h3>\n<dl class=\"facts\">\n" + html + "</dl>\n";
+  return warnings.empty() ? "" : "<h3>Warnings</h3>\n" + fact_table(warnings);
 }
 
 std::string configuration_table(const Json& configuration) {
@@ -204,7 +193,7 @@ std::string model_table(const CompiledMap& map) {
          "</details>\n";
 }
 
-std::vector<std::pair<std::string, std::string>> map_facts(const ReportSources& sources) {
+Facts map_facts(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   std::string definitions;
   for (const NamedVersion& definition : map.definitions) {
@@ -231,6 +220,7 @@ std::vector<std::pair<std::string, std::string>> map_facts(const ReportSources& 
 
 }  // namespace
 
+// The trajectory, how sharp the map is, and what was taken out.
 Section making_section(const ReportSources& sources) {
   Section section = {"making", "How the map was made", ""};
   section.html = "<h3>Trajectory</h3>\n";
@@ -248,8 +238,6 @@ Section making_section(const ReportSources& sources) {
   return section;
 }
 
-// What the provenance file beside the map holds, and the map's own facts.
-
 Result<Section> passes_section(const ReportSources& sources) {
   Section section = {"passes", "What it took", ""};
   if (sources.provenance.empty()) {
@@ -262,9 +250,10 @@ Result<Section> passes_section(const ReportSources& sources) {
   return section;
 }
 
+// The map's own facts, and what the provenance file beside it holds.
 Result<Section> provenance_section(const ReportSources& sources) {
   Section section = {"provenance", "Where it comes from", ""};
-  std::vector<std::pair<std::string, std::string>> facts = map_facts(sources);
+  Facts facts = map_facts(sources);
   std::string configuration;
   if (!sources.provenance.empty()) {
     SIGHTLINE_ASSIGN(const Json provenance, provenance_of(sources));

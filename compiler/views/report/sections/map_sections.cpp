@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "compiler/views/picture/ranges_picture.h"
@@ -5,14 +7,10 @@
 #include "compiler/views/report/page/pictures.h"
 #include "compiler/views/report/sections/sections.h"
 
-// The counterpart of the paper's Figure 11: the map from above, the route coloured by range.
-
 namespace sightline {
 namespace {
 
 constexpr double kMargin_m = 15.0;
-
-std::string number(double value) { return fixed(value, 2); }
 
 std::string legend(const CompiledMap& map) {
   std::string html = "<div class=\"legend\">range (m): ";
@@ -25,11 +23,10 @@ std::string legend(const CompiledMap& map) {
 
 std::string relief_image(const Overview& overview) {
   const MapBox& box = overview.box;
-  return "<image id=\"relief\" class=\"relief\" x=\"" + number(box.low_x_m) + "\" y=\"" +
-         number(-box.high_y_m) + "\" width=\"" + number(box.high_x_m - box.low_x_m) +
-         "\" height=\"" + number(box.high_y_m - box.low_y_m) +
-         "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," + overview.png_base64 +
-         "\"/>\n";
+  return fmt::format(
+      R"(<image id="relief" class="relief" x="{:.2f}" y="{:.2f}" width="{:.2f}" height="{:.2f}")"
+      " preserveAspectRatio=\"none\" href=\"data:image/png;base64,{}\"/>\n",
+      box.low_x_m, -box.high_y_m, box.width_m(), box.height_m(), overview.png_base64);
 }
 
 // What the mapping drive saw, once in the page; pictures after the first use that one's.
@@ -39,6 +36,24 @@ std::string background_of(const ReportSources& sources, std::size_t limit) {
   const std::optional<Overview> overview =
       relief_overview(*sources.surface, sources.map->sites, sources.map->sensor.height_m);
   return overview ? relief_image(*overview) : "";
+}
+
+// How a picture of the route is coloured: "range" or "look", and the colour of each.
+struct RouteColours {
+  std::string by;
+  std::string (*colour_of)(std::size_t) = nullptr;
+};
+
+// The route from above at one limit, over a background in SVG.
+std::string still_route(const Sites& sites, const RangeTable& choice, std::size_t limit,
+                        const RouteColours& colours, const std::string& background) {
+  const MapBox box = box_of_route(sites, kMargin_m);
+  const double route_m = std::max(box.width_m(), box.height_m()) / 150.0;
+  return fmt::format(R"(<svg class="still-map" role="img" viewBox="{:.2f} {:.2f} {:.2f} {:.2f}">)"
+                     "<title>The route from above, coloured by {}</title>\n",
+                     box.low_x_m, -box.high_y_m, box.width_m(), box.height_m(), colours.by) +
+         background + route_svg(sites, choice, limit, route_m, colours.colour_of) +
+         scale_bar_svg(box, "currentColor") + "</svg>\n";
 }
 
 // How often each look is chosen that any site takes, with its colour.
@@ -111,19 +126,7 @@ std::string judged(const LookEvaluation& evaluation) {
 
 }  // namespace
 
-std::string still_route(const Sites& sites, const RangeTable& choice, std::size_t limit,
-                        const RouteColours& colours, const std::string& background) {
-  const MapBox box = box_of_route(sites, kMargin_m);
-  const double width_m = box.high_x_m - box.low_x_m;
-  const double height_m = box.high_y_m - box.low_y_m;
-  const double route_m = std::max(width_m, height_m) / 150.0;
-  return "<svg class=\"still-map\" role=\"img\" viewBox=\"" + number(box.low_x_m) + " " +
-         number(-box.high_y_m) + " " + number(width_m) + " " + number(height_m) +
-         "\"><title>The route from above, coloured by " + colours.by + "</title>\n" + background +
-         route_svg(sites, choice, limit, route_m, colours.colour_of) +
-         scale_bar_svg(box, "currentColor") + "</svg>\n";
-}
-
+// The counterpart of the paper's Figure 11: the map from above, the route coloured by range.
 Section map_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   Section section = {"map", "The map", ""};
@@ -149,7 +152,6 @@ Section map_section(const ReportSources& sources) {
 }
 
 // The cheapest way to localize at each place, and what it is worth beside the same look everywhere.
-
 Section looks_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   Section section = {"looks", "The cheapest look", ""};

@@ -1,36 +1,27 @@
 #include <algorithm>
 
-#include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/report/sections/along.h"
 #include "compiler/views/report/sections/sections.h"
 #include "formats/grid/site_shape.h"
-
-// What the paper's section II shows: error and matching time for every static range.
 
 namespace sightline {
 namespace {
 
 std::string table_one(const Evaluation& evaluation) {
-  TextGrid grid = {{"range (m)"},
-                   {"mean error (cm)"},
-                   {"mean matching time (ms)"},
-                   {"greatest of the sites' mean times (ms)"},
-                   {"greatest time of a single match (ms)"},
-                   {"mean time / that of the longest range"},
-                   {"work / that of the longest range"}};
+  TextGrid rows = {{"range (m)", "mean error (cm)", "mean matching time (ms)",
+                    "greatest of the sites' mean times (ms)",
+                    "greatest time of a single match (ms)", "mean time / that of the longest range",
+                    "work / that of the longest range"}};
   const StaticScore& longest = evaluation.statics.back();
   const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
   for (const StaticScore& score : evaluation.statics) {
-    const std::string column[] = {fixed(score.range_m, 0),
-                                  in_centimetres(score.mean_error_m),
-                                  fixed(score.mean_time_ms, 2),
-                                  fixed(score.max_site_time_ms, 2),
-                                  fixed(score.max_run_time_ms, 2),
-                                  fixed(ratio(score.mean_time_ms, longest.mean_time_ms), 2),
-                                  fixed(ratio(score.mean_work, longest.mean_work), 2)};
-    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+    rows.push_back({fixed(score.range_m, 0), in_centimetres(score.mean_error_m),
+                    fixed(score.mean_time_ms, 2), fixed(score.max_site_time_ms, 2),
+                    fixed(score.max_run_time_ms, 2),
+                    fixed(ratio(score.mean_time_ms, longest.mean_time_ms), 2),
+                    fixed(ratio(score.mean_work, longest.mean_work), 2)});
   }
-  return html_table(grid,
+  return html_table(transposed(rows),
                     "Table I. Error and matching time for different static ranges, means over " +
                         std::to_string(evaluation.sites.size()) + " sites");
 }
@@ -38,7 +29,6 @@ std::string table_one(const Evaluation& evaluation) {
 // Lines right across at the limits, and room above them: what errs farther lies on the upper edge.
 void mark_limits(const Evaluation& evaluation, Chart& chart) {
   constexpr double kOfGreatestLimit = 4.0;
-  const std::string colours[] = {kBlue, kOrange, kGreen};
   const std::vector<double> along_m = chart.series.front().x;
   double greatest_cm = 0.0;
   for (const double error_m : evaluation.error_m) {
@@ -47,18 +37,15 @@ void mark_limits(const Evaluation& evaluation, Chart& chart) {
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     const double limit_cm = 100.0 * evaluation.limits_m[limit];
     chart.series.push_back({"limit " + limit_text(evaluation.limits_m[limit]),
-                            colours[limit % 3],
+                            limit_colour(limit),
                             Mark::kLine,
-                            {along_m.front(), along_m.back()},
-                            {limit_cm, limit_cm},
-                            {},
                             1.6,
-                            true});
-    if (greatest_cm > kOfGreatestLimit * limit_cm) {
-      chart.greatest_y = kOfGreatestLimit * limit_cm;
-    } else {
-      chart.greatest_y.reset();
-    }
+                            true,
+                            {along_m.front(), along_m.back()},
+                            {limit_cm, limit_cm}});
+    chart.greatest_y.reset();
+    const double room_cm = kOfGreatestLimit * limit_cm;
+    if (greatest_cm > room_cm) chart.greatest_y = room_cm;
   }
 }
 
@@ -77,24 +64,19 @@ std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
   return html_figure(
       {"figure-5", "Figure 5.",
        "Mean localization error at every metre of the route, one line for each static range: where "
-       "a "
-       "street offers little, a short range errs more, and how much differs from place to place. "
+       "a street offers little, a short range errs more, and how much differs from place to place. "
        "Dashed: the limits; lines on the upper edge err farther still.",
        chart_svg(chart), "error-along"});
 }
 
 std::string figure_six(const Evaluation& evaluation) {
-  Chart chart;
-  chart.title = "Mean and greatest matching time for every range";
-  chart.x_label = "observation range (m)";
-  chart.y_label = "matching time (ms)";
-  ChartSeries mean = {"mean over sites", kBlue, Mark::kBars, {}, {}, {}, 1.6, false};
-  ChartSeries most = {"greatest of the sites' means", kOrange, Mark::kBars, {}, {}, {}, 1.6, false};
+  Chart chart = {"Mean and greatest matching time for every range", "observation range (m)",
+                 "matching time (ms)"};
+  ChartSeries mean = {"mean over sites", kBlue, Mark::kBars};
+  ChartSeries most = {"greatest of the sites' means", kOrange, Mark::kBars};
   for (const StaticScore& score : evaluation.statics) {
-    mean.x.push_back(score.range_m);
-    mean.y.push_back(score.mean_time_ms);
-    most.x.push_back(score.range_m);
-    most.y.push_back(score.max_site_time_ms);
+    mean.add(score.range_m, score.mean_time_ms);
+    most.add(score.range_m, score.max_site_time_ms);
     chart.x_ticks.push_back(score.range_m);
   }
   const double margin_m = mean.x.size() > 1 ? 0.6 * (mean.x[1] - mean.x[0]) : 1.0;
@@ -107,30 +89,13 @@ std::string figure_six(const Evaluation& evaluation) {
                       chart_svg(chart), ""});
 }
 
-double chosen_time_ms(const Evaluation& evaluation, std::size_t limit, Rule rule, std::size_t i) {
-  return evaluation.time_ms[i * evaluation.statics.size() + evaluation.chosen(limit, rule, i)];
-}
-
-std::string colour_of_limit(std::size_t limit) {
-  const std::string colours[] = {kBlue, kOrange, kGreen};
-  return colours[limit % 3];
-}
-
 std::string table_two(const Evaluation& evaluation) {
-  TextGrid grid = {{""},
-                   {"mean matching time (ms)"},
-                   {"greatest of the sites' mean times (ms)"},
-                   {"mean range (m)"},
-                   {"mean error (cm)"},
-                   {"sites within the limit (%)"}};
+  TextGrid rows = {{"", "mean matching time (ms)", "greatest of the sites' mean times (ms)",
+                    "mean range (m)", "mean error (cm)", "sites within the limit (%)"}};
   const auto append = [&](const std::string& title, const RuleScore& score, bool has_limit) {
-    const std::string column[] = {title,
-                                  fixed(score.mean_time_ms, 2),
-                                  fixed(score.max_site_time_ms, 2),
-                                  fixed(score.mean_range_m, 1),
-                                  in_centimetres(score.mean_error_m),
-                                  has_limit ? in_percent(score.coverage) : ""};
-    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+    rows.push_back({title, fixed(score.mean_time_ms, 2), fixed(score.max_site_time_ms, 2),
+                    fixed(score.mean_range_m, 1), in_centimetres(score.mean_error_m),
+                    has_limit ? in_percent(score.coverage) : ""});
   };
   append("static range of " + metres(evaluation.statics.back().range_m),
          evaluation.score(0, Rule::kStaticLongest), false);
@@ -138,26 +103,21 @@ std::string table_two(const Evaluation& evaluation) {
     append("dynamic range, " + limit_text(evaluation.limits_m[limit]),
            evaluation.score(limit, Rule::kOracle), true);
   }
-  return html_table(grid, "Table II. Matching time in the ideal case");
+  return html_table(transposed(rows), "Table II. Matching time in the ideal case");
 }
 
 std::string figure_seven(const Evaluation& evaluation, const Sites& sites) {
   const Along along(evaluation, sites);
-  Chart chart =
-      route_chart("Shortest range that meets each limit, along the route", "observation range (m)");
-  chart.height_px = 240.0;
+  Chart chart = route_chart("Shortest range that meets each limit, along the route",
+                            "observation range (m)", 240.0);
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
-    chart.series.push_back(along.series(
-        limit_text(evaluation.limits_m[limit]), colour_of_limit(limit), [&](std::size_t i) {
-          return evaluation.statics[evaluation.chosen(limit, Rule::kOracle, i)].range_m;
-        }));
-    chart.series.back().mark = Mark::kSteps;
+    chart.series.push_back(along.ranges(limit_text(evaluation.limits_m[limit]), limit_colour(limit),
+                                        limit, Rule::kOracle));
     chart.series.back().is_dashed = limit == 1;
   }
   return html_figure(
       {"figure-7", "Figure 7.",
-       "The shortest range that truly met each limit (ideal case); the longest where "
-       "none did.",
+       "The shortest range that truly met each limit (ideal case); the longest where none did.",
        chart_svg(chart), "ideal-range"});
 }
 
@@ -165,25 +125,22 @@ std::string figure_eight(const Evaluation& evaluation, const Sites& sites) {
   const Along along(evaluation, sites);
   Chart chart = route_chart("Matching time along the route, static and ideal dynamic ranges",
                             "matching time (ms)");
-  const auto append = [&](const std::string& name, const std::string& colour, std::size_t limit,
-                          Rule rule) {
-    chart.series.push_back(along.series(
-        name, colour, [&](std::size_t i) { return chosen_time_ms(evaluation, limit, rule, i); }));
-  };
-  append("static " + metres(evaluation.statics.back().range_m), kGrey, 0, Rule::kStaticLongest);
+  chart.series.push_back(along.times("static " + metres(evaluation.statics.back().range_m), kGrey,
+                                     0, Rule::kStaticLongest));
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
-    append("dynamic, " + limit_text(evaluation.limits_m[limit]), colour_of_limit(limit), limit,
-           Rule::kOracle);
+    chart.series.push_back(along.times("dynamic, " + limit_text(evaluation.limits_m[limit]),
+                                       limit_colour(limit), limit, Rule::kOracle));
   }
   return html_figure(
       {"figure-8", "Figure 8.",
-       "Matching time at every metre with the static longest range and with the ideal "
-       "dynamic ranges.",
+       "Matching time at every metre with the static longest range and with the ideal dynamic "
+       "ranges.",
        chart_svg(chart), "ideal-time"});
 }
 
 }  // namespace
 
+// What the paper's section II shows: error and matching time for every static range.
 Section ranges_section(const Evaluation& evaluation, const Sites& sites) {
   const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
   const bool is_simulated = evaluation.reference == ErrorReference::kSimulated;
@@ -201,7 +158,6 @@ Section ranges_section(const Evaluation& evaluation, const Sites& sites) {
 }
 
 // What the paper's section III shows: the range that is enough, were the error known beforehand.
-
 Section ideal_section(const Evaluation& evaluation, const Sites& sites) {
   Section section = {"ideal", "The ideal case: if the error were known beforehand", ""};
   section.html =

@@ -9,15 +9,6 @@
 
 namespace sightline {
 
-// How a picture of the route is coloured: "range" or "look", and the colour of each.
-struct RouteColours {
-  std::string by;
-  std::string (*colour_of)(std::size_t) = nullptr;
-};
-// The route from above at one limit, over a background in SVG.
-std::string still_route(const Sites& sites, const RangeTable& choice, std::size_t limit,
-                        const RouteColours& colours, const std::string& background);
-
 Section summary_section(const ReportSources& sources);
 Section map_section(const ReportSources& sources);
 // Of a map that has looks which take a sample.

@@ -25,17 +25,12 @@ std::string card(const std::string& title, const std::string& html) {
   return "<div class=\"verdict\">\n<h3>" + xml_text(title) + "</h3>\n" + html + "</div>\n";
 }
 
-// Nobody drove where this map was made.
-bool is_simulated(const CompiledMap& map) {
-  return map.measurement.reference == ErrorReference::kSimulated;
-}
-
 std::string promise_status(const CompiledMap& map, const LimitPromise& promise) {
   if (promise.is_earned) {
     return status(Sign::kGood,
                   "Promised: at least " + in_percent(1.0 - promise.alpha) + " % of the next drive");
   }
-  if (is_simulated(map)) {
+  if (map.measurement.reference == ErrorReference::kSimulated) {
     return status(Sign::kOpen, "No promise: no drive was here, errors were simulated");
   }
   return status(Sign::kOpen, promise.scope == PromiseScope::kNextDrive
@@ -51,23 +46,23 @@ std::string asked_words(const LimitPromise& promise) {
 std::string share_status(const ReportSources& sources, std::size_t limit) {
   const LimitPromise& promise = sources.map->ranges.promises[limit];
   const std::string within = " within " + limit_text(promise.limit_m);
-  if (!sources.evaluation) {
-    return status(Sign::kOpen, "Expected" + within + ": " +
-                                   in_percent(sources.map->quality[limit].expected_coverage) +
-                                   " % of the sites" + asked_words(promise) +
+  const auto not_judged = [&](const std::string& share) {
+    return status(Sign::kOpen, share + " of the sites" + asked_words(promise) +
                                    ". No drive has judged the map here");
+  };
+  if (!sources.evaluation) {
+    const double expected = sources.map->quality[limit].expected_coverage;
+    return not_judged("Expected" + within + ": " + in_percent(expected) + " %");
   }
   const double coverage = sources.evaluation->score(limit, Rule::kMap).coverage;
   if (sources.evaluation->reference == ErrorReference::kSimulated) {
-    return status(Sign::kOpen, "In simulation" + within + ": " + percent(coverage) +
-                                   " of the sites" + asked_words(promise) +
-                                   ". No drive has judged the map here");
+    return not_judged("In simulation" + within + ": " + percent(coverage));
   }
   const bool is_enough = coverage >= 1.0 - promise.alpha;
   return status(is_enough ? Sign::kGood : Sign::kBad,
-                std::string(is_enough ? "Reached: " : "Not reached: ") + in_percent(coverage) +
-                    " % of " + std::to_string(sources.evaluation->sites.size()) + " judged sites" +
-                    within + asked_words(promise));
+                fmt::format("{}: {} % of {} judged sites{}{}",
+                            is_enough ? "Reached" : "Not reached", in_percent(coverage),
+                            sources.evaluation->sites.size(), within, asked_words(promise)));
 }
 
 // Of the map's own rules at this limit: "the map's range 0, the map's look 1".
@@ -111,10 +106,9 @@ std::string violations_of(const GateResult& gate) {
   if (shown < gate.violations.size()) {
     html += "<li>and " + std::to_string(gate.violations.size() - shown) + " more</li>\n";
   }
-  return html.empty()
-             ? ""
-             : "<details><summary>Rules that are violated</summary>\n<ul class=\"why\">\n" + html +
-                   "</ul></details>\n";
+  if (html.empty()) return "";
+  return "<details><summary>Rules that are violated</summary>\n<ul class=\"why\">\n" + html +
+         "</ul></details>\n";
 }
 
 std::string gate_card(const GateResult& gate) {
@@ -126,8 +120,9 @@ std::string gate_card(const GateResult& gate) {
 }
 
 std::string tile(const std::string& value, const std::string& unit, const std::string& what) {
-  return "<div class=\"tile\"><div class=\"value\">" + xml_text(value) + "<span class=\"unit\"> " +
-         xml_text(unit) + "</span></div><div class=\"what\">" + xml_text(what) + "</div></div>\n";
+  return fmt::format(R"(<div class="tile"><div class="value">{}<span class="unit"> {}</span></div>)"
+                     "<div class=\"what\">{}</div></div>\n",
+                     xml_text(value), xml_text(unit), xml_text(what));
 }
 
 std::string tiles_of_map(const CompiledMap& map) {

@@ -54,13 +54,12 @@ std::string calibration_table(const Evaluation& evaluation) {
 }
 
 std::string prediction_table(const Evaluation& evaluation) {
-  TextGrid grid = {{"range (m)"}, {"R²"}, {"RMSE (cm)"}};
+  TextGrid rows = {{"range (m)", "R²", "RMSE (cm)"}};
   for (const StaticScore& score : evaluation.statics) {
-    grid[0].push_back(fixed(score.range_m, 0));
-    grid[1].push_back(fixed(score.r_squared, 2));
-    grid[2].push_back(in_centimetres(score.rmse_m));
+    rows.push_back(
+        {fixed(score.range_m, 0), fixed(score.r_squared, 2), in_centimetres(score.rmse_m)});
   }
-  return html_table(grid, "Predicted against measured mean error on this drive");
+  return html_table(transposed(rows), "Predicted against measured mean error on this drive");
 }
 
 std::string scores_table(const DriveTracks& tracks, double limit_m) {
@@ -84,26 +83,20 @@ std::string scores_table(const DriveTracks& tracks, double limit_m) {
 ChartSeries error_of(const DriveTracks& tracks, std::size_t rule, const std::string& colour) {
   const TrackRule& of = tracks.rules[rule];
   const std::string name = name_of(of) + (of.is_static() ? "" : ", " + limit_text(of.limit_m));
-  ChartSeries series = {name, colour, Mark::kLine, {}, {}, {}, 1.4, false};
+  ChartSeries series = {name, colour, Mark::kLine, 1.4};
   for (std::size_t scan = 0; scan < tracks.scans.size(); ++scan) {
-    series.x.push_back(static_cast<double>(scan));
-    series.y.push_back(100.0 * tracks.step(rule, scan).error_m);
+    series.add(static_cast<double>(scan), 100.0 * tracks.step(rule, scan).error_m);
   }
   return series;
 }
 
 std::string error_figure(const DriveTracks& tracks) {
-  Chart chart;
-  chart.title = "Error of continuous localization, scan by scan";
-  chart.x_label = "scan of the drive";
-  chart.y_label = "localization error (cm)";
-  chart.width_px = 1080.0;
-  chart.height_px = 260.0;
+  Chart chart = {"Error of continuous localization, scan by scan", "scan of the drive",
+                 "localization error (cm)", 1080.0, 260.0};
   chart.least_y = 0.0;
   chart.series.push_back(error_of(tracks, tracks.rules.size() - 1, kGrey));
-  const std::string colours[] = {kBlue, kOrange, kGreen};
   for (std::size_t rule = 0; rule < tracks.limits_m.size(); ++rule) {
-    chart.series.push_back(error_of(tracks, rule, colours[rule % 3]));
+    chart.series.push_back(error_of(tracks, rule, limit_colour(rule)));
   }
   for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
     const bool is_plan = tracks.rules[rule].choice == TrackChoice::kPlan &&

@@ -41,7 +41,7 @@ Chart line_of(const std::vector<double>& y) {
   Chart chart;
   chart.x_label = "way (m)";
   chart.y_label = "error (cm)";
-  ChartSeries series = {"10 m", "#123456", Mark::kLine, {}, y, {}, 1.5, false};
+  ChartSeries series = {"10 m", "#123456", Mark::kLine, 1.5, false, {}, y};
   for (std::size_t i = 0; i < y.size(); ++i) series.x.push_back(static_cast<double>(i));
   chart.series = {series};
   return chart;
@@ -87,8 +87,8 @@ TEST(Chart, TextsAreEscaped) {
 
 TEST(Chart, BarsStandOnZeroBesideEachOther) {
   Chart chart;
-  chart.series = {{"a", "red", Mark::kBars, {10, 20}, {5, 6}, {}, 1.0, false},
-                  {"b", "blue", Mark::kBars, {10, 20}, {7, 8}, {}, 1.0, false}};
+  chart.series = {{"a", "red", Mark::kBars, 1.0, false, {10, 20}, {5, 6}},
+                  {"b", "blue", Mark::kBars, 1.0, false, {10, 20}, {7, 8}}};
   chart.least_x = 0.0;
   chart.greatest_x = 30.0;
   const std::string svg = chart_svg(chart);
