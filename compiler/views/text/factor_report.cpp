@@ -7,6 +7,8 @@
 #include <functional>
 #include <numeric>
 
+#include "formats/record/cells.h"
+
 namespace sightline {
 namespace {
 
@@ -165,16 +167,8 @@ std::vector<Table> tables(const FactorReport& report) {
       ranks.rows.push_back({report.factors[factor], range.range_m, range.rank_correlation[factor]});
     }
   }
-  Table expected;
-  expected.name = "expected-time";
+  Table expected = table_of("expected-time", report.ranges);
   expected.facts = {{"point_correlation", report.point_correlation}};
-  expected.columns = {"range_m",       "virtual_points", "measured_points",  "point_correlation",
-                      "expected_work", "measured_work",  "expected_time_ms", "measured_time_ms"};
-  for (const FactorsAtRange& range : report.ranges) {
-    expected.rows.push_back({range.range_m, range.virtual_points, range.measured_points,
-                             range.point_correlation, range.expected_work, range.measured_work,
-                             range.expected_time_ms, range.measured_time_ms});
-  }
   return {ranks, expected};
 }
 

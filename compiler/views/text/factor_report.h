@@ -5,6 +5,7 @@
 
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
+#include "formats/record/fields.h"
 
 // What the factors of a map said, beside what a drive then measured. Only sites where the drive has
 // a scan count.
@@ -25,6 +26,9 @@ struct FactorsAtRange {
   double expected_time_ms = 0.0;  // CPU time of one match, likewise
   double measured_time_ms = 0.0;
 };
+SIGHTLINE_FIELDS(FactorsAtRange, range_m, rank_correlation, virtual_points, measured_points,
+                 point_correlation, expected_work, measured_work, expected_time_ms,
+                 measured_time_ms)
 
 struct FactorReport {
   std::vector<std::string> factors;

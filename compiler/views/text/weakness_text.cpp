@@ -56,18 +56,50 @@ std::string explanation(const ExplainedStretch& one, const Weakness& weakness, c
   return text;
 }
 
+using NamedCell = std::pair<const char*, Cell>;
+
 // Of a missing advice: empty cells.
-void append_advice(const ExplainedStretch& one, const Sites& sites, std::vector<Cell>& row) {
-  if (one.advice.empty()) {
-    row.insert(row.end(), 6, Cell(std::string()));
-    return;
+void append_advice(const ExplainedStretch& one, const Eigen::Vector3d& origin_m,
+                   std::vector<NamedCell>& row) {
+  const bool has_advice = !one.advice.empty();
+  const TargetAdvice best = has_advice ? one.advice.front() : TargetAdvice();
+  const Eigen::Vector3d p_m = best.target.foot_map_m + origin_m;
+  const std::pair<const char*, double> cells[] = {
+      {"target_x_m", p_m.x()},        {"target_y_m", p_m.y()},
+      {"target_ground_z_m", p_m.z()}, {"target_facing_deg", facing_deg(best.target)},
+      {"target_gain", best.gain},     {"target_gain_at_worst", best.gain_at_worst}};
+  for (const auto& [name, value] : cells) {
+    row.emplace_back(name, has_advice ? Cell(value) : Cell(std::string()));
   }
-  const TargetAdvice& best = one.advice.front();
-  const Eigen::Vector3d p_m = world_m(sites, best.target.foot_map_m);
-  for (const double value :
-       {p_m.x(), p_m.y(), p_m.z(), facing_deg(best.target), best.gain, best.gain_at_worst}) {
-    row.emplace_back(value);
-  }
+}
+
+// `p_m`: of its worst site, in world coordinates like `origin_m` of the map's frame.
+std::vector<NamedCell> row_of(const ExplainedStretch& one, const Eigen::Vector3d& p_m,
+                              const Eigen::Vector3d& origin_m) {
+  const WeakStretch& stretch = one.stretch;
+  const auto number = [](std::size_t value) { return Cell(static_cast<std::int64_t>(value)); };
+  std::vector<NamedCell> row = {{"run", number(stretch.run)},
+                                {"from_m", stretch.from_m},
+                                {"to_m", stretch.to_m},
+                                {"first_site", number(stretch.first_site)},
+                                {"last_site", number(stretch.last_site)},
+                                {"unmet_sites", number(stretch.unmet_count)},
+                                {"worst_site", number(stretch.worst_site)},
+                                {"x_m", p_m.x()},
+                                {"y_m", p_m.y()},
+                                {"z_m", p_m.z()},
+                                {"error_m", stretch.worst.error_m},
+                                {"probability", stretch.worst.probability},
+                                {"margin", stretch.worst.margin},
+                                {"look", to_text(stretch.worst.look)},
+                                {"cause", std::string(name_of(one.cause))},
+                                {"loose_heading_deg", one.loose.heading_deg},
+                                {"off_road_deg", one.loose.off_road_deg},
+                                {"loose_std_m", one.loose.std_m},
+                                {"strong_std_m", one.loose.strong_std_m},
+                                {"yaw_std_rad", one.loose.yaw_rad}};
+  append_advice(one, origin_m, row);
+  return row;
 }
 
 }  // namespace
@@ -129,67 +161,22 @@ std::string to_text(const Weakness& weakness, const Sites& sites) {
 }
 
 Table table_of(const Weakness& weakness, const Sites& sites) {
-  Table table;
-  table.name = "weak";
-  table.columns = {"run",
-                   "from_m",
-                   "to_m",
-                   "first_site",
-                   "last_site",
-                   "unmet_sites",
-                   "worst_site",
-                   "x_m",
-                   "y_m",
-                   "z_m",
-                   "error_m",
-                   "probability",
-                   "margin",
-                   "look",
-                   "cause",
-                   "loose_heading_deg",
-                   "off_road_deg",
-                   "loose_std_m",
-                   "strong_std_m",
-                   "yaw_std_rad",
-                   "target_x_m",
-                   "target_y_m",
-                   "target_ground_z_m",
-                   "target_facing_deg",
-                   "target_gain",
-                   "target_gain_at_worst"};
-  table.facts = {{"limit_m", weakness.limit_m},
-                 {"least_margin", weakness.options.stretches.least_margin},
-                 {"route_m", weakness.route_m},
-                 {"weak_m", weakness.weak_m},
-                 {"unmet_m", weakness.unmet_m},
-                 {"stretch_count", static_cast<std::int64_t>(weakness.stretch_count)},
-                 {"positions_are", std::string("world coordinates, m")}};
+  Table table{"weak",
+              {},
+              {},
+              {{"limit_m", weakness.limit_m},
+               {"least_margin", weakness.options.stretches.least_margin},
+               {"route_m", weakness.route_m},
+               {"weak_m", weakness.weak_m},
+               {"unmet_m", weakness.unmet_m},
+               {"stretch_count", static_cast<std::int64_t>(weakness.stretch_count)},
+               {"positions_are", std::string("world coordinates, m")}}};
+  const Eigen::Vector3d& origin_m = sites.frame.origin_world_m;
+  for (const auto& [name, cell] : row_of({}, origin_m, origin_m)) table.columns.emplace_back(name);
   for (const ExplainedStretch& one : weakness.stretches) {
-    const WeakStretch& stretch = one.stretch;
-    const Eigen::Vector3d p_m = world_m(sites, sites.sites[stretch.worst_site].p_map_m);
-    const auto number = [](std::size_t value) { return Cell(static_cast<std::int64_t>(value)); };
-    std::vector<Cell> row = {number(stretch.run),
-                             stretch.from_m,
-                             stretch.to_m,
-                             number(stretch.first_site),
-                             number(stretch.last_site),
-                             number(stretch.unmet_count),
-                             number(stretch.worst_site),
-                             p_m.x(),
-                             p_m.y(),
-                             p_m.z(),
-                             stretch.worst.error_m,
-                             stretch.worst.probability,
-                             stretch.worst.margin,
-                             to_text(stretch.worst.look),
-                             std::string(name_of(one.cause)),
-                             one.loose.heading_deg,
-                             one.loose.off_road_deg,
-                             one.loose.std_m,
-                             one.loose.strong_std_m,
-                             one.loose.yaw_rad};
-    append_advice(one, sites, row);
-    table.rows.push_back(std::move(row));
+    const Eigen::Vector3d p_m = world_m(sites, sites.sites[one.stretch.worst_site].p_map_m);
+    std::vector<Cell>& row = table.rows.emplace_back();
+    for (const auto& [name, cell] : row_of(one, p_m, origin_m)) row.push_back(cell);
   }
   return table;
 }
