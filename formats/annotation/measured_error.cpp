@@ -5,7 +5,7 @@
 #include <span>
 
 #include "formats/annotation/of_samples.h"
-#include "formats/record/finite.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 namespace {

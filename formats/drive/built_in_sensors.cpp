@@ -17,54 +17,6 @@ std::vector<double> even_beams(int count, double first_deg, double last_deg) {
   return beams;
 }
 
-SensorProfile generic(int rings) {
-  SensorProfile profile;
-  profile.name = "generic-" + std::to_string(rings);
-  profile.beam_elevations_deg = even_beams(rings, -15.0, 15.0);
-  return profile;
-}
-
-// Velodyne VLP-16 manual: 16 beams 2 degrees apart; 0.2 degrees of azimuth at 10 Hz.
-SensorProfile vlp_16() {
-  SensorProfile profile = generic(16);
-  profile.name = "vlp-16";
-  return profile;
-}
-
-// Velodyne HDL-32E manual: 32 beams 4/3 degrees apart, +10.67 to -30.67.
-SensorProfile hdl_32e() {
-  SensorProfile profile;
-  profile.name = "hdl-32e";
-  profile.beam_elevations_deg = even_beams(32, -30.67, 10.67);
-  profile.azimuth_step_deg = 0.16;
-  profile.max_range_m = 100.0;
-  return profile;
-}
-
-// Velodyne HDL-64E S2 manual: the lower bank of 32 beams 1/2 degree apart from -24.33 to -8.83, the
-// upper 1/3 degree apart from -8.33 to +2. Height above ground as KITTI mounts it.
-SensorProfile hdl_64e() {
-  SensorProfile profile;
-  profile.name = "hdl-64e";
-  profile.beam_elevations_deg = even_beams(32, -24.33, -8.83);
-  const std::vector<double> upper = even_beams(32, -8.33, 2.0);
-  profile.beam_elevations_deg.insert(profile.beam_elevations_deg.end(), upper.begin(), upper.end());
-  profile.azimuth_step_deg = 0.1728;
-  profile.max_range_m = 120.0;
-  profile.height_m = 1.73;
-  return profile;
-}
-
-// Ouster OS1-64 (first generation): 64 beams over 33.2 degrees; 1024 columns a turn.
-SensorProfile os1_64() {
-  SensorProfile profile;
-  profile.name = "os1-64";
-  profile.beam_elevations_deg = even_beams(64, -16.6, 16.6);
-  profile.azimuth_step_deg = 360.0 / 1024.0;
-  profile.max_range_m = 120.0;
-  return profile;
-}
-
 SensorProfile named(const std::string& name, std::vector<double> beams_deg, double azimuth_step_deg,
                     double min_range_m, double max_range_m) {
   SensorProfile profile;
@@ -73,6 +25,25 @@ SensorProfile named(const std::string& name, std::vector<double> beams_deg, doub
   profile.azimuth_step_deg = azimuth_step_deg;
   profile.min_range_m = min_range_m;
   profile.max_range_m = max_range_m;
+  return profile;
+}
+
+SensorProfile generic(int rings) {
+  return named("generic-" + std::to_string(rings), even_beams(rings, -15.0, 15.0), 0.2, 1.0, 100.0);
+}
+
+std::vector<double> joined(std::vector<double> beams, const std::vector<double>& upper) {
+  beams.insert(beams.end(), upper.begin(), upper.end());
+  return beams;
+}
+
+// Velodyne HDL-64E S2 manual: the lower bank of 32 beams 1/2 degree apart from -24.33 to -8.83, the
+// upper 1/3 degree apart from -8.33 to +2. Height above ground as KITTI mounts it.
+SensorProfile hdl_64e() {
+  const std::vector<double> beams =
+      joined(even_beams(32, -24.33, -8.83), even_beams(32, -8.33, 2.0));
+  SensorProfile profile = named("hdl-64e", beams, 0.1728, 1.0, 120.0);
+  profile.height_m = 1.73;
   return profile;
 }
 
@@ -89,19 +60,14 @@ std::vector<double> vls_128_beams() {
   std::vector<double> beams = {-25.0,  -19.582, -16.042, -13.565, -11.742, -10.346,
                                -9.244, -8.352,  -7.65,   -7.15,   -6.85,   -6.65};
   for (int i = -650; i <= 483; i += 11) beams.push_back(i / 100.0);
-  for (const double upper :
-       {4.98, 5.18, 5.43, 5.73, 6.08, 6.48, 6.98, 7.58, 8.43, 9.7, 11.75, 15.0}) {
-    beams.push_back(upper);
-  }
-  return beams;
+  return joined(beams, {4.98, 5.18, 5.43, 5.73, 6.08, 6.48, 6.98, 7.58, 8.43, 9.7, 11.75, 15.0});
 }
 
 // Hesai Pandar64 User Manual: 1/6 degree apart from -6 to +2, wider to -25 and +15.
 std::vector<double> pandar64_beams() {
   std::vector<double> beams = {-25.0, -19.0, -14.0, -13.0, -12.0, -11.0, -10.0, -9.0, -8.0, -7.0};
   for (int i = -36; i <= 12; ++i) beams.push_back(i / 6.0);
-  for (const double upper : {3.0, 5.0, 8.0, 11.0, 15.0}) beams.push_back(upper);
-  return beams;
+  return joined(beams, {3.0, 5.0, 8.0, 11.0, 15.0});
 }
 
 // Hesai Pandar128 as it is designed (its maker's driver without an angle correction): 1/8 degree
@@ -126,11 +92,8 @@ std::vector<double> pandar128_beams() {
 std::vector<double> rs_helios_5515_beams() {
   std::vector<double> beams;
   for (int i = -55; i <= -10; i += 3) beams.push_back(i);
-  for (const double upper : {-8.0, -6.67, -5.33, -4.0, -2.67, -1.33, 0.0, 1.33, 2.67, 4.0, 5.5, 7.0,
-                             9.0, 11.0, 13.0, 15.0}) {
-    beams.push_back(upper);
-  }
-  return beams;
+  return joined(beams, {-8.0, -6.67, -5.33, -4.0, -2.67, -1.33, 0.0, 1.33, 2.67, 4.0, 5.5, 7.0, 9.0,
+                        11.0, 13.0, 15.0});
 }
 
 // RoboSense RS-Ruby, 128 beams: 0.1 degrees apart from -6.5 to +3.81, wider to -25 and +15.
@@ -139,24 +102,15 @@ std::vector<double> rs_ruby_128_beams() {
   std::vector<double> beams = {-25.0,  -19.582, -16.042, -13.565, -11.742, -10.346, -9.244,
                                -8.352, -7.65,   -7.15,   -6.85,   -6.65,   -6.5};
   for (int i = -639; i <= 381; i += 10) beams.push_back(i / 100.0);
-  for (const double upper :
-       {3.96, 4.16, 4.41, 4.71, 5.06, 5.46, 5.96, 6.56, 7.41, 9.0, 11.5, 15.0}) {
-    beams.push_back(upper);
-  }
-  return beams;
+  return joined(beams, {3.96, 4.16, 4.41, 4.71, 5.06, 5.46, 5.96, 6.56, 7.41, 9.0, 11.5, 15.0});
 }
 
 // Livox Avia User Manual: 70.4 degrees wide and 77.2 high, 24,000 points a tenth of a second on a
 // rosette that lies elsewhere each time. Here as many spread evenly, on 150 rings of 160 points:
 // what it sees of a place within a second, not where one of its points lies.
 SensorProfile livox_avia() {
-  SensorProfile profile;
-  profile.name = "livox-avia";
-  profile.beam_elevations_deg = even_beams(150, -38.6, 38.6);
-  profile.azimuth_step_deg = 0.44;
+  SensorProfile profile = named("livox-avia", even_beams(150, -38.6, 38.6), 0.44, 1.0, 190.0);
   profile.azimuth_view_deg = 70.4;
-  profile.min_range_m = 1.0;
-  profile.max_range_m = 190.0;
   return profile;
 }
 
@@ -198,9 +152,13 @@ std::vector<SensorProfile> built_in_sensors() {
   // elsewhere each time. As many spread evenly, on rings as far apart as columns.
   all.push_back(named("livox-mid-360", even_beams(100, -7.0, 52.0), 1.8, 0.3, 70.0));
   all.push_back(livox_avia());
-  for (const SensorProfile& profile : {vlp_16(), hdl_32e(), hdl_64e(), os1_64()}) {
-    all.push_back(profile);
-  }
+  // Velodyne VLP-16 manual: 16 beams 2 degrees apart; 0.2 degrees of azimuth at 10 Hz.
+  all.push_back(named("vlp-16", even_beams(16, -15.0, 15.0), 0.2, 1.0, 100.0));
+  // Velodyne HDL-32E manual: 32 beams 4/3 degrees apart, +10.67 to -30.67.
+  all.push_back(named("hdl-32e", even_beams(32, -30.67, 10.67), 0.16, 1.0, 100.0));
+  all.push_back(hdl_64e());
+  // Ouster OS1-64 (first generation): 64 beams over 33.2 degrees; 1024 columns a turn.
+  all.push_back(named("os1-64", even_beams(64, -16.6, 16.6), 360.0 / 1024.0, 1.0, 120.0));
   return all;
 }
 

@@ -136,8 +136,7 @@ Result<void> validate(const Drive& drive) {
 }
 
 Table dump(const Drive& drive) {
-  Table table;
-  table.name = "drive";
+  Table table{"drive", {}, {}, {}};
   table.facts = {{"drive", drive.name},
                  {"sensor", drive.sensor.name},
                  {"frame_origin_x_m", drive.frame.origin_world_m.x()},

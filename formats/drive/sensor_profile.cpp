@@ -51,8 +51,7 @@ Result<void> validate(const SensorProfile& profile) {
 }
 
 Table dump(const SensorProfile& profile) {
-  Table table;
-  table.name = "sensor-profile";
+  Table table{"sensor-profile", {}, {}, {}};
   table.facts = {{"profile", profile.name},
                  {"azimuth_step_deg", profile.azimuth_step_deg},
                  {"min_range_m", profile.min_range_m},

@@ -124,8 +124,7 @@ Result<void> validate(const Trajectory& trajectory) {
 }
 
 Table dump(const Trajectory& trajectory) {
-  Table table;
-  table.name = "trajectory";
+  Table table{"trajectory", {}, {}, {}};
   append_facts(trajectory.frame, table);
   append_facts(trajectory, table);
   table.columns = {"recording_index", "stamp_ns"};

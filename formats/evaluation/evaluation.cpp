@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/record/finite.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 namespace {

@@ -85,8 +85,7 @@ Result<void> validate(const PackedModel& model) {
 }
 
 Table dump(const PackedModel& model) {
-  Table table;
-  table.name = "packed-model";
+  Table table{"packed-model", {}, {}, {}};
   table.facts = {{"encoding", std::int64_t{model.record.encoding_version}},
                  {"sha256", to_hex(model.record.digest)},
                  {"raw_bytes", static_cast<std::int64_t>(model.raw_size)}};

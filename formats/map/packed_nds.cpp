@@ -111,8 +111,7 @@ Result<void> validate(const PackedNds& nds) {
 }
 
 Table dump(const PackedNds& nds) {
-  Table table;
-  table.name = "packed-nds";
+  Table table{"packed-nds", {}, {}, {}};
   append_facts(nds.frame, table);
   table.facts.emplace_back("cell_m", nds.cell_m);
   table.facts.emplace_back("tile_m", nds.tile_m);

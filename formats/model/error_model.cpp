@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "formats/annotation/of_samples.h"
-#include "formats/record/finite.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 namespace {

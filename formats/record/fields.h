@@ -1,8 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <ranges>
 #include <string_view>
 #include <type_traits>
 
@@ -16,8 +19,8 @@
 //
 // This defines fields(visit, key), which calls visit("x", key.x) and visit("y", key.y). Encoding
 // (record/codec.h), cells and facts of tables (record/cells.h), what `diff` compares and checks for
-// finite numbers (record/finite.h) follow from it. A field that is missing from the list does not
-// compile. SIGHTLINE_SOME_FIELDS is for a struct with members that are no part of its value.
+// finite numbers follow from it. A field that is missing from the list does not compile.
+// SIGHTLINE_SOME_FIELDS is for a struct with members that are no part of its value.
 
 namespace sightline {
 
@@ -59,6 +62,28 @@ template <NamedEnum Enum>
 constexpr std::string_view name_of(Enum value) {
   const auto number = static_cast<std::size_t>(value);
   return number < kNamesOf<Enum>.size() ? kNamesOf<Enum>[number] : std::string_view();
+}
+
+// Whether all floating-point numbers of a record are finite, those of its vectors,
+// optionals and of records within it too.
+template <class T>
+bool are_finite(const T& value) {
+  bool is_finite = true;
+  if constexpr (std::is_floating_point_v<T>) {
+    is_finite = std::isfinite(value);
+  } else if constexpr (HasFields<T>) {
+    const auto visit = [&](std::string_view /*name*/, const auto& field) {
+      is_finite = is_finite && are_finite(field);
+    };
+    fields(visit, value);
+  } else if constexpr (requires { value.allFinite(); }) {  // a matrix
+    is_finite = value.allFinite();
+  } else if constexpr (requires { value.has_value(); }) {
+    is_finite = !value || are_finite(*value);
+  } else if constexpr (std::ranges::range<const T>) {
+    is_finite = std::ranges::all_of(value, [](const auto& each) { return are_finite(each); });
+  }
+  return is_finite;
 }
 
 }  // namespace sightline

@@ -102,8 +102,7 @@ Result<void> validate(const NdtMap& map) {
 }
 
 Table dump(const NdtMap& map) {
-  Table table;
-  table.name = "nds";
+  Table table{"nds", {}, {}, {}};
   append_facts(map.frame, table);
   table.facts.emplace_back("cell_m", map.cell_m);
   table.facts.emplace_back("tile_m", map.tile_m);

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "formats/record/cells.h"
-#include "formats/record/finite.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 namespace {
@@ -29,8 +29,7 @@ Result<void> validate(const Sharpness& sharpness) {
 }
 
 Table dump(const Sharpness& sharpness) {
-  Table table;
-  table.name = "sharpness";
+  Table table{"sharpness", {}, {}, {}};
   table.columns = {"poses"};
   append_columns<SharpnessFigures>(table.columns);
   append_cells(sharpness.of_map, table.rows.emplace_back(1, "map"));

@@ -38,8 +38,7 @@ Result<void> validate(const DepthImages& images) {
 }
 
 Table dump(const DepthImages& images) {
-  Table table;
-  table.name = "depth";
+  Table table{"depth", {}, {}, {}};
   table.facts = {{"near_m", images.near_m}, {"longest_range_m", images.longest_range_m}};
   table.columns = {"site", "elevation_deg", "azimuth_deg", "distance_m"};
   table.rows.reserve(images.distance_m.size());
@@ -83,8 +82,7 @@ Result<void> validate(const VirtualScans& scans) {
 }
 
 Table dump(const VirtualScans& scans) {
-  Table table;
-  table.name = "virtual-scans";
+  Table table{"virtual-scans", {}, {}, {}};
   append_facts(scans, table);
   table.columns = {"site", "x_m", "y_m", "z_m"};
   table.rows.reserve(scans.points_m.size());

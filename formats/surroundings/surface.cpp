@@ -71,8 +71,7 @@ Result<void> validate(const Surface& surface) {
 }
 
 Table dump(const Surface& surface) {
-  Table table;
-  table.name = "surface";
+  Table table{"surface", {}, {}, {}};
   append_facts(surface.frame, table);
   table.facts.emplace_back("cell_m", surface.cell_m);
   table.facts.emplace_back("tile_m", surface.tile_m);

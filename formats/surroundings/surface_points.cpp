@@ -164,8 +164,7 @@ Result<void> validate(const SurfacePoints& points) {
 }
 
 Table dump(const SurfacePoints& points) {
-  Table table;
-  table.name = "surface-points";
+  Table table{"surface-points", {}, {}, {}};
   append_facts(points.frame, table);
   const auto add_count = [&](const char* name, std::uint64_t count) {
     table.facts.emplace_back(name, static_cast<std::int64_t>(count));

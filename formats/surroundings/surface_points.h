@@ -11,7 +11,7 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "formats/geometry.h"
-#include "formats/grid/cell_set.h"
+#include "formats/grid/cell_index.h"
 #include "formats/record/fields.h"
 #include "formats/surroundings/ndt_map.h"
 

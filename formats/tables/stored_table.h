@@ -93,6 +93,9 @@ Error in_tile(Error error, const TileKey& tile);
 // Of sites from `first` on.
 Error from_site(Error error, std::uint64_t first);
 
+// How many consecutive sites follow the i-th, that one included.
+std::size_t run_length(std::span<const std::size_t> sites, std::size_t i);
+
 }  // namespace stored_table
 
 // A table of sites may be large: a whole one is neither written nor read as one piece.

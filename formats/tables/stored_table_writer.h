@@ -38,13 +38,6 @@ class StoredTableWriter {
   Result<void> written_;
 };
 
-namespace stored_table {
-
-// How many consecutive sites follow the i-th, that one included.
-std::size_t run_length(std::span<const std::size_t> sites, std::size_t i);
-
-}  // namespace stored_table
-
 template <HasRows X>
 StoredTableWriter<X>::StoredTableWriter(const X& head, std::size_t most_in_memory)
     : bytes_(most_in_memory) {

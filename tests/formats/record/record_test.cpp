@@ -7,7 +7,7 @@
 
 #include "formats/record/cells.h"
 #include "formats/record/field_texts.h"
-#include "formats/record/finite.h"
+#include "formats/record/fields.h"
 #include "tests/support/artifact_checks.h"
 #include "tests/support/value_of.h"
 
