@@ -7,7 +7,6 @@
 
 #include "passes/pass/quiet.h"
 #include "passes/trajectory/local/parts_of_drive.h"
-#include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "passes/trajectory/local/parts_of_drive.h"
-#include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"

@@ -23,12 +23,24 @@ Eigen::Vector3d random_direction(Random& random) {
   return direction.normalized();
 }
 
-// `count` patches around a place, no two in one cell.
-Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& around_m) {
+std::vector<Eigen::Vector3d> random_directions(std::uint64_t seed, int count) {
   Random random(seed);
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < count; ++i) directions.push_back(random_direction(random));
+  return directions;
+}
+
+Surface empty_surface() {
   Surface surface;
   surface.cell_m = 0.5;
   surface.tile_m = 64.0;
+  return surface;
+}
+
+// `count` patches around a place, no two in one cell.
+Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& around_m) {
+  Random random(seed);
+  Surface surface = empty_surface();
   std::set<CellKey> taken;
   for (int i = 0; i < count; ++i) {
     SurfacePatch patch;
@@ -108,9 +120,7 @@ TEST(SurfaceCaster, EqualsAPlainLoopOverPatchesNearAndFarFromTheOrigin) {
   for (const Eigen::Vector3d& p_m :
        {Eigen::Vector3d(1.0, 2.0, 3.0), Eigen::Vector3d(30000.3, -20000.7, 120.0)}) {
     const Surface surface = random_surface(1, 4000, p_m);
-    Random random(2);
-    std::vector<Eigen::Vector3d> directions;
-    for (int i = 0; i < 1003; ++i) directions.push_back(random_direction(random));
+    const std::vector<Eigen::Vector3d> directions = random_directions(2, 1003);
     const std::vector<double> found_m = cast(surface, p_m, directions, 0.5, 18.0);
     int compared = 0;
     int hits = 0;
@@ -133,9 +143,7 @@ TEST(SurfaceCaster, EqualsAPlainLoopOverPatchesNearAndFarFromTheOrigin) {
 // Many patches in one plane, edge to edge and overlapping, and rays at their very corners: ties and
 // edges without end.
 Surface tiled_wall() {
-  Surface surface;
-  surface.cell_m = 0.5;
-  surface.tile_m = 64.0;
+  Surface surface = empty_surface();
   for (int i = 0; i < 4000; ++i) {
     const int layer = i / 2000;
     SurfacePatch patch;
@@ -159,9 +167,7 @@ std::vector<Eigen::Vector3d> directions_to_corners() {
 }
 
 TEST(SurfaceCaster, GivesTheSameBitsWithEveryInstructionSet) {
-  Random random(5);
-  std::vector<Eigen::Vector3d> anywhere;
-  for (int i = 0; i < 50000; ++i) anywhere.push_back(random_direction(random));
+  const std::vector<Eigen::Vector3d> anywhere = random_directions(5, 50000);
   const Surface surface = random_surface(6, 20000, {10.0, 20.0, 3.0});
   std::vector<std::vector<double>> found_m;
   for (const CasterIsa isa : {CasterIsa::kFastest, CasterIsa::kSse2, CasterIsa::kAvx}) {
@@ -176,9 +182,7 @@ TEST(SurfaceCaster, GivesTheSameBitsWithEveryInstructionSet) {
 }
 
 TEST(SurfaceCaster, HitsBothFacesAndHonoursNearAndFar) {
-  Surface surface;
-  surface.cell_m = 0.5;
-  surface.tile_m = 64.0;
+  Surface surface = empty_surface();
   surface.patches.push_back({{20, 0, 0}, {10.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
   const std::vector<Eigen::Vector3d> towards = {{1.0, 0.0, 0.0}};
   const std::vector<Eigen::Vector3d> back = {{-1.0, 0.0, 0.0}};
@@ -190,9 +194,7 @@ TEST(SurfaceCaster, HitsBothFacesAndHonoursNearAndFar) {
 }
 
 TEST(SurfaceCaster, GoesOnThroughTheOpenSquaresOfAPatch) {
-  Surface surface;
-  surface.cell_m = 0.5;
-  surface.tile_m = 64.0;
+  Surface surface = empty_surface();
   surface.patches.push_back({{20, 0, 0}, {10.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
   surface.patches.push_back({{22, 0, 0}, {11.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
   const Eigen::Vector3d side = side_of(surface.patches[0]);
@@ -208,15 +210,13 @@ TEST(SurfaceCaster, GoesOnThroughTheOpenSquaresOfAPatch) {
 
 TEST(SurfaceCaster, CastsOnlyTheRaysThatAreAskedFor) {
   const Surface surface = random_surface(9, 6000, {10.0, 20.0, 3.0});
-  Random random(10);
   Sites sites;  // of several blocks
   for (int i = 0; i < 6; ++i) {
     Site site;
     site.p_map_m = {10.0 + 15.0 * i, 20.0, 3.0};
     sites.sites.push_back(site);
   }
-  RayFan fan{{}, 0.5, 60.0};
-  for (int i = 0; i < 1003; ++i) fan.directions.push_back(random_direction(random));
+  const RayFan fan{random_directions(10, 1003), 0.5, 60.0};
   const auto found = [&](const RayFan& asked) {
     std::vector<std::vector<double>> found_m(sites.sites.size());
     EXPECT_TRUE(cast_at_sites(TestContext(), surface, sites, asked,
@@ -270,11 +270,8 @@ TEST(SurfaceCaster, BoundsHoldWhatIsSolidAndNoMore) {
 }
 
 TEST(SurfaceCaster, SeesNothingWhereThereIsNoSurface) {
-  Surface surface;
-  surface.cell_m = 0.5;
-  surface.tile_m = 64.0;
   const std::vector<Eigen::Vector3d> directions = {{1.0, 0.0, 0.0}, {0.0, 0.0, -1.0}};
-  EXPECT_EQ(cast(surface, {1.0, 1.0, 1.0}, directions, 0.0, 50.0),
+  EXPECT_EQ(cast(empty_surface(), {1.0, 1.0, 1.0}, directions, 0.0, 50.0),
             (std::vector<double>{kInfinity, kInfinity}));
 }
 
@@ -319,9 +316,7 @@ TEST(SurfaceCaster, MeetsPatchesWhereAChangePutThem) {
     move(patch);
     patch.key = cell_key(patch.centre_m, moved.cell_m);
   }
-  Random random(8);
-  RayFan fan{{}, 0.5, 12.0};
-  for (int i = 0; i < 2000; ++i) fan.directions.push_back(random_direction(random));
+  const RayFan fan{random_directions(8, 2000), 0.5, 12.0};
   const Sites sites = one_site({62.0, 20.0, 2.0});
   const SiteCaster caster(surface, sites, fan.far_m, move);
   std::vector<double> found_m;
@@ -346,9 +341,7 @@ Surface retiled(Surface surface, double tile_m) {
 
 TEST(SurfaceCaster, GivesTheSameDistancesForAnyTiling) {
   const Surface surface = random_surface(5, 6000, {30.0, -20.0, 2.0});
-  Random random(6);
-  std::vector<Eigen::Vector3d> directions;
-  for (int i = 0; i < 4000; ++i) directions.push_back(random_direction(random));
+  const std::vector<Eigen::Vector3d> directions = random_directions(6, 4000);
   const Eigen::Vector3d p_m(31.0, -22.0, 2.5);
   const std::vector<double> found_m = cast(retiled(surface, 64.0), p_m, directions, 0.5, 50.0);
   EXPECT_EQ(found_m, cast(retiled(surface, 32.0), p_m, directions, 0.5, 50.0));

@@ -1,5 +1,6 @@
 #include "passes/trajectory/estimate_trajectory.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,16 +13,19 @@
 namespace sightline {
 namespace {
 
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
 Result<Trajectory> run(const Drive& drive, PoseMode mode, int threads = 1) {
   EstimateTrajectoryOptions options;
   options.mode = mode;
   return estimate_trajectory(TestContext(threads), options, drive);
 }
 
-ErrorCode error_of(const Drive& drive, PoseMode mode) {
-  const Result<Trajectory> trajectory = run(drive, mode);
-  return trajectory ? ErrorCode{} : trajectory.error().code;
-}
+ErrorCode error_of(const Drive& drive, PoseMode mode) { return failure_of(run(drive, mode)).code; }
 
 // As close as real sensors have it: sparser scans of this world match ring on ring.
 constexpr double kAzimuthStep_deg = 0.5;
@@ -77,14 +81,24 @@ TEST(EstimateTrajectory, FollowsStreetsWithoutPoses) {
   }
 }
 
-// As in a well-known recording, whose poses run 0.86 m a scan where the scans show 0.69 m.
-TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
-  TestDrive test = street_drive(3, 7, 0.69);
+// The true poses, their positions times `scale`.
+void give_poses(TestDrive& test, double scale = 1.0) {
   for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
     Pose given = test.truth.poses[i].T_map_vehicle;
-    given.translation() *= 0.86 / 0.69;
+    given.translation() *= scale;
     test.drive.scans[i].T_world_vehicle = given;
   }
+}
+
+// As in a well-known recording, whose poses run 0.86 m a scan where the scans show 0.69 m.
+TestDrive too_fast_drive() {
+  TestDrive test = street_drive(3, 7, 0.69);
+  give_poses(test, 0.86 / 0.69);
+  return test;
+}
+
+TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
+  const TestDrive test = too_fast_drive();
   const Trajectory trajectory = value_of(run(test.drive, PoseMode::kRefine));
   EXPECT_EQ(trajectory.source, PoseSource::kRefined);
   EXPECT_EQ(trajectory.prior_edges, 7u);
@@ -93,42 +107,30 @@ TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
 
 // Too fast poses, without refinement.
 TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowed) {
-  TestDrive test = street_drive(3, 7, 0.69);
-  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
-    Pose given = test.truth.poses[i].T_map_vehicle;
-    given.translation() *= 0.86 / 0.69;
-    test.drive.scans[i].T_world_vehicle = given;
-  }
-  std::string warning;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { warning = message; };
+  const TestDrive test = too_fast_drive();
+  TestContext ctx;
   EstimateTrajectoryOptions options;
   options.mode = PoseMode::kGiven;
-  Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
-  ASSERT_TRUE(trajectory.has_value());
-  EXPECT_EQ(trajectory->source, PoseSource::kGiven);
-  EXPECT_NE(warning.find("scans 0 to 6: given poses move 5.1"), std::string::npos) << warning;
-  EXPECT_NE(warning.find("the scans show 4.1"), std::string::npos) << warning;
+  Trajectory trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
+  EXPECT_EQ(trajectory.source, PoseSource::kGiven);
+  EXPECT_THAT(ctx.warnings, Contains(AllOf(HasSubstr("scans 0 to 6: given poses move 5.1"),
+                                           HasSubstr("the scans show 4.1"))));
   options.bad_poses = BadPoses::kRepair;
-  trajectory = estimate_trajectory(ctx, options, test.drive);
-  ASSERT_TRUE(trajectory.has_value());
-  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
-  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+  trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
+  EXPECT_EQ(trajectory.source, PoseSource::kRefined);
+  EXPECT_LT(largest_error_m(trajectory, test.truth), 0.1);
   options.bad_poses = BadPoses::kRefuse;
-  trajectory = estimate_trajectory(ctx, options, test.drive);
-  ASSERT_FALSE(trajectory.has_value());
-  EXPECT_EQ(trajectory.error().code, ErrorCode::kMismatchedInputs);
-  EXPECT_EQ(trajectory.error().place, "scan 0");
+  const Error refused = failure_of(estimate_trajectory(ctx, options, test.drive));
+  EXPECT_EQ(refused.code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(refused.place, "scan 0");
 }
 
 TEST(EstimateTrajectory, DoesNotWarnOfGivenPosesThatAreRight) {
   TestDrive test = street_drive(7, 6, 0.9);
-  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
-    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
-  }
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { ADD_FAILURE() << message; };
-  EXPECT_TRUE(estimate_trajectory(ctx, {}, test.drive).has_value());
+  give_poses(test);
+  TestContext ctx;
+  require(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_THAT(ctx.warnings, IsEmpty());
 }
 
 // Half a minute without scans, 300 m on in a street that looks like the one before.
@@ -145,9 +147,9 @@ TEST(EstimateTrajectory, DoesNotWarnOfGivenPosesThatAreRightBehindAPause) {
     test.drive.scans[i].T_world_vehicle = given;
   }
   test.drive.store = memory_scan_store(scans);
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { ADD_FAILURE() << message; };
+  TestContext ctx;
   const Trajectory trajectory = value_of(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_THAT(ctx.warnings, IsEmpty());
   EXPECT_EQ(trajectory.source, PoseSource::kGiven);
 }
 
@@ -195,25 +197,19 @@ TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
   test.drive.store = memory_scan_store(scans);
   EXPECT_EQ(error_of(test.drive, PoseMode::kEstimate), ErrorCode::kTrajectoryLost);
   EXPECT_EQ(run(test.drive, PoseMode::kEstimate).error().place, "scan 2");
-  for (std::size_t i = 0; i < 4; ++i) {
-    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
-  }
-  std::string warning;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { warning = message; };
+  give_poses(test);
+  TestContext ctx;
   EstimateTrajectoryOptions options;
   options.mode = PoseMode::kRefine;
   const Trajectory trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
   EXPECT_LT(largest_error_m(trajectory, test.truth), 0.3);
-  EXPECT_TRUE(warning.starts_with("1 scans could not be matched")) << warning;
+  EXPECT_THAT(ctx.warnings, Contains(StartsWith("1 scans could not be matched")));
 }
 
 TEST(EstimateTrajectory, GivesTheSameBytesForAnyNumberOfThreads) {
   const TestDrive test = street_drive(5, 4, 0.8);
-  const Result<Trajectory> one = run(test.drive, PoseMode::kEstimate, 1);
-  const Result<Trajectory> two = run(test.drive, PoseMode::kEstimate, 2);
-  ASSERT_TRUE(one.has_value() && two.has_value());
-  EXPECT_EQ(to_bytes(*one), to_bytes(*two));
+  EXPECT_EQ(to_bytes(value_of(run(test.drive, PoseMode::kEstimate, 1))),
+            to_bytes(value_of(run(test.drive, PoseMode::kEstimate, 2))));
 }
 
 TEST(EstimateTrajectory, RefusesBadInput) {

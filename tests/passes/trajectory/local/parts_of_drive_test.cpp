@@ -11,7 +11,7 @@
 
 #include "passes/ingest/join_drives.h"
 #include "passes/trajectory/estimate_undistorted.h"
-#include "passes/trajectory/sweep/sweep_trial.h"
+#include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
 #include "tests/support/test_context.h"

@@ -140,13 +140,18 @@ TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
   EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.3);
 }
 
+// From this scan on it is another drive.
+void begin_tuesday(Drive& drive, std::size_t first) {
+  for (std::size_t i = first; i < drive.scans.size(); ++i) drive.scans[i].part = 1;
+  drive.later_parts = {"tuesday"};
+}
+
 // Two drives through one street, the second right behind the first in time, from a place back.
 TestDrive two_days() {
   constexpr int kCount = 16;
   TestDrive test = drive_through(random_street(4),
                                  joined(along_street(0.0, kCount), along_street(4.0, kCount)), 0.5);
-  for (std::size_t i = kCount; i < 2 * kCount; ++i) test.drive.scans[i].part = 1;
-  test.drive.later_parts = {"tuesday"};
+  begin_tuesday(test.drive, kCount);
   return test;
 }
 
@@ -216,8 +221,7 @@ TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
   TestDrive test =
       drive_of(scans, joined(along_street(-10.0, kCount), along_street(-10.0, kCount)));
   test.drive.sensor.azimuth_step_deg = 0.5;
-  for (std::size_t i = kCount; i < scans.size(); ++i) test.drive.scans[i].part = 1;
-  test.drive.later_parts = {"tuesday"};
+  begin_tuesday(test.drive, kCount);
   const Outcome outcome = run(test.drive);
   EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
 }
@@ -231,8 +235,7 @@ TEST(Pieces, OfADriveThatOnlyTouchesAnotherAreNotJoined) {
   const double end_m = first.back().translation().x();
   const std::vector<Pose> second = along_street(end_m - 4.0, kCount);
   TestDrive test = drive_through(street, joined(first, second), 0.5);
-  for (std::size_t i = kCount; i < test.drive.scans.size(); ++i) test.drive.scans[i].part = 1;
-  test.drive.later_parts = {"tuesday"};
+  begin_tuesday(test.drive, kCount);
   const Outcome outcome = run(test.drive);
   EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
   EXPECT_FALSE(outcome.warnings.empty());

@@ -67,31 +67,28 @@ TestDrive drives(const std::vector<DayOf>& days) {
 ReleasedPoses shipped(const TestDrive& all, std::size_t days) {
   Drive first = stretch_of(all.drive, 0, days * kCount);
   first.later_parts.resize(days - 1);
-  const Result<Trajectory> trajectory = estimate_trajectory(TestContext(), {}, first);
-  EXPECT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-  return *release(first, *trajectory);
+  return *release(first, value_of(estimate_trajectory(TestContext(), {}, first)));
+}
+
+Result<Trajectory> extended(PassContext& ctx, const Drive& drive, const ReleasedPoses& released,
+                            const EstimateTrajectoryOptions& options = {}) {
+  PassContext quiet;
+  SIGHTLINE_ASSIGN(const Drive first, released_drive(quiet, {}, drive, released));
+  SIGHTLINE_ASSIGN(const Trajectory poses, released_trajectory(quiet, {}, drive, released));
+  SIGHTLINE_ASSIGN(const Drive straight, undistort_scans(quiet, {}, first, poses));
+  return extend_released(ctx, options, drive, straight, released);
 }
 
 struct Outcome {
-  Result<Trajectory> trajectory;
+  Trajectory trajectory;
   std::vector<std::string> warnings;
 };
 
 Outcome extend(const Drive& drive, const ReleasedPoses& released,
                const EstimateTrajectoryOptions& options = {}) {
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.threads = 2;
-  ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
-  const auto extended = [&]() -> Result<Trajectory> {
-    PassContext quiet;
-    SIGHTLINE_ASSIGN(const Drive first, released_drive(quiet, {}, drive, released));
-    SIGHTLINE_ASSIGN(const Trajectory poses, released_trajectory(quiet, {}, drive, released));
-    SIGHTLINE_ASSIGN(const Drive straight, undistort_scans(quiet, {}, first, poses));
-    return extend_released(ctx, options, drive, straight, released);
-  };
-  Result<Trajectory> trajectory = extended();
-  return {std::move(trajectory), std::move(warnings)};
+  TestContext ctx(2);
+  Trajectory trajectory = value_of(extended(ctx, drive, released, options));
+  return {std::move(trajectory), ctx.warnings};
 }
 
 void expect_kept(const Trajectory& found, const ReleasedPoses& released) {
@@ -123,20 +120,18 @@ TEST(ExtendReleased, KeepsReleasedPosesToTheBitAndAlignsOtherDrivesToThem) {
   const TestDrive all = drives({{4, 0.0}, {4, 6.0}, {4, 12.0}});
   const ReleasedPoses released = shipped(all, 1);
   const Outcome outcome = extend(all.drive, released);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  ASSERT_TRUE(validate(*outcome.trajectory).has_value());
+  ASSERT_TRUE(validate(outcome.trajectory).has_value());
   EXPECT_TRUE(outcome.warnings.empty()) << outcome.warnings.front();
-  ASSERT_EQ(outcome.trajectory->poses.size(), 3 * kCount);
-  expect_kept(*outcome.trajectory, released);
-  EXPECT_EQ(outcome.trajectory->poses.back().piece, 0U);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, all.truth), 0.1);
+  ASSERT_EQ(outcome.trajectory.poses.size(), 3 * kCount);
+  expect_kept(outcome.trajectory, released);
+  EXPECT_EQ(outcome.trajectory.poses.back().piece, 0U);
+  EXPECT_LT(largest_error_m(outcome.trajectory, all.truth), 0.1);
 }
 
 TEST(ExtendReleased, NamesADriveThatMeasuresOtherwiseThanReleasedOnes) {
   const TestDrive all = drives({{4, 0.0}, {4, 2.0, 1.01}});
   const Outcome outcome = extend(all.drive, shipped(all, 1));
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(outcome.trajectory->poses.back().piece, 0U);
+  EXPECT_EQ(outcome.trajectory.poses.back().piece, 0U);
   ASSERT_EQ(outcome.warnings.size(), 1U);
   EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 measures 1.0 % more than"));
 }
@@ -145,16 +140,14 @@ TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {
   const TestDrive all = drives({{4, 0.0}, {4, 4.0}});
   const ReleasedPoses released = shipped(all, 2);
   const Outcome outcome = extend(all.drive, released);
-  ASSERT_TRUE(outcome.trajectory.has_value());
-  EXPECT_EQ(to_bytes(*outcome.trajectory), to_bytes(released.trajectory));
+  EXPECT_EQ(to_bytes(outcome.trajectory), to_bytes(released.trajectory));
   // One of two drives alone.
   Drive second = stretch_of(all.drive, kCount, kCount);
   for (ScanInfo& scan : second.scans) scan.part = 0;
   second.later_parts.clear();
   const Outcome one = extend(second, released);
-  ASSERT_TRUE(one.trajectory.has_value());
-  ASSERT_EQ(one.trajectory->poses.size(), kCount);
-  EXPECT_EQ(one.trajectory->poses[0].T_map_vehicle.matrix(),
+  ASSERT_EQ(one.trajectory.poses.size(), kCount);
+  EXPECT_EQ(one.trajectory.poses[0].T_map_vehicle.matrix(),
             released.trajectory.poses[kCount].T_map_vehicle.matrix());
 }
 
@@ -169,9 +162,8 @@ TEST(ExtendReleased, PlacesADriveByItsGivenPoses) {
   const ReleasedPoses released = shipped(all, 1);
   ASSERT_NE(released.trajectory.source, PoseSource::kEstimated);
   const Outcome outcome = extend(all.drive, released);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  expect_kept(*outcome.trajectory, released);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, all.truth), 0.1);
+  expect_kept(outcome.trajectory, released);
+  EXPECT_LT(largest_error_m(outcome.trajectory, all.truth), 0.1);
 }
 
 // A drive that no loop holds is adjusted to planes that both drives measured.
@@ -186,19 +178,17 @@ TEST(ExtendReleased, AdjustsADriveWithPosesToPlanesWhereNoLoopHoldsIt) {
   EstimateTrajectoryOptions options;
   options.closes_loops = false;
   const Outcome outcome = extend(all.drive, released, options);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  expect_kept(*outcome.trajectory, released);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, all.truth), 0.05);
+  expect_kept(outcome.trajectory, released);
+  EXPECT_LT(largest_error_m(outcome.trajectory, all.truth), 0.05);
 }
 
 TEST(ExtendReleased, SeparatesADriveThatMeetsNoOtherAndNamesIt) {
   const TestDrive all = drives({{4, 0.0}, {9, 0.0}});
   const ReleasedPoses released = shipped(all, 1);
   const Outcome outcome = extend(all.drive, released);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  expect_kept(*outcome.trajectory, released);
-  EXPECT_EQ(outcome.trajectory->poses.back().piece, 1U);
-  EXPECT_GT(outcome.trajectory->poses.back().T_map_vehicle.translation().x(),
+  expect_kept(outcome.trajectory, released);
+  EXPECT_EQ(outcome.trajectory.poses.back().piece, 1U);
+  EXPECT_GT(outcome.trajectory.poses.back().T_map_vehicle.translation().x(),
             2.0 * all.drive.sensor.max_range_m);
   ASSERT_EQ(outcome.warnings.size(), 1U);
   EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 was found nowhere"));
@@ -208,8 +198,7 @@ TEST(ExtendReleased, RefusesWhatIsNotWhatWasShipped) {
   const TestDrive all = drives({{4, 0.0}, {4, 6.0}});
   ReleasedPoses released = shipped(all, 1);
   const auto refused = [&](const Drive& drive) {
-    const Outcome outcome = extend(drive, released);
-    return outcome.trajectory ? Error{} : outcome.trajectory.error();
+    return failure_of(extended(TestContext(2), drive, released));
   };
   released.scans[3] = sha256("another scan");
   EXPECT_EQ(refused(all.drive).code, ErrorCode::kMismatchedInputs);
@@ -255,11 +244,10 @@ TEST(ExtendReleased, ComparesUndistortedScansWithTheReleasedOnes) {
   const Drive both = *join_drives(TestContext(), {}, fast.drive, {{&slow.drive}});
   const ReleasedPoses released = *release(fast.drive, fast.truth);
   const Outcome outcome = extend(both, released);
-  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
-  EXPECT_EQ(outcome.trajectory->poses.back().piece, 0U);
+  EXPECT_EQ(outcome.trajectory.poses.back().piece, 0U);
   Trajectory truth = fast.truth;
   for (const TrajectoryPose& pose : slow.truth.poses) truth.poses.push_back(pose);
-  EXPECT_LT(largest_error_m(*outcome.trajectory, truth), 0.03);
+  EXPECT_LT(largest_error_m(outcome.trajectory, truth), 0.03);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "passes/trajectory/estimate_undistorted.h"
-#include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
 #include "tests/support/test_context.h"
