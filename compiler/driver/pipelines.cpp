@@ -20,7 +20,7 @@
 #include "passes/map/build_nd_surface.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
-#include "passes/map/changes/choose_scans.h"
+#include "passes/map/choose_scans.h"
 #include "passes/map/choose_sites.h"
 #include "passes/map/count_drives.h"
 #include "passes/map/places/choose_field_sites.h"

@@ -9,9 +9,6 @@
 #include "formats/base/parallel.h"
 #include "passes/map/tiles/build_ndt_cells.h"
 #include "passes/map/tiles/cell_tiles.h"
-#include "passes/map/tiles/nds_by_tile.h"
-#include "passes/map/tiles/scan_extents.h"
-#include "passes/map/tiles/tile_cells.h"
 #include "passes/pass/work_in_parts.h"
 
 // How a cell gets the same bits for any number of threads: each cell belongs to one part of the

@@ -12,12 +12,9 @@
 #include "formats/tables/stored_table_writer.h"
 #include "passes/map/surface/ground_gaps.h"
 #include "passes/map/surface/patch_evidence.h"
-#include "passes/map/surface/patches_by_tile.h"
-#include "passes/map/surface/sort_patches.h"
 #include "passes/map/surface/surface_candidates.h"
 #include "passes/map/surface/surface_tile.h"
-#include "passes/map/tiles/scan_extents.h"
-#include "passes/map/tiles/tile_cells.h"
+#include "passes/map/tiles/cell_tiles.h"
 #include "passes/pass/work_in_parts.h"
 
 // Points alone do not say where a surface ends: between two of them it may go on, or have a hole

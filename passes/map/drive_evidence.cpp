@@ -4,7 +4,7 @@
 #include <unordered_map>
 
 #include "passes/map/moving_verdict.h"
-#include "passes/map/voxel_ground.h"
+#include "passes/map/seen_voxels.h"
 
 namespace sightline {
 namespace {

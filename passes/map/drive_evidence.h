@@ -11,11 +11,8 @@ namespace sightline {
 // What several drives through one place say of its voxels, each for itself; part of remove-moving.
 //
 // The log odds of the drives are added in their order, and clamped after each to OctoMap's
-// thresholds (Hornung et al., Autonomous Robots 34, 2013, section 3.2: P = 0.12 and 0.97), so that
-// a hundred scans of one afternoon do not outweigh the next: what the latest drives confirm stands,
-// what they see through is gone. What fewer drives saw standing than looked
-// through it is gone too, unless it goes up from 1 m to 3 m without a gap as a new wall does: it
-// was parked there.
+// thresholds (Hornung et al., Autonomous Robots 34, 2013, section 3.2), so that a hundred scans of
+// one afternoon do not outweigh the next ("Several drives" in schemas/definitions.md).
 class DriveEvidence {
  public:
   explicit DriveEvidence(std::size_t drive_count) : drive_count_(drive_count) {}

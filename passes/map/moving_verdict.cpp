@@ -3,7 +3,7 @@
 #include <unordered_map>
 
 #include "formats/grid/cell_blocks.h"
-#include "passes/map/voxel_ground.h"
+#include "passes/map/seen_voxels.h"
 
 // A voxel is judged by its own evidence first, then by that of its surroundings, both ways:
 // - What stands has edges that are hit once and seen through often, by noise and because a ray

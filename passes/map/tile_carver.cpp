@@ -8,7 +8,7 @@
 #include "passes/map/asked_voxels.h"
 #include "passes/map/drive_evidence.h"
 #include "passes/map/scan_rays.h"
-#include "passes/map/voxel_ground.h"
+#include "passes/map/seen_voxels.h"
 
 // A return says that something was there, and that nothing was between it and the sensor. A voxel
 // that some scans hit and many others look through held something that moved.

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "passes/map/surface/nd_surface.h"
+#include "passes/map/build_nd_surface.h"
 #include "passes/rays/surface_caster.h"
 
 namespace sightline {

@@ -13,7 +13,7 @@
 
 // What a sensor sees from sites of a map of which only the NDs are known, and what that says
 // of its pose: the virtual scan and the information of schemas/definitions.md ("Factors from a
-// virtual scan"), cast on the patches of passes/map/surface/nd_surface.h.
+// virtual scan"), cast on the patches of passes/map/build_nd_surface.h.
 
 namespace sightline {
 

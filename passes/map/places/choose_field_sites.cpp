@@ -1,16 +1,20 @@
 #include "passes/map/places/choose_field_sites.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <numbers>
 #include <optional>
 
 #include "formats/base/parallel.h"
+#include "formats/base/portable_math.h"
 #include "passes/map/places/field_limits.h"
 #include "passes/map/places/free_ground.h"
-#include "passes/map/places/free_heading.h"
-#include "passes/map/places/level_site.h"
+#include "passes/map/places/ground_floors.h"
 
 namespace sightline {
 namespace {
@@ -23,6 +27,7 @@ constexpr double kFinest_m = 0.5;
 constexpr double kNear_m = 10.0;
 // The sensor sits on the roof.
 constexpr double kAboveSensor_m = 0.2;
+
 // Numbers between commas. Error: bad-value.
 Result<std::vector<double>> numbers_of(const std::string& name, const std::string& text,
                                        std::size_t count) {
@@ -181,6 +186,47 @@ void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& optio
                 static_cast<double>(apart) * square_m2, free.stretch_sizes().size() - 1,
                 std::ceil(places * kCpuOfPlace_s / 60.0), memory_of_places_mib(places) / 1024.0);
   ctx.warn(text);
+}
+
+constexpr int kWays = 16;              // of half a turn
+constexpr double kLookAlong_m = 20.0;  // each way
+
+// How far free ground goes on that way, in steps of the raster.
+int steps_ahead(const FreeGround& free, std::uint32_t place, const Eigen::Vector2d& way, int most) {
+  const GroundPlace begin = free.places()[place];
+  for (int step = 1; step <= most; ++step) {
+    const std::int32_t x = begin.x + static_cast<std::int32_t>(std::lround(step * way.x()));
+    const std::int32_t y = begin.y + static_cast<std::int32_t>(std::lround(step * way.y()));
+    place = free.next(free.places()[place], x, y);
+    if (place == FreeGround::kNone) return step - 1;
+  }
+  return most;
+}
+
+std::array<Eigen::Vector2d, kWays> ways() {
+  std::array<Eigen::Vector2d, kWays> all;
+  for (int i = 0; i < kWays; ++i) {
+    const SinCos turned = portable_sin_cos(i * std::numbers::pi / kWays);
+    all[static_cast<std::size_t>(i)] = {turned.cos, turned.sin};
+  }
+  return all;
+}
+
+// The way that a vehicle looks at a free place, of unit length: the first of 16, evenly over half a
+// turn from +x on, along which free ground goes on farthest, ahead and behind together, each for
+// 20 m at most.
+Eigen::Vector2d free_heading(const FreeGround& free, std::uint32_t place) {
+  static const std::array<Eigen::Vector2d, kWays> kAll = ways();
+  const auto most = static_cast<int>(kLookAlong_m / free.step_m());
+  int longest = -1;
+  Eigen::Vector2d heading = kAll.front();
+  for (const Eigen::Vector2d& way : kAll) {
+    const int length = steps_ahead(free, place, way, most) + steps_ahead(free, place, -way, most);
+    if (length <= longest) continue;
+    longest = length;
+    heading = way;
+  }
+  return heading;
 }
 
 Sites sites_of(const PassContext& ctx, const FreeGround& free,

@@ -10,7 +10,6 @@
 
 #include "formats/grid/point_grid.h"
 #include "passes/map/places/ground_floors.h"
-#include "passes/map/places/level_site.h"
 
 namespace sightline {
 namespace {

@@ -16,15 +16,11 @@ struct ChooseRouteSitesOptions {
 std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options);
 
 // Places every spacing_m along the lines of a route, each line a run of its own, and another one
-// back where it is driven both ways. The vehicle stands level on the ground of the map and looks
-// along the line; its sensor is height_m above the ground. A line with heights of a vehicle keeps
-// them. Where the map has several floors, that of the line's height is taken, or without one that
-// which goes on from a place where there is one floor alone. Left out, with a warning that counts
-// them and names the first: places off the map (no surface within 20 m), without ground, farther
-// than 3 m from any floor, or on floors that nothing distinguishes; a hole of at most 10 m in the
-// ground is bridged. A place left out ends a run.
-// Errors where no place is left: no-overlap (off the map; says how far away it is), no-ground,
-// two-floors.
+// back where it is driven both ways ("Places" in schemas/definitions.md, "Annotating a finished
+// map"). The vehicle stands level on the ground of the map and looks along the line; its sensor is
+// height_m above the ground. Places that are left out are counted in a warning that names the
+// first; one ends a run. Errors where no place is left: no-overlap (off the map; says how far away
+// it is), no-ground, two-floors.
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
                                  const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor);

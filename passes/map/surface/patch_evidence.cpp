@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "formats/base/parallel.h"
 #include "formats/grid/cell_index.h"
-#include "passes/map/tiles/tile_cells.h"
+#include "passes/map/tiles/cell_tiles.h"
 
 // What scans say is gathered from many of them and then counted cell by cell: a cell's patches and
 // their counts are brought near once for all of it, where scan by scan most of the time went into

@@ -10,7 +10,6 @@
 #include "formats/grid/cell_key.h"
 #include "formats/surroundings/surface.h"
 #include "passes/map/surface/patch_lanes.h"
-#include "passes/map/surface/patch_plane.h"
 
 namespace sightline {
 

@@ -5,11 +5,11 @@
 #include <span>
 #include <utility>
 
+#include "formats/base/bytes.h"
 #include "formats/base/parallel.h"
 #include "passes/map/surface/patch_evidence.h"
-#include "passes/map/surface/sort_patches.h"
 #include "passes/map/surface/surface_candidates.h"
-#include "passes/map/tiles/tile_cells.h"
+#include "passes/map/tiles/cell_tiles.h"
 
 // A patch is what its own points, returns and rays make of it, but for the squares that patches of
 // shorter cells cover: so a tile is worked on with the cells around it, and their patches are left
@@ -137,6 +137,87 @@ Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTi
   const Surface order{{}, options.cell_m, options.tile_m, {}};
   sort_patches(order, made.patches);
   return made;
+}
+
+void sort_patches(const Surface& surface, std::vector<SurfacePatch>& patches) {
+  std::vector<std::pair<SurfaceOrder, std::size_t>> order;
+  order.reserve(patches.size());
+  for (const SurfacePatch& patch : patches)
+    order.emplace_back(order_of(patch, surface), order.size());
+  std::ranges::sort(order);
+  std::vector<SurfacePatch> sorted;
+  sorted.reserve(patches.size());
+  for (const auto& [place, i] : order) sorted.push_back(patches[i]);
+  patches = std::move(sorted);
+}
+
+void PatchesByTile::add(std::span<const SurfacePatch> patches) {
+  std::map<TileKey, std::vector<const SurfacePatch*>> of_tile;
+  for (const SurfacePatch& patch : patches) {
+    of_tile[tile_of(patch.key, order_.cell_m, order_.tile_m)].push_back(&patch);
+  }
+  ByteWriter writer;
+  writer.reserve(patches.size() * kEncodedPatch);
+  for (const auto& [tile, members] : of_tile) {
+    for (const SurfacePatch* patch : members) encode(*patch, writer);
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [tile, members] : of_tile) {
+    pieces_[tile].push_back({count_, members.size()});
+    count_ += members.size();
+  }
+  if (written_) written_ = growing_.append(writer.bytes());
+}
+
+Result<void> PatchesByTile::finish() {
+  SIGHTLINE_TRY(written_);
+  bytes_ = growing_.take();
+  return {};
+}
+
+std::vector<TileKey> PatchesByTile::tiles() const {
+  std::vector<TileKey> tiles;
+  for (const auto& [tile, pieces] : pieces_) tiles.push_back(tile);
+  return tiles;
+}
+
+Result<std::vector<SurfacePatch>> PatchesByTile::read(const TileKey& tile) const {
+  std::vector<SurfacePatch> patches;
+  const auto found = pieces_.find(tile);
+  if (found == pieces_.end()) return patches;
+  for (const Piece& piece : found->second) {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes,
+                     bytes_.read(piece.first * kEncodedPatch, piece.count * kEncodedPatch));
+    ByteReader reader(bytes);
+    for (std::uint64_t i = 0; i < piece.count; ++i) decode(reader, patches.emplace_back());
+  }
+  return patches;
+}
+
+Result<std::vector<SurfacePatch>> PatchesByTile::of_tile(const TileKey& tile) const {
+  SIGHTLINE_ASSIGN(std::vector<SurfacePatch> patches, read(tile));
+  sort_patches(order_, patches);
+  return patches;
+}
+
+Result<std::vector<SurfacePatch>> PatchesByTile::over(const Eigen::AlignedBox2d& box_m) const {
+  std::vector<SurfacePatch> patches;
+  const auto tile_at = [&](const Eigen::Vector2d& corner_m) {
+    return tile_key({corner_m.x(), corner_m.y(), 0.0}, order_.tile_m);
+  };
+  const TileKey low = tile_at(box_m.min());
+  const TileKey high = tile_at(box_m.max());
+  for (std::int32_t x = low.x; x <= high.x; ++x) {
+    for (std::int32_t y = low.y; y <= high.y; ++y) {
+      SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> of_tile, read({x, y}));
+      for (const SurfacePatch& patch : of_tile) {
+        const Eigen::Vector2d at_m = patch.centre_m.head<2>();
+        if (box_m.contains(at_m)) patches.push_back(patch);
+      }
+    }
+  }
+  sort_patches(order_, patches);
+  return patches;
 }
 
 }  // namespace sightline

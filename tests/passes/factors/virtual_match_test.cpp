@@ -42,16 +42,14 @@ std::vector<Eigen::Vector3d> street_points(std::uint64_t seed, double reach_m, b
 }
 
 TEST(VirtualMatch, OfNothingEndsWhereItBeganAndHasARivalEverywhere) {
-  const Localizer localizer =
-      make_localizer(simple_map(room_points(21, 30000, 0.02), 1.0), localizer_named("searching"));
+  const Localizer localizer = make_localizer(room_map(), localizer_named("searching"));
   const VirtualMatch match = virtual_match(localizer, place_at_origin({}));
   EXPECT_NEAR(match.error_m, mean_start_m(), 1e-12);
   EXPECT_EQ(match.rival_score, 1.0);
 }
 
 TEST(VirtualMatch, InARoomEndsWithinCentimetresAndHasNoRival) {
-  const Localizer localizer =
-      make_localizer(simple_map(room_points(21, 30000, 0.02), 1.0), localizer_named("searching"));
+  const Localizer localizer = make_localizer(room_map(), localizer_named("searching"));
   const std::vector<Eigen::Vector3d> points_m = voxel_subsample(room_points(22, 8000, 0.02), 1.0);
   const VirtualMatch match = virtual_match(localizer, place_at_origin(points_m));
   EXPECT_LT(match.error_m, 0.06);
@@ -71,8 +69,7 @@ TEST(VirtualMatch, InAStreetOfEqualWindowsFindsTheRivalThatTheVehicleMayEndIn) {
 }
 
 TEST(VirtualMatch, LaysStartsOutAlongTheVehicle) {
-  const Localizer localizer =
-      make_localizer(simple_map(room_points(21, 30000, 0.02), 1.0), localizer_named("searching"));
+  const Localizer localizer = make_localizer(room_map(), localizer_named("searching"));
   const std::vector<Eigen::Vector3d> points_m = voxel_subsample(room_points(22, 8000, 0.02), 1.0);
   VirtualPlace place = place_at_origin(points_m);
   const double ahead_m = virtual_match(localizer, place).error_m;

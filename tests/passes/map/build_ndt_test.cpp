@@ -7,7 +7,6 @@
 #include <map>
 
 #include "formats/base/random.h"
-#include "formats/surroundings/cell_moments.h"
 #include "tests/support/test_files.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_rows.h"
@@ -43,24 +42,6 @@ NdtMap must_build(const SurfacePoints& points, const BuildNdtOptions& options = 
   const Result<NdtMap> map = whole_rows(build_ndt(ctx, options, points));
   EXPECT_TRUE(map.has_value());
   return map.has_value() ? *map : NdtMap{};
-}
-
-// The map's sums are made for speed; these are plain.
-TEST(BuildNdt, AgreesWithPlainMomentsOfEachCell) {
-  const SurfacePoints points = random_points(8, 20000);
-  const NdtMap map = must_build(points);
-  std::map<CellKey, CellMoments> plain;
-  for (const Eigen::Vector3d& point_m : points.points_m) {
-    const CellKey key = cell_key(point_m, map.cell_m);
-    plain[key].add(point_m - cell_centre_m(key, map.cell_m));
-  }
-  ASSERT_GT(map.nds.size(), 100U);
-  for (const Nd& nd : map.nds) {
-    const Nd expected = nd_of(nd.key, plain.at(nd.key), map.cell_m);
-    EXPECT_EQ(nd.point_count, expected.point_count);
-    EXPECT_TRUE(nd.mean_m.isApprox(expected.mean_m, 1e-13));
-    EXPECT_TRUE(nd.covariance_m2.isApprox(expected.covariance_m2, 1e-9));
-  }
 }
 
 TEST(BuildNdt, GivesTheMomentsOfASmallExample) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
-#include "passes/map/voxel_ground.h"
+#include "passes/map/seen_voxels.h"
 
 namespace sightline {
 namespace {
@@ -25,11 +25,20 @@ void put(SeenVoxels& seen, const CellKey& key, std::uint32_t hits, std::uint32_t
   seen.insert(key, voxel);
 }
 
-// Ground that every scan hits, its returns 0.1 m above z = 0.
-SeenVoxels ground() {
+// Level, 6 x 6 voxels from the origin on.
+void put_level(SeenVoxels& seen, std::int32_t z, std::uint32_t hits, std::uint32_t misses) {
+  for (std::int32_t x = 0; x < 6; ++x) {
+    for (std::int32_t y = 0; y < 6; ++y) put(seen, {x, y, z}, hits, misses);
+  }
+}
+
+// Ground that every scan hits, its returns 0.1 m above z = 0, or other levels on its two sides.
+SeenVoxels ground(std::int32_t below_0 = 0, std::int32_t from_0 = 0) {
   SeenVoxels seen;
   for (std::int32_t x = -kReach; x < kReach; ++x) {
-    for (std::int32_t y = -kReach; y < kReach; ++y) put(seen, {x, y, 0}, kStood, 0);
+    for (std::int32_t y = -kReach; y < kReach; ++y) {
+      put(seen, {x, y, x < 0 ? below_0 : from_0}, kStood, 0);
+    }
   }
   return seen;
 }
@@ -39,9 +48,13 @@ void put_moved(SeenVoxels& seen, const CellKey& at, std::int32_t low, std::int32
   for (std::int32_t z = low; z < high; ++z) put(seen, {at.x, at.y, z}, 1, kPassed);
 }
 
-bool has_moved(SeenVoxels& seen, const CellKey& key) {
+std::vector<std::uint8_t> judged(SeenVoxels& seen) {
   mark_ground(seen);
-  return judge(seen)[seen.number_of(key)] == 1;
+  return judge(seen);
+}
+
+bool has_moved(SeenVoxels& seen, const CellKey& key) {
+  return judged(seen)[seen.number_of(key)] == 1;
 }
 
 TEST(MovingVerdict, LeavesWhatHangsInTheAirAndTakesTheSameThingLowDown) {
@@ -62,8 +75,7 @@ TEST(MovingVerdict, TakesWhatIsHighWhereSomethingMovedInEveryBandBelow) {
   for (const std::int32_t low : {1, 5}) {
     SeenVoxels seen = ground();
     put_moved(seen, {0, 0, 0}, low, 20);
-    mark_ground(seen);
-    const std::vector<std::uint8_t> moved = judge(seen);
+    const std::vector<std::uint8_t> moved = judged(seen);
     for (std::int32_t z = low; z < 20; ++z) {
       EXPECT_EQ(moved[seen.number_of({0, 0, z})], 1) << z;
     }
@@ -75,8 +87,7 @@ TEST(MovingVerdict, LeavesWhatIsHighWhereABandBelowIsEmpty) {
   SeenVoxels seen = ground();
   put_moved(seen, {0, 0, 0}, 1, 8);
   put_moved(seen, {0, 0, 0}, 16, 18);
-  mark_ground(seen);
-  const std::vector<std::uint8_t> moved = judge(seen);
+  const std::vector<std::uint8_t> moved = judged(seen);
   EXPECT_EQ(moved[seen.number_of({0, 0, 7})], 1);
   EXPECT_EQ(moved[seen.number_of({0, 0, 16})], 0);
   EXPECT_EQ(moved[seen.number_of({0, 0, 17})], 0);
@@ -85,8 +96,7 @@ TEST(MovingVerdict, LeavesWhatIsHighWhereABandBelowIsEmpty) {
 TEST(MovingVerdict, TakesNothingAboveTheTallestTraffic) {
   SeenVoxels seen = ground();
   put_moved(seen, {0, 0, 0}, 1, 30);
-  mark_ground(seen);
-  const std::vector<std::uint8_t> moved = judge(seen);
+  const std::vector<std::uint8_t> moved = judged(seen);
   for (std::int32_t z = 1; z < 30; ++z) {
     const bool is_traffic = kVoxel_m * z <= 4.5;
     EXPECT_EQ(moved[seen.number_of({0, 0, z})] == 1, is_traffic) << z;
@@ -102,8 +112,7 @@ TEST(MovingVerdict, NeedsFootingWhereverItIs) {
     const auto low = 8 + static_cast<std::int32_t>(random.next() % 6);
     SeenVoxels seen = ground();
     put_moved(seen, at, low, 22);
-    mark_ground(seen);
-    const std::vector<std::uint8_t> moved = judge(seen);
+    const std::vector<std::uint8_t> moved = judged(seen);
     for (std::int32_t z = std::max(low, 11); z < 22; ++z) {
       EXPECT_EQ(moved[seen.number_of({at.x, at.y, z})], 0) << at.x << " " << at.y << " " << z;
     }
@@ -114,9 +123,7 @@ TEST(MovingVerdict, NeedsFootingWhereverItIs) {
 // it.
 TEST(MovingVerdict, TellsGroundAboveItsMirrorImage) {
   SeenVoxels seen = ground();
-  for (std::int32_t x = 0; x < 6; ++x) {
-    for (std::int32_t y = 0; y < 6; ++y) put(seen, {x, y, -9}, 2, 0);
-  }
+  put_level(seen, -9, 2, 0);
   mark_ground(seen);
   for (std::int32_t x = -3; x < 9; ++x) {
     for (std::int32_t y = -3; y < 9; ++y) {
@@ -138,13 +145,9 @@ TEST(MovingVerdict, IsTheSameOverMirroredGround) {
   put_moved(dry, {2, 2, 0}, 1, 9);
   put_moved(dry, {3, 3, 0}, 15, 17);
   SeenVoxels wet = dry;
-  for (std::int32_t x = 0; x < 6; ++x) {
-    for (std::int32_t y = 0; y < 6; ++y) put(wet, {x, y, -9}, 2, 0);
-  }
-  mark_ground(dry);
-  mark_ground(wet);
-  const std::vector<std::uint8_t> moved_dry = judge(dry);
-  const std::vector<std::uint8_t> moved_wet = judge(wet);
+  put_level(wet, -9, 2, 0);
+  const std::vector<std::uint8_t> moved_dry = judged(dry);
+  const std::vector<std::uint8_t> moved_wet = judged(wet);
   for (std::size_t v = 0; v < dry.size(); ++v) EXPECT_EQ(moved_dry[v], moved_wet[v]) << v;
   EXPECT_EQ(moved_wet[wet.number_of({2, 2, 3})], 1);
   EXPECT_EQ(moved_wet[wet.number_of({3, 3, 15})], 0);
@@ -155,8 +158,7 @@ TEST(MovingVerdict, LeavesWhatIsHighWhereABandBelowHasASingleVoxel) {
   SeenVoxels seen = ground();
   put_moved(seen, {0, 0, 0}, 1, 10);
   for (const std::int32_t z : {11, 13, 16}) put_moved(seen, {0, 0, 0}, z, z + 1);
-  mark_ground(seen);
-  const std::vector<std::uint8_t> moved = judge(seen);
+  const std::vector<std::uint8_t> moved = judged(seen);
   EXPECT_EQ(moved[seen.number_of({0, 0, 9})], 1);
   EXPECT_EQ(moved[seen.number_of({0, 0, 13})], 0);
   EXPECT_EQ(moved[seen.number_of({0, 0, 16})], 0);
@@ -164,10 +166,7 @@ TEST(MovingVerdict, LeavesWhatIsHighWhereABandBelowHasASingleVoxel) {
 
 // A pavement 0.2 m above the street, its edge near.
 TEST(MovingVerdict, TakesAPavementForGroundWhereNothingStandsOnIt) {
-  SeenVoxels seen;
-  for (std::int32_t x = -kReach; x < kReach; ++x) {
-    for (std::int32_t y = -kReach; y < kReach; ++y) put(seen, {x, y, x < 0 ? 0 : 1}, kStood, 0);
-  }
+  SeenVoxels seen = ground(0, 1);
   for (std::int32_t z = 3; z < 8; ++z) put(seen, {2, 20, z}, 1, kPassed);
   mark_ground(seen);
   EXPECT_TRUE(seen.find({2, 0, 1})->is_ground);
@@ -175,9 +174,7 @@ TEST(MovingVerdict, TakesAPavementForGroundWhereNothingStandsOnIt) {
   EXPECT_FALSE(seen.find({2, 20, 1})->is_ground);
   // Neither what lies higher, nor a single thing on the street.
   SeenVoxels low = ground();
-  for (std::int32_t x = 0; x < 6; ++x) {
-    for (std::int32_t y = 0; y < 6; ++y) put(low, {x, y, 4}, 1, kPassed);
-  }
+  put_level(low, 4, 1, kPassed);
   put(low, {20, 20, 1}, 1, kPassed);
   put(low, {20, 20, 2}, 1, kPassed);
   mark_ground(low);
@@ -201,12 +198,7 @@ TEST(MovingVerdict, TakesLevelGroundOnlyWhereMuchContradictsIt) {
 
 // A cutting, a basement ramp: what most of the surroundings share lower down is ground.
 TEST(MovingVerdict, TakesAWideLowerLevelForGround) {
-  SeenVoxels seen;
-  for (std::int32_t x = -kReach; x < kReach; ++x) {
-    for (std::int32_t y = -kReach; y < kReach; ++y) {
-      put(seen, {x, y, x < 0 ? -9 : 0}, kStood, 0);
-    }
-  }
+  SeenVoxels seen = ground(-9, 0);
   mark_ground(seen);
   EXPECT_TRUE(seen.find({-20, 5, -9})->is_ground);
   EXPECT_TRUE(seen.find({20, 5, 0})->is_ground);

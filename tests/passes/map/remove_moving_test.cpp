@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "passes/map/scan_rays.h"
 #include "passes/map/tile_carver.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
@@ -192,74 +190,6 @@ TEST(RemoveMoving, FindsTheSameWhereverTilesBegin) {
   const std::vector<CellKey> whole = found_by_tiles_of(1000.0, test);
   EXPECT_GT(whole.size(), 20u);  // there is something to find
   EXPECT_EQ(found_by_tiles_of(18.3, test), whole);
-}
-
-// Every ray asked, one by one.
-bool passes_by_brute_force(std::span<const Eigen::Vector3d> points_m, const RayQuery& look) {
-  return std::ranges::any_of(points_m, [&](const Eigen::Vector3d& end_m) {
-    const Eigen::Vector3d direction = end_m.normalized();
-    const double along_m = look.at_m.dot(direction);
-    const Eigen::Vector3d beside_m = look.at_m - along_m * direction;
-    return along_m > 0.0 && end_m.norm() >= along_m + ScanRays::kEndMargin_m &&
-           beside_m.norm() <= look.touch_m &&
-           (look.least_below_m <= 0.0 || look.up.dot(beside_m) >= look.least_below_m);
-  });
-}
-
-TEST(ScanRays, FindByDirectionWhatEveryRayAskedWouldSay) {
-  Random random(3);
-  std::vector<Eigen::Vector3d> points_m;
-  for (int i = 0; i < 1000; ++i) {
-    points_m.emplace_back(random.uniform(-20.0, 20.0), random.uniform(-20.0, 20.0),
-                          random.uniform(-6.0, 6.0));
-  }
-  const ScanRays rays(points_m);
-  int passed = 0;
-  for (int i = 0; i < 1500; ++i) {
-    // Near and far, over the poles and across the seam of azimuth.
-    const double far_m = i % 3 == 0 ? 0.3 : 15.0;
-    RayQuery look;
-    look.at_m = {random.uniform(-far_m, i % 2 == 0 ? 0.0 : far_m),
-                 i % 5 == 0 ? 0.01 * random.uniform(-1.0, 1.0) : random.uniform(-far_m, far_m),
-                 random.uniform(-3.0, 3.0)};
-    look.touch_m = random.uniform(0.02, 0.3);
-    look.least_below_m = i % 4 == 0 ? 0.03 : 0.0;
-    const bool passes = rays.pass_through(look);
-    ASSERT_EQ(passes, passes_by_brute_force(points_m, look)) << "look " << i;
-    passed += passes ? 1 : 0;
-  }
-  EXPECT_GT(passed, 100);
-  EXPECT_LT(passed, 1400);
-}
-
-// Beams leave most of space between them, and one scan after another fills the same rays.
-TEST(ScanRays, OfBeamsSayWhatEveryRayAskedWouldSayScanAfterScan) {
-  Random random(5);
-  ScanRays rays;
-  int passed = 0;
-  for (int scan = 0; scan < 4; ++scan) {
-    std::vector<Eigen::Vector3d> points_m;
-    for (int i = 0; i < 200 * (4 - scan); ++i) {
-      const double elevation_rad = 0.035 * (static_cast<double>(random.below(16)) - 7.5);
-      const double azimuth_rad = random.uniform(-3.2, 3.2);
-      const Eigen::Vector3d direction(std::cos(elevation_rad) * std::cos(azimuth_rad),
-                                      std::cos(elevation_rad) * std::sin(azimuth_rad),
-                                      std::sin(elevation_rad));
-      points_m.emplace_back(random.uniform(3.0, 50.0) * direction);
-    }
-    rays.take(points_m);
-    for (int i = 0; i < 400; ++i) {
-      RayQuery look;
-      look.at_m = random.uniform(0.1, 1.0) * points_m[random.below(points_m.size())] +
-                  Eigen::Vector3d(0.0, 0.0, random.uniform(-0.3, 0.3));
-      look.touch_m = random.uniform(0.02, 0.3);
-      const bool passes = rays.pass_through(look);
-      ASSERT_EQ(passes, passes_by_brute_force(points_m, look)) << "scan " << scan << " look " << i;
-      passed += passes ? 1 : 0;
-    }
-  }
-  EXPECT_GT(passed, 200);
-  EXPECT_LT(passed, 1400);
 }
 
 TEST(RemoveMoving, GivesTheSameBytesForAnyNumberOfThreads) {

@@ -140,19 +140,6 @@ TEST(KernelScore, OfARollingGridLeavesOutWhatNoFloatCanHold) {
   EXPECT_EQ(find_cell(rolling.grid(), map.nds.front().key), MatchGrid::kNone);
 }
 
-TEST(KernelScore, RemembersCellsWithoutChangingTheResult) {
-  const MatchGrid grid = room_grid(2.0);
-  Random random(2);
-  const std::vector<Eigen::Vector3d> points_m = room_points(3, 500, 0.02);
-  ScanForMatch used = make_scan_for_match(points_m);
-  for (int trial = 0; trial < 20; ++trial) {
-    const Pose pose = random_pose(random, 2.0, 0.5);
-    ScanForMatch fresh = make_scan_for_match(points_m);
-    EXPECT_EQ(bits_of(kernel_score(grid, used, pose, MatchKernel::kFastest)),
-              bits_of(kernel_score(grid, fresh, pose, MatchKernel::kFastest)));
-  }
-}
-
 TEST(KernelScore, RemembersCellsFromGridToGridOfTheSameCellsAlone) {
   // Sharp and blurred NDs of one map number its cells alike; another map, and other cells, do not.
   const NdtMap room = simple_map(room_points(31, 15000, 0.03), 2.0);

@@ -20,11 +20,6 @@ const LocalizerOptions kVariants[] = {{.is_annealed = false, .coarse_cells = 1},
                                       {.is_annealed = true, .coarse_cells = 2},
                                       {.is_annealed = true, .search_m = 1.25}};
 
-const NdtMap& room_map() {
-  static const NdtMap kMap = simple_map(room_points(21, 30000, 0.02), 1.0);
-  return kMap;
-}
-
 // A minute's street without noise: a map of one drive, scans of another beside it.
 struct Street {
   NdtMap map;
@@ -185,33 +180,6 @@ TEST(Localizer, ForSamplesSharesTheGridsAndMatchesAsOneThatIsMadeAnew) {
       ScanForMatch b = make_scan_for_match(anew, points_m);
       expect_same(localize(shared, a, start), localize(anew, b, start));
       expect_same(settle(shared, a, start), settle(anew, b, start));
-    }
-  }
-}
-
-TEST(Localizer, ScoresEveryLevelWithItsExactDerivatives) {
-  Random random(7);
-  for (const LocalizerOptions& options : kVariants) {
-    const Localizer localizer = make_localizer(room_map(), options);
-    for (const Localizer::Level& level : localizer.levels) {
-      // A single point, well inside its cell.
-      const std::vector<Eigen::Vector3d> points_m = {{-11.25, 0.4, 0.6}};
-      const Pose pose = random_pose(random, 0.05, 0.002);
-      const MatchScore at = match_score(*level.grid, points_m, pose);
-      ASSERT_GT(at.scored_points, 0u);
-      constexpr double kStep = 1e-5;
-      for (int i = 0; i < 6; ++i) {
-        const Vector6d motion = kStep * Vector6d::Unit(i);
-        const MatchScore more = match_score(*level.grid, points_m, moved(pose, motion));
-        const MatchScore less = match_score(*level.grid, points_m, moved(pose, -motion));
-        EXPECT_NEAR(at.gradient[i], (more.score - less.score) / (2.0 * kStep),
-                    1e-5 * (1.0 + at.gradient.cwiseAbs().maxCoeff()));
-        const Vector6d bend = (more.gradient - less.gradient) / (2.0 * kStep);
-        if (i < 3) {
-          EXPECT_LT((at.hessian.block<3, 1>(0, i) - bend.head<3>()).norm(),
-                    1e-4 * (1.0 + at.hessian.cwiseAbs().maxCoeff()));
-        }
-      }
     }
   }
 }

@@ -20,11 +20,6 @@ Scan room_scan(std::uint64_t seed, std::size_t count) {
   return scan;
 }
 
-const NdtMap& room_map() {
-  static const NdtMap kMap = simple_map(room_points(21, 30000, 0.02), 1.0);
-  return kMap;
-}
-
 const Localizer& room_localizer() {
   static const Localizer kLocalizer =
       make_localizer(room_map(), localizer_options(LocalizerKind::kSearching));

@@ -18,8 +18,7 @@ constexpr double kAlways = -std::numeric_limits<double>::infinity();
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 const Localizer& room_localizer() {
-  static const Localizer kLocalizer =
-      make_localizer(simple_map(room_points(21, 30000, 0.02), 1.0), options_for_samples());
+  static const Localizer kLocalizer = make_localizer(room_map(), options_for_samples());
   return kLocalizer;
 }
 

@@ -139,20 +139,6 @@ TEST(Match, WithoutPointsReturnsTheStart) {
   EXPECT_EQ(result.iterations, 0);
 }
 
-TEST(Match, OnAnEmptyMapSaysNoOverlap) {
-  const MatchResult result = match(make_match_grid(NdtMap{}), scene().points_m, Pose::Identity());
-  EXPECT_EQ(result.stop, MatchStop::kNoOverlap);
-  EXPECT_TRUE(is_finite(result));
-}
-
-TEST(Match, AHundredMetresOffSaysNoOverlap) {
-  Pose start = Pose::Identity();
-  start.translation().x() = 100.0;
-  const MatchResult result = match(scene().grid, scene().points_m, start);
-  EXPECT_EQ(result.stop, MatchStop::kNoOverlap);
-  EXPECT_TRUE(result.T_map_sensor.isApprox(start, 0.0));
-}
-
 TEST(Match, OfPointsInOnePlaneMovesOnlyWhereThePlaneConstrains) {
   std::vector<Eigen::Vector3d> floor_m;
   for (int x = -9; x <= 9; ++x) {

@@ -78,8 +78,7 @@ void expect_counted_in_full(const Runs& runs) {
 }
 
 TEST(SharedClimbs, InARoomMostStartsTakeOverAndEndWhereTheyEndAlone) {
-  const Runs runs = runs_in(simple_map(room_points(21, 30000, 0.02), 1.0),
-                            voxel_subsample(room_points(22, 8000, 0.02), 1.0));
+  const Runs runs = runs_in(room_map(), voxel_subsample(room_points(22, 8000, 0.02), 1.0));
   EXPECT_GT(count_taken_over(runs), 4);
   for (std::size_t k = 0; k < runs.alone.size(); ++k) {
     const Eigen::Vector3d apart_m =

@@ -66,6 +66,12 @@ inline NdtMap simple_map(const std::vector<Eigen::Vector3d>& points_m, double ce
   return map;
 }
 
+// Of the room, in cells of a metre.
+inline const NdtMap& room_map() {
+  static const NdtMap kMap = simple_map(room_points(21, 30000, 0.02), 1.0);
+  return kMap;
+}
+
 // A pose up to `reach_m` and `turn_rad` from identity.
 inline Pose random_pose(Random& random, double reach_m, double turn_rad) {
   Pose pose = Pose::Identity();

@@ -1,6 +1,8 @@
 #include "passes/weakness/find_weakness.h"
 
 #include <gtest/gtest.h>
+#include <cmath>
+#include <limits>
 #include <set>
 
 #include "tests/passes/weakness/corridor.h"
@@ -154,6 +156,29 @@ TEST(UprightSights, SeeTheWallThatEndsTheStreet) {
   const UprightSights sights = upright_sights(scene.views.front(), scene.nds, 0.0);
   EXPECT_GT(sights.holding_count, 5U);
   EXPECT_NEAR(*sights.nearest_holding_m, 38.1, 0.6);  // from x = 40
+}
+
+// The street's walls and ground, by arithmetic: how far each beam should go.
+double expected_m(const Eigen::Vector3d& p_m, const Eigen::Vector3d& direction) {
+  const double to_wall_m = (kCorridorWall_m - std::abs(p_m.y())) / std::abs(direction.y());
+  const double height_m = p_m.z() + to_wall_m * direction.z();
+  if (height_m < kCorridorGround_m) return (kCorridorGround_m - p_m.z()) / direction.z();
+  return height_m > kCorridorTop_m ? std::numeric_limits<double>::infinity() : to_wall_m;
+}
+
+TEST(SiteView, LetsRaysGoAsFarAsTheStreetDoes) {
+  const CorridorScene scene;
+  const SiteView& view = scene.views.front();
+  std::size_t count = 0;
+  std::size_t near_count = 0;
+  for (std::size_t i = 0; i < scene.directions.size(); ++i) {
+    const double true_m = expected_m(view.p_map_m, scene.directions[i]);
+    if (!(true_m < 30.0)) continue;
+    ++count;
+    near_count += std::abs(view.distance_m[i] - true_m) < 0.2 ? 1 : 0;
+  }
+  EXPECT_GT(count, 5000U);
+  EXPECT_GT(static_cast<double>(near_count), 0.95 * static_cast<double>(count));
 }
 
 }  // namespace

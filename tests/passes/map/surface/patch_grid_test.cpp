@@ -6,7 +6,7 @@
 #include <set>
 
 #include "formats/base/random.h"
-#include "passes/map/surface/sorted_by_cell.h"
+#include "passes/map/surface/patch_evidence.h"
 
 namespace sightline {
 namespace {

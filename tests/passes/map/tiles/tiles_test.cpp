@@ -11,7 +11,6 @@
 #include "passes/map/surface/patch_evidence.h"
 #include "passes/map/surface/surface_candidates.h"
 #include "passes/map/tiles/cell_tiles.h"
-#include "passes/map/tiles/tile_cells.h"
 #include "tests/passes/map/tiles/long_street.h"
 #include "tests/support/kept_parts.h"
 #include "tests/support/whole_rows.h"

@@ -1,4 +1,4 @@
-#include "passes/map/tiles/nds_by_tile.h"
+#include "passes/map/tiles/build_ndt_cells.h"
 
 #include <gtest/gtest.h>
 

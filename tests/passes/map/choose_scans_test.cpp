@@ -1,4 +1,4 @@
-#include "passes/map/changes/choose_scans.h"
+#include "passes/map/choose_scans.h"
 
 #include <gtest/gtest.h>
 

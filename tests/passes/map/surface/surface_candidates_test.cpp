@@ -1,4 +1,4 @@
-#include "passes/map/surface/solid_squares.h"
+#include "passes/map/surface/surface_candidates.h"
 
 #include <gtest/gtest.h>
 

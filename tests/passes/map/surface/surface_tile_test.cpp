@@ -1,4 +1,4 @@
-#include "passes/map/surface/patches_by_tile.h"
+#include "passes/map/surface/surface_tile.h"
 
 #include <gtest/gtest.h>
 

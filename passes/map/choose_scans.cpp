@@ -1,14 +1,18 @@
-#include "passes/map/changes/choose_scans.h"
+#include "passes/map/choose_scans.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
-#include "passes/map/changes/known_ways.h"
 #include "passes/map/tile_carver.h"
 #include "passes/pass/work_in_parts.h"
 
@@ -38,6 +42,57 @@ PointGrid grid_of(const Trajectory& trajectory, const ScanNumbers& scans) {
   for (const std::size_t scan : scans) places_m.push_back(place_m(trajectory, scan));
   return PointGrid(places_m, kCell_m);
 }
+
+// A drive passed a place where it came this near, in the same direction and at the same height; on
+// the same way it came this near from the side, so that there are sites (choose_sites).
+constexpr double kPassed_m = 10.0;
+constexpr double kSameHeight_m = 3.0;
+constexpr double kSameDirection = 0.7071067811865476;  // cosine of 45 degrees
+constexpr double kSameWay_m = 2.0;
+
+// The ways that the drives of an earlier map laid. Keeps references to the drive and its
+// trajectory.
+class KnownWays {
+ public:
+  // `earlier`: the scans that were laid, by their places in the drive.
+  KnownWays(const Drive& drive, const Trajectory& trajectory, const ScanNumbers& earlier)
+      : drive_(drive),
+        trajectory_(trajectory),
+        earlier_(earlier),
+        grid_(grid_of(trajectory, earlier)) {}
+
+  // Whether so many drives passed a scan's place in its direction, one of them on its way, from
+  // behind it to ahead.
+  [[nodiscard]] bool know(std::size_t scan, int drives) const {
+    const TrajectoryPose& here = trajectory_.poses[scan];
+    std::set<std::uint32_t> parts;
+    bool comes = false;
+    bool goes_on = false;
+    const auto meet = [&](const NearPoint& near) {
+      const std::size_t earlier = earlier_[near.index];
+      const TrajectoryPose& there = trajectory_.poses[earlier];
+      const Eigen::Vector3d ahead = there.T_map_vehicle.linear().col(0);
+      const Eigen::Vector3d offset_m =
+          here.T_map_vehicle.translation() - there.T_map_vehicle.translation();
+      const bool passes = there.piece == here.piece && std::abs(offset_m.z()) <= kSameHeight_m &&
+                          ahead.dot(here.T_map_vehicle.linear().col(0)) >= kSameDirection;
+      if (!passes) return;
+      parts.insert(drive_.scans[earlier].part);
+      const double along_m = offset_m.dot(ahead);
+      if ((offset_m - along_m * ahead).head<2>().norm() > kSameWay_m) return;
+      comes = comes || along_m >= 0.0;
+      goes_on = goes_on || along_m <= 0.0;
+    };
+    grid_.visit_within(here.T_map_vehicle.translation(), kPassed_m, meet);
+    return comes && goes_on && parts.size() >= static_cast<std::size_t>(drives);
+  }
+
+ private:
+  const Drive& drive_;
+  const Trajectory& trajectory_;
+  ScanNumbers earlier_;
+  PointGrid grid_;  // of their places
+};
 
 // One in so much of each drive's way.
 ScanNumbers thinned(const Drive& drive, const Trajectory& trajectory, const ScanNumbers& scans) {

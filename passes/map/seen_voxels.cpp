@@ -1,4 +1,4 @@
-#include "passes/map/voxel_ground.h"
+#include "passes/map/seen_voxels.h"
 
 #include <algorithm>
 #include <cmath>
