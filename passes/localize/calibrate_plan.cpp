@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "passes/localize/area_localizers.h"
-#include "passes/localize/drive_on_map.h"
-#include "passes/localize/match_contents.h"
+#include "passes/localize/track_matcher.h"
 #include "passes/matching/look_plan.h"
 #include "passes/matching/match_starts.h"
 #include "passes/pass/default_looks.h"

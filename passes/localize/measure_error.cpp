@@ -10,7 +10,6 @@
 #include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/localize/area_localizers.h"
-#include "passes/localize/match_contents.h"
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"
 #include "passes/localize/pcl/pcl_ndt.h"

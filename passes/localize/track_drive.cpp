@@ -5,7 +5,6 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/stopwatch.h"
-#include "passes/localize/drive_on_map.h"
 #include "passes/localize/track_matcher.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/match_starts.h"
