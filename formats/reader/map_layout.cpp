@@ -10,8 +10,15 @@
 
 #include "formats/base/bytes.h"
 #include "formats/reader/map_beginning.h"
+#include "formats/record/codec.h"
 
 namespace sightline {
+
+// Behind the version and the size of the header.
+SIGHTLINE_SOME_FIELDS(FileHeader, compatible_features, incompatible_features, file_size,
+                      manifest_offset, manifest_size, manifest_checksum, directory_offset,
+                      directory_size, directory_checksum, root_digest)
+
 namespace {
 
 constexpr std::string_view kEndMagic("\n\x1a\n\rMLS\x89", 8);  // the beginning in reverse
@@ -75,16 +82,7 @@ FileHeader header_fields(std::span<const std::byte> file) {
   reader.get(header.version.major);
   reader.get(header.version.minor);
   (void)reader.get<std::uint32_t>();
-  reader.get(header.compatible_features);
-  reader.get(header.incompatible_features);
-  reader.get(header.file_size);
-  reader.get(header.manifest_offset);
-  reader.get(header.manifest_size);
-  reader.get(header.manifest_checksum);
-  reader.get(header.directory_offset);
-  reader.get(header.directory_size);
-  reader.get(header.directory_checksum);
-  for (std::uint8_t& byte : header.root_digest) reader.get(byte);
+  decode(reader, header);
   return header;
 }
 
@@ -98,16 +96,7 @@ std::array<std::byte, kHeaderSize> encode_header(const FileHeader& header) {
   writer.put(header.version.major);
   writer.put(header.version.minor);
   writer.put<std::uint32_t>(kHeaderSize);
-  writer.put(header.compatible_features);
-  writer.put(header.incompatible_features);
-  writer.put(header.file_size);
-  writer.put(header.manifest_offset);
-  writer.put(header.manifest_size);
-  writer.put(header.manifest_checksum);
-  writer.put(header.directory_offset);
-  writer.put(header.directory_size);
-  writer.put(header.directory_checksum);
-  writer.append(header.root_digest.data(), header.root_digest.size());
+  encode(header, writer);
   writer.put(block_checksum(writer.bytes()));
   std::array<std::byte, kHeaderSize> bytes{};
   SIGHTLINE_CHECK(writer.bytes().size() == bytes.size());

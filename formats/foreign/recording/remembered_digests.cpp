@@ -8,6 +8,7 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/units.h"
+#include "formats/record/codec.h"
 
 namespace sightline {
 namespace {
@@ -52,14 +53,15 @@ bool recall_digests(const DigestMemory& memory, const Digest& state, Recording& 
   const std::optional<std::vector<std::byte>> found = memory.load(state);
   if (!found) return false;
   ByteReader reader(*found);
+  FieldReader stored(reader);
   std::vector<Digest> contents;
   std::vector<std::uint64_t> contents_xxh3;
   std::string columns;
-  reader.get_array(contents);
-  reader.get_array(contents_xxh3);
-  reader.get_string(columns);
-  std::vector<std::string> warnings(reader.get_count(sizeof(std::uint64_t)));
-  for (std::string& warning : warnings) reader.get_string(warning);
+  std::vector<std::string> warnings;
+  stored.get(contents);
+  stored.get(contents_xxh3);
+  stored.get(columns);
+  stored.get(warnings);
   const std::size_t count = recording.scans.size();
   if (!reader.at_end() || contents.size() != count || contents_xxh3.size() != count) return false;
   if (!columns.empty()) {
@@ -83,15 +85,11 @@ void remember_digests(const DigestMemory& memory, const Digest& state, const Rec
     contents.push_back(scan.content);
     contents_xxh3.push_back(scan.content_xxh3);
   }
-  ByteWriter writer;
-  writer.put_array(contents);
-  writer.put_array(contents_xxh3);
-  writer.put_string(recording.columns ? to_text(*recording.columns) : "");
-  writer.put<std::uint64_t>(recording.warnings.size() - first_warning);
-  for (std::size_t i = first_warning; i < recording.warnings.size(); ++i) {
-    writer.put_string(recording.warnings[i]);
-  }
-  memory.store(state, writer.bytes());
+  const std::string columns = recording.columns ? to_text(*recording.columns) : "";
+  const std::vector<std::string> warnings(
+      recording.warnings.begin() + static_cast<std::ptrdiff_t>(first_warning),
+      recording.warnings.end());
+  memory.store(state, written(contents, contents_xxh3, columns, warnings).bytes());
 }
 
 }  // namespace sightline

@@ -6,8 +6,14 @@
 
 #include "formats/base/bytes.h"
 #include "formats/reader/map_layout.h"
+#include "formats/record/codec.h"
 
 namespace sightline {
+
+// Behind name, version, whether it is required and its codec.
+SIGHTLINE_SOME_FIELDS(ContentsEntry, row_count, offset, stored_size, raw_size, stored_checksum,
+                      raw_digest)
+
 namespace {
 
 using Magic = std::array<std::uint8_t, 8>;
@@ -33,12 +39,7 @@ void put_entry(const ContentsEntry& entry, ByteWriter& writer) {
   writer.put(static_cast<std::uint32_t>(entry.is_required));
   writer.put(static_cast<std::uint32_t>(entry.codec));
   writer.put<std::uint32_t>(0);
-  writer.put(entry.row_count);
-  writer.put(entry.offset);
-  writer.put(entry.stored_size);
-  writer.put(entry.raw_size);
-  writer.put(entry.stored_checksum);
-  writer.append(entry.raw_digest.data(), entry.raw_digest.size());
+  encode(entry, writer);
   writer.put<std::uint64_t>(0);
 }
 
@@ -51,12 +52,7 @@ ContentsEntry get_entry(std::span<const std::byte> bytes) {
   entry.is_required = reader.get<std::uint32_t>() != 0;
   entry.codec = static_cast<BlockCodec>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), 255));
   (void)reader.get<std::uint32_t>();
-  reader.get(entry.row_count);
-  reader.get(entry.offset);
-  reader.get(entry.stored_size);
-  reader.get(entry.raw_size);
-  reader.get(entry.stored_checksum);
-  for (std::uint8_t& byte : entry.raw_digest) reader.get(byte);
+  decode(reader, entry);
   return entry;
 }
 
@@ -79,17 +75,13 @@ TileContents contents_of(TileKey key, const Digest& digest, std::span<const Pack
 }
 
 std::vector<std::byte> encode_contents(const TileContents& contents) {
-  ByteWriter writer;
-  writer.append(kMagic.data(), kMagic.size());
-  writer.put<std::uint64_t>(0);  // the checksum, once the rest is there
-  writer.put(static_cast<std::uint32_t>(contents_size(contents.layers.size())));
-  writer.put(static_cast<std::uint32_t>(contents.layers.size()));
-  writer.put(contents.key.x);
-  writer.put(contents.key.y);
-  writer.append(contents.digest.data(), contents.digest.size());
+  constexpr std::uint64_t kNoChecksum = 0;  // until the rest is there
+  const auto count = static_cast<std::uint32_t>(contents.layers.size());
+  const auto size = static_cast<std::uint32_t>(contents_size(count));
+  ByteWriter writer = written(kMagic, kNoChecksum, size, count, contents.key, contents.digest);
   for (const ContentsEntry& entry : contents.layers) put_entry(entry, writer);
   std::vector<std::byte> bytes = writer.take();
-  SIGHTLINE_CHECK(bytes.size() == contents_size(contents.layers.size()));
+  SIGHTLINE_CHECK(bytes.size() == size);
   const std::uint64_t checksum = block_checksum(std::span(bytes).subspan(kChecked));
   std::memcpy(bytes.data() + 8, &checksum, sizeof checksum);
   return bytes;
@@ -108,9 +100,8 @@ std::optional<TileContents> decode_contents(std::span<const std::byte> bytes) {
     return std::nullopt;
   }
   TileContents contents;
-  reader.get(contents.key.x);
-  reader.get(contents.key.y);
-  for (std::uint8_t& byte : contents.digest) reader.get(byte);
+  decode(reader, contents.key);
+  FieldReader(reader).get(contents.digest);
   for (std::uint32_t i = 0; i < count; ++i) {
     contents.layers.push_back(get_entry(bytes.subspan(kHeadSize + kEntrySize * i, kEntrySize)));
   }

@@ -5,8 +5,19 @@
 #include <string>
 
 #include "formats/base/bytes.h"
+#include "formats/record/codec.h"
 
 namespace sightline {
+
+SIGHTLINE_FIELDS(MapIdentity, size, root_digest, header_checksum)
+// Behind major, minor and the size of the header.
+SIGHTLINE_SOME_FIELDS(DeltaHeader, compatible_features, incompatible_features, file_size, base,
+                      result_size, result_root, result_sha256, step_count, steps_checksum,
+                      zstd_version, zstd_level)
+// Behind its kind, which takes eight bytes.
+SIGHTLINE_SOME_FIELDS(DeltaStep, size, base_offset, base_size, packed_size, packed_checksum,
+                      checksum)
+
 namespace {
 
 // As that of a map, with another letter.
@@ -17,19 +28,9 @@ Error at_byte(ErrorCode code, const std::string& message, std::uint64_t byte) {
   return {code, message, "", "byte " + std::to_string(byte)};
 }
 
-void get(ByteReader& reader, Digest& digest) {
-  for (std::uint8_t& byte : digest) reader.get(byte);
-}
-
 void put(ByteWriter& writer, const DeltaStep& step) {
-  writer.put(step.kind);
-  for (int i = 0; i < 7; ++i) writer.put(std::uint8_t{0});
-  writer.put(step.size);
-  writer.put(step.base_offset);
-  writer.put(step.base_size);
-  writer.put(step.packed_size);
-  writer.put(step.packed_checksum);
-  writer.put(step.checksum);
+  writer.put(static_cast<std::uint64_t>(step.kind));
+  encode(step, writer);
 }
 
 DeltaHeader read_fields(std::span<const std::byte> front) {
@@ -38,19 +39,7 @@ DeltaHeader read_fields(std::span<const std::byte> front) {
   reader.get(header.major);
   reader.get(header.minor);
   (void)reader.get<std::uint32_t>();
-  reader.get(header.compatible_features);
-  reader.get(header.incompatible_features);
-  reader.get(header.file_size);
-  reader.get(header.base.size);
-  get(reader, header.base.root_digest);
-  reader.get(header.base.header_checksum);
-  reader.get(header.result_size);
-  get(reader, header.result_root);
-  get(reader, header.result_sha256);
-  reader.get(header.step_count);
-  reader.get(header.steps_checksum);
-  reader.get(header.zstd_version);
-  reader.get(header.zstd_level);
+  decode(reader, header);
   return header;
 }
 
@@ -145,25 +134,9 @@ std::vector<std::byte> encode_delta_front(DeltaHeader header, std::span<const De
     header.file_size += step.packed_size;
   }
   header.steps_checksum = xxh3(step_bytes.bytes());
-  ByteWriter writer;
-  writer.append(kMagic.data(), kMagic.size());
-  writer.put(header.major);
-  writer.put(header.minor);
-  writer.put<std::uint32_t>(kDeltaHeaderSize);
-  writer.put(header.compatible_features);
-  writer.put(header.incompatible_features);
-  writer.put(header.file_size);
-  writer.put(header.base.size);
-  writer.append(header.base.root_digest.data(), header.base.root_digest.size());
-  writer.put(header.base.header_checksum);
-  writer.put(header.result_size);
-  writer.append(header.result_root.data(), header.result_root.size());
-  writer.append(header.result_sha256.data(), header.result_sha256.size());
-  writer.put(header.step_count);
-  writer.put(header.steps_checksum);
-  writer.put(header.zstd_version);
-  writer.put(header.zstd_level);
-  for (std::size_t i = 0; i < kReservedSize; ++i) writer.put(std::uint8_t{0});
+  constexpr std::array<std::uint8_t, kReservedSize> kReserved{};
+  ByteWriter writer = written(kMagic, header.major, header.minor,
+                              static_cast<std::uint32_t>(kDeltaHeaderSize), header, kReserved);
   writer.put(xxh3(writer.bytes()));
   SIGHTLINE_CHECK(writer.bytes().size() == kDeltaHeaderSize);
   writer.append(step_bytes.bytes().data(), step_bytes.bytes().size());
@@ -203,12 +176,7 @@ Result<std::vector<DeltaStep>> decode_delta_steps(std::span<const std::byte> byt
     const std::uint64_t byte = kDeltaHeaderSize + reader.offset();
     const auto kind = reader.get<std::uint64_t>();  // with the 7 zeros that follow it
     step.kind = static_cast<DeltaStepKind>(kind);
-    reader.get(step.size);
-    reader.get(step.base_offset);
-    reader.get(step.base_size);
-    reader.get(step.packed_size);
-    reader.get(step.packed_checksum);
-    reader.get(step.checksum);
+    decode(reader, step);
     if (kind > 0xff) return at_byte(ErrorCode::kBadDelta, "a step of an unknown kind", byte);
     SIGHTLINE_TRY(check_step(step, header, copied_to, byte));
     if (step.kind == DeltaStepKind::kCopy) copied_to = step.base_offset + step.base_size;
