@@ -8,7 +8,7 @@
 #include "passes/ingest/ingest.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/box_world.h"
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 
 // Recordings of one LiDAR under the profile of another.
 
@@ -66,10 +66,7 @@ std::vector<PointXyzi> scan(const BoxWorld& world, const Lidar& lidar, double at
 
 class CheckSensor : public testing::Test {
  protected:
-  CheckSensor() {
-    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
-    options_.scans = (folder_.path() / "scans").string();
-  }
+  CheckSensor() { options_.scans = (folder_.path() / "scans").string(); }
   void record(const BoxWorld& world, const Lidar& lidar) {
     std::filesystem::create_directories(options_.scans);
     for (int i = 0; i < 2; ++i) {
@@ -86,7 +83,7 @@ class CheckSensor : public testing::Test {
   }
   // By ingest, as every compile does.
   Result<Drive> read() {
-    warnings_.clear();
+    ctx_.warnings.clear();
     const Result<Recording> recording = open_recording(options_);
     if (!recording) return recording.error();
     return ingest(ctx_, {}, *recording);
@@ -94,8 +91,7 @@ class CheckSensor : public testing::Test {
 
   ScratchFolder folder_;
   RecordingOptions options_;
-  std::vector<std::string> warnings_;
-  PassContext ctx_;
+  TestContext ctx_;
 };
 
 TEST_F(CheckSensor, SaysNothingOfARightProfileInStreetsAndInOpenCountry) {
@@ -104,7 +100,7 @@ TEST_F(CheckSensor, SaysNothingOfARightProfileInStreetsAndInOpenCountry) {
     for (const BoxWorld& world : {random_street(1), random_street(2), BoxWorld{}}) {
       record(world, lidar(name));
       ASSERT_TRUE(read().has_value());
-      EXPECT_THAT(warnings_, IsEmpty()) << name;
+      EXPECT_THAT(ctx_.warnings, IsEmpty()) << name;
     }
   }
 }
@@ -115,13 +111,13 @@ TEST_F(CheckSensor, SaysNothingOfRightBeamsThatAreSmeared) {
   smeared.smear_deg = 0.8;
   record(random_street(3), smeared);
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, IsEmpty());
+  EXPECT_THAT(ctx_.warnings, IsEmpty());
 }
 
 TEST_F(CheckSensor, NamesWhatLiesOutsideAProfileThatNobodyChoseAndWhatInitWouldGuess) {
   record(random_street(1), lidar("hdl-64e"));
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_,
+  EXPECT_THAT(ctx_.warnings,
               ElementsAre(AllOf(
                   HasSubstr("SL2025 unlike-profile"), HasSubstr("generic-16"),
                   HasSubstr("-15.0 to 15.0 degrees"), HasSubstr("% of the returns lie outside"),
@@ -131,12 +127,12 @@ TEST_F(CheckSensor, NamesWhatLiesOutsideAProfileThatNobodyChoseAndWhatInitWouldG
 TEST_F(CheckSensor, TellsOtherBeamsFromThoseOfTheProfileWithinTheSameFan) {
   record(random_street(1), lidar("generic-64"));
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, ElementsAre(AllOf(HasSubstr("the returns stand at other beams"),
-                                           HasSubstr("guesses `sensor: generic-64`"))));
+  EXPECT_THAT(ctx_.warnings, ElementsAre(AllOf(HasSubstr("the returns stand at other beams"),
+                                               HasSubstr("guesses `sensor: generic-64`"))));
   record(random_street(1), lidar("vlp-16"));
   options_.sensor = "generic-128";
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("the returns stand at other beams")));
+  EXPECT_THAT(ctx_.warnings, ElementsAre(HasSubstr("the returns stand at other beams")));
 }
 
 TEST_F(CheckSensor, WarnsWhereBeamsGoOnFarBeyondTheReturns) {
@@ -145,13 +141,15 @@ TEST_F(CheckSensor, WarnsWhereBeamsGoOnFarBeyondTheReturns) {
   record(random_street(1), smeared);
   give_beams(64, -24.0, 16.0);
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("returns end all at once far below the highest")));
+  EXPECT_THAT(ctx_.warnings,
+              ElementsAre(HasSubstr("returns end all at once far below the highest")));
   smeared = lidar("vlp-16");
   smeared.smear_deg = 1.0;
   record(random_street(1), smeared);
   give_beams(64, -24.0, 16.0);
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("the lowest see no ground where there is some")));
+  EXPECT_THAT(ctx_.warnings,
+              ElementsAre(HasSubstr("the lowest see no ground where there is some")));
 }
 
 TEST_F(CheckSensor, WarnsOfManyMoreReturnsThanTheProfileHasRays) {
@@ -159,8 +157,9 @@ TEST_F(CheckSensor, WarnsOfManyMoreReturnsThanTheProfileHasRays) {
   record(random_street(1), smeared);
   options_.sensor = "vlp-16";
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, ElementsAre(AllOf(HasSubstr("SL2025"),
-                                           HasSubstr("times as many returns as these have rays"))));
+  EXPECT_THAT(ctx_.warnings,
+              ElementsAre(AllOf(HasSubstr("SL2025"),
+                                HasSubstr("times as many returns as these have rays"))));
 }
 
 TEST_F(CheckSensor, WarnsOfReturnsBeyondTheRangeOfTheProfile) {
@@ -170,7 +169,7 @@ TEST_F(CheckSensor, WarnsOfReturnsBeyondTheRangeOfTheProfile) {
   world.boxes = {{{150.0, -300.0, 0.0}, {160.0, 300.0, 60.0}}};
   record(world, far);
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("lie beyond its range of 100 m")));
+  EXPECT_THAT(ctx_.warnings, ElementsAre(HasSubstr("lie beyond its range of 100 m")));
 }
 
 TEST_F(CheckSensor, RefusesAProfileThatMostReturnsContradict) {
@@ -185,7 +184,7 @@ TEST_F(CheckSensor, RefusesAProfileThatMostReturnsContradict) {
 TEST_F(CheckSensor, SaysNothingOfAHandfulOfReturns) {
   record(BoxWorld{}, {{-40.0, -30.0}, 0.0, 2.0, 90.0});
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, IsEmpty());
+  EXPECT_THAT(ctx_.warnings, IsEmpty());
 }
 
 TEST_F(CheckSensor, NamesReturnsOutsideTheAzimuthView) {
@@ -196,7 +195,7 @@ TEST_F(CheckSensor, NamesReturnsOutsideTheAzimuthView) {
   options_.sensor = "livox-avia";
   ASSERT_TRUE(read().has_value());
   EXPECT_THAT(
-      warnings_,
+      ctx_.warnings,
       ElementsAre(HasSubstr("% of the returns lie outside its azimuth view of 70.4 degrees")));
 }
 
@@ -214,12 +213,12 @@ TEST_F(CheckSensor, NamesASectorThatReturnsFillWhereTheProfileSeesAllRound) {
   options_.sensor = "hdl-64e";
   ASSERT_TRUE(read().has_value());
   EXPECT_THAT(
-      warnings_,
+      ctx_.warnings,
       ElementsAre(AllOf(HasSubstr("all returns lie within 88.3"), HasSubstr("where it sees 360"),
                         HasSubstr("guesses `sensor: hdl-64e`, `azimuth_view_deg: 88.3"))));
   options_.azimuth_view_deg = 90.0;
   ASSERT_TRUE(read().has_value());
-  EXPECT_THAT(warnings_, IsEmpty());
+  EXPECT_THAT(ctx_.warnings, IsEmpty());
 }
 
 }  // namespace

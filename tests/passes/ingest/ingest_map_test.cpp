@@ -1,10 +1,13 @@
 #include "passes/ingest/ingest_map.h"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
 #include "tests/formats/foreign/foreign_files.h"
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -25,9 +28,6 @@ std::vector<PointXyzi> ground(double from_m, double step_m) {
 
 class IngestMapTest : public testing::Test {
  protected:
-  IngestMapTest() {
-    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
-  }
   PointMap map_of_two(double step_m) {
     EXPECT_TRUE(write_pcd_binary(folder_ / "map/0.pcd", ground(128.0, step_m), IfExists::kReplace)
                     .has_value());
@@ -36,14 +36,13 @@ class IngestMapTest : public testing::Test {
     return *open_point_map(folder_ / "map", 1);
   }
   ScratchFolder folder_;
-  std::vector<std::string> warnings_;
-  PassContext ctx_;
+  TestContext ctx_;
 };
 
 TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
   const SurfacePoints points = value_of(ingest_map(ctx_, {}, map_of_two(0.1)));
   ASSERT_TRUE(validate(points).has_value());
-  EXPECT_TRUE(warnings_.empty()) << warnings_.front();
+  EXPECT_THAT(ctx_.warnings, testing::IsEmpty());
   EXPECT_EQ(points.frame.origin_world_m, Eigen::Vector3d(128.0, 64.0, 0.0));
   EXPECT_EQ(points.standing_count, 2U * 160U * 160U);
   const NdtMap ndt = value_of(whole_rows(build_ndt(ctx_, {}, points)));
@@ -60,12 +59,12 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
 
 TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {
   ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.4)).has_value());
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_THAT(warnings_[0], HasSubstr("6.2 points on a square metre"));
-  EXPECT_THAT(warnings_[0], HasSubstr("has gaps"));
-  EXPECT_EQ(warnings_[0].find("are lost"), std::string::npos);
+  ASSERT_EQ(ctx_.warnings.size(), 1U);
+  EXPECT_THAT(ctx_.warnings[0], HasSubstr("6.2 points on a square metre"));
+  EXPECT_THAT(ctx_.warnings[0], HasSubstr("has gaps"));
+  EXPECT_EQ(ctx_.warnings[0].find("are lost"), std::string::npos);
   ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.8)).has_value());
-  EXPECT_THAT(warnings_[1], HasSubstr("are lost"));
+  EXPECT_THAT(ctx_.warnings[1], HasSubstr("are lost"));
 }
 
 TEST_F(IngestMapTest, RefusesAMapWiderThanAGrid) {

@@ -1,43 +1,38 @@
 #include "passes/ingest/ingest.h"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 #include "formats/base/random.h"
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 class IngestTest : public testing::Test {
  protected:
-  IngestTest() {
-    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
-  }
   void write_ascii(std::string_view name, int count, std::string_view points) {
     const std::string number = std::to_string(count);
-    folder_.write(name, std::string("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH ")
-                            .append(number)
-                            .append("\nHEIGHT 1\nPOINTS ")
-                            .append(number)
-                            .append("\nDATA ascii\n")
-                            .append(points));
+    folder_.write(name, "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH " + number +
+                            "\nHEIGHT 1\nPOINTS " + number + "\nDATA ascii\n" +
+                            std::string(points));
   }
   Recording open(std::string_view poses = "") {
     RecordingOptions options;
     options.scans = folder_.path().string();
     if (!poses.empty()) options.poses = folder_.write("poses.txt", poses).string();
-    Result<Recording> recording = open_recording(options);
-    EXPECT_TRUE(recording.has_value());
-    return recording ? *recording : Recording{};
+    return value_of(open_recording(options));
   }
 
   ScratchFolder folder_;
-  std::vector<std::string> warnings_;
-  PassContext ctx_;
+  TestContext ctx_;
 };
 
 // Three points in millimetres, the second of which is withheld (LAS 1.2, point format 0).
@@ -62,9 +57,8 @@ TEST_F(IngestTest, SaysHowManyPointsTheirFilesWithhold) {
   folder_.write("0.las", las_with_a_withheld_point());
   const Drive drive = value_of(ingest(ctx_, {}, open()));
   EXPECT_EQ(drive.scans[0].point_count, 2U);
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_THAT(warnings_[0],
-              HasSubstr("dropped 1 points that their files mark as withheld, kept 2"));
+  EXPECT_THAT(ctx_.warnings,
+              ElementsAre(HasSubstr("dropped 1 points that their files mark as withheld, kept 2")));
 }
 
 TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
@@ -80,8 +74,8 @@ TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
   EXPECT_EQ(drive.scans[1].recording_index, 1U);
   EXPECT_FALSE(drive.has_poses());
   EXPECT_EQ(drive.frame, MapFrame{});
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_THAT(warnings_[0], HasSubstr("dropped 1 NaN or infinite points and 2 at (0,0,0), kept 3"));
+  EXPECT_THAT(ctx_.warnings,
+              ElementsAre(HasSubstr("dropped 1 NaN or infinite points and 2 at (0,0,0), kept 3")));
   const Scan scan = value_of(drive.store->read(1));
   EXPECT_EQ(scan.points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
 }
@@ -110,8 +104,7 @@ TEST_F(IngestTest, GivesTheSameDriveForAnyNumberOfThreads) {
   }
   const Recording recording = open();
   const Drive one = value_of(ingest(ctx_, {}, recording));
-  ctx_.threads = 4;
-  const Drive four = value_of(ingest(ctx_, {}, recording));
+  const Drive four = value_of(ingest(TestContext(4), {}, recording));
   EXPECT_TRUE(validate(one).has_value());
   EXPECT_EQ(to_bytes(one), to_bytes(four));
 }
@@ -122,8 +115,7 @@ TEST_F(IngestTest, RefusesTheFirstBadScanWhateverTheThreads) {
   folder_.write("3.pcd", "");
   const Recording recording = open();
   for (const int threads : {1, 2, 4}) {
-    ctx_.threads = threads;
-    const Error refused = failure_of(ingest(ctx_, {}, recording));
+    const Error refused = failure_of(ingest(TestContext(threads), {}, recording));
     EXPECT_EQ(refused.code, ErrorCode::kTruncatedScan);
     EXPECT_EQ(refused.file, (folder_ / "2.pcd").string());
   }
@@ -150,10 +142,10 @@ TEST_F(IngestTest, WarnsOfTheFirstGapInTimeAndNamesItsScans) {
   options.stamps = folder_.write("times.txt", stamps).string();
   const Recording recording = value_of(open_recording(options));
   ASSERT_TRUE(ingest(ctx_, {}, recording).has_value());
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_THAT(warnings_[0],
-              HasSubstr("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
-                        "and scan 5 (5.pcd)"));
+  EXPECT_THAT(
+      ctx_.warnings,
+      ElementsAre(HasSubstr("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
+                            "and scan 5 (5.pcd)")));
 }
 
 TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
@@ -166,8 +158,7 @@ TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
   EXPECT_TRUE(drive.scans[0].has_point_times);
   EXPECT_FALSE(drive.scans[1].has_point_times);
   EXPECT_EQ(drive.store->read(0)->time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_THAT(warnings_[0], HasSubstr("1 scans have point times"));
+  EXPECT_THAT(ctx_.warnings, ElementsAre(HasSubstr("1 scans have point times")));
 }
 
 TEST_F(IngestTest, RefusesADriveWithoutScans) {
@@ -177,8 +168,7 @@ TEST_F(IngestTest, RefusesADriveWithoutScans) {
 TEST_F(IngestTest, WarnsOfCutText) {
   write_ascii("0.pcd", 1, "8.9 2.2 -0.1");
   ASSERT_TRUE(ingest(ctx_, {}, open()).has_value());
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_THAT(warnings_[0], HasSubstr("may be cut"));
+  EXPECT_THAT(ctx_.warnings, ElementsAre(HasSubstr("may be cut")));
 }
 
 // World coordinates, or millimetres: the map of either is wrong.
@@ -186,8 +176,8 @@ TEST_F(IngestTest, RefusesScansThatMostlyLieFartherThanALidarSees) {
   write_ascii("0.pcd", 2, "1 2 3\n4 5 6\n");
   write_ascii("1.pcd", 1, "588348.9 4141240.2 -30.1\n");
   EXPECT_TRUE(ingest(ctx_, {}, open()).has_value());
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_THAT(warnings_[0], HasSubstr("1 scans have most of their points beyond 2 km"));
+  EXPECT_THAT(ctx_.warnings,
+              ElementsAre(HasSubstr("1 scans have most of their points beyond 2 km")));
   write_ascii("2.pcd", 3, "12010 -3410 110\n15 20 30\n-8750 2100 -1800\n");
   const Error refused = failure_of(ingest(ctx_, {}, open()));
   EXPECT_EQ(refused.code, ErrorCode::kUnsupportedFormat);

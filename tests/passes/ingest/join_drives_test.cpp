@@ -37,14 +37,10 @@ struct Joined {
 };
 
 Joined join(const Drive& first, const Drive& later) {
-  Joined joined;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& warning) { joined.warnings.push_back(warning); };
-  Result<Drive> drive = join_drives(ctx, {}, first, {{&later}});
-  EXPECT_TRUE(drive.has_value()) << to_string(drive.error());
-  EXPECT_TRUE(validate(*drive).has_value());
-  joined.drive = *std::move(drive);
-  return joined;
+  TestContext ctx;
+  Drive drive = value_of(join_drives(ctx, {}, first, {{&later}}));
+  EXPECT_TRUE(validate(drive).has_value());
+  return {std::move(drive), ctx.warnings};
 }
 
 TEST(JoinDrives, PutsOneBehindTheOtherAndKeepsWhatIsEven) {

@@ -129,21 +129,16 @@ TEST(CompleteTrajectory, InterpolatesTheScansOfOtherSensorsAtTheirTimes) {
 
 TEST(CompleteTrajectory, RefusesATrajectoryOfAnotherDrive) {
   const Drive front = one_sensor("front", {0, 100, 200}, 1.0);
-  PassContext ctx;
   const Drive rear = one_sensor("rear", {40}, -1.0);
-  const Drive joined = value_of(join_sensors(ctx, {}, front, {{&rear}}));
-  Trajectory trajectory = trajectory_of(front);
-  trajectory.poses.pop_back();
-  EXPECT_EQ(complete_trajectory(ctx, {}, joined, trajectory).error().code,
-            ErrorCode::kMismatchedInputs);
-  trajectory = trajectory_of(front);
-  trajectory.poses[1].stamp_ns += 1;
-  EXPECT_EQ(complete_trajectory(ctx, {}, joined, trajectory).error().code,
-            ErrorCode::kMismatchedInputs);
-  trajectory = trajectory_of(front);
-  trajectory.poses.push_back(trajectory.poses.back());
-  EXPECT_EQ(complete_trajectory(ctx, {}, joined, trajectory).error().code,
-            ErrorCode::kMismatchedInputs);
+  const Drive joined = value_of(join_sensors(TestContext(), {}, front, {{&rear}}));
+  std::vector<Trajectory> wrong(3, trajectory_of(front));
+  wrong[0].poses.pop_back();
+  wrong[1].poses[1].stamp_ns += 1;
+  wrong[2].poses.push_back(wrong[2].poses.back());
+  for (const Trajectory& trajectory : wrong) {
+    EXPECT_EQ(failure_of(complete_trajectory(TestContext(), {}, joined, trajectory)).code,
+              ErrorCode::kMismatchedInputs);
+  }
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "passes/ingest/check_sensor.h"
 #include "tests/support/real_data.h"
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -14,9 +14,6 @@ using ::testing::HasSubstr;
 // Real LiDARs, each under its own profile and under others.
 class RealSensors : public testing::Test {
  protected:
-  RealSensors() {
-    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
-  }
   void use(const std::filesystem::path& scans) {
     RecordingOptions options;
     options.scans = scans.string();
@@ -24,19 +21,18 @@ class RealSensors : public testing::Test {
   }
   // Or the refusal.
   std::string warning_under(const SensorProfile& sensor) {
-    warnings_.clear();
+    ctx_.warnings.clear();
     recording_.sensor = sensor;
     const Result<void> checked = check_sensor(ctx_, recording_);
     if (!checked) return to_string(checked.error());
-    return warnings_.empty() ? "" : warnings_.front();
+    return ctx_.warnings.empty() ? "" : ctx_.warnings.front();
   }
   std::string warning_under(const std::string& sensor) {
     return warning_under(*sensor_profile(sensor));
   }
 
   Recording recording_;
-  std::vector<std::string> warnings_;
-  PassContext ctx_;
+  TestContext ctx_;
 };
 
 TEST_F(RealSensors, Kitti0005IsAnHdl64e) {

@@ -1,5 +1,6 @@
 #include "passes/trajectory/align_drive.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -156,9 +157,7 @@ TEST(AlignDrive, SeparatesALaterDriveThatMatchesNowhere) {
   const Place place = mapped(random_street(23));
   TestDrive drive = second_drive(random_street(99), false);
   drive.drive.store = memory_scan_store(std::vector<Scan>(6, {0, {{40.0, 40.0, 40.0}}}));
-  PassContext ctx;
-  std::vector<std::string> warnings;
-  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  TestContext ctx;
   AlignDriveOptions options;
   options.may_be_elsewhere = true;
   const Trajectory aside = value_of(
@@ -170,26 +169,22 @@ TEST(AlignDrive, SeparatesALaterDriveThatMatchesNowhere) {
       EXPECT_GT((pose.T_map_vehicle.translation() - site.p_map_m).norm(), 1000.0);
     }
   }
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("is found nowhere in the map"), std::string::npos) << warnings[0];
+  EXPECT_THAT(ctx.warnings,
+              testing::ElementsAre(testing::HasSubstr("is found nowhere in the map")));
 }
 
 TEST(AlignDrive, RefusesADriveThatMatchesNowhere) {
   const Place place = mapped(random_street(23));
   TestDrive drive = second_drive(random_street(99), false);
   drive.drive.store = memory_scan_store(std::vector<Scan>(6, {0, {{40.0, 40.0, 40.0}}}));
-  PassContext ctx;
-  const Result<Trajectory> found =
-      align_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites);
-  ASSERT_FALSE(found.has_value());
-  EXPECT_EQ(found.error().code, ErrorCode::kNoOverlap);
+  const auto refused = [&](const Trajectory& own, const NdtMap& map) {
+    return failure_of(align_drive(TestContext(), {}, drive.drive, own, map, place.sites)).code;
+  };
+  EXPECT_EQ(refused(own_trajectory(drive), place.map), ErrorCode::kNoOverlap);
   Trajectory shorter = own_trajectory(drive);
   shorter.poses.pop_back();
-  EXPECT_EQ(align_drive(ctx, {}, drive.drive, shorter, place.map, place.sites).error().code,
-            ErrorCode::kMismatchedInputs);
-  EXPECT_EQ(
-      align_drive(ctx, {}, drive.drive, own_trajectory(drive), NdtMap{}, place.sites).error().code,
-      ErrorCode::kEmptyMap);
+  EXPECT_EQ(refused(shorter, place.map), ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(refused(own_trajectory(drive), NdtMap{}), ErrorCode::kEmptyMap);
 }
 
 }  // namespace

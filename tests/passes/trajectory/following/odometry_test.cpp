@@ -10,8 +10,6 @@
 namespace sightline {
 namespace {
 
-using GivenPoses = std::vector<std::optional<Pose>>;
-
 std::vector<Pose> along_a_street(std::size_t count) {
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < count; ++i)
@@ -58,8 +56,6 @@ TEST(Overlaps, BeginAnewWithEachPiece) {
     EXPECT_EQ((*overlaps)[k].has_value(), k % 10 != 0) << k;
   }
 }
-
-using GivenPoses = std::vector<std::optional<Pose>>;
 
 Drive drive_of(std::size_t scans) {
   Drive drive;
@@ -196,20 +192,15 @@ TEST(ScanRuns, EndWhereTheVehicleWas) {
   }
   constexpr double kLocalMap_m = 8.0;
   ASSERT_EQ(scan_runs(test.drive, given, kLocalMap_m).size(), 2u);
-  PassContext one;
-  PassContext four;
-  four.threads = 4;
-  const Result<Odometry> found = run_odometry(one, kLocalMap_m, test.drive, given);
-  const Result<Odometry> again = run_odometry(four, kLocalMap_m, test.drive, given);
-  ASSERT_TRUE(found.has_value() && again.has_value());
-  ASSERT_EQ(found->T_map_lidar.size(), 104u);
+  const Odometry found = value_of(run_odometry(TestContext(1), kLocalMap_m, test.drive, given));
+  const Odometry again = value_of(run_odometry(TestContext(4), kLocalMap_m, test.drive, given));
+  ASSERT_EQ(found.T_map_lidar.size(), 104u);
   for (std::size_t k = 0; k < 104; ++k) {
-    EXPECT_TRUE(found->is_matched[k]) << k;
-    EXPECT_LT((found->T_map_lidar[k].translation() - given[k]->translation()).norm(), 0.1) << k;
-    EXPECT_EQ(found->T_map_lidar[k].matrix(), again->T_map_lidar[k].matrix()) << k;
+    EXPECT_TRUE(found.is_matched[k]) << k;
+    EXPECT_LT((found.T_map_lidar[k].translation() - given[k]->translation()).norm(), 0.1) << k;
+    EXPECT_EQ(found.T_map_lidar[k].matrix(), again.T_map_lidar[k].matrix()) << k;
   }
 }
 
 }  // namespace
-
 }  // namespace sightline

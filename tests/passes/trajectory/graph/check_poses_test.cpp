@@ -282,5 +282,4 @@ TEST(CommonRatio, IsTheMedianOfScansThatAgree) {
 }
 
 }  // namespace
-
 }  // namespace sightline

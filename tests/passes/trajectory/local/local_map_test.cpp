@@ -128,5 +128,4 @@ TEST(ScanOverlap, ForgetsWhatWasSeenTooLongAgo) {
 }
 
 }  // namespace
-
 }  // namespace sightline

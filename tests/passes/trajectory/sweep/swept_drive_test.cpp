@@ -286,5 +286,4 @@ TEST(SweepTurn, GivesTimesThatRiseFromItsBeginning) {
 }
 
 }  // namespace
-
 }  // namespace sightline

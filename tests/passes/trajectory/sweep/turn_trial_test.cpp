@@ -39,13 +39,9 @@ struct Outcome {
 };
 
 Outcome tried(const TestDrive& test) {
-  Outcome outcome;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { outcome.warnings.push_back(message); };
-  const Result<Drive> drive = with_imu_if_sharper(ctx, test.drive, test.truth);
-  EXPECT_TRUE(drive.has_value());
-  if (drive) outcome.drive = *drive;
-  return outcome;
+  TestContext ctx;
+  Drive drive = value_of(with_imu_if_sharper(ctx, test.drive, test.truth));
+  return {std::move(drive), ctx.warnings};
 }
 
 // Root mean square of how far points of undistorted scans are from where they were measured;
@@ -137,18 +133,16 @@ TEST(TurnTrial, IsOfEachDriveForItself) {
   TestDrive later = with_rates(imu_of(jerky, 3.0, ahead));
   first.drive.name = "mon";
   later.drive.name = "tue";
-  PassContext ctx;
-  const Drive both = *join_drives(ctx, {}, first.drive, {{&later.drive}});
+  const Drive both = *join_drives(TestContext(), {}, first.drive, {{&later.drive}});
   Trajectory truth = first.truth;
   for (TrajectoryPose pose : later.truth.poses) {
     pose.recording_index = both.scans[truth.poses.size()].recording_index;
     pose.stamp_ns = both.scans[truth.poses.size()].stamp_ns;
     truth.poses.push_back(pose);
   }
-  std::vector<std::string> warnings;
-  ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
+  TestContext ctx;
   const Drive straight = value_of(undistort_scans(ctx, {}, both, truth));
-  EXPECT_THAT(warnings,
+  EXPECT_THAT(ctx.warnings,
               ElementsAre(HasSubstr("drive mon: the clock of the turn rates is 0.06 s behind"),
                           HasSubstr("drive mon: turn rates are used"),
                           HasSubstr("drive tue: the clock of the turn rates is 0.06 s ahead"),
@@ -248,5 +242,4 @@ TEST(TurnClock, KnowsNothingOfAStraightDriveOrAFewPosesOrAGap) {
 }
 
 }  // namespace
-
 }  // namespace sightline
