@@ -11,7 +11,6 @@
 #include "passes/ingest/ingest_map.h"
 #include "passes/ingest/ingest_nd_map.h"
 #include "passes/ingest/join_drives.h"
-#include "passes/ingest/join_sensors.h"
 #include "passes/localize/add_mapping_error.h"
 #include "passes/localize/calibrate_plan.h"
 #include "passes/localize/join_errors.h"

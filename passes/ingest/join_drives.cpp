@@ -1,11 +1,12 @@
 #include "passes/ingest/join_drives.h"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <string>
+#include <tuple>
 #include <utility>
 
+#include "formats/base/units.h"
 #include "formats/drive/scan_stores.h"
 #include "formats/foreign/text/pose_file.h"
 
@@ -72,12 +73,92 @@ Drive with_part(const PassContext& ctx, const Drive& drive, const Drive& later) 
                     joined_scan_store({drive.store, later.store}, std::move(origins)));
 }
 
+constexpr std::int64_t kLongestGap_ns = kSecond_ns;
+
+std::vector<std::int64_t> stamps_of_first_sensor(const Drive& drive) {
+  std::vector<std::int64_t> stamps_ns;
+  for (const ScanInfo& scan : drive.scans) {
+    if (scan.sensor_index == 0) stamps_ns.push_back(scan.stamp_ns);
+  }
+  return stamps_ns;
+}
+
+// Whether two of the ascending stamps, no gap apart, are around a time.
+bool is_between(const std::vector<std::int64_t>& stamps_ns, std::int64_t stamp_ns) {
+  const auto after = std::ranges::lower_bound(stamps_ns, stamp_ns);
+  if (after == stamps_ns.end()) return false;
+  if (*after == stamp_ns) return true;
+  return after != stamps_ns.begin() && *after - *std::prev(after) <= kLongestGap_ns;
+}
+
+Error no_common_time(const Drive& drive, const Drive& other) {
+  const auto span = [](const Drive& d) {
+    return d.scans.empty() ? std::string("none")
+                           : format_stamp(d.scans.front().stamp_ns) + " to " +
+                                 format_stamp(d.scans.back().stamp_ns) + " s";
+  };
+  return {ErrorCode::kMismatchedInputs,
+          "no scan of sensor " + other.name + " (" + span(other) + ") is within the time of " +
+              drive.name + " (" + span(drive) + "); give both the times of one clock",
+          "", "drive " + drive.name};
+}
+
+// `drive` with the scans of one more sensor.
+Result<Drive> with_sensor(const PassContext& ctx, const Drive& drive, const Drive& other) {
+  const std::vector<std::int64_t> stamps_ns = stamps_of_first_sensor(drive);
+  std::vector<std::pair<ScanInfo, ScanOrigin>> scans;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    scans.emplace_back(drive.scans[i], ScanOrigin{0, i});
+  }
+  for (std::size_t i = 0; i < other.scans.size(); ++i) {
+    if (!is_between(stamps_ns, other.scans[i].stamp_ns)) continue;
+    ScanInfo& scan = scans.emplace_back(other.scans[i], ScanOrigin{1, i}).first;
+    scan.sensor_index = static_cast<std::uint32_t>(drive.other_sensors.size() + 1);
+    scan.T_world_vehicle.reset();
+  }
+  const std::size_t left_out = drive.scans.size() + other.scans.size() - scans.size();
+  if (left_out == other.scans.size()) return no_common_time(drive, other);
+  if (left_out > 0) {
+    ctx.warn("drive " + drive.name + ": " + std::to_string(left_out) + " of " +
+             std::to_string(other.scans.size()) + " scans of sensor " + other.name +
+             " are not between two scans of the first sensor; they are left out");
+  }
+  std::ranges::sort(scans, {}, [](const std::pair<ScanInfo, ScanOrigin>& scan) {
+    return std::tuple(scan.first.stamp_ns, scan.first.sensor_index);
+  });
+  Drive joined = drive;
+  joined.other_sensors.push_back(other.sensor);
+  if (joined.turn_rates.empty()) joined.turn_rates = other.turn_rates;
+  joined.scans.clear();
+  std::vector<ScanOrigin> origins;
+  std::uint32_t part = 0;
+  for (auto& [scan, origin] : scans) {
+    if (origin.store == 1) scan.part = part;
+    part = scan.part;
+    scan.recording_index =
+        static_cast<std::uint32_t>(2 * joined.scans.size()) + scan.recording_index % 2;
+    joined.scans.push_back(std::move(scan));
+    origins.push_back(origin);
+  }
+  return with_store(std::move(joined),
+                    joined_scan_store({drive.store, other.store}, std::move(origins)));
+}
+
 }  // namespace
 
 Result<Drive> join_drives(PassContext& ctx, const NoOptions&, const Drive& first,
                           Many<Drive> later) {
   Drive joined = first;
   for (const Drive* drive : later) joined = with_part(ctx, joined, *drive);
+  return joined;
+}
+
+Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& drive,
+                           Many<Drive> others) {
+  Drive joined = drive;
+  for (const Drive* other : others) {
+    SIGHTLINE_ASSIGN(joined, with_sensor(ctx, joined, *other));
+  }
   return joined;
 }
 

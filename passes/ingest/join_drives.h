@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "formats/drive/drive.h"
 #include "passes/pass/pass.h"
 
@@ -18,5 +20,21 @@ Result<Drive> join_drives(PassContext& ctx, const NoOptions& options, const Driv
                           Many<Drive> later);
 inline constexpr Pass kJoinDrives =
     Pass{"join-drives", 1, "drives", "Several drives in one", &join_drives}.in(Stage::kGraph);
+
+// One drive of all sensors on a vehicle: the scans of `others`, drives of one sensor each, among
+// those of `drive` in order of time, distinguished by sensor_index; each keeps its sensor's place
+// in the vehicle, beams and ranges. Name, frame and poses are those of `drive`, and its turn rates,
+// or where it has none those of the first that has some. recording_index becomes 2 x place + (its
+// own modulo 2), so that it ascends and even scans stay even.
+//
+// Scans of others before the first and behind the last scan of drive's first sensor, and within a
+// gap of more than 1 s between two of these, have no place on its trajectory: they are left out,
+// and a warning counts them. Error: mismatched-inputs where that leaves none (two clocks, or two
+// drives).
+Result<Drive> join_sensors(PassContext& ctx, const NoOptions& options, const Drive& drive,
+                           Many<Drive> others);
+inline constexpr Pass kJoinSensors =
+    Pass{"join-sensors", 1, "joined-drive", "Scans of several sensors in one drive", &join_sensors}
+        .in(Stage::kGraph);
 
 }  // namespace sightline
