@@ -10,10 +10,9 @@
 #include "formats/annotation/sites.h"
 #include "formats/base/parallel.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/factors/information.h"
 #include "passes/factors/self_score.h"
 #include "passes/factors/vicinity.h"
-#include "passes/factors/virtual_match.h"
+#include "passes/factors/virtual_scan.h"
 #include "passes/matching/scan_preparation.h"
 
 // Sites are taken in groups of consecutive ones. A group gathers the NDs within reach of any of its

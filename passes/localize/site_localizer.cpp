@@ -10,8 +10,8 @@
 
 #include "formats/base/random.h"
 #include "passes/localize/pcl/pcl_ndt.h"
+#include "passes/matching/look_cutter.h"
 #include "passes/matching/scan_cutter.h"
-#include "passes/vehicle/look_matcher.h"
 
 namespace sightline {
 namespace {

@@ -9,7 +9,7 @@
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
 #include "formats/surroundings/cell_moments.h"
-#include "passes/factors/information.h"
+#include "passes/factors/virtual_scan.h"
 
 namespace sightline {
 namespace {

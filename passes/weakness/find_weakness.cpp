@@ -9,7 +9,7 @@
 
 #include "formats/base/portable_math.h"
 #include "formats/symmetric_eigen.h"
-#include "passes/factors/information.h"
+#include "passes/factors/virtual_scan.h"
 #include "passes/rays/cast_scans.h"
 
 namespace sightline {

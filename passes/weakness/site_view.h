@@ -7,7 +7,7 @@
 #include "formats/drive/sensor_profile.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/factors/information.h"
+#include "passes/factors/virtual_scan.h"
 #include "passes/pass/pass_context.h"
 #include "passes/rays/surface_caster.h"
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "formats/surroundings/surface_points.h"
-#include "passes/map/surface/followed_rays.h"
 #include "passes/map/surface/patch_grid.h"
 
 namespace sightline {

@@ -11,9 +11,9 @@
 
 #include "passes/localize/pcl/pcl_ndt.h"
 #include "passes/map/build_ndt.h"
+#include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"
 #include "passes/matching/scan_preparation.h"
-#include "passes/vehicle/look_matcher.h"
 #include "tests/passes/matching/random_scene.h"
 #include "tests/support/kept_parts.h"
 #include "tests/support/whole_rows.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "formats/surroundings/cell_moments.h"
-#include "passes/factors/information.h"
+#include "passes/factors/virtual_scan.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/weakness/corridor.h"
 

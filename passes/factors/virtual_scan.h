@@ -4,11 +4,13 @@
 #include <span>
 #include <vector>
 
+#include "formats/geometry.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/grid/match_grid.h"
+#include "passes/matching/localizer.h"
 
-// The information of a virtual scan about the pose of the sensor (schemas/definitions.md, "virtual
-// scan").
+// Factors from a virtual scan (schemas/definitions.md): its information about the pose of the
+// sensor, bounds that follow from it, and the scan localized.
 
 namespace sightline {
 
@@ -53,5 +55,24 @@ double std_along_m(const Crlb& bound, double heading_deg);
 // Smallest eigenvalue of the summed horizontal part of n n^T: near 0 where some horizontal
 // direction is constrained by nothing (schemas/definitions.md, `hz_lmin`). Never below 0.
 double hz_lmin(const Eigen::Matrix2d& planar_normals);
+
+// Where and how a virtual scan is localized.
+struct VirtualPlace {
+  Eigen::Vector3d p_map_m;
+  Eigen::Matrix3d R_map_vehicle;              // starts are laid out along the vehicle
+  std::span<const Eigen::Vector3d> points_m;  // within the range, from p, map axes
+  double loose_heading_deg = 0.0;             // crlb_heading
+};
+
+struct VirtualMatch {
+  // Mean distance from p over the starts of "Measured error", which see four views, a quarter of
+  // the azimuths hidden in each.
+  double error_m = 0.0;
+  // The best score 0.5 to 2.5 m off along the loose direction, over that at p, of points that lead.
+  double rival_score = 1.0;
+};
+// As a vehicle localizes its own scan: shows what bounds around the right pose cannot, another
+// optimum down the street.
+VirtualMatch virtual_match(const Localizer& localizer, const VirtualPlace& place);
 
 }  // namespace sightline
