@@ -6,7 +6,7 @@
 
 #include "formats/annotation/sites.h"
 #include "formats/surroundings/site_views.h"
-#include "tests/support/lane/lane_caster.h"
+#include "tests/support/lane/lane.h"
 
 // Depth images against what can truly be seen of a lane.
 

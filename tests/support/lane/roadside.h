@@ -1,6 +1,7 @@
 #pragma once
 
 #include "formats/base/random.h"
+#include "tests/support/lane/lane.h"
 #include "tests/support/lane/mesh.h"
 
 namespace sightline::lane {
@@ -19,5 +20,17 @@ struct House {
 House draw_house(double side, double from_y_m, Random& random);
 // Standing at a height.
 void add_house(Mesh& mesh, const House& house, double foot_m);
+
+// A trunk, branches, and where there are leaves boughs of them with gaps between.
+void add_tree(Lane& lane, const Eigen::Vector2d& at_m, bool has_leaves, Random& random);
+
+// Along the lane, at one distance from its middle.
+struct Border {
+  double x_m = 0.0;
+  double from_y_m = 0.0;
+  double to_y_m = 1.0;
+};
+void add_hedge(Lane& lane, const Border& border, Random& random);
+void add_fence(Lane& lane, const Border& border);
 
 }  // namespace sightline::lane
