@@ -1,6 +1,8 @@
 #include "compiler/views/exports/geopackage.h"
 
+#include <fmt/format.h>
 #include <sqlite3.h>
+
 #include <array>
 #include <memory>
 #include <string>
@@ -115,18 +117,15 @@ Crs crs_of(const World& world) {
   }
   const int code = epsg_code(world);
   const std::string name =
-      "WGS 84 / UTM zone " + std::to_string(world.utm_zone) + (world.is_north ? "N" : "S");
+      fmt::format("WGS 84 / UTM zone {}{}", world.utm_zone, world.is_north ? "N" : "S");
   return {code, name,
-          "PROJCS[\"" + name + "\"," + kGeographic +
-              "],PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"latitude_of_origin\",0],"
-              "PARAMETER[\"central_meridian\"," +
-              std::to_string(6 * world.utm_zone - 183) +
-              "],PARAMETER[\"scale_factor\",0.9996],PARAMETER[\"false_easting\",500000],"
-              "PARAMETER[\"false_northing\"," +
-              (world.is_north ? "0" : "10000000") +
-              "],UNIT[\"metre\",1],AXIS[\"Easting\",EAST],AXIS[\"Northing\",NORTH],"
-              "AUTHORITY[\"EPSG\",\"" +
-              std::to_string(code) + "\"]]"};
+          fmt::format("PROJCS[\"{}\",{}],PROJECTION[\"Transverse_Mercator\"],"
+                      "PARAMETER[\"latitude_of_origin\",0],PARAMETER[\"central_meridian\",{}],"
+                      "PARAMETER[\"scale_factor\",0.9996],PARAMETER[\"false_easting\",500000],"
+                      "PARAMETER[\"false_northing\",{}],UNIT[\"metre\",1],AXIS[\"Easting\",EAST],"
+                      "AXIS[\"Northing\",NORTH],AUTHORITY[\"EPSG\",\"{}\"]]",
+                      name, kGeographic, 6 * world.utm_zone - 183,
+                      world.is_north ? "0" : "10000000", code)};
 }
 
 Result<Eigen::Vector3d> position_of(const CompiledMap& map, const World& world, const Site& site) {
@@ -268,34 +267,25 @@ void add_route(const CompiledMap& map, const Positions& positions, const Crs& cr
   }
 }
 
-// QGIS writes an option twice: as <Option> since 3.26, as <prop> before.
-std::string option(const std::string& name, const std::string& value) {
-  return "<Option name=\"" + name + "\" type=\"QString\" value=\"" + value + "\"/>";
-}
-
-std::string prop(const std::string& name, const std::string& value) {
-  return "<prop k=\"" + name + "\" v=\"" + value + "\"/>";
-}
-
 using Values = std::vector<std::pair<std::string, std::string>>;
 
+// QGIS writes an option twice: as <Option> since 3.26, as <prop> before.
 std::string symbol(const std::string& type, const std::string& name, const std::string& layer,
                    const Values& values) {
   std::string options;
   std::string props;
   for (const auto& [key, value] : values) {
-    options += option(key, value);
-    props += prop(key, value);
+    options += fmt::format(R"(<Option name="{}" type="QString" value="{}"/>)", key, value);
+    props += fmt::format(R"(<prop k="{}" v="{}"/>)", key, value);
   }
-  return "<symbol type=\"" + type + "\" name=\"" + name +
-         "\" alpha=\"1\" clip_to_extent=\"1\" force_rhr=\"0\"><layer class=\"" + layer +
-         "\" enabled=\"1\" locked=\"0\" pass=\"0\"><Option type=\"Map\">" + options + "</Option>" +
-         props + "</layer></symbol>\n";
+  return fmt::format(R"(<symbol type="{}" name="{}" alpha="1" clip_to_extent="1" force_rhr="0">)"
+                     R"(<layer class="{}" enabled="1" locked="0" pass="0">)"
+                     "<Option type=\"Map\">{}</Option>{}</layer></symbol>\n",
+                     type, name, layer, options, props);
 }
 
 std::string rgba(const Colour& colour) {
-  return std::to_string(colour.red) + "," + std::to_string(colour.green) + "," +
-         std::to_string(colour.blue) + ",255";
+  return fmt::format("{},{},{},255", colour.red, colour.green, colour.blue);
 }
 
 std::string document(const std::string& renderer) {
@@ -329,8 +319,8 @@ std::string qgis_range_style(const std::string& attribute, const std::vector<dou
   for (std::size_t i = 0; i < ranges_m.size(); ++i) {
     const std::string range = format_double(ranges_m[i]);
     const std::string name = std::to_string(i);
-    categories += "<category value=\"" + range + "\" label=\"" + range + " m\" symbol=\"" + name +
-                  "\" render=\"true\"/>\n";
+    categories += fmt::format(
+        "<category value=\"{0}\" label=\"{0} m\" symbol=\"{1}\" render=\"true\"/>\n", range, name);
     symbols += symbol("marker", name, "SimpleMarker",
                       {{"name", "circle"},
                        {"color", rgba(range_colour_on_paper(i, ranges_m.size()))},

@@ -11,24 +11,10 @@
 
 namespace sightline {
 
-// A Lanelet2 map with what a compiled map answers along its lanes; all else is as it was, byte for
-// byte. What an earlier export added is replaced. For each limit, 010 for 0.10 m, a lanelet's tags:
-//
-//   observation_range_010        metres: the longest that a place of the lanelet asks for, which is
-//                                enough at all of them; "unknown" where no place has an answer
-//   observation_range_010_p95    enough at 95 % of its places
-//   observation_range_010_least  the shortest
-//   observation_range_010_unmet  share of its places where no range is good enough
-//   observation_look_010         the dearest look that one of its places asks for, in words
-//   observation_look_010_unmet   share of its places where no look is good enough
-//   observation_known            share of its places that have an answer: shares above are of these
-//   observation_localizer        whose errors these answers are for
-//
-// Places are a metre apart along the line halfway between the sides. Where neither a range nor a
-// look is within the area's limit, the stretch between both sides becomes a polygon as Autoware's
-// environment adaptor reads one: a way of area=yes, type=degenerate_area,
-// subtype=feature_poor_road. So does a stretch where the map is weak all the same (schemas/
-// definitions.md, "Weak stretches"; by the area's limit), with subtype=feature_weak_road.
+// A Lanelet2 map with what a compiled map answers along its lanes, as tags of lanelets and, where
+// no answer is good enough or the map is weak (schemas/definitions.md, "Weak stretches"), as
+// polygons of the lane's width that Autoware's environment adaptor reads: examples/README.md lists
+// them. All else is as it was, byte for byte; what an earlier export added is replaced.
 struct Lanelet2Options {
   double area_limit_m = 0.0;  // a limit of the map; 0: its widest
   // A place is weak where the best look's predicted error leaves less of the limit; 0: where it is

@@ -23,16 +23,13 @@ struct OctomapFrame {
 };
 OctomapFrame octomap_frame(const MapFrame& frame, double voxel_m);
 
-// The free and the occupied space of a mapping drive as OctoMap's binary file (.bt) holds it, in
-// the frame of octomap_frame(): octovis, octomap_server and OctoMap's own reader open it.
-// Everything is OctoMap's own: each scan is inserted as its insertPointCloud does (a voxel is
-// updated once a scan, and a hit outweighs what passed) with its default sensor model (hit 0.7,
-// miss 0.4) and clamping (0.12 to 0.97), and what is more likely occupied than free at the end is
-// occupied. Space that no ray passed is not in the file. What moved is not occupied: a return in a
-// voxel that moved says that the way to it was free, and nothing of its end. The same scans give
+// The free and the occupied space of a mapping drive as OctoMap's binary file (.bt), in the frame
+// of octomap_frame(). Scans are inserted as OctoMap's insertPointCloud does, with its default
+// sensor model and clamping; space that no ray passed is not in the file. What moved is not
+// occupied: a return in a voxel that moved means that the way to it was free. The same scans give
 // the same bytes for any number of threads. Errors: bad-value (an edge or range not above 0; a
 // place that keys of OctoMap do not reach, 32768 voxels from the frame's origin), empty-map (no
-// ray), and what reading a scan says.
+// ray), those of reading a scan.
 Result<std::vector<std::byte>> octomap_bt(const SurfacePoints& surface,
                                           const OctomapOptions& options);
 

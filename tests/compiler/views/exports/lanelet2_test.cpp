@@ -24,7 +24,8 @@ using Tags = std::map<std::string, std::string>;
 // A map of a small place with many sites, and its reader.
 struct OpenMap {
   explicit OpenMap(std::uint64_t seed, bool has_looks = true)
-      : map(random_map(options(seed, has_looks))), bytes(encode_map(map)) {
+      : OpenMap(random_map(options(seed, has_looks))) {}
+  explicit OpenMap(const CompiledMap& given) : map(given), bytes(encode_map(map)) {
     reader = *MapReader::open(bytes, "annealed");
     reader = *MapReader::open(bytes, reader->info().localizer);
   }
@@ -493,7 +494,7 @@ TEST(Lanelet2, LanesThatLieAsExportedCloudsDoAreOfTheSamePlaces) {
 }
 
 TEST(Lanelet2, LatitudesOfAKnownWorldAreTheSamePlaces) {
-  OpenMap open(1);
+  const OpenMap open(1);
   Random random(6);
   const std::vector<Lane> lanes = random_lanes(random, open.map, 6);
   const World world = *parse_world("utm:32S");
@@ -509,18 +510,11 @@ TEST(Lanelet2, LatitudesOfAKnownWorldAreTheSamePlaces) {
                   place.longitude_deg);
     text.replace(at, 13, head);
   }
-  open.map.ndt.frame.origin_world_m.y() += 6e6;
-  open.map.sites.frame = open.map.ndt.frame;
-  open.bytes = encode_map(open.map);
-  const OpenMap moved = [&] {
-    OpenMap copy(1);
-    copy.map = open.map;
-    copy.bytes = open.bytes;
-    copy.reader = *MapReader::open(copy.bytes, copy.reader->info().localizer);
-    return copy;
-  }();
-  const Read of_degrees(exported(moved, text, {}, world).text);
-  const Read of_metres(exported(OpenMap(1), local).text);
+  CompiledMap moved = open.map;
+  moved.ndt.frame.origin_world_m.y() += 6e6;
+  moved.sites.frame = moved.ndt.frame;
+  const Read of_degrees(exported(OpenMap(moved), text, {}, world).text);
+  const Read of_metres(exported(open, local).text);
   ASSERT_EQ(of_degrees.areas().size(), of_metres.areas().size());
   for (int i = 1; i <= 6; ++i) {
     EXPECT_EQ(of_degrees.tags("relation", 100 * i + 60), of_metres.tags("relation", 100 * i + 60));
@@ -539,9 +533,9 @@ TEST(Lanelet2, RefusesWhatIsNoMapOfLanes) {
   const OpenMap open(1);
   Random random(5);
   const std::string text = document(random_lanes(random, open.map, 2));
-  EXPECT_EQ(refusal(open, "<osm><node"), ErrorCode::kMalformedText);
-  EXPECT_EQ(refusal(open, "lanes"), ErrorCode::kMalformedText);
-  EXPECT_EQ(refusal(open, "<gpx></gpx>"), ErrorCode::kMalformedText);
+  for (const char* bad : {"<osm><node", "lanes", "<gpx></gpx>"}) {
+    EXPECT_EQ(refusal(open, bad), ErrorCode::kMalformedText) << bad;
+  }
   EXPECT_EQ(refusal(open, "<osm></osm>"), ErrorCode::kMissingField);
   for (std::size_t at = 1; at < text.rfind("</osm>"); at += 7) {
     EXPECT_EQ(refusal(open, text.substr(0, at)), ErrorCode::kMalformedText) << at;
