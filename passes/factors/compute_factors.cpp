@@ -10,8 +10,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/base/parallel.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/factors/self_score.h"
-#include "passes/factors/vicinity.h"
+#include "passes/factors/paper_factors.h"
 #include "passes/factors/virtual_scan.h"
 #include "passes/matching/scan_preparation.h"
 

@@ -5,8 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "formats/base/portable_math.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/matching/grid/match_grid.h"
+
+// Factors of the NDs around a site: the paper's, and flat_050, which is made of its score.
 
 namespace sightline {
 
@@ -28,16 +30,6 @@ struct Vicinity {
 Vicinity vicinity_of(const Eigen::Vector3d& p_map_m, std::span<const Nd> nds,
                      std::span<const std::uint32_t> candidates,
                      const std::vector<double>& ranges_m);
-
-// Shannon entropy in bits of a histogram with the given total; 0 log 0 = 0, and 0 where it is
-// empty.
-inline double entropy_bits(std::span<const double> histogram, double total) {
-  double entropy = 0.0;
-  for (const double count : histogram) {
-    if (count > 0.0) entropy -= count / total * portable_log2(count / total);
-  }
-  return entropy;
-}
 
 // NDs of class 1, 2 and 3 (element 0, 1, 2).
 using ByDimension = std::array<double, 3>;
@@ -72,5 +64,32 @@ std::vector<double> occupancy_ratio(std::span<const float> distance_m,
 // Mean distance of the NDs within each range, m (paper, Eq. 4, which lost its 1/m); the range
 // itself where there is none.
 std::vector<double> r_average(const Vicinity& vicinity);
+
+// How well a part of the map matches the whole map when it is moved sideways (paper, Eq. 5; exact
+// in schemas/definitions.md, `score_entropy`): shifts along x and y, in steps.
+inline constexpr int kShiftReach = 8;  // to each side
+inline constexpr double kShiftStep_m = 0.25;
+inline constexpr std::size_t kShiftsPerAxis = 2 * kShiftReach + 1;
+inline constexpr std::size_t kShiftCount = kShiftsPerAxis * kShiftsPerAxis;  // 289
+
+// One value for each shift v = kShiftStep_m (i, j, 0), at (j + 8) * 17 + (i + 8).
+using ShiftGrid = std::array<double, kShiftCount>;
+
+// What one ND sends to all NDs of the map, its own cell included: over its five samples mu,
+// mu +- sigma1 e1, mu +- sigma2 e2, the sum of exp(-d2/2 m^2) with the ND of the cell that the
+// shifted sample falls into. A property of the map: the same for every site that looks at the ND.
+ShiftGrid self_score(const Nd& sender, const MatchGrid& receivers);
+
+// S(v) of each range: self scores summed over the senders within it, nearest first.
+// score_of[i] belongs to nds[i].
+std::vector<ShiftGrid> self_scores(const Vicinity& vicinity, std::span<const ShiftGrid> score_of);
+
+// Entropy in bits of softmax(S / (0.1 max S)) over the 289 shifts (paper, section IV-F; the softmax
+// is ours, schemas/definitions.md says why); log2 289 where S is 0 everywhere.
+double score_entropy(const ShiftGrid& self_score);
+
+// Largest self score over the shifts of about half a metre (0.375 <= |v| < 0.625 m), over that of
+// no shift: how easily half a metre goes unnoticed. 1 where nothing scores; not clamped.
+double flat_050(const ShiftGrid& self_score);
 
 }  // namespace sightline
