@@ -19,10 +19,8 @@
 // files formats/x.{h,cpp}):
 //
 //   SIGHTLINE_FIELDS(X, ...)                               // record/fields.h: its encoding
-//   template <> struct ArtifactTraits<X> {
-//     static constexpr std::string_view kName = "x";       // kebab-case, also in messages
-//     static constexpr std::uint32_t kVersion = 1;         // of the encoding
-//   };
+//   SIGHTLINE_ARTIFACT(X, "x", 1)                          // its name, kebab-case, also in
+//                                                          // messages; version of the encoding
 //   Result<void> validate(const X&);                       // every invariant the struct promises
 //   Table dump(const X&);                                  // every number there is
 //
@@ -36,6 +34,14 @@
 //
 // In memory an artifact never changes once made. On disk (the cache) it lies in an envelope that
 // names its type and version and carries a checksum.
+
+// In namespace sightline, behind the definition of X.
+#define SIGHTLINE_ARTIFACT(X, name, version)           \
+  template <>                                          \
+  struct ArtifactTraits<X> {                           \
+    static constexpr std::string_view kName = name;    \
+    static constexpr std::uint32_t kVersion = version; \
+  };
 
 namespace sightline {
 

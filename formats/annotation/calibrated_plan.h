@@ -20,12 +20,7 @@ struct CalibratedPlan {
   double doubted_share = 0.0;
 };
 SIGHTLINE_FIELDS(CalibratedPlan, plan, scan_count, good_count, learnt_doubted_share, doubted_share)
-
-template <>
-struct ArtifactTraits<CalibratedPlan> {
-  static constexpr std::string_view kName = "calibrated-plan";
-  static constexpr std::uint32_t kVersion = 2;
-};
+SIGHTLINE_ARTIFACT(CalibratedPlan, "calibrated-plan", 2)
 
 Result<void> validate(const CalibratedPlan& calibrated);
 Table dump(const CalibratedPlan& calibrated);

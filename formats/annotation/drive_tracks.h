@@ -101,12 +101,7 @@ struct TrackScore {
 SIGHTLINE_FIELDS(TrackScore, coverage, mean_error_m, p95_error_m, max_error_m, mean_range_m,
                  time_ratio, work_ratio, mean_time_ms, track_count, lost_count, second_share)
 TrackScore score_track(const DriveTracks& tracks, std::size_t rule, double limit_m);
-
-template <>
-struct ArtifactTraits<DriveTracks> {
-  static constexpr std::string_view kName = "drive-tracks";
-  static constexpr std::uint32_t kVersion = 3;
-};
+SIGHTLINE_ARTIFACT(DriveTracks, "drive-tracks", 3)
 
 Result<void> validate(const DriveTracks& tracks);
 Table dump(const DriveTracks& tracks);  // scores: the map's at their limits, static ones at each

@@ -29,12 +29,7 @@ struct OutsideErrors {
   std::vector<OutsideError> errors;  // ascending (scan, range_m, start), each once
 };
 SIGHTLINE_FIELDS(OutsideErrors, file, localizer, reference, errors)
-
-template <>
-struct ArtifactTraits<OutsideErrors> {
-  static constexpr std::string_view kName = "outside-errors";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(OutsideErrors, "outside-errors", 1)
 
 // Error: invalid-artifact, at the line.
 Result<void> validate(const OutsideErrors& outside);

@@ -17,12 +17,7 @@ struct SiteColumn {
   std::vector<float> values;  // [site]; +-inf where there is none
 };
 SIGHTLINE_FIELDS(SiteColumn, name, unit, values)
-
-template <>
-struct ArtifactTraits<SiteColumn> {
-  static constexpr std::string_view kName = "site-column";
-  static constexpr std::uint32_t kVersion = 2;
-};
+SIGHTLINE_ARTIFACT(SiteColumn, "site-column", 2)
 
 // Error: invalid-artifact (a name or unit of another form, a value that is no number).
 Result<void> validate(const SiteColumn& column);

@@ -25,12 +25,7 @@ struct Sites {
   std::vector<Site> sites;  // ascending by (run, s_m); a site's id is its index
 };
 SIGHTLINE_FIELDS(Sites, frame, spacing_m, sites)
-
-template <>
-struct ArtifactTraits<Sites> {
-  static constexpr std::string_view kName = "sites";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(Sites, "sites", 1)
 
 // The sensor's origin at each site, in the map frame.
 std::vector<Eigen::Vector3d> positions_m(const Sites& sites);

@@ -26,12 +26,7 @@ struct RecordingCards {
   friend bool operator==(const RecordingCards&, const RecordingCards&) = default;
 };
 SIGHTLINE_FIELDS(RecordingCards, cards)
-
-template <>
-struct ArtifactTraits<RecordingCards> {
-  static constexpr std::string_view kName = "recording-cards";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(RecordingCards, "recording-cards", 1)
 
 // Error: invalid-artifact, also for a digest of zeros, which is none.
 Result<void> validate(const RecordingCards& recordings);

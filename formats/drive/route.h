@@ -34,12 +34,7 @@ struct Route {
   std::vector<RouteLine> lines;
 };
 SIGHTLINE_FIELDS(Route, name, lines)
-
-template <>
-struct ArtifactTraits<Route> {
-  static constexpr std::string_view kName = "route";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(Route, "route", 1)
 
 // Error: invalid-artifact (no line, a line of fewer than two points, a point that is not finite).
 Result<void> validate(const Route& route);

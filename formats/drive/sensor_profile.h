@@ -26,12 +26,7 @@ struct SensorProfile {
   // along +x; else they lie evenly about it, the first to the right.
   [[nodiscard]] double azimuth_deg(int i) const;
 };
-
-template <>
-struct ArtifactTraits<SensorProfile> {
-  static constexpr std::string_view kName = "sensor-profile";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(SensorProfile, "sensor-profile", 1)
 
 // One of those built in: generic-16 to generic-128 are the examples' sensors, the others are of
 // Velodyne, Ouster, Hesai and Livox. Error: unknown-name, which lists all.

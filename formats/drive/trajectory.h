@@ -69,12 +69,7 @@ struct Trajectory {
 };
 SIGHTLINE_FIELDS(Trajectory, frame, source, odometry_edges, loop_edges, prior_edges,
                  rms_translation_residual_m, rms_rotation_residual_rad, poses)
-
-template <>
-struct ArtifactTraits<Trajectory> {
-  static constexpr std::string_view kName = "trajectory";
-  static constexpr std::uint32_t kVersion = 3;
-};
+SIGHTLINE_ARTIFACT(Trajectory, "trajectory", 3)
 
 // The same poses in another map frame of the same world.
 Trajectory rebase(const Trajectory& trajectory, const MapFrame& to);
@@ -93,12 +88,7 @@ struct ReleasedPoses {
   std::vector<Digest> scans;  // of each pose: which scan (ScanStore::identity)
 };
 SIGHTLINE_FIELDS(ReleasedPoses, trajectory, scans)
-
-template <>
-struct ArtifactTraits<ReleasedPoses> {
-  static constexpr std::string_view kName = "released-poses";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(ReleasedPoses, "released-poses", 1)
 
 // The poses of a drive to be shipped. Error: invalid-artifact (scans that have no identity).
 Result<ReleasedPoses> release(const Drive& drive, const Trajectory& trajectory);

@@ -13,12 +13,7 @@ struct MapFile {
   StoredBytes bytes;
   LocalizerProfile predicted_localizer;  // whose errors the map predicts
 };
-
-template <>
-struct ArtifactTraits<MapFile> {
-  static constexpr std::string_view kName = "map-file";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(MapFile, "map-file", 1)
 
 // Header and size. Its content was checked part by part before it was written.
 Result<void> validate(const MapFile& file);

@@ -26,12 +26,7 @@ struct PackedModel {
 SIGHTLINE_SOME_FIELDS(PackedModel, record, codec, raw_size, stored_checksum)
 template <>
 inline constexpr auto kBytesOf<PackedModel> = &PackedModel::block;
-
-template <>
-struct ArtifactTraits<PackedModel> {
-  static constexpr std::string_view kName = "packed-model";
-  static constexpr std::uint32_t kVersion = 3;
-};
+SIGHTLINE_ARTIFACT(PackedModel, "packed-model", 3)
 
 // Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
 Result<PackedModel> pack_model(const StoredErrorModel& model);

@@ -43,12 +43,7 @@ SIGHTLINE_SOME_FIELDS(PackedNds, frame, cell_m, tile_m, nd_count, sparse_cell_co
                       degenerate_cell_count, point_count, tiles)
 template <>
 inline constexpr auto kBytesOf<PackedNds> = &PackedNds::blocks;
-
-template <>
-struct ArtifactTraits<PackedNds> {
-  static constexpr std::string_view kName = "packed-nds";
-  static constexpr std::uint32_t kVersion = 2;
-};
+SIGHTLINE_ARTIFACT(PackedNds, "packed-nds", 2)
 
 // Rounded as layers.h says. Errors: cannot-read, disk-full, cannot-write.
 Result<PackedNds> pack_nds(const TiledNds& nds);

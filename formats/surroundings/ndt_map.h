@@ -52,12 +52,7 @@ struct NdtMap {
 };
 SIGHTLINE_FIELDS(NdtMap, frame, cell_m, tile_m, nds, sparse_cell_count, degenerate_cell_count,
                  point_count)
-
-template <>
-struct ArtifactTraits<NdtMap> {
-  static constexpr std::string_view kName = "ndt-map";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(NdtMap, "ndt-map", 1)
 
 Result<void> validate(const NdtMap& map);
 Table dump(const NdtMap& map);

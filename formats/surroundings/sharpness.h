@@ -26,12 +26,7 @@ struct Sharpness {
   friend bool operator==(const Sharpness&, const Sharpness&) = default;
 };
 SIGHTLINE_FIELDS(Sharpness, of_map, of_given)
-
-template <>
-struct ArtifactTraits<Sharpness> {
-  static constexpr std::string_view kName = "sharpness";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(Sharpness, "sharpness", 1)
 
 Result<void> validate(const Sharpness& sharpness);
 Table dump(const Sharpness& sharpness);

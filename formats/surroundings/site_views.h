@@ -33,12 +33,7 @@ struct DepthImages {
 };
 SIGHTLINE_FIELDS(DepthImages, azimuth_count, elevation_count, first_elevation_deg,
                  elevation_step_deg, near_m, longest_range_m, site_count, distance_m)
-
-template <>
-struct ArtifactTraits<DepthImages> {
-  static constexpr std::string_view kName = "depth-images";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(DepthImages, "depth-images", 1)
 
 Result<void> validate(const DepthImages& images);
 Table dump(const DepthImages& images);
@@ -58,12 +53,7 @@ struct VirtualScans {
   }
 };
 SIGHTLINE_FIELDS(VirtualScans, longest_range_m, leaf_m, end, points_m)
-
-template <>
-struct ArtifactTraits<VirtualScans> {
-  static constexpr std::string_view kName = "virtual-scans";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(VirtualScans, "virtual-scans", 1)
 
 Result<void> validate(const VirtualScans& scans);
 Table dump(const VirtualScans& scans);

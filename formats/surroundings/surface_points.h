@@ -54,12 +54,7 @@ struct SurfacePoints {
 };
 SIGHTLINE_SOME_FIELDS(SurfacePoints, frame, points_m, scans, voxel_m, moved_voxels, standing_count,
                       moving_count, out_of_range_count)
-
-template <>
-struct ArtifactTraits<SurfacePoints> {
-  static constexpr std::string_view kName = "surface-points";
-  static constexpr std::uint32_t kVersion = 3;
-};
+SIGHTLINE_ARTIFACT(SurfacePoints, "surface-points", 3)
 
 // Says nothing about the store.
 Result<void> validate(const SurfacePoints& points);

@@ -43,12 +43,7 @@ struct TileDrives {
   friend bool operator==(const TileDrives&, const TileDrives&) = default;
 };
 SIGHTLINE_FIELDS(TileDrives, tile_m, drives, rows)
-
-template <>
-struct ArtifactTraits<TileDrives> {
-  static constexpr std::string_view kName = "tile-drives";
-  static constexpr std::uint32_t kVersion = 2;
-};
+SIGHTLINE_ARTIFACT(TileDrives, "tile-drives", 2)
 
 // Error: invalid-artifact.
 Result<void> validate(const TileDrives& tiles);

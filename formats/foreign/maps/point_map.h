@@ -32,12 +32,7 @@ struct PointMap {
   std::vector<std::string> warnings;
   Digest digest{};  // of names and contents: equal for equal maps, wherever they lie
 };
-
-template <>
-struct ArtifactTraits<PointMap> {
-  static constexpr std::string_view kName = "point-map";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(PointMap, "point-map", 1)
 
 Result<void> validate(const PointMap& map);
 Table dump(const PointMap& map);

@@ -43,12 +43,7 @@ struct Journey {
 };
 SIGHTLINE_FIELDS(Journey, number, is_return, weather, wait_s, first, stops, speeds_m_per_s, notes,
                  parameters, code, begin_m, line_m, branches)
-
-template <>
-struct ArtifactTraits<Journey> {
-  static constexpr std::string_view kName = "journey";
-  static constexpr std::uint32_t kVersion = 1;
-};
+SIGHTLINE_ARTIFACT(Journey, "journey", 1)
 
 Result<void> validate(const Journey& /*journey*/) { return {}; }
 
