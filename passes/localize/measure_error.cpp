@@ -13,7 +13,6 @@
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"
 #include "passes/localize/pcl/pcl_ndt.h"
-#include "passes/localize/site_localizer.h"
 #include "passes/pass/scan_selection.h"
 #include "passes/pass/tile_digests.h"
 

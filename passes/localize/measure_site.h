@@ -1,14 +1,61 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "formats/annotation/measured_error.h"
 #include "formats/drive/drive.h"
+#include "formats/drive/localizer_profile.h"
+#include "formats/drive/look.h"
 #include "formats/drive/trajectory.h"
-#include "passes/localize/site_localizer.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/matching/localizer.h"
 
 namespace sightline {
+
+// What measure-error localizes with at one site after the other: this program's own localizers, or
+// PCL's NDT. One for each thread.
+class SiteLocalizer {
+ public:
+  virtual ~SiteLocalizer() = default;
+  // At another site. `seed` is this site's own.
+  virtual void go_to(const Eigen::Vector3d& p_map_m, std::uint64_t seed) = 0;
+  // The scan to be matched next, which outlives that. What a look takes of it may depend on the
+  // start: then match() cuts it.
+  virtual void take(const Scan& scan, const Look& look) = 0;
+  // Of the scan taken last; T_map_sensor is the vehicle's pose.
+  virtual MatchResult match(const Pose& T_map_start) = 0;
+  // Of the last match.
+  [[nodiscard]] virtual std::size_t point_count() const = 0;
+  // CPU time of what the last match took over from an earlier start of the scan, which a vehicle
+  // would have spent.
+  [[nodiscard]] virtual double taken_over_ms() const { return 0.0; }
+};
+
+// Which localizer, and what its name leaves open; the last three of this program's own alone.
+struct LocalizerChoice {
+  LocalizerKind kind = LocalizerKind::kSearching;
+  int coarse_cells = 1;
+  double leaf_m = 1.0;
+  bool takes_every_return = false;  // within a range, as ScanCut says
+};
+
+// What all of them share. `own` and `of_samples`, for looks that take a sample, serve this
+// program's localizers alone, `map` PCL's.
+struct SiteLocalizerInputs {
+  LocalizerChoice choice;
+  const SensorProfile& sensor;
+  const NdtMap& map;
+  const Localizer& own;
+  const Localizer& of_samples;
+};
+std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
+
+// What a vehicle must do alike for the errors to be its own.
+// `cell_m`: of the map.
+LocalizerProfile profile_of(const LocalizerChoice& choice, double cell_m);
 
 // A match that ended farther off counts as lost.
 inline constexpr double kLostBeyond_m = 0.5;

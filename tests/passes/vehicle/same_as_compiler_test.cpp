@@ -6,7 +6,7 @@
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/map/map_reader.h"
-#include "passes/localize/site_localizer.h"
+#include "passes/localize/measure_site.h"
 #include "passes/matching/look_plan.h"
 #include "tests/passes/vehicle/localized_room.h"
 
