@@ -13,16 +13,14 @@ struct UndistortScansOptions {
 };
 std::vector<OptionField> option_fields(UndistortScansOptions& options);
 
-// The drive with every scan as if it had been measured at once, at its stamp: a point with a time
-// of its own moves with the vehicle between that time and the stamp, evenly between two poses of
-// the trajectory and, where they make scans sharper, by turn rates of an inertial unit ("Motion
-// within a scan" and "Turning within a scan" in schemas/definitions.md). Next to an end or a gap,
-// the motion on the other side of the scan is extended; without any, the vehicle stands still.
-// Scans are changed when they are read, and lose their times. Where no scan has times, those by the
-// order of its points are tried (sharpest_sweep). Each of several drives (join-drives) is treated
-// by itself. Without times, where undistorting does not make scans sharper, or when disabled: the
-// drive as it is. Warns of times that are not used, of scans taken to stand still, and of turn
-// rates. Errors: mismatched-inputs (not one pose for each scan) and those of reading a scan.
+// The drive with every scan as if it had been measured at once, at its stamp, by the motion of the
+// trajectory and, where they make scans sharper, by turn rates ("Times of points and several
+// sensors" in schemas/definitions.md). Scans are changed when they are read, and lose their times.
+// Where no scan has times, those by the order of its points are tried (sharpest_sweep). Each of
+// several drives (join-drives) is treated by itself. Without times, where undistorting does not
+// make scans sharper, or when disabled: the drive as it is. Warns of times that are not used, of
+// scans taken to stand still, and of turn rates. Errors: mismatched-inputs (not one pose for each
+// scan) and those of reading a scan.
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
 inline constexpr Pass kUndistortScans =

@@ -34,10 +34,8 @@ struct Contradiction {
 
 // Contradictions by the loops (find_loops) between two pieces of the odometry, or within one, along
 // the way of the later scans: where, of six consecutive loops, half and at least three put the
-// later scan more than 0.25 m from `T_map_lidar`, five times the error of a loop. Right loops of
-// recorded streets and of generated towns are within 0.1 m. A single false loop is outweighed by
-// the others; where many contradict the trajectory, it is bent, or places that look alike were
-// confused.
+// later scan more than 0.25 m from `T_map_lidar`, five times the error of a loop. Then the
+// trajectory is bent, or places that look alike were confused.
 std::vector<Contradiction> find_contradictions(const Odometry& odometry,
                                                const std::vector<GraphEdge>& loops,
                                                const std::vector<Pose>& T_map_lidar);
@@ -75,12 +73,11 @@ struct ScaleDifference {
   std::uint32_t scan_count = 0;
 };
 
-// Compares each part of a drive with the three earlier parts that it meets most: four scans of each
-// pair, evenly along the common way, are matched to maps of the earlier part at scales of 0.96 to
-// 1.04 (best_scale). Pairs whose common_ratio is not 1 are returned. Such a drive is joined all the
-// same, and doubles walls; its loops, which match in the middle, do not show it. `from`: earlier
-// scans are not judged, but others are compared with them. Shared by ctx.threads. Error: that of
-// reading a scan.
+// Compares each part of a drive with the three earlier parts that it meets most, four scans of each
+// pair at several scales (best_scale); pairs whose common_ratio is not 1 are returned. Such a drive
+// is joined all the same, and doubles walls; its loops, which match in the middle, do not show it.
+// `from`: earlier scans are not judged, but others are compared with them. Shared by ctx.threads.
+// Error: that of reading a scan.
 Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& ctx,
                                                             const Drive& drive,
                                                             const Trajectory& trajectory,
