@@ -16,11 +16,11 @@ namespace sightline {
 bool has_point_times(const Drive& drive);
 
 // The drive with a time for each point ("Times of points and several sensors" in
-// schemas/definitions.md), half of a scan before its stamp and half behind it, since a scan taken as
-// rigid is matched where its middle was. One drive where the order of the points is that of time
-// (sweep_times), one for each possible turn where rings follow each other (turns_of_rings). One pose
-// for each scan. None where a scan has times of its own, where there are several sensors, and where
-// the first and the middle scan are in another order.
+// schemas/definitions.md), half of a scan before its stamp and half behind it, since a scan taken
+// as rigid is matched where its middle was. One drive where the order of the points is that of time
+// (sweep_times), one for each possible turn where rings follow each other (turns_of_rings). One
+// pose for each scan. None where a scan has times of its own, where there are several sensors, and
+// where the first and the middle scan are in another order.
 Result<std::vector<Drive>> swept_drives(const Drive& drive, const Trajectory& trajectory);
 
 // The times of a scan's points by their order alone: a spinning LiDAR that writes points as it

@@ -8,7 +8,7 @@
 #include "passes/trajectory/align_drive.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "tests/passes/trajectory/sweep/uneven_town.h"
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 
 // Drives through a generated town whose poses are thrown away, against the truth. Longer ones are
 // measured by tests/bench/trajectory_bench.
@@ -53,17 +53,11 @@ Drive without_poses(const town::DriveSimulator& simulator) {
   return drive;
 }
 
-PassContext two_threads() {
-  PassContext ctx;
-  ctx.threads = 2;
-  return ctx;
-}
-
 TEST(EstimateTrajectoryInATown, GoesRoundABlockWithoutPoses) {
   const town::Town made = value_of(town::make_town({1, 220.0, true}));
   const town::DriveSimulator simulator = drive_through(made, 0, 235.0);
   const std::vector<Pose>& truth = simulator.T_town_vehicle();
-  PassContext ctx = two_threads();
+  TestContext ctx(2);
   const Trajectory found = value_of(estimate_trajectory(ctx, {}, without_poses(simulator)));
   const std::vector<Pose> poses = poses_of(found);
   EXPECT_GE(found.loop_edges, 1u);
@@ -81,7 +75,7 @@ TEST(EstimateTrajectoryInATown, BeginsAtFullSpeedInABareStreet) {
   options.from_m = 600.0;
   options.length_m = 60.0;
   const town::DriveSimulator simulator = value_of(town::DriveSimulator::make(made, options));
-  PassContext ctx = two_threads();
+  TestContext ctx(2);
   const Trajectory found = value_of(estimate_trajectory(ctx, {}, without_poses(simulator)));
   EXPECT_LT(rmse_m(poses_of(found), simulator.T_town_vehicle(), true), 0.05);
 }
@@ -89,7 +83,7 @@ TEST(EstimateTrajectoryInATown, BeginsAtFullSpeedInABareStreet) {
 TEST(AlignDriveInATown, AlignsASecondDriveWithoutPosesToTheMapOfTheFirst) {
   const town::Town made = value_of(town::make_town({2, 100.0, false}));
   const town::DriveSimulator first = drive_through(made, 0, 100.0);
-  PassContext ctx = two_threads();
+  TestContext ctx(2);
   const Drive mapping = town::recorded(first, "mapping", first.T_town_vehicle(), 2);
   const Trajectory trajectory = value_of(estimate_trajectory(ctx, {}, mapping));
   std::vector<Eigen::Vector3d> points_m;
@@ -130,14 +124,11 @@ struct Outcome {
 };
 
 Outcome estimated(const UnevenTown& town, PoseMode mode) {
-  Outcome outcome;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { outcome.said += message + "\n"; };
+  TestContext ctx;
   EstimateTrajectoryOptions options;
   options.mode = mode;
-  const Result<Trajectory> trajectory = estimate_trajectory(ctx, options, town.recorded);
-  EXPECT_TRUE(trajectory.has_value());
-  if (trajectory) outcome.trajectory = *trajectory;
+  Outcome outcome{value_of(estimate_trajectory(ctx, options, town.recorded)), ""};
+  for (const std::string& warning : ctx.warnings) outcome.said += warning + "\n";
   return outcome;
 }
 
