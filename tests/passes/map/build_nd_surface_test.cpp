@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "passes/map/places/ground_floors.h"
+#include "tests/support/test_context.h"
 #include "tests/support/test_files.h"
 #include "tests/support/whole_rows.h"
 
@@ -43,10 +44,8 @@ TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
 }
 
 TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {
-  PassContext ctx;
-  const Result<Surface> surface = whole_rows(build_nd_surface(ctx, {}, level_street()));
-  ASSERT_TRUE(surface.has_value());
-  const GroundFloors floors(*surface);
+  const Surface surface = value_of(whole_rows(build_nd_surface(TestContext(), {}, level_street())));
+  const GroundFloors floors(surface);
   for (double x_m = 0.1; x_m < 20.0; x_m += 0.7) {
     ASSERT_EQ(floors.at({x_m, 3.0}).size(), 1U) << x_m;
     EXPECT_NEAR(floors.at({x_m, 3.0}).front(), 0.3, 1e-12);
@@ -62,18 +61,13 @@ TEST(BuildNdSurface, ReturnsThatTheDiskIsFull) {
     map.nds.back().key.x = x;
     map.nds.back().mean_m.x() = 2.0 * x + 1.0;
   }
-  PassContext ctx;
   const NoLargeFiles full_disk;
-  const Result<TiledSurface> surface = build_nd_surface(ctx, {}, map);
-  ASSERT_FALSE(surface.has_value());
-  EXPECT_EQ(surface.error().code, ErrorCode::kDiskFull);
+  EXPECT_EQ(failure_of(build_nd_surface(TestContext(), {}, map)).code, ErrorCode::kDiskFull);
 }
 
 TEST(BuildNdSurface, RefusesAMapWithoutNds) {
-  PassContext ctx;
-  const Result<Surface> surface = whole_rows(build_nd_surface(ctx, {}, NdtMap{}));
-  ASSERT_FALSE(surface.has_value());
-  EXPECT_EQ(surface.error().code, ErrorCode::kEmptyMap);
+  EXPECT_EQ(failure_of(whole_rows(build_nd_surface(TestContext(), {}, NdtMap{}))).code,
+            ErrorCode::kEmptyMap);
 }
 
 NdtMap one_nd(const Eigen::Vector3d& variance_m2) {

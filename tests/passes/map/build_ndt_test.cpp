@@ -7,6 +7,7 @@
 #include <map>
 
 #include "formats/base/random.h"
+#include "tests/support/test_context.h"
 #include "tests/support/test_files.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_rows.h"
@@ -37,11 +38,7 @@ SurfacePoints random_points(std::uint64_t seed, std::size_t count) {
 
 NdtMap must_build(const SurfacePoints& points, const BuildNdtOptions& options = {},
                   int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
-  const Result<NdtMap> map = whole_rows(build_ndt(ctx, options, points));
-  EXPECT_TRUE(map.has_value());
-  return map.has_value() ? *map : NdtMap{};
+  return value_of(whole_rows(build_ndt(TestContext(threads), options, points)));
 }
 
 TEST(BuildNdt, GivesTheMomentsOfASmallExample) {
@@ -146,16 +143,13 @@ TEST(BuildNdt, CountsAndWarnsOfCellsThatAreTooSparseOrHaveNoExtent) {
   std::vector<Eigen::Vector3d> points_m(15, Eigen::Vector3d(11.0, 1.0, 1.0));  // no extent
   points_m.resize(20, Eigen::Vector3d(21.0, 1.0, 1.0));                        // sparse
   for (int i = 0; i < 10; ++i) points_m.emplace_back(0.1 * i, 1.0, 1.0);
-  PassContext ctx;
-  std::vector<std::string> warnings;
-  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, points_of(points_m)));
-  ASSERT_TRUE(map.has_value());
-  EXPECT_EQ(map->nds.size(), 1U);
-  EXPECT_EQ(map->sparse_cell_count, 1U);
-  EXPECT_EQ(map->degenerate_cell_count, 1U);
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("1 cells have fewer than 10 points"), std::string::npos);
+  TestContext ctx;
+  const NdtMap map = value_of(whole_rows(build_ndt(ctx, {}, points_of(points_m))));
+  EXPECT_EQ(map.nds.size(), 1U);
+  EXPECT_EQ(map.sparse_cell_count, 1U);
+  EXPECT_EQ(map.degenerate_cell_count, 1U);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_NE(ctx.warnings[0].find("1 cells have fewer than 10 points"), std::string::npos);
 }
 
 TEST(BuildNdt, SeesWallsAndGroundAsPlanesAndAPoleAsALine) {
@@ -179,17 +173,15 @@ TEST(BuildNdt, SeesWallsAndGroundAsPlanesAndAPoleAsALine) {
 }
 
 TEST(BuildNdt, RefusesATileThatIsNoMultipleOfTheCell) {
-  PassContext ctx;
-  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {3.0, 64.0, 10}, random_points(5, 1000)));
-  ASSERT_FALSE(map.has_value());
-  EXPECT_EQ(map.error().code, ErrorCode::kBadValue);
+  EXPECT_EQ(
+      failure_of(whole_rows(build_ndt(TestContext(), {3.0, 64.0, 10}, random_points(5, 1000))))
+          .code,
+      ErrorCode::kBadValue);
 }
 
 TEST(BuildNdt, RefusesPointsOfWhichNoCellIsValid) {
-  PassContext ctx;
-  const Result<NdtMap> none = whole_rows(build_ndt(ctx, {}, SurfacePoints{}));
-  ASSERT_FALSE(none.has_value());
-  EXPECT_EQ(none.error().code, ErrorCode::kEmptyMap);
+  EXPECT_EQ(failure_of(whole_rows(build_ndt(TestContext(), {}, SurfacePoints{}))).code,
+            ErrorCode::kEmptyMap);
 }
 
 TEST(BuildNdt, RefusesAPointThatTheGridCannotHold) {
@@ -210,9 +202,8 @@ TEST(BuildNdt, OfPointsNeedsNoFile) {
   const SurfacePoints points = random_points(5, 200000);
   const Result<NdtMap> expected = whole_rows(build_ndt(ctx, {}, points));
   const NoLargeFiles full_disk;
-  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, points));
-  ASSERT_TRUE(map) << to_string(map.error());
-  EXPECT_TRUE(to_bytes(*map) == to_bytes(*expected));
+  const NdtMap map = value_of(whole_rows(build_ndt(ctx, {}, points)));
+  EXPECT_TRUE(to_bytes(map) == to_bytes(*expected));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "formats/base/random.h"
+#include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_rows.h"
 
@@ -16,11 +17,7 @@ namespace {
 
 Surface must_build(const SurfacePoints& points, const BuildSurfaceOptions& options = {},
                    int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
-  const Result<Surface> surface = whole_rows(build_surface(ctx, options, points));
-  EXPECT_TRUE(surface.has_value());
-  return surface.has_value() ? *surface : Surface{};
+  return value_of(whole_rows(build_surface(TestContext(threads), options, points)));
 }
 
 TEST(BuildSurface, CoversFlatGroundWithOneLevelPatchACell) {
@@ -127,11 +124,9 @@ TEST(BuildSurface, IsValidAndTheSameForAnyNumberOfThreads) {
 }
 
 TEST(BuildSurface, RefusesPointsThatMakeNoPatch) {
-  PassContext ctx;
-  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, SurfacePoints{}));
-  ASSERT_FALSE(surface.has_value());
-  EXPECT_EQ(surface.error().code, ErrorCode::kEmptyMap);
-  EXPECT_EQ(surface.error().place, "pass build-surface");
+  const Error refused = failure_of(whole_rows(build_surface(TestContext(), {}, SurfacePoints{})));
+  EXPECT_EQ(refused.code, ErrorCode::kEmptyMap);
+  EXPECT_EQ(refused.place, "pass build-surface");
 }
 
 }  // namespace

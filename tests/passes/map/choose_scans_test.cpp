@@ -10,6 +10,7 @@
 #include "passes/map/remove_moving.h"
 #include "passes/map/sharpness/measure_sharpness.h"
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -208,11 +209,10 @@ TEST(ChooseScans, RefusesATrajectoryOfAnotherDrive) {
   const TestDrive all = drive_on({{}, {}});
   Trajectory other = all.truth;
   other.poses.pop_back();
-  PassContext ctx;
-  const Result<Trajectory> refused =
-      choose_scans(ctx, {}, all.drive, all.drive, other, shipped(all, 1));
-  ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(
+      failure_of(choose_scans(TestContext(), {}, all.drive, all.drive, other, shipped(all, 1)))
+          .code,
+      ErrorCode::kMismatchedInputs);
 }
 
 // Shares of the work and what was kept of it do not change what is chosen.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "formats/base/random.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -56,10 +57,7 @@ Journey random_journey(std::uint64_t seed) {
 }
 
 Sites sites_of(const Journey& journey, const ChooseSitesOptions& options = {}) {
-  PassContext ctx;
-  const Result<Sites> sites = choose_sites(ctx, options, journey.drive, journey.trajectory);
-  EXPECT_TRUE(sites.has_value()) << to_string(sites.error());
-  return *sites;
+  return value_of(choose_sites(TestContext(), options, journey.drive, journey.trajectory));
 }
 
 TEST(ChooseSites, LieEveryMetreOfAnLShapedRoute) {
@@ -277,14 +275,12 @@ TEST(ChooseSites, RefuseATrajectoryOfAnotherDrive) {
   PassContext ctx;
   Trajectory shorter = journey.trajectory;
   shorter.poses.pop_back();
-  const Result<Sites> missing = choose_sites(ctx, {}, journey.drive, shorter);
-  ASSERT_FALSE(missing.has_value());
-  EXPECT_EQ(missing.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(failure_of(choose_sites(ctx, {}, journey.drive, shorter)).code,
+            ErrorCode::kMismatchedInputs);
   Trajectory other = journey.trajectory;
   other.poses[1].recording_index = 5;
-  const Result<Sites> wrong = choose_sites(ctx, {}, journey.drive, other);
-  ASSERT_FALSE(wrong.has_value());
-  EXPECT_EQ(wrong.error().place, "pose 1");
+  const Error wrong = failure_of(choose_sites(ctx, {}, journey.drive, other));
+  EXPECT_EQ(wrong.place, "pose 1");
 }
 
 TEST(ChooseSites, RefuseADriveWithoutTheScansAskedFor) {
@@ -292,10 +288,9 @@ TEST(ChooseSites, RefuseADriveWithoutTheScansAskedFor) {
   journey.add(0.0, 0.0, 0.0);
   ChooseSitesOptions options;
   options.scans = ScanSelection::kOdd;
-  PassContext ctx;
-  const Result<Sites> sites = choose_sites(ctx, options, journey.drive, journey.trajectory);
-  ASSERT_FALSE(sites.has_value());
-  EXPECT_EQ(sites.error().code, ErrorCode::kDriveTooShort);
+  EXPECT_EQ(
+      failure_of(choose_sites(TestContext(), options, journey.drive, journey.trajectory)).code,
+      ErrorCode::kDriveTooShort);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "formats/base/random.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -57,12 +58,8 @@ World world_of(const std::vector<Seen>& seen) {
 }
 
 TileDrives must_count(const World& world, const CountDrivesOptions& options, int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
-  const Result<TileDrives> tiles =
-      count_drives(ctx, options, world.drive, world.trajectory, world.points);
-  EXPECT_TRUE(tiles.has_value());
-  return tiles.has_value() ? *tiles : TileDrives{};
+  return value_of(
+      count_drives(TestContext(threads), options, world.drive, world.trajectory, world.points));
 }
 
 TEST(CountDrives, NamesTheDrivesOfEachTile) {

@@ -7,17 +7,14 @@
 #include "passes/map/tile_carver.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
 
 SurfacePoints remove(const TestDrive& test, const RemoveMovingOptions& options = {},
                      int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
-  const Result<SurfacePoints> points = remove_moving(ctx, options, test.drive, test.truth);
-  EXPECT_TRUE(points.has_value()) << to_string(points.error());
-  return *points;
+  return value_of(remove_moving(TestContext(threads), options, test.drive, test.truth));
 }
 
 std::vector<Eigen::Vector3d> points_of(const SurfacePoints& points, bool wants_moving) {
@@ -201,9 +198,7 @@ TEST(RemoveMoving, GivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 ErrorCode error_of(const TestDrive& test, const RemoveMovingOptions& options = {}) {
-  PassContext ctx;
-  const Result<SurfacePoints> points = remove_moving(ctx, options, test.drive, test.truth);
-  return points ? ErrorCode{} : points.error().code;
+  return failure_of(remove_moving(TestContext(), options, test.drive, test.truth)).code;
 }
 
 class BrokenStore : public ScanStore {

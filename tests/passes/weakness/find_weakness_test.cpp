@@ -6,6 +6,7 @@
 #include <set>
 
 #include "tests/passes/weakness/corridor.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -45,19 +46,18 @@ Result<Weakness> find(const CompiledMap& map, const WeaknessOptions& options) {
 }
 
 TEST(FindWeakness, TellsWhereWhichWayWhyAndWhatWouldHelp) {
-  const Result<Weakness> found = find(weak_corridor(), joined());
-  ASSERT_TRUE(found.has_value());
-  EXPECT_EQ(found->limit_m, 0.1);
-  ASSERT_EQ(found->stretches.size(), 1U);
-  const ExplainedStretch& one = found->stretches.front();
+  const Weakness found = value_of(find(weak_corridor(), joined()));
+  EXPECT_EQ(found.limit_m, 0.1);
+  ASSERT_EQ(found.stretches.size(), 1U);
+  const ExplainedStretch& one = found.stretches.front();
   EXPECT_EQ(one.stretch.first_site, 1U);
   EXPECT_EQ(one.stretch.last_site, 3U);
   EXPECT_EQ(one.stretch.worst_site, 2U);
   EXPECT_EQ(one.stretch.unmet_count, 1U);
   EXPECT_DOUBLE_EQ(one.stretch.worst.look.range_m, 50.0);
   EXPECT_NEAR(one.stretch.worst.margin, 0.3, 1e-12);
-  EXPECT_EQ(found->weak_m, 30.0);
-  EXPECT_EQ(found->unmet_m, 10.0);
+  EXPECT_EQ(found.weak_m, 30.0);
+  EXPECT_EQ(found.unmet_m, 10.0);
   EXPECT_LT(one.loose.off_road_deg, 10.0);
   EXPECT_FALSE(one.loose.is_of_map);
   EXPECT_GT(one.loose.std_m, 2.0 * one.loose.strong_std_m);
@@ -74,9 +74,8 @@ TEST(FindWeakness, TakesTheLooseDirectionFromTheMapsOwnFactors) {
   for (std::uint32_t i = 0; i < map.factors.site_count; ++i) {
     map.factors.values.insert(map.factors.values.end(), {0, 0, 0, 0, 0, 80, .4, .1, .01, .7});
   }
-  const Result<Weakness> found = find(map, joined());
-  ASSERT_TRUE(found.has_value());
-  const ExplainedStretch& one = found->stretches.front();
+  const Weakness found = value_of(find(map, joined()));
+  const ExplainedStretch& one = found.stretches.front();
   EXPECT_TRUE(one.loose.is_of_map);
   EXPECT_EQ(one.loose.heading_deg, 80.0);
   EXPECT_NEAR(one.loose.off_road_deg, 80.0, 1e-9);
@@ -91,11 +90,10 @@ TEST(FindWeakness, OfAMapThatHoldsSaysWhereItIsThinnest) {
   map.ranges.flags.assign(map.ranges.flags.size(), 0);
   WeaknessOptions options;
   options.stretches.least_margin = 0.25;
-  const Result<Weakness> found = find(map, options);
-  ASSERT_TRUE(found.has_value());
-  EXPECT_TRUE(found->stretches.empty());
-  EXPECT_EQ(found->thinnest_site, 1U);
-  EXPECT_NEAR(found->thinnest.margin, 0.3, 1e-12);
+  const Weakness found = value_of(find(map, options));
+  EXPECT_TRUE(found.stretches.empty());
+  EXPECT_EQ(found.thinnest_site, 1U);
+  EXPECT_NEAR(found.thinnest.margin, 0.3, 1e-12);
 }
 
 TEST(FindWeakness, RefusesWhatMakesNoSense) {

@@ -7,6 +7,7 @@
 #include "tests/support/artifact_checks.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -110,14 +111,8 @@ TEST(MeasureSharpness, SeesThatWrongPosesSmearTheMap) {
 
 TEST(MeasureSharpness, DoesNotDependOnThreads) {
   const TestDrive test = street(9);
-  PassContext one;
-  one.threads = 1;
-  PassContext three;
-  three.threads = 3;
-  const Result<Sharpness> a = measure_sharpness(one, {}, test.drive, test.truth);
-  const Result<Sharpness> b = measure_sharpness(three, {}, test.drive, test.truth);
-  ASSERT_TRUE(a.has_value() && b.has_value());
-  EXPECT_EQ(*a, *b);
+  const Sharpness one = value_of(measure_sharpness(TestContext(1), {}, test.drive, test.truth));
+  EXPECT_EQ(one, value_of(measure_sharpness(TestContext(3), {}, test.drive, test.truth)));
 }
 
 // A scan that is laid elsewhere makes the tiles anew that it reaches, before and after, and no
@@ -147,10 +142,8 @@ TEST(MeasureSharpness, MakesOnlyTheTilesAnewThatAChangeReaches) {
 TEST(MeasureSharpness, RefusesTheTrajectoryOfAnotherDrive) {
   TestDrive test = street(1);
   test.truth.poses.pop_back();
-  PassContext ctx;
-  const Result<Sharpness> found = measure_sharpness(ctx, {}, test.drive, test.truth);
-  ASSERT_FALSE(found.has_value());
-  EXPECT_EQ(found.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(failure_of(measure_sharpness(TestContext(), {}, test.drive, test.truth)).code,
+            ErrorCode::kMismatchedInputs);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "tests/support/test_context.h"
 #include "tests/support/test_files.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_rows.h"
@@ -45,10 +46,9 @@ TEST(NdsByTile, SayThatTheDiskIsFull) {
   NdsByTile nds(map.cell_m, map.tile_m, 100);
   const NoLargeFiles full_disk;
   nds.add(map);
-  const Result<TiledNds> found = nds.take(map.frame, 0);
-  ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().code, ErrorCode::kDiskFull);
-  EXPECT_FALSE(found.error().file.empty());
+  const Error found = failure_of(nds.take(map.frame, 0));
+  EXPECT_EQ(found.code, ErrorCode::kDiskFull);
+  EXPECT_FALSE(found.file.empty());
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "passes/map/tiles/cell_tiles.h"
 #include "tests/passes/map/tiles/long_street.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
 // Passes that go tile by tile, beside the same on the whole street at once.
@@ -106,12 +107,10 @@ TEST(TiledSurface, CountsRaysThroughATileInWhichTheyDoNotEnd) {
     }
   }
   points.store = memory_scan_store(std::move(scans));
-  PassContext ctx;
-  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, points));
-  ASSERT_TRUE(surface.has_value());
-  EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
+  const Surface surface = value_of(whole_rows(build_surface(TestContext(), {}, points)));
+  EXPECT_TRUE(to_bytes(surface) == to_bytes(whole_surface(points, {})));
   const auto is_of_wall = [](const SurfacePatch& patch) { return patch.centre_m.x() < 138.0; };
-  EXPECT_LT(std::ranges::count_if(surface->patches, is_of_wall), 5) << "of 20";
+  EXPECT_LT(std::ranges::count_if(surface.patches, is_of_wall), 5) << "of 20";
 }
 
 TEST(TiledSurface, ChoosesBetweenEquallyNearGroundAsTheWholeDoes) {
@@ -121,10 +120,8 @@ TEST(TiledSurface, ChoosesBetweenEquallyNearGroundAsTheWholeDoes) {
     for (double x_m = 116.05; x_m < 126.0; x_m += 0.1) points.points_m.emplace_back(x_m, y_m, 0.1);
     for (double x_m = 131.05; x_m < 138.0; x_m += 0.1) points.points_m.emplace_back(x_m, y_m, 1.1);
   }
-  PassContext ctx;
-  const Result<Surface> surface = whole_rows(build_surface(ctx, {}, points));
-  ASSERT_TRUE(surface.has_value());
-  EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
+  const Surface surface = value_of(whole_rows(build_surface(TestContext(), {}, points)));
+  EXPECT_TRUE(to_bytes(surface) == to_bytes(whole_surface(points, {})));
 }
 
 TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
@@ -213,11 +210,9 @@ TEST(TiledNdt, AndSurfaceMakeTheTileAnewInWhichVoxelsMoved) {
 
 TEST(CellTiles, KnowsWhichScansHavePointsOverATile) {
   const BlockGrid blocks = blocks_of_tiles(2.0);
-  PassContext ctx;
-  const Result<std::vector<ScanExtent>> extents =
-      measure_extents(ctx, street(), blocks, "build-ndt");
-  ASSERT_TRUE(extents.has_value());
-  const CellTiles tiles(*extents, blocks);
+  const std::vector<ScanExtent> extents =
+      value_of(measure_extents(TestContext(), street(), blocks, "build-ndt"));
+  const CellTiles tiles(extents, blocks);
   const SurfacePointReader reader(street());
   std::uint64_t held = 0;
   std::size_t opened = 0;
@@ -288,19 +283,16 @@ TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   points.points_m = {{0.0, 0.0, 0.0}, {0.0, 1e12, 0.0}};
   const std::string expected = "a surface point is not finite or lies more than 2^30 cells";
   PassContext ctx;
-  const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, points));
-  ASSERT_FALSE(map.has_value());
-  EXPECT_EQ(map.error().code, ErrorCode::kInvalidArtifact);
-  EXPECT_TRUE(map.error().message.starts_with(expected)) << map.error().message;
+  const Error near = failure_of(whole_rows(build_ndt(ctx, {}, points)));
+  EXPECT_EQ(near.code, ErrorCode::kInvalidArtifact);
+  EXPECT_TRUE(near.message.starts_with(expected)) << near.message;
   const Result<Surface> surface = whole_rows(build_surface(ctx, {}, points));
   ASSERT_FALSE(surface.has_value());
   EXPECT_EQ(surface.error().place, "pass build-surface");
   points = street();
   points.scans[7].T_map_lidar.translation().x() = 1e12;
-  const Result<NdtMap> far = whole_rows(build_ndt(ctx, {}, points));
-  ASSERT_FALSE(far.has_value());
-  EXPECT_TRUE(far.error().message.starts_with("a surface point of scan 7 is not finite"))
-      << far.error().message;
+  const Error far = failure_of(whole_rows(build_ndt(ctx, {}, points)));
+  EXPECT_TRUE(far.message.starts_with("a surface point of scan 7 is not finite")) << far.message;
 }
 
 TEST(MeasureExtents, SaysWhatReadingAScanSays) {
