@@ -1,7 +1,7 @@
 #include "compiler/work/engine_scripts.h"
 
 #include "formats/text/quoted_text.h"
-#include "passes/pass/stage.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
 namespace {

@@ -12,7 +12,6 @@
 #include "formats/base/portable_math.h"
 #include "formats/drive/drive.h"
 #include "passes/pass/pass_context.h"
-#include "passes/pass/quiet.h"
 #include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/given/misplaced_parts.h"
 #include "passes/trajectory/given/sharpening.h"

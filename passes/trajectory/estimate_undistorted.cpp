@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "passes/pass/quiet.h"
+#include "passes/pass/pass_context.h"
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/grid/point_grid.h"
-#include "passes/pass/quiet.h"
+#include "passes/pass/pass_context.h"
 #include "passes/trajectory/graph/check_poses.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"

@@ -1,4 +1,4 @@
-#include "passes/pass/stage.h"
+#include "passes/pass/pass.h"
 
 #include <gtest/gtest.h>
 
