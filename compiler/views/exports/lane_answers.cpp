@@ -65,22 +65,19 @@ Look look_of(const MapLook& look) {
           .mode = look.settles ? LookMode::kSettle : LookMode::kSearch};
 }
 
-LaneAsker::LaneAsker(const MapReader& map, double sensor_height_m, WeakPlaces weak,
-                     std::vector<Eigen::Vector3d> sites_m)
-    : map_(&map),
-      sensor_height_m_(sensor_height_m),
-      weak_(std::move(weak)),
-      sites_m_(std::move(sites_m)) {
-  std::vector<Eigen::Vector3d> flat_m = sites_m_;
-  for (Eigen::Vector3d& site_m : flat_m) site_m.z() = 0.0;
-  in_plane_ = PointGrid(flat_m);
-}
-
 Result<LaneAsker> LaneAsker::of(const MapReader& map, double sensor_height_m, WeakPlaces weak) {
   SIGHTLINE_ASSIGN(const std::vector<MapSite> sites, map.sites(0));
-  std::vector<Eigen::Vector3d> sites_m;
-  for (const MapSite& site : sites) sites_m.emplace_back(site.position_world_m.data());
-  return LaneAsker(map, sensor_height_m, std::move(weak), std::move(sites_m));
+  LaneAsker asker;
+  asker.map_ = &map;
+  asker.sensor_height_m_ = sensor_height_m;
+  asker.weak_ = std::move(weak);
+  std::vector<Eigen::Vector3d> flat_m;
+  for (const MapSite& site : sites) {
+    const Eigen::Vector3d& site_m = asker.sites_m_.emplace_back(site.position_world_m.data());
+    flat_m.emplace_back(site_m.x(), site_m.y(), 0.0);
+  }
+  asker.in_plane_ = PointGrid(flat_m);
+  return asker;
 }
 
 std::array<double, 3> LaneAsker::sensor_world_m(const Eigen::Vector3d& road_world_m) const {

@@ -80,13 +80,12 @@ class LaneAsker {
   [[nodiscard]] Result<LaneAnswers> ask(const Lanelet& lanelet) const;
 
  private:
-  LaneAsker(const MapReader& map, double sensor_height_m, WeakPlaces weak,
-            std::vector<Eigen::Vector3d> sites_m);
+  LaneAsker() = default;
   [[nodiscard]] Result<LaneLimit> ask(const std::vector<Eigen::Vector3d>& road_m,
                                       std::size_t limit) const;
 
-  const MapReader* map_;
-  double sensor_height_m_;
+  const MapReader* map_ = nullptr;
+  double sensor_height_m_ = 0.0;
   WeakPlaces weak_;
   std::vector<Eigen::Vector3d> sites_m_;  // world coordinates
   PointGrid in_plane_;
