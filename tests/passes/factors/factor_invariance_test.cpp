@@ -8,6 +8,7 @@
 #include "passes/factors/factors_of_sites.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
+#include "tests/support/test_context.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_rows.h"
 
@@ -52,10 +53,7 @@ FactorTable factors_of(const ToyWorld& world) {
   sensor.azimuth_step_deg = 0.4;
   const Result<NdtMap> map = whole_rows(build_ndt(ctx, {}, world.points));
   const Result<Surface> surface = whole_rows(build_surface(ctx, {}, world.points));
-  const Result<FactorTable> table =
-      whole_rows(factors_of_sites(ctx, {}, *map, *surface, world.sites, sensor));
-  EXPECT_TRUE(table.has_value());
-  return *table;
+  return value_of(whole_rows(factors_of_sites(ctx, {}, *map, *surface, world.sites, sensor)));
 }
 
 // The most that each factor moves at any site and range, relative to its mean size there.

@@ -51,10 +51,8 @@ Place street() {
 }
 
 FactorTable factors_of(PassContext& ctx, const Place& place) {
-  const Result<FactorTable> table =
-      whole_rows(factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor));
-  EXPECT_TRUE(table.has_value()) << to_string(table.error());
-  return *table;
+  return value_of(
+      whole_rows(factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor)));
 }
 
 // Depth images and virtual scans of all sites at once, which product code no longer makes.

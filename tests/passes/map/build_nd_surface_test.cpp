@@ -32,15 +32,12 @@ NdtMap level_street() {
 }
 
 TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  const Result<Surface> surface = whole_rows(build_nd_surface(ctx, {}, level_street()));
-  ASSERT_TRUE(surface.has_value());
-  EXPECT_TRUE(validate(*surface).has_value());
-  EXPECT_EQ(surface->patches.size(), 30U);
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("holds no surface"), std::string::npos);
+  TestContext ctx;
+  const Surface surface = value_of(whole_rows(build_nd_surface(ctx, {}, level_street())));
+  EXPECT_TRUE(validate(surface).has_value());
+  EXPECT_EQ(surface.patches.size(), 30U);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_NE(ctx.warnings[0].find("holds no surface"), std::string::npos);
 }
 
 TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {

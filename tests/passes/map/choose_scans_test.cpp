@@ -75,15 +75,11 @@ ReleasedPoses shipped(const TestDrive& all, std::size_t days) {
 
 Trajectory chosen(const TestDrive& all, std::size_t days, const ChooseScansOptions& options = {},
                   std::vector<std::string>* warnings = nullptr) {
-  PassContext ctx;
-  ctx.threads = 2;
-  ctx.warning_sink = [&](const std::string& text) {
-    if (warnings) warnings->push_back(text);
-  };
-  const Result<Trajectory> trajectory =
-      choose_scans(ctx, options, all.drive, all.drive, all.truth, shipped(all, days));
-  EXPECT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
-  return *trajectory;
+  TestContext ctx(2);
+  const Trajectory trajectory =
+      value_of(choose_scans(ctx, options, all.drive, all.drive, all.truth, shipped(all, days)));
+  if (warnings) *warnings = ctx.warnings;
+  return trajectory;
 }
 
 // Of one day.

@@ -7,6 +7,7 @@
 #include "passes/map/moving_verdict.h"
 #include "passes/map/remove_moving.h"
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -141,10 +142,7 @@ SurfacePoints days_in_street(std::size_t days, const Add& add) {
   TestDrive test = drive_of(std::move(scans), poses);
   for (std::size_t i = 0; i < parts.size(); ++i) test.drive.scans[i].part = parts[i];
   test.drive.later_parts.assign(days - 1, "later");
-  PassContext ctx;
-  const Result<SurfacePoints> points = remove_moving(ctx, {}, test.drive, test.truth);
-  EXPECT_TRUE(points.has_value()) << to_string(points.error());
-  return *points;
+  return value_of(remove_moving(TestContext(), {}, test.drive, test.truth));
 }
 
 // Standing points in a box.
@@ -152,9 +150,8 @@ std::size_t standing_in(const SurfacePoints& points, const TestBox& box) {
   const SurfacePointReader reader(points);
   std::size_t count = 0;
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
-    const Result<std::vector<Eigen::Vector3d>> standing_m = reader.standing(part);
-    EXPECT_TRUE(standing_m.has_value());
-    for (const Eigen::Vector3d& p_m : *standing_m) {
+    const std::vector<Eigen::Vector3d> standing_m = value_of(reader.standing(part));
+    for (const Eigen::Vector3d& p_m : standing_m) {
       count +=
           ((p_m - box.low_m).array() >= -0.01).all() && ((box.high_m - p_m).array() >= -0.01).all()
               ? 1

@@ -7,6 +7,7 @@
 
 #include "passes/map/tile_carver.h"
 #include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
 
 // OctoMap's ray insertion beside what the pass sees of the same scans. Both count a voxel once a
 // scan and sum the same log odds of hits and misses. Of a hit both mean the same: a return within
@@ -73,10 +74,7 @@ struct SeenWorld {
   }
 
   [[nodiscard]] SeenVoxels seen_by_the_pass() const {
-    const Result<SeenVoxels> seen =
-        look_at_tile(one_big_tile(), *memory_scan_store(scans), placed, kTile);
-    EXPECT_TRUE(seen.has_value());
-    return *seen;
+    return value_of(look_at_tile(one_big_tile(), *memory_scan_store(scans), placed, kTile));
   }
 
   // Its sensor model as it is, and no clamping: the pass clamps nothing.

@@ -21,10 +21,9 @@ std::vector<Eigen::Vector3d> points_of(const SurfacePoints& points, bool wants_m
   const SurfacePointReader reader(points);
   std::vector<Eigen::Vector3d> all_m;
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
-    const Result<std::vector<Eigen::Vector3d>> part_m =
-        wants_moving ? reader.moving(part) : reader.standing(part);
-    EXPECT_TRUE(part_m.has_value());
-    all_m.insert(all_m.end(), part_m->begin(), part_m->end());
+    const std::vector<Eigen::Vector3d> part_m =
+        value_of(wants_moving ? reader.moving(part) : reader.standing(part));
+    all_m.insert(all_m.end(), part_m.begin(), part_m.end());
   }
   return all_m;
 }
@@ -174,9 +173,9 @@ std::vector<CellKey> found_by_tiles_of(double tile_m, const TestDrive& test) {
   const std::vector<PlacedScan> scans = placed(test);
   std::vector<CellKey> moved;
   for (const TileKey& tile : tiles_to_look_at(options, scans)) {
-    const Result<TileFindings> found = find_moving_in_tile(options, *test.drive.store, scans, tile);
-    EXPECT_TRUE(found.has_value());
-    moved.insert(moved.end(), found->moved_voxels.begin(), found->moved_voxels.end());
+    const TileFindings found =
+        value_of(find_moving_in_tile(options, *test.drive.store, scans, tile));
+    moved.insert(moved.end(), found.moved_voxels.begin(), found.moved_voxels.end());
   }
   std::ranges::sort(moved);
   return moved;

@@ -8,6 +8,7 @@
 #include "passes/factors/virtual_scan.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/weakness/corridor.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -237,10 +238,9 @@ TEST(TargetGain, IsThatOfBeamsInView) {
   const auto hits_facing = [&](double yaw_rad) {
     scene.sites.sites[2].T_map_vehicle.linear() =
         Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    const Result<std::vector<SiteView>> seen =
-        views_from(scene.ctx, scene.options, scene.nds, scene.sites, {2}, scene.directions);
-    EXPECT_TRUE(seen.has_value());
-    return hits_of(target, seen->front(), scene.directions, 50.0).size();
+    const std::vector<SiteView> seen = value_of(
+        views_from(scene.ctx, scene.options, scene.nds, scene.sites, {2}, scene.directions));
+    return hits_of(target, seen.front(), scene.directions, 50.0).size();
   };
   EXPECT_EQ(hits_facing(ahead_rad), round.size());
   EXPECT_EQ(hits_facing(ahead_rad + std::numbers::pi), 0U);

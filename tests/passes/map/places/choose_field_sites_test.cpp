@@ -9,6 +9,7 @@
 
 #include "formats/base/random.h"
 #include "passes/map/places/free_ground.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -70,12 +71,9 @@ Chosen chosen(const Surface& surface, const ChooseFieldSitesOptions& options = {
   sensor.height_m = 1.8;
   sensor.azimuth_view_deg = view_deg;
   sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.5, 0.0, 1.8);
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.threads = threads;
-  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  TestContext ctx(threads);
   Result<Sites> sites = choose_field_sites(ctx, options, surface, sensor);
-  return {std::move(sites), std::move(warnings)};
+  return {std::move(sites), std::move(ctx.warnings)};
 }
 
 // Of vehicles, in the map frame.

@@ -6,6 +6,7 @@
 
 #include "formats/base/random.h"
 #include "passes/map/places/ground_floors.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
@@ -48,11 +49,9 @@ Chosen chosen(const Surface& surface, const std::vector<RouteLine>& lines) {
   SensorProfile sensor = *sensor_profile("vlp-16");
   sensor.height_m = 1.8;
   sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.5, 0.0, 1.8);
-  std::vector<std::string> warnings;
-  PassContext ctx;
-  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  TestContext ctx;
   Result<Sites> sites = choose_route_sites(ctx, {}, {"lanes.osm", lines}, surface, sensor);
-  return {std::move(sites), std::move(warnings)};
+  return {std::move(sites), std::move(ctx.warnings)};
 }
 
 ErrorCode refusal(const Surface& surface, const RouteLine& along) {
