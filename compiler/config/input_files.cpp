@@ -1,6 +1,6 @@
 #include "compiler/config/input_files.h"
 #include "formats/foreign/maps/apollo_map.h"
-#include "formats/foreign/maps/point_map.h"
+#include "formats/foreign/maps/foreign_maps.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/sensor_file.h"
 

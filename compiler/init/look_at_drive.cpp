@@ -7,7 +7,6 @@
 
 #include "compiler/init/pose_sources.h"
 #include "formats/foreign/recording/open_recording.h"
-#include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
 #include "formats/text/numbers.h"

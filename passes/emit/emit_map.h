@@ -16,7 +16,7 @@
 #include "formats/drive/recording_cards.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
-#include "formats/foreign/maps/foreign_nds.h"
+#include "formats/foreign/maps/foreign_maps.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/map_file.h"
 #include "formats/map/packed_model.h"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "formats/foreign/maps/point_map.h"
+#include "formats/foreign/maps/foreign_maps.h"
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/surface_points.h"

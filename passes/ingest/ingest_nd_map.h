@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "formats/foreign/maps/foreign_nds.h"
+#include "formats/foreign/maps/foreign_maps.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/pass/pass.h"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "formats/base/check.h"
-#include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/test_files.h"

@@ -7,7 +7,7 @@
 #include "formats/base/check.h"
 #include "formats/foreign/lanes/lanelet_map.h"
 #include "formats/foreign/lanes/osm_text.h"
-#include "formats/foreign/lanes/route_parsers.h"
+#include "formats/foreign/lanes/read_route.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace sightline {

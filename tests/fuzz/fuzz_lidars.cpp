@@ -8,7 +8,6 @@
 #include "formats/base/check.h"
 #include "formats/foreign/logs/hesai_lidar.h"
 #include "formats/foreign/logs/open_capture.h"
-#include "formats/foreign/logs/ouster_pcap.h"
 #include "formats/foreign/logs/pcap_reader.h"
 #include "formats/foreign/logs/rotating_pcap.h"
 #include "tests/fuzz/fuzz.h"

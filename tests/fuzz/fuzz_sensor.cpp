@@ -4,9 +4,8 @@
 #include <array>
 
 #include "formats/base/check.h"
+#include "formats/foreign/text/dataset_poses.h"
 #include "formats/foreign/text/geodetic_track.h"
-#include "formats/foreign/text/kitti_calibration.h"
-#include "formats/foreign/text/nuscenes_poses.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <vector>
 
-#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
@@ -56,30 +54,6 @@ Result<FloatColumns> columns_of(const FileBytes& file, const std::optional<Float
   return file.error(count.error().code, count.error().message,
                     at_byte(size / point_size * point_size));
 }
-
-class PointReader {
- public:
-  PointReader(const FileBytes& file, const FloatColumns& columns)
-      : file_(file), columns_(columns), size_(columns.count * sizeof(float)) {}
-
-  [[nodiscard]] std::size_t count() const { return file_.bytes.size() / size_; }
-
-  [[nodiscard]] float value(std::size_t point, std::size_t column) const {
-    float value = 0.0F;
-    std::memcpy(&value, file_.bytes.data() + point * size_ + column * sizeof value, sizeof value);
-    return value;
-  }
-
-  [[nodiscard]] Eigen::Vector3d position_m(std::size_t point) const {
-    const auto& [x, y, z] = columns_.position;
-    return {value(point, x), value(point, y), value(point, z)};
-  }
-
- private:
-  const FileBytes& file_;
-  const FloatColumns& columns_;
-  std::size_t size_;
-};
 
 // No LiDAR sees farther than 100 km; a larger number means that these are no coordinates in metres.
 bool is_too_far(const Eigen::Vector3d& point_m) {
@@ -147,23 +121,27 @@ Result<PointCloudFile> parse_float_bin(const FileBytes& file,
                           " (float32 " + to_text(columns) + ")",
                       at_byte(file.bytes.size() / point_size * point_size));
   }
-  const PointReader points(file, columns);
+  const std::size_t count = file.bytes.size() / point_size;
+  const auto value = [&](std::size_t point, std::size_t column) {
+    return read_at<float>(file.bytes, point * point_size + column * sizeof(float));
+  };
+  const auto& [x, y, z] = columns.position;
   PointCloudFile cloud;
   cloud.float_count = columns.count;
-  cloud.points_m.reserve(points.count());
-  cloud.intensity.reserve(points.count());
+  cloud.points_m.reserve(count);
+  cloud.intensity.reserve(count);
   std::vector<double> times;
-  for (std::size_t i = 0; i < points.count(); ++i) {
-    const Eigen::Vector3d point_m = points.position_m(i);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d point_m(value(i, x), value(i, y), value(i, z));
     if (is_too_far(point_m)) {
       return file.error(ErrorCode::kUnsupportedFormat,
                         "found a coordinate beyond 100 km with float32 " + to_text(columns) +
                             "; name the columns with `columns`, or convert it to binary PCD",
                         at_byte(i * point_size));
     }
-    const float intensity = columns.intensity ? points.value(i, *columns.intensity) : 0.0F;
+    const float intensity = columns.intensity ? value(i, *columns.intensity) : 0.0F;
     const bool is_return = add_point(cloud, point_m, intensity);
-    if (is_return && columns.time) times.push_back(points.value(i, *columns.time));
+    if (is_return && columns.time) times.push_back(value(i, *columns.time));
   }
   if (columns.time) set_point_times(times, cloud);
   return cloud;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -12,29 +11,23 @@
 #include <vector>
 
 #include "formats/base/portable_math.h"
+#include "formats/foreign/text/file_bytes.h"
 
-// How many floats a point has is found as the period with which the kinds of numbers repeat. Of
-// each float only its kind is looked at: sign, power of two, and whether it is a whole number. Read
-// with the right count, each column holds one quantity, and its kinds vary little: ring numbers are
-// whole, intensities are not negative, heights are smaller than distances. Read with a wrong count,
-// a column holds several quantities in turn. So the entropy of kinds in a column, averaged over
-// columns, is least for the right count:
+// How many floats a point has is found as the period with which the kinds of numbers repeat: sign,
+// power of two, and whether it is a whole number. Read with the right count, each column holds one
+// quantity, and its kinds vary little; with a wrong count a column holds several in turn. So the
+// entropy of kinds in a column, averaged over columns, is least for the right count.
 //
-// - It cannot refuse the count that a file has. The kind of a float depends on its place in its
-//   point, and that is what the right count explains. Another count explains the place in the point
-//   in part or not at all, and to know less never lowers an entropy (Cover and Thomas, Elements of
-//   Information Theory, 2.6.5). The order of the points plays no part. What a point's neighbours
-//   tell (beams that take turns) lowers it only for multiples of the right count, and for others by
-//   little. On recordings of six sensors, laid out in 17 ways, the right count was ahead of all
-//   that are no multiples of it by 0.45 bit and more, by 0.16 bit in a made-up worst case: beams
-//   that take turns and miss every other time.
-// - A multiple of the right count explains as much as that, so it is judged otherwise: by whether
-//   the points of each turn are alike. 8 floats are two points of 4 where what would be x and y of
-//   the second have the kinds of x and y of the first (the divergence of Jensen and Shannon, 0 to
-//   1, was at most 0.02 in recordings, and at least 0.47 for normals, colours, rings and times in
-//   place of coordinates), or where most of them lie in the direction of the first: beams that take
-//   turns see near and far things, but fire one after the other. In between both counts fit, and
-//   the user is asked.
+// - It cannot refuse the count that a file has: the place in the point is what explains a kind, and
+//   to know less never lowers an entropy (Cover and Thomas, Elements of Information Theory, 2.6.5).
+//   On recordings of six sensors, laid out in 17 ways, the right count was ahead of all that are no
+//   multiples of it by 0.45 bit and more, by 0.16 bit in a made-up worst case: beams that take
+//   turns and miss every other time.
+// - A multiple of the right count explains as much. It is refused where the points of each turn are
+//   alike: 8 floats are two points of 4 where what would be x and y of the second have the kinds of
+//   the first (the divergence of Jensen and Shannon, 0 to 1, was at most 0.02 in recordings, and at
+//   least 0.47 for other columns), or where most of them lie in the direction of the first. In
+//   between both counts fit, and the user is asked.
 
 namespace sightline {
 namespace {
@@ -49,9 +42,7 @@ constexpr std::size_t kKinds = 1024;
 using KindHistogram = std::vector<double>;
 
 float float_at(std::span<const std::byte> bytes, std::size_t index) {
-  float value = 0.0F;
-  std::memcpy(&value, bytes.data() + index * sizeof value, sizeof value);
-  return value;
+  return read_at<float>(bytes, index * sizeof(float));
 }
 
 // Power of two in the upper bits, then the sign, then whether it is whole. Each NaN is like

@@ -64,13 +64,6 @@ struct LasHeader {
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
 };
 
-template <class T>
-T read_at(const FileBytes& file, std::size_t at) {
-  T value{};
-  std::memcpy(&value, file.bytes.data() + at, sizeof value);
-  return value;
-}
-
 Error malformed(const FileBytes& file, std::size_t at, std::string message) {
   return file.error(ErrorCode::kMalformedHeader, std::move(message), at_byte(at));
 }
@@ -84,9 +77,9 @@ Error too_short(const FileBytes& file, std::uint64_t expected) {
 
 // Version and point format; says how to convert what is compressed.
 Result<PointFormat> point_format(const FileBytes& file) {
-  const auto major = read_at<std::uint8_t>(file, kVersionAt);
-  const auto minor = read_at<std::uint8_t>(file, kVersionAt + 1);
-  const auto id = read_at<std::uint8_t>(file, kFormatAt);
+  const auto major = read_at<std::uint8_t>(file.bytes, kVersionAt);
+  const auto minor = read_at<std::uint8_t>(file.bytes, kVersionAt + 1);
+  const auto id = read_at<std::uint8_t>(file.bytes, kFormatAt);
   // LASzip marks its files in the upper bits of the point format.
   if ((id & 0xC0U) != 0) {
     return file.error(ErrorCode::kUnsupportedFormat,
@@ -112,8 +105,8 @@ Result<PointFormat> point_format(const FileBytes& file) {
 Result<void> read_scales(const FileBytes& file, LasHeader& header) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::size_t place = 8 * static_cast<std::size_t>(axis);
-    header.scale[axis] = read_at<double>(file, kScaleAt + place);
-    header.offset_m[axis] = read_at<double>(file, kOffsetAt + place);
+    header.scale[axis] = read_at<double>(file.bytes, kScaleAt + place);
+    header.offset_m[axis] = read_at<double>(file.bytes, kOffsetAt + place);
   }
   if (!header.scale.allFinite() || header.scale.minCoeff() <= 0.0) {
     return malformed(file, kScaleAt, "a scale is not above 0");
@@ -123,15 +116,15 @@ Result<void> read_scales(const FileBytes& file, LasHeader& header) {
 }
 
 void read_records(const FileBytes& file, std::size_t header_size, LasHeader& header) {
-  const auto minor = read_at<std::uint8_t>(file, kVersionAt + 1);
-  header.records = {header_size, read_at<std::uint32_t>(file, kRecordsAt), header.data_offset, 0,
-                    0};
+  const auto minor = read_at<std::uint8_t>(file.bytes, kVersionAt + 1);
+  header.records = {header_size, read_at<std::uint32_t>(file.bytes, kRecordsAt), header.data_offset,
+                    0, 0};
   if (minor >= 3 && header_size >= kLeastHeader13) {
-    header.has_more = read_at<std::uint64_t>(file, kWaveformsAt) != 0;
+    header.has_more = read_at<std::uint64_t>(file.bytes, kWaveformsAt) != 0;
   }
   if (minor < 4) return;
-  header.records.extended_first = read_at<std::uint64_t>(file, kExtendedAt);
-  header.records.extended_count = read_at<std::uint32_t>(file, kExtendedCountAt);
+  header.records.extended_first = read_at<std::uint64_t>(file.bytes, kExtendedAt);
+  header.records.extended_count = read_at<std::uint32_t>(file.bytes, kExtendedCountAt);
   header.has_more = header.has_more || header.records.extended_count > 0;
 }
 
@@ -141,10 +134,10 @@ Result<LasHeader> parse_header(const FileBytes& file) {
   if (file.bytes.size() < kLeastHeader) return too_short(file, kLeastHeader);
   LasHeader header;
   header.format = format;
-  header.record_length = read_at<std::uint16_t>(file, kRecordLengthAt);
-  header.data_offset = read_at<std::uint32_t>(file, kDataOffsetAt);
-  const std::size_t header_size = read_at<std::uint16_t>(file, kHeaderSizeAt);
-  const bool is_14 = read_at<std::uint8_t>(file, kVersionAt + 1) == 4;
+  header.record_length = read_at<std::uint16_t>(file.bytes, kRecordLengthAt);
+  header.data_offset = read_at<std::uint32_t>(file.bytes, kDataOffsetAt);
+  const std::size_t header_size = read_at<std::uint16_t>(file.bytes, kHeaderSizeAt);
+  const bool is_14 = read_at<std::uint8_t>(file.bytes, kVersionAt + 1) == 4;
   if (header_size < (is_14 ? kLeastHeader14 : kLeastHeader) || header.data_offset < header_size) {
     return malformed(file, kHeaderSizeAt, "a header or data offset smaller than LAS has");
   }
@@ -155,8 +148,8 @@ Result<LasHeader> parse_header(const FileBytes& file) {
                          " bytes, expected at least " + std::to_string(header.format.length));
   }
   // 1.4 may leave the older, shorter count at 0, and careless writers of 1.4 the newer one.
-  header.count = is_14 ? read_at<std::uint64_t>(file, kCount14At) : 0;
-  if (header.count == 0) header.count = read_at<std::uint32_t>(file, kCountAt);
+  header.count = is_14 ? read_at<std::uint64_t>(file.bytes, kCount14At) : 0;
+  if (header.count == 0) header.count = read_at<std::uint32_t>(file.bytes, kCountAt);
   read_records(file, header_size, header);
   SIGHTLINE_TRY(read_scales(file, header));
   return header;
@@ -192,18 +185,18 @@ Result<PointCloudFile> parse_las(const FileBytes& file) {
   std::vector<double> times;
   for (std::uint64_t i = 0; i < header.count; ++i) {
     const std::size_t at = header.data_offset + i * header.record_length;
-    if ((read_at<std::uint8_t>(file, at + kFlagsAt) & header.format.withheld) != 0) {
+    if ((read_at<std::uint8_t>(file.bytes, at + kFlagsAt) & header.format.withheld) != 0) {
       ++cloud.withheld_count;
       continue;
     }
     Eigen::Vector3d point_m;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto units = read_at<std::int32_t>(file, at + 4 * static_cast<std::size_t>(axis));
+      const auto units = read_at<std::int32_t>(file.bytes, at + 4 * static_cast<std::size_t>(axis));
       point_m[axis] = units * header.scale[axis] + header.offset_m[axis];
     }
-    const auto intensity = static_cast<float>(read_at<std::uint16_t>(file, at + 12));
+    const auto intensity = static_cast<float>(read_at<std::uint16_t>(file.bytes, at + 12));
     if (!add_point(cloud, point_m, intensity) || header.format.time_at == 0) continue;
-    times.push_back(read_at<double>(file, at + header.format.time_at));
+    times.push_back(read_at<double>(file.bytes, at + header.format.time_at));
   }
   SIGHTLINE_TRY(check_extent(file, cloud, header.scale));
   constexpr double kGpsUnit_ns = 1e9;

@@ -1,8 +1,8 @@
 #include "formats/foreign/clouds/las_reference.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
-#include <cstring>
 #include <optional>
 #include <span>
 #include <vector>
@@ -41,11 +41,8 @@ void add_records(const FileBytes& file, std::size_t at, std::size_t count, std::
     Record record;
     record.user = file.text().substr(at + kUserAt, kUserSize);
     record.user = record.user.substr(0, record.user.find('\0'));
-    std::uint16_t id = 0;
-    std::memcpy(&id, file.bytes.data() + at + kIdAt, sizeof id);
-    record.id = id;
-    Length length = 0;
-    std::memcpy(&length, file.bytes.data() + at + kLengthAt, sizeof length);
+    record.id = read_at<std::uint16_t>(file.bytes, at + kIdAt);
+    const auto length = read_at<Length>(file.bytes, at + kLengthAt);
     if (length > end - at - kHead) return;
     record.bytes = file.bytes.subspan(at + kHead, length);
     record.offset = at;
@@ -82,8 +79,7 @@ Result<void> check_geo_keys(const FileBytes& file, const Record& record) {
   constexpr std::size_t kGeocentric = 3;
   constexpr std::size_t kEntry = 4 * sizeof(std::uint16_t);
   for (std::size_t at = kEntry; at + kEntry <= record.bytes.size(); at += kEntry) {
-    std::uint16_t entry[4];
-    std::memcpy(entry, record.bytes.data() + at, sizeof entry);
+    const auto entry = read_at<std::array<std::uint16_t, 4>>(record.bytes, at);
     const std::size_t key = entry[0];
     const std::size_t value = entry[3];
     if (entry[1] != 0) continue;  // the value stands in another record

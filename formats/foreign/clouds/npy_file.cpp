@@ -35,6 +35,10 @@ Error unsupported(const FileBytes& file, const std::string& found) {
                     at_byte(0));
 }
 
+Error malformed(const FileBytes& file, std::string message) {
+  return file.error(ErrorCode::kMalformedHeader, std::move(message), at_byte(0));
+}
+
 // "<f4" and its like.
 std::optional<Field> field_of(std::string_view type) {
   Field field;
@@ -97,8 +101,7 @@ Result<std::vector<Field>> fields_of(const FileBytes& file, std::string_view des
     if (is_list) fields.back().name = texts[i];
   }
   if (fields.empty() || texts.size() % step != 0) {
-    return file.error(ErrorCode::kMalformedHeader, "found no type of numbers in its head",
-                      at_byte(0));
+    return malformed(file, "found no type of numbers in its head");
   }
   return fields;
 }
@@ -107,15 +110,14 @@ Result<std::vector<std::uint64_t>> shape_of(const FileBytes& file, std::string_v
   std::vector<std::string_view> words;
   const std::size_t end = text.find(')');
   if (!text.starts_with('(') || end == std::string_view::npos) {
-    return file.error(ErrorCode::kMalformedHeader, "found no shape in its head", at_byte(0));
+    return malformed(file, "found no shape in its head");
   }
   split_words(text.substr(1, end - 1), words, ", ");
   std::vector<std::uint64_t> shape;
   for (const std::string_view word : words) {
     const std::optional<std::uint64_t> size = to_number<std::uint64_t>(word);
     if (!size || *size > (std::uint64_t{1} << 40)) {
-      return file.error(ErrorCode::kMalformedHeader, "found a shape of " + in_quotes(word),
-                        at_byte(0));
+      return malformed(file, "found a shape of " + in_quotes(word));
     }
     shape.push_back(*size);
   }
@@ -126,17 +128,15 @@ Result<Head> head_of(const FileBytes& file) {
   const std::string_view text = file.text();
   constexpr std::size_t kVersionEnd = 8;
   if (text.size() < kVersionEnd + 4) {
-    return file.error(ErrorCode::kMalformedHeader, "shorter than its head", at_byte(0));
+    return malformed(file, "shorter than its head");
   }
-  const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(text[at]); };
-  const bool is_first = byte(6) == 1;
-  const std::size_t length =
-      is_first ? byte(8) + 256U * byte(9)
-               : byte(8) + 256U * byte(9) + 65536U * byte(10) + 16777216U * std::size_t{byte(11)};
+  const bool is_first = text[6] == 1;
+  const std::size_t length = is_first ? read_at<std::uint16_t>(file.bytes, kVersionEnd)
+                                      : read_at<std::uint32_t>(file.bytes, kVersionEnd);
   Head head;
   const std::size_t begin = is_first ? 10 : 12;
   if (length > text.size() - begin) {
-    return file.error(ErrorCode::kMalformedHeader, "shorter than its head", at_byte(0));
+    return malformed(file, "shorter than its head");
   }
   head.data_begin = begin + length;
   const std::string_view literal = text.substr(begin, length);
@@ -144,8 +144,7 @@ Result<Head> head_of(const FileBytes& file) {
   const std::optional<std::string_view> shape = value_of(literal, "shape");
   const std::optional<std::string_view> order = value_of(literal, "fortran_order");
   if (!descr || !shape || !order) {
-    return file.error(ErrorCode::kMalformedHeader,
-                      "its head lacks one of descr, fortran_order and shape", at_byte(0));
+    return malformed(file, "its head lacks one of descr, fortran_order and shape");
   }
   if (order->starts_with("True")) return unsupported(file, "an array stored column by column");
   SIGHTLINE_ASSIGN(head.fields, fields_of(file, *descr));

@@ -1,5 +1,4 @@
 #include <array>
-#include <cstring>
 #include <memory>
 #include <new>
 
@@ -142,10 +141,8 @@ Result<CompressedBody> check_compressed(const FileBytes& file, const PcdHeader& 
   if (file.bytes.size() - header.data_offset < kSizes) {
     return too_short(file, header.data_offset + kSizes);
   }
-  std::uint32_t packed_size = 0;
-  std::uint32_t size = 0;
-  std::memcpy(&packed_size, file.bytes.data() + header.data_offset, sizeof packed_size);
-  std::memcpy(&size, file.bytes.data() + header.data_offset + 4, sizeof size);
+  const auto packed_size = read_at<std::uint32_t>(file.bytes, header.data_offset);
+  const auto size = read_at<std::uint32_t>(file.bytes, header.data_offset + 4);
   const std::size_t end = header.data_offset + kSizes + packed_size;
   if (file.bytes.size() < end) return too_short(file, end);
   SIGHTLINE_TRY(check_rest(file, end));

@@ -18,11 +18,10 @@ struct Entry {
 using Entries = std::map<std::string_view, Entry>;
 
 bool is_keyword(std::string_view word) {
-  for (const std::string_view known : {"VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE", "COUNT",
-                                       "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA"}) {
-    if (word == known) return true;
-  }
-  return false;
+  constexpr std::string_view kKnown[] = {"VERSION",   "FIELDS", "COLUMNS", "SIZE",
+                                         "TYPE",      "COUNT",  "WIDTH",   "HEIGHT",
+                                         "VIEWPOINT", "POINTS", "DATA"};
+  return std::ranges::find(kKnown, word) != std::end(kKnown);
 }
 
 Error malformed(const FileBytes& file, std::size_t line, std::string message) {
@@ -131,9 +130,9 @@ Result<void> read_fields(const FileBytes& file, const Entries& entries, PcdHeade
     header.fields.emplace_back().name = name;
   }
   const std::size_t count = header.fields.size();
-  const auto sizes = numbers_per_field(file, entries.at("SIZE"), count, 8);
-  if (!sizes) return sizes.error();
-  for (std::size_t i = 0; i < count; ++i) header.fields[i].size = (*sizes)[i];
+  SIGHTLINE_ASSIGN(const std::vector<std::size_t> sizes,
+                   numbers_per_field(file, entries.at("SIZE"), count, 8));
+  for (std::size_t i = 0; i < count; ++i) header.fields[i].size = sizes[i];
   SIGHTLINE_TRY(read_types(file, entries.at("TYPE"), header));
   if (const auto entry = entries.find("COUNT"); entry != entries.end()) {
     const auto counts = numbers_per_field(file, entry->second, count, kMostElements);
@@ -221,38 +220,36 @@ Result<void> check_position_fields(const FileBytes& file, const PcdHeader& heade
   return {};
 }
 
+template <class Test>
+const PcdField* first_field(const PcdHeader& header, Test is_it) {
+  const auto found = std::ranges::find_if(header.fields, is_it);
+  return found == header.fields.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 const PcdField* PcdHeader::field(std::string_view name) const {
-  for (const PcdField& candidate : fields) {
-    if (candidate.name == name) return &candidate;
-  }
-  return nullptr;
+  return first_field(*this, [&](const PcdField& field) { return field.name == name; });
 }
 
 const PcdField* PcdHeader::intensity() const {
-  for (const PcdField& candidate : fields) {
-    if (is_intensity_name(candidate.name) && candidate.count == 1) return &candidate;
-  }
-  return nullptr;
+  return first_field(*this, [](const PcdField& field) {
+    return is_intensity_name(field.name) && field.count == 1;
+  });
 }
 
 const PcdField* PcdHeader::time() const {
-  for (const PcdField& candidate : fields) {
-    if (is_time_name(candidate.name) && candidate.count == 1) return &candidate;
-  }
-  return nullptr;
+  return first_field(
+      *this, [](const PcdField& field) { return is_time_name(field.name) && field.count == 1; });
 }
 
 Result<PcdHeader> parse_pcd_header(const FileBytes& file) {
   PcdHeader header;
   SIGHTLINE_ASSIGN(const Entries entries, read_entries(file, header));
-  if (const Result<void> step = check_version(file, entries); !step) return step.error();
-  if (const Result<void> step = read_fields(file, entries, header); !step) return step.error();
-  if (const Result<void> step = check_position_fields(file, header); !step) return step.error();
-  if (const Result<void> step = read_point_count(file, entries, header); !step) {
-    return step.error();
-  }
+  SIGHTLINE_TRY(check_version(file, entries));
+  SIGHTLINE_TRY(read_fields(file, entries, header));
+  SIGHTLINE_TRY(check_position_fields(file, header));
+  SIGHTLINE_TRY(read_point_count(file, entries, header));
   SIGHTLINE_TRY(read_encoding(file, entries.at("DATA"), header));
   return header;
 }

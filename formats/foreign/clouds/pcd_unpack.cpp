@@ -7,8 +7,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "formats/foreign/clouds/point_cloud_file.h"
-
 namespace sightline {
 namespace {
 

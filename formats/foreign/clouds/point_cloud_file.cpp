@@ -1,9 +1,6 @@
 #include "formats/foreign/clouds/point_cloud_file.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 
 #include "formats/base/check.h"
 

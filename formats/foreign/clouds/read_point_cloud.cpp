@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
-#include "formats/foreign/clouds/float_columns.h"
 #include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
@@ -14,57 +12,32 @@ namespace {
 
 // Files that people hand over as scans and that are none, known by their first bytes. At least four
 // bytes each: a KITTI .bin begins with any float.
-struct UnsupportedFormat {
-  std::string_view signature;
-  ErrorCode code;
+struct RefusedKind {
+  std::string_view mark;  // the first bytes, or the ending of the name
   std::string_view what;
 };
 
-constexpr UnsupportedFormat kUnsupportedFormats[] = {
-    {"version https://git-lfs", ErrorCode::kGitLfsPointer,
-     "a git-LFS pointer lies here instead of the scan; run `git lfs pull` where the recording was "
-     "cloned"},
-    {"ASTM-E57", ErrorCode::kUnsupportedFormat,
-     "E57 is not read; convert it, for example with CloudCompare, to binary PCD"},
-    {{"PK\x03\x04", 4}, ErrorCode::kUnsupportedFormat, "a zip archive; unpack it"},
-    {"7z\xbc\xaf", ErrorCode::kUnsupportedFormat, "a 7z archive; unpack it"},
-    {{"\xfd"
-      "7zXZ",
-      5},
-     ErrorCode::kUnsupportedFormat,
-     "xz-compressed; unpack it with `xz -d`"},
-    {{"\x28\xb5\x2f\xfd", 4},
-     ErrorCode::kUnsupportedFormat,
-     "zstd-compressed; unpack it with `zstd -d`"},
-    {{"\xd4\xc3\xb2\xa1", 4},
-     ErrorCode::kUnsupportedFormat,
-     "a pcap holds many scans; name the file itself as `scans`"},
-    {{"\x4d\x3c\xb2\xa1", 4},
-     ErrorCode::kUnsupportedFormat,
-     "a pcap holds many scans; name the file itself as `scans`"},
-    {{"\x0a\x0d\x0d\x0a", 4},
-     ErrorCode::kUnsupportedFormat,
-     "a pcapng holds many scans; name the file itself as `scans`"},
-    {"#ROSBAG", ErrorCode::kUnsupportedFormat,
-     "a ROS bag holds many scans; name the file itself as `scans`"},
-    {"\x89MCAP", ErrorCode::kUnsupportedFormat,
-     "an MCAP file holds many scans; name the file itself as `scans`"},
-    {"SQLite format 3", ErrorCode::kUnsupportedFormat,
-     "a .db3 of ROS 2 holds many scans; name the file itself as `scans`"},
-    {"# vtk DataFile", ErrorCode::kUnsupportedFormat,
+constexpr RefusedKind kRefusedSignatures[] = {
+    {"ASTM-E57", "E57 is not read; convert it, for example with CloudCompare, to binary PCD"},
+    {"PK\x03\x04", "a zip archive; unpack it"},
+    {"7z\xbc\xaf", "a 7z archive; unpack it"},
+    {"\3757zXZ", "xz-compressed; unpack it with `xz -d`"},
+    {"\x28\xb5\x2f\xfd", "zstd-compressed; unpack it with `zstd -d`"},
+    {"\xd4\xc3\xb2\xa1", "a pcap holds many scans; name the file itself as `scans`"},
+    {"\x4d\x3c\xb2\xa1", "a pcap holds many scans; name the file itself as `scans`"},
+    {"\x0a\x0d\x0d\x0a", "a pcapng holds many scans; name the file itself as `scans`"},
+    {"#ROSBAG", "a ROS bag holds many scans; name the file itself as `scans`"},
+    {"\x89MCAP", "an MCAP file holds many scans; name the file itself as `scans`"},
+    {"SQLite format 3", "a .db3 of ROS 2 holds many scans; name the file itself as `scans`"},
+    {"# vtk DataFile",
      "VTK is not read; convert it, for example with `pcl_vtk2pcd in.vtk out.pcd`"},
-    {"solid ", ErrorCode::kUnsupportedFormat,
+    {"solid ",
      "an STL mesh is no scan; sample its surface to points, for example with CloudCompare"},
-    {"<?xml", ErrorCode::kUnsupportedFormat,
+    {"<?xml",
      "XML (Collada, X3D, ...) is not read; sample the model to points and save them as PCD"},
 };
 
 // Files without a signature, known by their names.
-struct StrangeName {
-  std::string_view extension;
-  std::string_view what;
-};
-
 constexpr std::string_view kNotAScan =
     "a mesh is no scan; sample its surface to points, for example with CloudCompare";
 constexpr std::string_view kColumns =
@@ -74,7 +47,7 @@ constexpr std::string_view kArchive = "a tar archive; unpack it with `tar -xf`";
 constexpr std::string_view kLivoxFile =
     "Livox's LVX is not read; convert it to a bag with livox_ros_driver (`roslaunch "
     "livox_ros_driver lvx_to_rosbag.launch lvx_file_path:=in.lvx`), or to LAS with Livox Viewer";
-constexpr StrangeName kStrangeNames[] = {
+constexpr RefusedKind kRefusedEndings[] = {
     {".obj", kNotAScan},
     {".off", kNotAScan},
     {".stl", kNotAScan},
@@ -114,10 +87,15 @@ bool begins_as(const CloudKind& kind, std::string_view text) {
 
 Result<void> refuse_unsupported_formats(const FileBytes& file) {
   const std::string_view text = file.text();
-  for (const UnsupportedFormat& format : kUnsupportedFormats) {
-    if (text.starts_with(format.signature)) {
-      return file.error(format.code, std::string(format.what), at_byte(0));
-    }
+  if (text.starts_with("version https://git-lfs")) {
+    return file.error(ErrorCode::kGitLfsPointer,
+                      "a git-LFS pointer lies here instead of the scan; run `git lfs pull` where "
+                      "the recording was cloned",
+                      at_byte(0));
+  }
+  for (const RefusedKind& kind : kRefusedSignatures) {
+    if (!text.starts_with(kind.mark)) continue;
+    return file.error(ErrorCode::kUnsupportedFormat, std::string(kind.what), at_byte(0));
   }
   return {};
 }
@@ -131,9 +109,9 @@ Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& e
     if (!kind.is_known_by_ending || extension != kind.ending) continue;
     return kind.parse != nullptr ? kind.parse(file) : parse_float_bin(file, columns);
   }
-  for (const StrangeName& strange : kStrangeNames) {
-    if (extension != strange.extension) continue;
-    return file.error(ErrorCode::kUnsupportedFormat, std::string(strange.what), at_byte(0));
+  for (const RefusedKind& kind : kRefusedEndings) {
+    if (extension != kind.mark) continue;
+    return file.error(ErrorCode::kUnsupportedFormat, std::string(kind.what), at_byte(0));
   }
   return file.error(ErrorCode::kUnsupportedFormat,
                     "not known by name or content as " + scan_endings_text() +

@@ -20,22 +20,15 @@ bool is_scan_ending(std::string_view extension);
 // ".pcd, .ply, .las, .npy or .bin", for messages.
 std::string scan_endings_text();
 
-// Reads PCD (ascii, binary, binary_compressed; versions up to 0.7; any order of fields, any field
-// types, extra fields), PLY (ascii, binary of both byte orders), LAS (1.0 to 1.4, point formats 0
-// to 10), .npy (an array of numpy, one point a row), .bin (float32 without a header: KITTI's x y z
-// intensity, nuScenes' fifth float, the ring, and others), and any of them in gzip. Coordinates
-// keep the precision that the file has: doubles and the decimal digits of text stay double. A file
-// is checked against its own header and size before any of it is believed, so a damaged one is
-// refused and never crashes.
-//
-// What the floats of a .bin are, `columns` says; without it they speak for themselves where one
-// count of floats a point fits (fitting_counts), and begin with x y z intensity.
+// Reads PCD (versions up to 0.7), PLY, LAS (1.0 to 1.4), .npy (an array of numpy, one point a row),
+// .bin (float32 without a header: by `columns`, else by the one count of floats that fits, see
+// fitting_counts), and any of them in gzip. Coordinates keep the precision that the file has. A
+// damaged file is refused.
 //
 // Errors, with the byte or line: file-not-found, cannot-open, cannot-read, git-lfs-pointer,
-// unsupported-format (LAZ, E57, archives, meshes, recordings of many scans, coordinates in degrees
-// or feet, a .bin in which nothing shows how many floats a point has, ...; says what to do),
-// malformed-header, malformed-text, missing-field (no x, y or z), truncated-scan, empty-scan (no
-// points at all), no-finite-points (every point was dropped).
+// unsupported-format (says what to do; also coordinates in degrees or feet), malformed-header,
+// malformed-text, missing-field (no x, y or z), truncated-scan, empty-scan (no points at all),
+// no-finite-points (every point was dropped).
 Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path,
                                         const std::optional<FloatColumns>& columns = {});
 

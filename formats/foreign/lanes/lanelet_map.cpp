@@ -2,7 +2,6 @@
 
 #include <tinyxml2.h>
 #include <algorithm>
-#include <cstddef>
 #include <limits>
 #include <string_view>
 #include <unordered_map>
@@ -27,11 +26,6 @@ std::string_view tag(const XMLElement& element, std::string_view key) {
     if (attribute(*child, "k") == key) return attribute(*child, "v");
   }
   return {};
-}
-
-std::optional<double> finite_number(std::string_view text) {
-  const std::optional<double> number = to_number<double>(text);
-  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 std::string place_of(const XMLElement& element) {
@@ -123,10 +117,7 @@ class LaneletReader {
     node.local_x_m = finite_number(tag(said, "local_x"));
     node.local_y_m = finite_number(tag(said, "local_y"));
     SIGHTLINE_ASSIGN(const Eigen::Vector3d place_m, place_of_node(node, said));
-    if (!is_place(place_m)) {
-      return file_.error(ErrorCode::kMalformedText, "a place that far away is none on Earth",
-                         place_of(said));
-    }
+    if (!is_place(place_m)) return file_.too_far(place_of(said));
     map_.nodes.push_back(std::move(node));
     places_m_.push_back(place_m);
     return number_of_[id] = places_m_.size() - 1;

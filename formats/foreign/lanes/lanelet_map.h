@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/foreign/lanes/route_parsers.h"
+#include "formats/foreign/lanes/read_route.h"
 
 // The lanes of a Lanelet2 map in OpenStreetMap's XML: nodes with places, ways of nodes, relations
 // of ways. A lanelet is a relation with a way on its left and one on its right; which is which

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "formats/base/files/atomic_file.h"
-#include "formats/foreign/lanes/route_parsers.h"
 #include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
@@ -72,16 +71,14 @@ Result<Eigen::Vector3d> point_of(const RouteText& file, const Columns& columns,
   for (int axis = 0; axis < 3; ++axis) {
     const std::optional<std::size_t> column = of_axis[static_cast<std::size_t>(axis)];
     if (!column) continue;
-    const std::optional<double> number = to_number<double>(words[*column]);
-    if (!number || !std::isfinite(*number)) {
+    const std::optional<double> number = finite_number(words[*column]);
+    if (!number) {
       return file.error(ErrorCode::kMalformedText,
                         "found " + in_quotes(words[*column]) + ", expected a number", place);
     }
     point_m[axis] = *number;
   }
-  if (!is_place(point_m)) {
-    return file.error(ErrorCode::kMalformedText, "a place that far away is none on Earth", place);
-  }
+  if (!is_place(point_m)) return file.too_far(place);
   return point_m;
 }
 
@@ -128,10 +125,7 @@ Result<Eigen::Vector3d> place_of(const Reading& reading, const Json& position) {
   }
   const double height_m = position.size() > 2 ? position[2].get<double>() : kNoHeight;
   const Eigen::Vector2d at(position[0].get<double>(), position[1].get<double>());
-  if (!is_place({at.x(), at.y(), height_m})) {
-    return reading.file.error(ErrorCode::kMalformedText, "a place that far away is none on Earth",
-                              reading.place());
-  }
+  if (!is_place({at.x(), at.y(), height_m})) return reading.file.too_far(reading.place());
   if (reading.file.world.kind == WorldKind::kLocal) {
     return Eigen::Vector3d(at.x(), at.y(), height_m);
   }

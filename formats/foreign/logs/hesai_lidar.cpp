@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "formats/base/bytes.h"
@@ -18,15 +17,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kLargestCorrection = std::size_t{1} << 20;
 constexpr unsigned kTurn_cdeg = 36000;
-
-template <class T>
-T read_at(std::span<const std::byte> bytes, std::size_t at) {
-  T value{};
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
-}
 
 int byte_at(std::span<const std::byte> bytes, std::size_t at) {
   return std::to_integer<int>(bytes[at]);
@@ -262,35 +253,11 @@ Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::by
         " are assumed, which a unit's own miss by degrees; save its file (CSV) from "
         "the sensor's web page");
   } else {
-    SIGHTLINE_ASSIGN(const std::string text, read_short_text(correction, kLargestCorrection));
+    SIGHTLINE_ASSIGN(const std::string text, read_short_text(correction, kLargestHesaiCorrection));
     SIGHTLINE_ASSIGN(angles, angles_of(*model, text, correction.string()));
   }
   return std::unique_ptr<const RotatingLidar>(
       std::make_unique<HesaiLidar>(*model, std::move(angles), std::move(warnings)));
-}
-
-std::filesystem::path hesai_correction_of(const std::filesystem::path& capture,
-                                          const std::filesystem::path& named) {
-  namespace fs = std::filesystem;
-  if (lower_extension(named) == ".csv") return named;
-  std::error_code ignored;
-  const fs::path beside = fs::path(capture).replace_extension(".csv");
-  const auto is_correction = [&](const fs::path& file) {
-    const Result<std::string> text = read_short_text(file, kLargestCorrection);
-    if (!text) return false;
-    const Result<std::vector<BeamRow>> rows = parse_beam_table(*text, file.string());
-    return rows && !rows->empty() && rows->front().azimuth_deg;
-  };
-  if (fs::is_regular_file(beside, ignored) && is_correction(beside)) return beside;
-  fs::path only;
-  const fs::path folder = capture.has_parent_path() ? capture.parent_path() : fs::path(".");
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    if (lower_extension(entry.path()) != ".csv" || !entry.is_regular_file(ignored)) continue;
-    if (!is_correction(entry.path())) continue;
-    if (!only.empty()) return {};
-    only = entry.path();
-  }
-  return only;
 }
 
 }  // namespace sightline

@@ -3,8 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "formats/base/result.h"
 #include "formats/foreign/logs/rotating_pcap.h"
@@ -20,6 +18,8 @@ namespace sightline {
 // Whether a datagram begins as Hesai's data packets do.
 bool is_hesai_packet(std::span<const std::byte> datagram);
 
+inline constexpr std::size_t kLargestHesaiCorrection = std::size_t{1} << 20;  // bytes
+
 // The reader of a sensor's packets by its first one. `correction`: the angle correction file of the
 // unit (Channel,Elevation,Azimuth); empty: the model's nominal angles, with a warning. Errors:
 // missing-field (of a Pandar128 without one),
@@ -27,10 +27,5 @@ bool is_hesai_packet(std::span<const std::byte> datagram);
 // such file, or one of another model), cannot-read.
 Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::byte> first_packet,
                                                          const std::filesystem::path& correction);
-
-// The angle correction file of a capture: `named` where it is a .csv, else the file beside the
-// capture with its name and that ending, else the only such file there. Empty: none.
-std::filesystem::path hesai_correction_of(const std::filesystem::path& capture,
-                                          const std::filesystem::path& named);
 
 }  // namespace sightline

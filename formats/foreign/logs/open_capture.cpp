@@ -6,15 +6,19 @@
 #include <span>
 #include <utility>
 
+#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/logs/hesai_lidar.h"
-#include "formats/foreign/logs/ouster_pcap.h"
 #include "formats/foreign/logs/pcap_reader.h"
 #include "formats/foreign/logs/rotating_pcap.h"
 #include "formats/foreign/logs/velodyne_packet.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/ouster_metadata.h"
+#include "formats/foreign/text/sensor_file.h"
 
 namespace sightline {
 namespace {
+
+namespace fs = std::filesystem;
 
 enum class Maker { kVelodyne, kHesai, kOuster };
 
@@ -42,9 +46,7 @@ bool is_ouster(std::span<const std::byte> datagram) {
   const std::size_t header = is_legacy ? 0 : kHeader;
   const std::size_t column = (datagram.size() - 2 * header) / kColumns;
   const auto number = [&](std::size_t i) {
-    const std::size_t at = header + i * column + 8;
-    return std::to_integer<unsigned>(datagram[at]) | std::to_integer<unsigned>(datagram[at + 1])
-                                                         << 8U;
+    return unsigned{read_at<std::uint16_t>(datagram, header + i * column + 8)};
   };
   return number(1) == number(0) + 1 && number(2) == number(0) + 2;
 }
@@ -56,7 +58,7 @@ std::optional<Maker> maker_of(std::span<const std::byte> datagram) {
   return std::nullopt;
 }
 
-Result<Found> find_maker(const std::filesystem::path& path) {
+Result<Found> find_maker(const fs::path& path) {
   constexpr std::uint64_t kMostPackets = 20'000;  // some seconds of a LiDAR among other traffic
   SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path));
   Found found;
@@ -74,9 +76,56 @@ Result<Found> find_maker(const std::filesystem::path& path) {
   return found;
 }
 
-Result<std::shared_ptr<const ScanContainer>> open_ouster(const std::filesystem::path& path,
-                                                         const std::filesystem::path& sensor) {
-  const std::filesystem::path metadata = ouster_metadata_of(path, sensor);
+// The only file of that ending beside a capture that is one; empty: there is none, or several.
+template <class Test>
+fs::path only_beside(const fs::path& capture, const char* ending, const Test& is_one) {
+  std::error_code ignored;
+  fs::path only;
+  const fs::path folder = capture.has_parent_path() ? capture.parent_path() : fs::path(".");
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    if (lower_extension(entry.path()) != ending || !entry.is_regular_file(ignored)) continue;
+    if (!is_one(entry.path())) continue;
+    if (!only.empty()) return {};
+    only = entry.path();
+  }
+  return only;
+}
+
+// The metadata of a capture: `named` where it is a .json, else the file beside the capture with its
+// name and that ending, else the only one there. Empty: none.
+fs::path ouster_metadata_of(const fs::path& capture, const fs::path& named) {
+  if (lower_extension(named) == ".json") return named;
+  std::error_code ignored;
+  // `ouster-cli` numbers the sensors of a capture.
+  for (const char* ending : {".json", "_0.json"}) {
+    const fs::path beside = capture.parent_path() / (capture.stem().string() + ending);
+    if (fs::is_regular_file(beside, ignored)) return beside;
+  }
+  return only_beside(capture, ".json", [](const fs::path& file) {
+    const Result<std::string> text = read_short_text(file, kLargestOusterMetadata);
+    return text && parse_ouster_metadata(*text, file);
+  });
+}
+
+// The angle correction file of a capture: `named` where it is a .csv, else the file beside the
+// capture with its name and that ending, else the only such file there. Empty: none.
+fs::path hesai_correction_of(const fs::path& capture, const fs::path& named) {
+  if (lower_extension(named) == ".csv") return named;
+  const auto is_correction = [](const fs::path& file) {
+    const Result<std::string> text = read_short_text(file, kLargestHesaiCorrection);
+    if (!text) return false;
+    const Result<std::vector<BeamRow>> rows = parse_beam_table(*text, file.string());
+    return rows && !rows->empty() && rows->front().azimuth_deg;
+  };
+  std::error_code ignored;
+  const fs::path beside = fs::path(capture).replace_extension(".csv");
+  if (fs::is_regular_file(beside, ignored) && is_correction(beside)) return beside;
+  return only_beside(capture, ".csv", is_correction);
+}
+
+Result<std::shared_ptr<const ScanContainer>> open_ouster(const fs::path& path,
+                                                         const fs::path& sensor) {
+  const fs::path metadata = ouster_metadata_of(path, sensor);
   if (!metadata.empty()) return open_ouster_pcap(path, metadata);
   return Error{ErrorCode::kMissingField,
                "packets of an Ouster sensor need its metadata, which `ouster-cli` and the sensor's "
@@ -85,15 +134,13 @@ Result<std::shared_ptr<const ScanContainer>> open_ouster(const std::filesystem::
                path.string()};
 }
 
-Result<std::shared_ptr<const ScanContainer>> open_hesai(const std::filesystem::path& path,
-                                                        const std::filesystem::path& sensor,
+Result<std::shared_ptr<const ScanContainer>> open_hesai(const fs::path& path,
+                                                        const fs::path& sensor,
                                                         std::span<const std::byte> first_packet) {
-  const std::filesystem::path correction = hesai_correction_of(path, sensor);
+  const fs::path correction = hesai_correction_of(path, sensor);
   Result<std::unique_ptr<const RotatingLidar>> lidar = hesai_lidar(first_packet, correction);
-  if (lidar) return open_rotating_pcap(path, std::move(*lidar));
-  Error error = lidar.error();
-  if (error.file.empty()) error.file = path.string();
-  return error;
+  if (!lidar) return in_file(lidar.error(), path.string());
+  return open_rotating_pcap(path, std::move(*lidar));
 }
 
 }  // namespace

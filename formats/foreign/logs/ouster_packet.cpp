@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
 #include <numbers>
 #include <utility>
 
 #include "formats/base/bytes.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
-#include "formats/foreign/clouds/point_cloud_file.h"
-#include "formats/geometry.h"
+#include "formats/foreign/text/file_bytes.h"
 
 namespace sightline {
 namespace {
@@ -42,13 +39,6 @@ const std::array<OusterLayout, 4>& layouts() {
       {"RNG15_RFL8_NIR8", false, 4, {{0, k15Bits, 2, 0.008, 2}}},
   }};
   return all;
-}
-
-template <class T>
-T read_at(std::span<const std::byte> bytes, std::size_t at) {
-  T value{};
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
 }
 
 std::uint32_t range_ticks(std::span<const std::byte> bytes, std::size_t pixel_at,

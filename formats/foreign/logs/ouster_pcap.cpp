@@ -1,5 +1,3 @@
-#include "formats/foreign/logs/ouster_pcap.h"
-
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -7,6 +5,7 @@
 #include "formats/base/check.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/units.h"
+#include "formats/foreign/logs/open_capture.h"
 #include "formats/foreign/logs/ouster_packet.h"
 #include "formats/foreign/logs/pcap_reader.h"
 #include "formats/foreign/logs/rotating_pcap.h"
@@ -278,11 +277,6 @@ Result<PointCloudFile> OusterPcap::parse(std::span<const std::byte> bytes,
   return cloud;
 }
 
-Error of_file(Error error, const std::filesystem::path& file) {
-  if (error.file.empty()) error.file = file.string();
-  return error;
-}
-
 }  // namespace
 
 Result<std::shared_ptr<const ScanContainer>> open_ouster_pcap(
@@ -290,7 +284,7 @@ Result<std::shared_ptr<const ScanContainer>> open_ouster_pcap(
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(metadata, kLargestOusterMetadata));
   SIGHTLINE_ASSIGN(const OusterMetadata sensor, parse_ouster_metadata(text, metadata));
   Result<OusterPackets> packets = OusterPackets::of(sensor);
-  if (!packets) return of_file(packets.error(), metadata);
+  if (!packets) return in_file(packets.error(), metadata.string());
   SIGHTLINE_ASSIGN(OusterFrameIndex index, find_ouster_frames(path, *packets));
   return std::shared_ptr<const ScanContainer>(
       std::make_shared<OusterPcap>(path, metadata, std::move(*packets), std::move(index)));

@@ -4,8 +4,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <string>
-#include <utility>
 
 namespace sightline {
 
@@ -20,9 +18,8 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::span<std::byte> b
         ::pread(file_.descriptor.number(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
-      return Error{ErrorCode::kCannotRead,
-                   count < 0 ? std::strerror(errno) : "the file has become shorter", path_.string(),
-                   "byte " + std::to_string(offset)};
+      return error_at(offset, count < 0 ? std::strerror(errno) : "the file has become shorter",
+                      ErrorCode::kCannotRead);
     }
     offset += static_cast<std::uint64_t>(count);
     bytes = bytes.subspan(static_cast<std::size_t>(count));

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "formats/base/files/regular_file.h"
@@ -22,6 +23,11 @@ class RandomAccessFile {
   [[nodiscard]] std::uint64_t size() const { return file_.size; }
   // Fills `bytes` from `offset` on. Error: cannot-read (the file has become shorter, too).
   Result<void> read(std::uint64_t offset, std::span<std::byte> bytes) const;
+  // An error at a byte of the file; malformed-header where no code is given.
+  [[nodiscard]] Error error_at(std::uint64_t offset, std::string message,
+                               ErrorCode code = ErrorCode::kMalformedHeader) const {
+    return {code, std::move(message), path_.string(), "byte " + std::to_string(offset)};
+  }
 
  private:
   RandomAccessFile(std::filesystem::path path, RegularFile file)

@@ -2,11 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "formats/base/check.h"
 #include "formats/base/units.h"
-#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/text/file_bytes.h"
 #include "formats/geometry.h"
 
 namespace sightline {
@@ -49,13 +48,6 @@ double hdl32e_elevation_deg(std::size_t laser) {
 
 const Optics& optics_of(VelodyneModel model) {
   return model == VelodyneModel::kVlp16 ? kVlp16Optics : kHdl32eOptics;
-}
-
-template <class T>
-T read_at(std::span<const std::byte> bytes, std::size_t at) {
-  T value{};
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
 }
 
 std::int64_t whole_ns(double us) { return std::llround(1e3 * us); }

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/logs/rotating_pcap.h"

@@ -301,8 +301,8 @@ class ConfigReader {
 
   [[nodiscard]] Result<double> number_of(std::string_view text, const std::string& name,
                                          double least, double most) const {
-    const std::optional<double> found = to_number<double>(text);
-    if (!found || !std::isfinite(*found)) {
+    const std::optional<double> found = finite_number(text);
+    if (!found) {
       return error(text.empty() ? ErrorCode::kMissingField : ErrorCode::kMalformedText,
                    name + ": found '" + std::string(text.substr(0, 40)) + "', expected a number");
     }

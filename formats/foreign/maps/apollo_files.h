@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/foreign/maps/foreign_nds.h"
+#include "formats/foreign/maps/foreign_maps.h"
 
 namespace sightline {
 
@@ -44,18 +44,13 @@ struct ApolloNode {
 };
 
 // A node of Apollo's NDT map (modules/localization/msf/local_pyramid_map/ndt_map of
-// github.com/ApolloAuto/apollo): a header of 20 bytes (resolution, zone, m, n, size of the body),
-// and a body, packed by zlib. In it rows and columns, then column by column the number of cells; of
-// each cell its number along z, intensity and its variance, points on the road, points, their mean,
-// the mean of their outer products, and of 6 points or more an inverse covariance with a flag; then
-// the column's highest and lowest cell and the list of those on the road. All little-endian,
-// float32 and 32 bits. Means are relative to the cell's corner of least x and y, along z to that
-// next to zero: heights are cut towards zero, so that cell 0 is two cells high. A covariance is
-// that of the points, n / (n - 1) (mean of outer products - mean mean^T). An ND belongs to the cell
-// that its mean lies in. Errors: truncated-scan (the file or its body ends early, or cannot be
-// unpacked), malformed-header (another node than `index`, sizes that contradict each other, bytes
-// behind the end), unsupported-format (a body of more than 64 cells a column, or of more than 1
-// GiB).
+// github.com/ApolloAuto/apollo): a header of 20 bytes and a body, packed by zlib, of cells column
+// by column. Means are relative to the cell's corner of least x and y, along z to that next to
+// zero: heights are cut towards zero, so that cell 0 is two cells high. A covariance is that of the
+// points, n / (n - 1) (mean of outer products - mean mean^T). An ND belongs to the cell that its
+// mean lies in. Errors: truncated-scan (the file or its body ends early, or cannot be unpacked),
+// malformed-header (another node than `index`, sizes that contradict each other, bytes behind the
+// end), unsupported-format (a body of more than 64 cells a column, or of more than 1 GiB).
 Result<ApolloNode> parse_apollo_node(std::span<const std::byte> bytes, const ApolloConfig& config,
                                      const ApolloNodeIndex& index, const std::string& file);
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/foreign/maps/foreign_nds.h"
+#include "formats/foreign/maps/foreign_maps.h"
 
 namespace sightline {
 

@@ -8,10 +8,7 @@
 #include "formats/base/parallel.h"
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
-#include "formats/foreign/recording/remembered_digests.h"
-#include "formats/foreign/recording/scan_association.h"
 #include "formats/foreign/recording/scan_files.h"
-#include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/geometry.h"
@@ -26,8 +23,7 @@ bool has_no_headers(const Recording& recording) {
 constexpr std::size_t kKitti = 4;
 
 Error of_scan(Error error, const Recording& recording, std::size_t index) {
-  error.file = recording.file_of(recording.scans[index]).string();
-  return error;
+  return in_file(std::move(error), recording.file_of(recording.scans[index]).string());
 }
 
 Result<void> check_given(const std::vector<FloatEvidence>& evidence, const Recording& recording) {

@@ -32,7 +32,7 @@ struct RecordingOptions {
   PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
   PosesOf poses_of = PosesOf::kVehicle;        // kSensor: the mounting below does not apply
   // KITTI's calibration, which takes poses of its camera or its inertial unit to the sensor
-  // (kitti_calibration.h); empty: there is none.
+  // (dataset_poses.h); empty: there is none.
   std::string calibration;
   // Where world coordinates lie (parse_world), for poses in degrees; "local": east, north and up at
   // the first of them.

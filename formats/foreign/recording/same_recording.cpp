@@ -1,7 +1,6 @@
 #include "formats/foreign/recording/same_recording.h"
 
 #include <algorithm>
-#include <array>
 #include <span>
 
 #include "formats/foreign/logs/random_access_file.h"

@@ -1,5 +1,3 @@
-#include "formats/foreign/recording/scan_association.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -7,11 +5,11 @@
 
 #include "formats/base/files/regular_file.h"
 #include "formats/base/units.h"
+#include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/ros/ros_bag.h"
+#include "formats/foreign/text/dataset_poses.h"
 #include "formats/foreign/text/geodetic_track.h"
-#include "formats/foreign/text/kitti_calibration.h"
-#include "formats/foreign/text/nuscenes_poses.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/stamp.h"
 
@@ -53,6 +51,7 @@ RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& t
 }
 
 using Stamps = std::vector<std::optional<std::int64_t>>;
+using Poses = std::vector<std::optional<PoseRow>>;
 
 void warn_of_unit(const std::string& path, const std::string& unit, Recording& recording) {
   if (unit.empty()) return;
@@ -97,8 +96,8 @@ Error fewer_poses(const std::string& path, const std::string& what) {
   return {ErrorCode::kFewerPosesThanScans, what, path};
 }
 
-Result<std::vector<PoseRow>> poses_by_row(const std::string& path, const Files& files,
-                                          const std::vector<PoseRow>& rows, Recording& recording) {
+Result<Poses> poses_by_row(const std::string& path, const Files& files,
+                           const std::vector<PoseRow>& rows, Recording& recording) {
   if (rows.size() < files.size()) {
     return fewer_poses(path, "found " + std::to_string(rows.size()) + " poses for " +
                                  std::to_string(files.size()) +
@@ -106,16 +105,16 @@ Result<std::vector<PoseRow>> poses_by_row(const std::string& path, const Files& 
   }
   const RowChoice choice = choose_rows(files, rows.size(), path);
   if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
-  std::vector<PoseRow> poses;
+  Poses poses;
   for (const std::size_t row : choice.row_of_scan) poses.push_back(rows[row]);
   return poses;
 }
 
-Result<std::vector<PoseRow>> poses_by_id(const std::string& path, const Files& files,
-                                         const std::vector<PoseRow>& rows) {
+Result<Poses> poses_by_id(const std::string& path, const Files& files,
+                          const std::vector<PoseRow>& rows) {
   std::map<std::optional<std::int64_t>, const PoseRow*> row_of;  // the first of each id
   for (const PoseRow& row : rows) row_of.try_emplace(row.id, &row);
-  std::vector<PoseRow> poses;
+  Poses poses;
   for (const std::filesystem::path& file : files) {
     const std::optional<std::int64_t> number = scan_number(file);
     const auto row = number ? row_of.find(number) : row_of.end();
@@ -163,22 +162,19 @@ std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   return text + ": write both in one";
 }
 
-Result<std::vector<PoseRow>> poses_by_time(const std::string& path, const Files& files,
-                                           const std::vector<PoseRow>& rows,
-                                           const Stamps& stamps_ns) {
-  std::vector<PoseRow> poses;
+Result<Poses> poses_by_time(const std::string& path, const Files& files,
+                            const std::vector<PoseRow>& rows, const Stamps& stamps_ns) {
+  Poses poses;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::optional<PoseRow> pose = pose_at(rows, *stamps_ns[i]);
     if (!pose) {
       return fewer_poses(path, "no poses around time " + format_stamp(*stamps_ns[i]) + " s of " +
                                    files[i].filename().string() + span_of(rows, *stamps_ns[i]));
     }
-    poses.push_back(*pose);
+    poses.push_back(pose);
   }
   return poses;
 }
-
-using Poses = std::vector<std::optional<PoseRow>>;
 
 // A topic begins later than the scans and ends earlier, or has gaps: those scans have no pose.
 Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stamps_ns,
@@ -240,18 +236,11 @@ Result<Poses> poses_from_track(const RecordingOptions& options, const Files& fil
   recording.warnings.insert(recording.warnings.end(), found.warnings.begin(), found.warnings.end());
   std::vector<PoseRow> rows = found.rows;
   const bool is_timed = rows.front().stamp_ns && !stamps_ns.empty();
-  Poses poses;
-  if (is_timed && rows.size() != files.size()) {
-    take_unit_of_times(options.poses, rows, recording);
-    SIGHTLINE_ASSIGN(const std::vector<PoseRow> timed,
-                     poses_by_time(options.poses, files, rows, stamps_ns));
-    poses.assign(timed.begin(), timed.end());
-    return poses;
+  if (!is_timed || rows.size() == files.size()) {
+    return poses_by_row(options.poses, files, rows, recording);
   }
-  SIGHTLINE_ASSIGN(const std::vector<PoseRow> by_row,
-                   poses_by_row(options.poses, files, rows, recording));
-  poses.assign(by_row.begin(), by_row.end());
-  return poses;
+  take_unit_of_times(options.poses, rows, recording);
+  return poses_by_time(options.poses, files, rows, stamps_ns);
 }
 
 // nuScenes' table holds those of all its drives.
@@ -264,9 +253,7 @@ Result<Poses> poses_from_table(const RecordingOptions& options, const Files& fil
                  "stamps",
                  options.poses};
   }
-  SIGHTLINE_ASSIGN(const std::vector<PoseRow> timed,
-                   poses_by_time(options.poses, files, rows, stamps_ns));
-  return Poses(timed.begin(), timed.end());
+  return poses_by_time(options.poses, files, rows, stamps_ns);
 }
 
 // Poses of another part of the vehicle become those of the sensor.
@@ -284,8 +271,8 @@ Result<void> take_calibration(const RecordingOptions& options, Poses& poses) {
   return {};
 }
 
-Result<std::vector<PoseRow>> poses_from_file(const RecordingOptions& options, const Files& files,
-                                             const Stamps& stamps_ns, Recording& recording) {
+Result<Poses> poses_from_file(const RecordingOptions& options, const Files& files,
+                              const Stamps& stamps_ns, Recording& recording) {
   SIGHTLINE_ASSIGN(std::vector<PoseRow> rows, read_poses(options.poses, options.pose_format));
   take_unit_of_times(options.poses, rows, recording);
   recording.has_quaternions = !rows.empty() && rows.front().stamp_ns.has_value();
@@ -310,9 +297,7 @@ Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files
     return poses_from_table(options, files, stamps_ns);
   }
   if (is_geodetic(options.poses)) return poses_from_track(options, files, stamps_ns, recording);
-  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows,
-                   poses_from_file(options, files, stamps_ns, recording));
-  return Poses(rows.begin(), rows.end());
+  return poses_from_file(options, files, stamps_ns, recording);
 }
 
 std::string name_of(const Recording& recording, const Files& files, std::size_t index) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 
 #include "formats/base/files/regular_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
@@ -162,9 +161,6 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
                        " and " + file.filename().string() + "; expected one",
                    folder.string()};
     }
-  }
-  if (!is_scan_ending(extension)) {
-    SIGHTLINE_TRY(read_point_cloud(files.front()));
   }
   return files;
 }

@@ -1,12 +1,9 @@
 #include "formats/foreign/ros/bag_topics.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "formats/base/units.h"
-#include "formats/foreign/ros/ros_messages.h"
 
 namespace sightline {
 namespace {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
 #include "formats/foreign/logs/scan_container.h"
 #include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/pose_file.h"
@@ -49,5 +51,23 @@ Result<std::optional<Pose>> bag_mounting(const std::filesystem::path& path,
 // The scans of one topic (see is_scan_message) of a bag; errors of open_scan_container.
 Result<std::shared_ptr<const ScanContainer>> open_bag(const std::filesystem::path& path,
                                                       const std::string& topic);
+
+// How fast the sensor of a bag's scans turned, as an inertial unit beside it measured.
+struct BagTurns {
+  std::string topic;                  // whose they are; empty: there are none
+  std::vector<TurnRate> of_sensor;    // about the axes of the sensor's frame; ascending in time
+  std::vector<std::string> warnings;  // which topic it is, what is left out, and why
+};
+
+// The angular velocities of one topic of sensor_msgs/Imu: of the one named, or, where the name is
+// empty, of the one with the most messages whose frame is that of the scans or is fixed to it by
+// transforms that do not move; where there is none a warning says so. In order of their stamps (of
+// the recording where they are zero), of two at one time the first recorded. Messages that are
+// short, not finite, without angular velocity or faster than 100 rad/s are counted in a warning.
+// Nothing, without a warning, where no topic is of that type and none is named. Errors, where a
+// topic is named: unknown-name, and those of open_message_log and parse_transforms; else these are
+// a warning.
+Result<BagTurns> read_bag_turns(const std::filesystem::path& path, const std::string& topic,
+                                const std::string& sensor_frame);
 
 }  // namespace sightline

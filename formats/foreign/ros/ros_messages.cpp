@@ -1,9 +1,6 @@
 #include "formats/foreign/ros/ros_messages.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <vector>
 
 #include "formats/base/units.h"
 

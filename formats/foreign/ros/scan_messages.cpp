@@ -7,7 +7,6 @@
 
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/element_type.h"
-#include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/logs/velodyne_packet.h"
 #include "formats/foreign/ros/ros_messages.h"
 #include "formats/foreign/text/file_bytes.h"

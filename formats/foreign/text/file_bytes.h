@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -23,10 +24,21 @@ struct FileBytes {
   [[nodiscard]] std::string_view text() const {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   }
+  static FileBytes of_text(std::string_view text, std::string file) {
+    return {std::as_bytes(std::span(text.data(), text.size())), std::move(file)};
+  }
   [[nodiscard]] Error error(ErrorCode code, std::string message, std::string place) const {
     return {code, std::move(message), file, std::move(place)};
   }
 };
+
+// A number as it lies in a file, little-endian; the caller has checked that it is there.
+template <class T>
+T read_at(std::span<const std::byte> bytes, std::size_t at) {
+  T value{};
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
 
 inline std::string at_byte(std::size_t offset) { return "byte " + std::to_string(offset); }
 inline std::string at_line(std::size_t number) { return "line " + std::to_string(number); }

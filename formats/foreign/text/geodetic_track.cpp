@@ -8,7 +8,6 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/files/regular_file.h"
 #include "formats/base/portable_math.h"
-#include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/geometry.h"
 #include "formats/text/table.h"
@@ -158,14 +157,13 @@ constexpr std::size_t kLargestFile = 65'536;
 // pitch (positive with the nose down) and yaw (from east, counter-clockwise) in radians.
 Result<GeodeticFix> fix_of(const std::filesystem::path& path) {
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(path, kLargestFile));
-  const FileBytes file{std::as_bytes(std::span(text.data(), text.size())), path.string()};
+  const FileBytes file = FileBytes::of_text(text, path.string());
   std::vector<std::string_view> words;
   split_words(file.text(), words, " \t\r\n");
   std::array<double, 6> numbers{};
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::optional<double> number =
-        i < words.size() ? to_number<double>(words[i]) : std::nullopt;
-    if (!number || !std::isfinite(*number)) {
+    const std::optional<double> number = i < words.size() ? finite_number(words[i]) : std::nullopt;
+    if (!number) {
       return file.error(ErrorCode::kMalformedPose,
                         "expected numbers: latitude, longitude, altitude, roll, pitch, yaw, ...",
                         at_line(1));

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 
 #include "formats/base/units.h"
@@ -18,52 +17,17 @@ struct Column {
   double unit_rad = kRadPerDeg;  // of angles
 };
 
-constexpr std::array<std::pair<std::string_view, Field>, 30> kNames = {{
-    {"time", Field::kTime},
-    {"timestamp", Field::kTime},
-    {"t", Field::kTime},
-    {"stamp", Field::kTime},
-    {"gpstime", Field::kTime},
-    {"utc", Field::kTime},
-    {"unixtime", Field::kTime},
-    {"seconds", Field::kTime},
-    {"latitude", Field::kLatitude},
-    {"lat", Field::kLatitude},
-    {"longitude", Field::kLongitude},
-    {"lon", Field::kLongitude},
-    {"long", Field::kLongitude},
-    {"lng", Field::kLongitude},
-    {"height", Field::kHeight},
-    {"altitude", Field::kHeight},
-    {"alt", Field::kHeight},
-    {"hgt", Field::kHeight},
-    {"h", Field::kHeight},
-    {"ellipsoidheight", Field::kHeight},
-    {"ellipsoidalheight", Field::kHeight},
-    {"roll", Field::kRoll},
-    {"pitch", Field::kPitch},
-    {"yaw", Field::kYaw},
-    {"heading", Field::kHeading},
-    {"azimuth", Field::kHeading},
-    {"course", Field::kHeading},
-    {"track", Field::kHeading},
-    {"bearing", Field::kHeading},
-    {"cog", Field::kHeading},
+// Each field with the names that its column may have.
+constexpr std::array<std::pair<Field, std::string_view>, 8> kNames = {{
+    {Field::kTime, "time timestamp t stamp gpstime utc unixtime seconds"},
+    {Field::kLatitude, "latitude lat"},
+    {Field::kLongitude, "longitude lon long lng"},
+    {Field::kHeight, "height altitude alt hgt h ellipsoidheight ellipsoidalheight"},
+    {Field::kRoll, "roll"},
+    {Field::kPitch, "pitch"},
+    {Field::kYaw, "yaw"},
+    {Field::kHeading, "heading azimuth course track bearing cog"},
 }};
-
-// Cells of a line; empty ones too.
-std::vector<std::string_view> cells_of(std::string_view line, char separator) {
-  std::vector<std::string_view> cells;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(separator, begin), line.size());
-    std::string_view cell = line.substr(begin, end - begin);
-    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '"')) cell.remove_prefix(1);
-    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '"')) cell.remove_suffix(1);
-    cells.push_back(cell);
-    begin = end + 1;
-  }
-  return cells;
-}
 
 char separator_of(std::string_view line) {
   for (const char separator : {',', ';', '\t'}) {
@@ -96,8 +60,9 @@ Column column_of(std::string_view cell) {
   if (has_unit) words.pop_back();
   std::string joined;
   for (const std::string_view word : words) joined += word;
-  for (const auto& [known, field] : kNames) {
-    if (joined == known) column.field = field;
+  for (const auto& [field, names] : kNames) {
+    split_words(names, words);
+    if (std::ranges::find(words, joined) != words.end()) column.field = field;
   }
   return column;
 }
@@ -114,7 +79,7 @@ struct Header {
 Header header_of(std::string_view line) {
   Header header;
   header.separator = separator_of(line);
-  for (const std::string_view cell : cells_of(line, header.separator)) {
+  for (const std::string_view cell : cells_of(line, header.separator, " \"")) {
     header.columns.push_back(column_of(cell));
   }
   return header;
@@ -127,31 +92,14 @@ double degrees(const Column& column, double value) {
 
 void take(const Column& column, double value, bool is_aviation, GeodeticFix& fix) {
   const double angle_rad = value * column.unit_rad;
-  switch (column.field) {
-    case Field::kLatitude:
-      fix.at.latitude_deg = degrees(column, value);
-      break;
-    case Field::kLongitude:
-      fix.at.longitude_deg = degrees(column, value);
-      break;
-    case Field::kHeight:
-      fix.at.altitude_m = value;
-      break;
-    case Field::kRoll:
-      fix.roll_rad = angle_rad;
-      break;
-    case Field::kPitch:
-      fix.pitch_rad = is_aviation ? -angle_rad : angle_rad;
-      break;
-    case Field::kYaw:
-      fix.yaw_rad = angle_rad;
-      break;
-    case Field::kHeading:
-      if (is_aviation) fix.yaw_rad = 0.5 * std::numbers::pi - angle_rad;
-      break;
-    default:
-      break;
-  }
+  const Field field = column.field;
+  if (field == Field::kLatitude) fix.at.latitude_deg = degrees(column, value);
+  if (field == Field::kLongitude) fix.at.longitude_deg = degrees(column, value);
+  if (field == Field::kHeight) fix.at.altitude_m = value;
+  if (field == Field::kRoll) fix.roll_rad = angle_rad;
+  if (field == Field::kPitch) fix.pitch_rad = is_aviation ? -angle_rad : angle_rad;
+  if (field == Field::kYaw) fix.yaw_rad = angle_rad;
+  if (field == Field::kHeading && is_aviation) fix.yaw_rad = 0.5 * std::numbers::pi - angle_rad;
 }
 
 Result<GeodeticFix> fix_of(const FileBytes& file, std::size_t line, const Header& header,
@@ -174,8 +122,8 @@ Result<GeodeticFix> fix_of(const FileBytes& file, std::size_t line, const Header
                         "found " + in_quotes(cells[i]) + ", expected a time in seconds",
                         at_line(line));
     }
-    const std::optional<double> value = to_number<double>(cells[i]);
-    if (!value || !std::isfinite(*value)) {
+    const std::optional<double> value = finite_number(cells[i]);
+    if (!value) {
       return file.error(ErrorCode::kMalformedPose,
                         "found " + in_quotes(cells[i]) + ", expected a finite number",
                         at_line(line));
@@ -206,8 +154,8 @@ Result<GeodeticTrack> parse_gnss_csv(const FileBytes& file) {
                         "found no columns latitude and longitude in the first line",
                         at_line(lines.number()));
     }
-    SIGHTLINE_ASSIGN(const GeodeticFix fix,
-                     fix_of(file, lines.number(), *header, cells_of(line, header->separator)));
+    SIGHTLINE_ASSIGN(const GeodeticFix fix, fix_of(file, lines.number(), *header,
+                                                   cells_of(line, header->separator, " \"")));
     track.fixes.push_back(fix);
   }
   if (header && !header->has(Field::kHeight)) {

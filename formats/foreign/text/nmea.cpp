@@ -15,16 +15,6 @@ constexpr std::int64_t kDay_ns = 86'400 * kSecond_ns;
 
 using Cells = std::vector<std::string_view>;
 
-Cells cells_of(std::string_view sentence) {
-  Cells cells;
-  for (std::size_t begin = 0; begin <= sentence.size();) {
-    const std::size_t end = std::min(sentence.find(',', begin), sentence.size());
-    cells.push_back(sentence.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return cells;
-}
-
 // What stands between $ and *, where the checksum behind that is right or missing.
 std::optional<std::string_view> sentence_of(std::string_view line) {
   const std::size_t begin = line.find('$');
@@ -73,7 +63,7 @@ class NmeaReader {
   explicit NmeaReader(const FileBytes& file) : file_(file) {}
 
   Result<void> take(std::size_t line, std::string_view sentence) {
-    const Cells cells = cells_of(sentence);
+    const Cells cells = cells_of(sentence, ',', "");
     const std::string_view name = cells.front();
     if (name.ends_with("GGA")) return take_place(line, cells);
     if (name.ends_with("RMC") && cells.size() > 9) {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/text_lines.h"
 
@@ -148,7 +147,7 @@ void read_beams(Reader& reader, OusterMetadata& metadata) {
 
 Result<OusterMetadata> parse_ouster_metadata(std::string_view text,
                                              const std::filesystem::path& path) {
-  const FileBytes file{std::as_bytes(std::span(text.data(), text.size())), path.string()};
+  const FileBytes file = FileBytes::of_text(text, path.string());
   constexpr std::size_t kMostDepth = 64;  // the library reads as deep as memory goes
   std::size_t depth = 0;
   for (const char c : text) {
@@ -173,28 +172,6 @@ Result<OusterMetadata> parse_ouster_metadata(std::string_view text,
   metadata.product = reader.text("prod_line").value_or("");
   if (reader.fault()) return *reader.fault();
   return metadata;
-}
-
-std::filesystem::path ouster_metadata_of(const std::filesystem::path& capture,
-                                         const std::filesystem::path& named) {
-  namespace fs = std::filesystem;
-  if (lower_extension(named) == ".json") return named;
-  std::error_code ignored;
-  // `ouster-cli` numbers the sensors of a capture.
-  for (const char* ending : {".json", "_0.json"}) {
-    const fs::path beside = capture.parent_path() / (capture.stem().string() + ending);
-    if (fs::is_regular_file(beside, ignored)) return beside;
-  }
-  fs::path only;
-  const fs::path folder = capture.has_parent_path() ? capture.parent_path() : fs::path(".");
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    if (lower_extension(entry.path()) != ".json" || !entry.is_regular_file(ignored)) continue;
-    const Result<std::string> text = read_short_text(entry.path(), kLargestOusterMetadata);
-    if (!text || !parse_ouster_metadata(*text, entry.path())) continue;
-    if (!only.empty()) return {};
-    only = entry.path();
-  }
-  return only;
 }
 
 }  // namespace sightline

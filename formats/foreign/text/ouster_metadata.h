@@ -29,16 +29,11 @@ struct OusterMetadata {
   std::string product;                             // "OS-1-128"; empty: it does not say
 };
 
-inline constexpr std::size_t kLargestOusterMetadata = std::size_t{1} << 20;
+inline constexpr std::size_t kLargestOusterMetadata = std::size_t{1} << 20;  // bytes
 
 // Errors: malformed-text (no such metadata, or a value of another type), bad-value (a count or an
 // angle that no sensor has).
 Result<OusterMetadata> parse_ouster_metadata(std::string_view text,
                                              const std::filesystem::path& path);
-
-// The metadata of a capture: `named` where it is a .json, else the file beside the capture with its
-// name and that ending, else the only one there. Empty: none.
-std::filesystem::path ouster_metadata_of(const std::filesystem::path& capture,
-                                         const std::filesystem::path& named);
 
 }  // namespace sightline

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -26,23 +25,6 @@ Error error_at_line(ErrorCode code, const std::string& message, std::size_t line
 
 Error malformed(const std::string& message, std::size_t line) {
   return error_at_line(ErrorCode::kMalformedText, message, line);
-}
-
-std::string_view trimmed(std::string_view word) {
-  const std::size_t first = word.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return word.substr(first, word.find_last_not_of(" \t") - first + 1);
-}
-
-// Between commas, also where nothing is.
-void split_at_commas(std::string_view line, Words& words) {
-  words.clear();
-  for (std::size_t begin = 0;;) {
-    const std::size_t end = line.find(',', begin);
-    words.push_back(trimmed(line.substr(begin, end - begin)));
-    if (end == std::string_view::npos) return;
-    begin = end + 1;
-  }
 }
 
 std::optional<Column> column_named(std::string_view name) {
@@ -84,14 +66,12 @@ Result<OutsideError> error_of(const Words& words, const Places& places, std::siz
   };
   const auto scan = to_number<std::uint32_t>(words[places[kScan]]);
   if (!scan) return bad(kScan, "the index of a scan in the recording, counted from 0");
-  const auto look_m = to_number<double>(words[places[kLook]]);
-  if (!look_m || !std::isfinite(*look_m) || *look_m <= 0.0) {
-    return bad(kLook, "a distance above 0, m");
-  }
+  const auto look_m = finite_number(words[places[kLook]]);
+  if (!look_m || *look_m <= 0.0) return bad(kLook, "a distance above 0, m");
   const auto start = to_number<std::uint32_t>(words[places[kStart]]);
   if (!start) return bad(kStart, "the number of a start, counted from 0");
-  const auto error_m = to_number<double>(words[places[kError]]);
-  if (!error_m || !std::isfinite(*error_m) || *error_m < 0.0) {
+  const auto error_m = finite_number(words[places[kError]]);
+  if (!error_m || *error_m < 0.0) {
     return bad(kError, "a finite distance that is not negative, m");
   }
   return OutsideError{*scan, *look_m, *start, *error_m, static_cast<std::uint32_t>(line)};
@@ -115,13 +95,12 @@ Result<void> sort_once(std::vector<OutsideError>& errors) {
 Result<std::vector<OutsideError>> parse(std::string_view text) {
   LineReader lines(without_byte_order_mark(text));
   std::string_view line;
-  Words words;
   std::optional<Places> places;
   std::vector<OutsideError> errors;
   while (lines.next(line)) {
     const std::string_view content = trimmed(line);
     if (content.empty() || content.starts_with('#')) continue;
-    split_at_commas(content, words);
+    const Words words = cells_of(content, ',', " \t");
     if (!places) {
       SIGHTLINE_ASSIGN(places, places_of(words, lines.number()));
       continue;

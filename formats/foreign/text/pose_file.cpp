@@ -9,7 +9,6 @@
 #include "formats/base/units.h"
 #include "formats/foreign/text/file_bytes.h"
 #include "formats/foreign/text/text_lines.h"
-#include "formats/geometry.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -54,8 +53,8 @@ Result<PoseFormat> format_of(const Row& row, PoseFormat expected) {
 Result<std::vector<double>> finite_numbers(const Row& row, std::size_t first) {
   std::vector<double> numbers;
   for (std::size_t i = first; i < row.words.size(); ++i) {
-    const std::optional<double> number = to_number<double>(row.words[i]);
-    if (!number || !std::isfinite(*number)) {
+    const std::optional<double> number = finite_number(row.words[i]);
+    if (!number) {
       return row.error(ErrorCode::kMalformedPose,
                        "found " + in_quotes(row.words[i]) + ", expected a finite number");
     }

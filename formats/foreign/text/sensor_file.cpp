@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <optional>
 #include <string>
 
 #include "formats/base/files/atomic_file.h"
@@ -18,8 +16,7 @@ constexpr std::size_t kLargestFile = kLargestOusterMetadata;
 
 // A number of a key. Error: malformed-text.
 Result<double> number_of(const FileBytes& file, std::size_t line, std::string_view word) {
-  const std::optional<double> number = to_number<double>(word);
-  if (number && std::isfinite(*number)) return *number;
+  if (const std::optional<double> number = finite_number(word)) return *number;
   return file.error(ErrorCode::kMalformedText,
                     "found " + in_quotes(word) + ", expected a finite number", at_line(line));
 }
@@ -61,31 +58,29 @@ struct YamlReader {
   }
 
   Result<void> take_number(std::size_t line, std::string_view key, double number) {
-    if (key == "beams") {
-      even.count = number;
-    } else if (key == "lowest_beam_deg") {
-      even.lowest_deg = number;
-    } else if (key == "highest_beam_deg") {
-      even.highest_deg = number;
-    } else if (key == "azimuth_step_deg") {
-      profile.azimuth_step_deg = number;
-    } else if (key == "azimuth_view_deg") {
-      profile.azimuth_view_deg = number;
-    } else if (key == "min_range_m") {
-      profile.min_range_m = number;
-    } else if (key == "max_range_m") {
-      profile.max_range_m = number;
-    } else if (key == "height_m") {
-      profile.height_m = number;
-    } else {
-      return file.error(ErrorCode::kUnknownKey,
-                        "found " + in_quotes(key) +
-                            ", expected name, beams_deg (or beams, lowest_beam_deg, "
-                            "highest_beam_deg), azimuth_step_deg, azimuth_view_deg, min_range_m, "
-                            "max_range_m or height_m",
-                        at_line(line));
-    }
-    return {};
+    if (key == "beams") even.count = number;
+    if (key == "lowest_beam_deg") even.lowest_deg = number;
+    if (key == "highest_beam_deg") even.highest_deg = number;
+    if (key == "azimuth_step_deg") profile.azimuth_step_deg = number;
+    if (key == "azimuth_view_deg") profile.azimuth_view_deg = number;
+    if (key == "min_range_m") profile.min_range_m = number;
+    if (key == "max_range_m") profile.max_range_m = number;
+    if (key == "height_m") profile.height_m = number;
+    constexpr std::string_view kKnown[] = {"beams",
+                                           "lowest_beam_deg",
+                                           "highest_beam_deg",
+                                           "azimuth_step_deg",
+                                           "azimuth_view_deg",
+                                           "min_range_m",
+                                           "max_range_m",
+                                           "height_m"};
+    if (std::ranges::find(kKnown, key) != std::end(kKnown)) return {};
+    return file.error(ErrorCode::kUnknownKey,
+                      "found " + in_quotes(key) +
+                          ", expected name, beams_deg (or beams, lowest_beam_deg, "
+                          "highest_beam_deg), azimuth_step_deg, azimuth_view_deg, min_range_m, "
+                          "max_range_m or height_m",
+                      at_line(line));
   }
 };
 
@@ -160,7 +155,7 @@ constexpr std::size_t kMostBeams = 1024;
 class TableReader {
  public:
   TableReader(std::string_view text, std::string_view file)
-      : file_{std::as_bytes(std::span(text.data(), text.size())), std::string(file)} {}
+      : file_(FileBytes::of_text(text, std::string(file))) {}
 
   Result<std::vector<BeamRow>> read() {
     LineReader lines(file_.text());
@@ -204,8 +199,7 @@ class TableReader {
     if (at >= words_.size()) {
       return error("found " + std::to_string(words_.size()) + " columns, expected more");
     }
-    const std::optional<double> value = to_number<double>(words_[at]);
-    if (value && std::isfinite(*value)) return *value;
+    if (const std::optional<double> value = finite_number(words_[at])) return *value;
     return error("found " + in_quotes(words_[at]) + ", expected a finite number");
   }
 
@@ -246,7 +240,7 @@ Result<SensorProfile> read_sensor_file(const std::filesystem::path& path) {
 }
 
 Result<SensorProfile> parse_sensor_file(std::string_view text, const std::filesystem::path& path) {
-  const FileBytes file{std::as_bytes(std::span(text.data(), text.size())), path.string()};
+  const FileBytes file = FileBytes::of_text(text, path.string());
   const std::string ending = lower_extension(path);
   SIGHTLINE_ASSIGN(SensorProfile profile, ending == ".csv"    ? parse_csv(file)
                                           : ending == ".json" ? parse_json(file)

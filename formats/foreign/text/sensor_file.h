@@ -14,20 +14,13 @@ namespace sightline {
 // .csv or .json.
 bool is_sensor_file(std::string_view name);
 
-// A LiDAR that is not built in, from a file.
-//
-// .yaml, one "key: value" a line: `beams_deg: [-15, -13, ...]`, the elevation of each beam, or
-// `beams: 64` with `lowest_beam_deg` and `highest_beam_deg` for even ones; and, where they differ
-// from those of generic-16, `name`, `azimuth_step_deg`, `azimuth_view_deg` (what the sensor sees of
-// a turn, half to each side of its x axis), `min_range_m`, `max_range_m`, `height_m`.
-// .csv, as Hesai's angle correction: a first line that names columns, among them one that begins
-// with "elevation", degrees, one beam a line.
-// .json, as Ouster's metadata: `beam_altitude_angles`, also within `beam_intrinsics`, and where
-// they are there `lidar_mode` ("1024x10") and `prod_line`.
-//
-// Beams may come in any order; those of one elevation are one. The profile is valid. Errors:
-// file-not-found, cannot-read, malformed-text (with the line), unknown-key, missing-key, bad-value
-// (no sensor).
+// A LiDAR that is not built in. .yaml, one "key: value" a line: `beams_deg: [-15, -13, ...]`, or
+// `beams` with `lowest_beam_deg` and `highest_beam_deg` for even ones; and, where they differ from
+// those of generic-16, `name`, `azimuth_step_deg`, `azimuth_view_deg` (what the sensor sees of a
+// turn, half to each side of its x axis), `min_range_m`, `max_range_m`, `height_m`. .csv: a table
+// of beams (parse_beam_table). .json: Ouster's metadata. Beams may come in any order; those of one
+// elevation are one. The profile is valid. Errors: file-not-found, cannot-read, malformed-text
+// (with the line), unknown-key, missing-key, bad-value (no sensor).
 Result<SensorProfile> read_sensor_file(const std::filesystem::path& path);
 // The same of what the file holds.
 Result<SensorProfile> parse_sensor_file(std::string_view text, const std::filesystem::path& path);

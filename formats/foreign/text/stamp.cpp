@@ -1,11 +1,9 @@
 #include "formats/foreign/text/stamp.h"
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
 #include <limits>
-#include <string>
 
 #include "formats/base/units.h"
 #include "formats/foreign/text/text_lines.h"

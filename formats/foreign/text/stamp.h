@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,5 +26,13 @@ std::optional<std::int64_t> parse_date_time_ns(std::string_view date, std::strin
 // step is below, and returns the unit: "milliseconds", "microseconds" or "nanoseconds"; "" where
 // they stay. `stamps_ns` are ascending.
 std::string take_finer_unit(std::vector<std::int64_t>& stamps_ns);
+
+// In the order of their times; of several at one time the first stays.
+template <class Timed, class Stamp>
+void sort_once(std::vector<Timed>& items, const Stamp& stamp) {
+  std::ranges::stable_sort(items, {}, stamp);
+  const auto is_same_time = [&](const Timed& a, const Timed& b) { return stamp(a) == stamp(b); };
+  items.erase(std::unique(items.begin(), items.end(), is_same_time), items.end());
+}
 
 }  // namespace sightline

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -58,6 +60,25 @@ inline void split_words(std::string_view line, std::vector<std::string_view>& wo
   }
 }
 
+// Without the characters `around` it.
+inline std::string_view trimmed(std::string_view text, std::string_view around = " \t") {
+  const std::size_t first = text.find_first_not_of(around);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(around) - first + 1);
+}
+
+// What stands between separators, trimmed; also where nothing does.
+inline std::vector<std::string_view> cells_of(std::string_view line, char separator,
+                                              std::string_view around) {
+  std::vector<std::string_view> cells;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(separator, begin), line.size());
+    cells.push_back(trimmed(line.substr(begin, end - begin), around));
+    begin = end + 1;
+  }
+  return cells;
+}
+
 // The whole word as a number, independent of the locale; "nan" and "inf" are numbers of type
 // double.
 template <class T>
@@ -68,6 +89,12 @@ std::optional<T> to_number(std::string_view word) {
       std::from_chars(word.data(), word.data() + word.size(), number);
   if (end.ec != std::errc() || end.ptr != word.data() + word.size()) return std::nullopt;
   return number;
+}
+
+// A number that is finite.
+inline std::optional<double> finite_number(std::string_view word) {
+  const std::optional<double> number = to_number<double>(word);
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 // For messages: a word of a damaged file may be anything.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -12,10 +12,13 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "tests/support/value_of.h"
 
 // What the tests of foreign formats share.
 
 namespace sightline {
+
+using testing::HasSubstr;
 
 // A folder of the test's own, removed at its end.
 class ScratchFolder {

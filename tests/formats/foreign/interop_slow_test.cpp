@@ -6,7 +6,6 @@
 #include "formats/foreign/text/text_lines.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/real_data.h"
-#include "tests/support/value_of.h"
 
 // Every file of the set interop (tests/README.md) stands in interop_files.csv, which
 // interop_values.py made without any code of ours: it is read as that says, or refused.
@@ -92,7 +91,7 @@ void expect_read(const std::filesystem::path& file, const Expected& expected) {
 }
 
 void expect_refused(const std::filesystem::path& file, const Expected& expected) {
-  const Error& error = failure_of(read_all(file), expected.file);
+  const Error error = failure_of(read_all(file), expected.file);
   EXPECT_EQ(error_name(error.code), expected.outcome) << to_string(error);
   EXPECT_EQ(error.file, file.string());
   EXPECT_GT(error.message.size(), 20U) << to_string(error);

@@ -58,9 +58,8 @@ TEST(SeenState, ReadsAReleaseRecordAlone) {
 TEST(SeenState, IsRefusedEmptyAndCutShortAtEveryByte) {
   const std::string text = encode(vehicle_that_saw(release(5), {1, 2}, kOld).seen);
   for (std::size_t size = 0; size < text.size(); ++size) {
-    EXPECT_EQ(failure_of(decode_seen_state(text.substr(0, size)), size).code,
-              ErrorCode::kMalformedRecord)
-        << size;
+    const Error state = failure_of(decode_seen_state(text.substr(0, size)), size);
+    EXPECT_EQ(state.code, ErrorCode::kMalformedRecord) << size;
   }
 }
 

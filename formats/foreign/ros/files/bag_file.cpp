@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/log_files.h"
+#include "formats/foreign/ros/files/open_message_log.h"
 
 #include <algorithm>
 #include <optional>
@@ -17,9 +17,8 @@ using Bytes = std::vector<std::byte>;
 // Where in an unpacked chunk; a packed one has no bytes of the file for it.
 Error damaged_chunk(const RandomAccessFile& file, const BagChunk& chunk, std::size_t offset,
                     const std::string& message) {
-  return damaged_bag(file, chunk.offset,
-                     message + " at byte " + std::to_string(offset) + " of this chunk's " +
-                         std::to_string(chunk.unpacked_size));
+  return file.error_at(chunk.offset, message + " at byte " + std::to_string(offset) +
+                                         " of this chunk's " + std::to_string(chunk.unpacked_size));
 }
 
 // The record of a message, and where its bytes lie.
@@ -64,14 +63,13 @@ Result<void> check_counts(const RandomAccessFile& file, const BagChunk& chunk,
                           std::map<std::uint32_t, std::uint32_t> found) {
   for (const auto& [number, count] : chunk.message_counts) {
     if (found[number] == count) continue;
-    return damaged_bag(file, chunk.offset,
-                       "found " + std::to_string(found[number]) + " messages of connection " +
-                           std::to_string(number) + " in this chunk, expected " +
-                           std::to_string(count));
+    return file.error_at(chunk.offset, "found " + std::to_string(found[number]) +
+                                           " messages of connection " + std::to_string(number) +
+                                           " in this chunk, expected " + std::to_string(count));
   }
   if (found.size() == chunk.message_counts.size()) return {};
-  return damaged_bag(file, chunk.offset,
-                     "found messages of a connection in this chunk that the index does not name");
+  return file.error_at(chunk.offset,
+                       "found messages of a connection in this chunk that the index does not name");
 }
 
 class BagFile : public MessageLog {
@@ -105,9 +103,9 @@ Result<Bytes> BagFile::unpack(const BagChunk& chunk) const {
   if (chunk.compression == BagCompression::kNone) return bytes;
   std::optional<Bytes> unpacked = unpack_chunk(chunk.compression, bytes, chunk.unpacked_size);
   if (unpacked) return *std::move(unpacked);
-  return damaged_bag(file_, chunk.offset,
-                     "found a chunk that does not unpack to the " +
-                         std::to_string(chunk.unpacked_size) + " bytes that it promises");
+  return file_.error_at(chunk.offset, "found a chunk that does not unpack to the " +
+                                          std::to_string(chunk.unpacked_size) +
+                                          " bytes that it promises");
 }
 
 // What the index would have said.

@@ -1,8 +1,6 @@
 #include "formats/foreign/ros/files/bag_index.h"
 
 #include <algorithm>
-#include <cstring>
-#include <string_view>
 #include <utility>
 
 #include "formats/base/units.h"
@@ -30,8 +28,7 @@ struct Outline {
 };
 
 Error cut(const RandomAccessFile& file, std::uint64_t offset, const std::string& what) {
-  return {ErrorCode::kTruncatedScan, "the bag ends within " + what, file.path().string(),
-          "byte " + std::to_string(offset)};
+  return file.error_at(offset, "the bag ends within " + what, ErrorCode::kTruncatedScan);
 }
 
 // The length at `offset`, of what lies behind it in the file.
@@ -43,9 +40,8 @@ Result<std::uint32_t> read_length(const RandomAccessFile& file, std::uint64_t of
   }
   SIGHTLINE_TRY(file.read(offset, std::as_writable_bytes(std::span(&length, 1))));
   if (length > most) {
-    return damaged_bag(file, offset,
-                       "found a record of " + std::to_string(length) + " bytes, expected at most " +
-                           std::to_string(most));
+    return file.error_at(offset, "found a record of " + std::to_string(length) +
+                                     " bytes, expected at most " + std::to_string(most));
   }
   if (length > file.size() - offset - sizeof length) {
     return cut(file, offset, "a record of " + std::to_string(length) + " bytes");
@@ -58,7 +54,7 @@ Result<Outline> read_outline(const RandomAccessFile& file, std::uint64_t offset)
   std::vector<std::byte> header(header_size);
   SIGHTLINE_TRY(file.read(offset + kNumberSize, header));
   std::optional<BagFields> fields = BagFields::parse(header);
-  if (!fields) return damaged_bag(file, offset, "found no record, its header is no list of fields");
+  if (!fields) return file.error_at(offset, "found no record, its header is no list of fields");
   const std::uint64_t length_offset = offset + kNumberSize + header_size;
   SIGHTLINE_ASSIGN(const std::uint32_t data_size, read_length(file, length_offset, kMostData));
   return Outline{offset, *std::move(fields), length_offset + kNumberSize, data_size};
@@ -83,8 +79,8 @@ Result<void> check_signature(const RandomAccessFile& file) {
   SIGHTLINE_TRY(file.read(0, std::as_writable_bytes(std::span(found))));
   if (found == kSignature) return {};
   if (kSignature.starts_with(found)) return cut(file, found.size(), "its first line");
-  return Error{ErrorCode::kUnsupportedFormat, "expected a bag of format 2.0 (#ROSBAG V2.0)",
-               file.path().string(), "byte 0"};
+  return file.error_at(0, "expected a bag of format 2.0 (#ROSBAG V2.0)",
+                       ErrorCode::kUnsupportedFormat);
 }
 
 Result<BagHeader> read_bag_header(const RandomAccessFile& file) {
@@ -94,11 +90,10 @@ Result<BagHeader> read_bag_header(const RandomAccessFile& file) {
   const auto connections = record.fields.number<std::uint32_t>("conn_count");
   const auto chunks = record.fields.number<std::uint32_t>("chunk_count");
   if (!record.fields.is(BagOp::kBagHeader) || !index_offset || !connections || !chunks) {
-    return damaged_bag(file, record.offset, "expected the header of a bag");
+    return file.error_at(record.offset, "expected the header of a bag");
   }
   if (!record.fields.text("encryptor").value_or("").empty()) {
-    return Error{ErrorCode::kUnsupportedFormat, "the bag is encrypted", file.path().string(),
-                 "byte " + std::to_string(record.offset)};
+    return file.error_at(record.offset, "the bag is encrypted", ErrorCode::kUnsupportedFormat);
   }
   return BagHeader{*index_offset, *connections, *chunks, record.end()};
 }
@@ -107,19 +102,19 @@ Result<BagChunk> chunk_of(const RandomAccessFile& file, const Outline& record) {
   const auto size = record.fields.number<std::uint32_t>("size");
   const auto name = record.fields.text("compression");
   if (!record.fields.is(BagOp::kChunk) || !size || !name) {
-    return damaged_bag(file, record.offset, "expected a chunk");
+    return file.error_at(record.offset, "expected a chunk");
   }
   const std::optional<BagCompression> compression = bag_compression_named(*name);
   if (!compression) {
-    return Error{ErrorCode::kUnsupportedFormat,
-                 "found a chunk with a compression other than none, bz2 and lz4",
-                 file.path().string(), "byte " + std::to_string(record.offset)};
+    return file.error_at(record.offset,
+                         "found a chunk with a compression other than none, bz2 and lz4",
+                         ErrorCode::kUnsupportedFormat);
   }
   const bool is_packed = *compression != BagCompression::kNone;
   if (is_packed ? *size > most_unpacked(record.data_size) : *size != record.data_size) {
-    return damaged_bag(file, record.offset,
-                       "found a chunk of " + std::to_string(*size) + " bytes in " +
-                           std::to_string(record.data_size) + " bytes of " + *name);
+    return file.error_at(record.offset, "found a chunk of " + std::to_string(*size) + " bytes in " +
+                                            std::to_string(record.data_size) + " bytes of " +
+                                            *name);
   }
   return BagChunk{record.offset, record.data_offset, record.data_size, *size, *compression, {}};
 }
@@ -128,12 +123,12 @@ Result<void> add_connection(const RandomAccessFile& file, const Outline& record,
   SIGHTLINE_ASSIGN(const std::vector<std::byte> data, read_data(file, record));
   std::optional<NumberedConnection> found = connection_of(record.fields, data);
   if (!found) {
-    return damaged_bag(file, record.offset, "expected a connection with a topic and a type");
+    return file.error_at(record.offset, "expected a connection with a topic and a type");
   }
   const bool is_new = index.connections.emplace(found->number, std::move(found->connection)).second;
   if (!is_new) {
-    return damaged_bag(file, record.offset,
-                       "found connection " + std::to_string(found->number) + " twice");
+    return file.error_at(record.offset,
+                         "found connection " + std::to_string(found->number) + " twice");
   }
   return {};
 }
@@ -143,9 +138,9 @@ Result<void> set_counts(const RandomAccessFile& file, const Outline& record, Bag
   SIGHTLINE_ASSIGN(const std::vector<std::byte> data, read_data(file, record));
   const auto count = record.fields.number<std::uint32_t>("count");
   if (!count || data.size() != std::uint64_t{*count} * 2 * kNumberSize) {
-    return damaged_bag(file, record.offset,
-                       "found " + std::to_string(data.size()) +
-                           " bytes of counts, expected 8 for each connection of the chunk");
+    return file.error_at(record.offset,
+                         "found " + std::to_string(data.size()) +
+                             " bytes of counts, expected 8 for each connection of the chunk");
   }
   for (std::size_t i = 0; i < data.size(); i += 2 * kNumberSize) {
     std::uint32_t pair[2] = {};
@@ -167,21 +162,21 @@ Result<void> check_counts(const RandomAccessFile& file, const BagChunk& chunk) {
     const auto count = record.fields.number<std::uint32_t>("count");
     if (!record.fields.is(BagOp::kIndexData) || version != 1U || !connection || !count ||
         record.data_size != *count * kEntrySize) {
-      return damaged_bag(file, offset, "expected where messages of a chunk lie, in version 1");
+      return file.error_at(offset, "expected where messages of a chunk lie, in version 1");
     }
     counts[*connection] = *count;
     offset = record.end();
   }
   if (counts == chunk.message_counts) return {};
-  return damaged_bag(file, chunk.offset,
-                     "the bag's index and what stands behind this chunk differ in its messages");
+  return file.error_at(chunk.offset,
+                       "the bag's index and what stands behind this chunk differ in its messages");
 }
 
 Result<BagChunk> described_chunk(const RandomAccessFile& file, const Outline& record) {
   const auto version = record.fields.number<std::uint32_t>("ver");
   const auto offset = record.fields.number<std::uint64_t>("chunk_pos");
   if (!record.fields.is(BagOp::kChunkInfo) || version != 1U || !offset) {
-    return damaged_bag(file, record.offset, "expected where a chunk lies, in version 1");
+    return file.error_at(record.offset, "expected where a chunk lies, in version 1");
   }
   SIGHTLINE_ASSIGN(const Outline at, read_outline(file, *offset));
   SIGHTLINE_ASSIGN(BagChunk chunk, chunk_of(file, at));
@@ -197,15 +192,14 @@ Result<void> join(const RandomAccessFile& file, BagIndex& index) {
   std::uint64_t end = 0;
   for (const BagChunk& chunk : index.chunks) {
     if (chunk.offset < end) {
-      return damaged_bag(file, chunk.offset, "found a chunk within the one before");
+      return file.error_at(chunk.offset, "found a chunk within the one before");
     }
     end = chunk.data_offset + chunk.data_size;
     for (const auto& [number, count] : chunk.message_counts) {
       const auto found = index.connections.find(number);
       if (found == index.connections.end()) {
-        return damaged_bag(file, chunk.offset,
-                           "found a chunk of connection " + std::to_string(number) +
-                               ", which is not in the index");
+        return file.error_at(chunk.offset, "found a chunk of connection " + std::to_string(number) +
+                                               ", which is not in the index");
       }
       found->second.message_count += count;
     }
@@ -229,10 +223,9 @@ Result<BagIndex> read_index(const RandomAccessFile& file, const BagHeader& heade
   }
   SIGHTLINE_TRY(join(file, index));
   if (offset == file.size()) return index;
-  return damaged_bag(file, offset,
-                     "found " + std::to_string(file.size() - offset) +
-                         " bytes behind the index of " + std::to_string(header.chunk_count) +
-                         " chunks");
+  return file.error_at(offset, "found " + std::to_string(file.size() - offset) +
+                                   " bytes behind the index of " +
+                                   std::to_string(header.chunk_count) + " chunks");
 }
 
 // Of a bag that was not closed: every chunk that there is.
@@ -265,11 +258,6 @@ std::optional<std::span<const std::byte>> take_sized(std::span<const std::byte> 
 }
 
 }  // namespace
-
-Error damaged_bag(const RandomAccessFile& file, std::uint64_t offset, std::string message) {
-  return {ErrorCode::kMalformedHeader, std::move(message), file.path().string(),
-          "byte " + std::to_string(offset)};
-}
 
 std::optional<NumberedConnection> connection_of(const BagFields& fields,
                                                 std::span<const std::byte> data) {

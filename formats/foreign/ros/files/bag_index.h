@@ -95,7 +95,4 @@ struct NumberedConnection {
 std::optional<NumberedConnection> connection_of(const BagFields& fields,
                                                 std::span<const std::byte> data);
 
-// malformed-header at a byte of the file.
-Error damaged_bag(const RandomAccessFile& file, std::uint64_t offset, std::string message);
-
 }  // namespace sightline

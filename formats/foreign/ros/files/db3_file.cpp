@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/log_files.h"
+#include "formats/foreign/ros/files/open_message_log.h"
 
 #include <algorithm>
 #include <mutex>

@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/log_files.h"
+#include "formats/foreign/ros/files/open_message_log.h"
 
 #include <zlib.h>
 
@@ -46,9 +46,9 @@ class McapFile : public MessageLog {
 // Where in an unpacked chunk; a packed one has no bytes of the file for it.
 Error McapFile::damaged(const McapChunk& chunk, std::size_t offset,
                         const std::string& message) const {
-  return damaged_mcap(file_, chunk.offset,
-                      message + " at byte " + std::to_string(offset) + " of this chunk's " +
-                          std::to_string(chunk.unpacked_size));
+  return file_.error_at(chunk.offset, message + " at byte " + std::to_string(offset) +
+                                          " of this chunk's " +
+                                          std::to_string(chunk.unpacked_size));
 }
 
 // Calls on_message(message, its bytes, their offset) and on_description(record of a schema or
@@ -79,16 +79,16 @@ Result<Bytes> McapFile::unpack(const McapChunk& chunk) const {
     std::optional<Bytes> unpacked =
         unpack_chunk(chunk.compression, bytes, static_cast<std::size_t>(chunk.unpacked_size));
     if (!unpacked) {
-      return damaged_mcap(file_, chunk.offset,
-                          "found a chunk that does not unpack to the " +
-                              std::to_string(chunk.unpacked_size) + " bytes that it promises");
+      return file_.error_at(chunk.offset, "found a chunk that does not unpack to the " +
+                                              std::to_string(chunk.unpacked_size) +
+                                              " bytes that it promises");
     }
     bytes = *std::move(unpacked);
   }
   if (chunk.crc == 0) return bytes;
   const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
   if (crc == chunk.crc) return bytes;
-  return damaged_mcap(file_, chunk.offset, "found a chunk that its checksum does not bear out");
+  return file_.error_at(chunk.offset, "found a chunk that its checksum does not bear out");
 }
 
 bool McapFile::needs_unpacking(const McapChunk& chunk) const {
@@ -122,8 +122,8 @@ Result<void> McapFile::index_chunk(McapChunk& chunk) {
 
 Result<void> McapFile::check_counts(const McapChunk& chunk, const Counts& found) const {
   if (found == chunk.message_counts) return {};
-  return damaged_mcap(file_, chunk.offset,
-                      "found other messages in this chunk than the places behind it say");
+  return file_.error_at(chunk.offset,
+                        "found other messages in this chunk than the places behind it say");
 }
 
 Result<void> McapFile::name_channels() {

@@ -20,6 +20,113 @@ using namespace std::string_view_literals;
 constexpr std::string_view kMagic = "\x89MCAP0\r\n"sv;
 constexpr std::uint64_t kMostDescription = 1U << 24U;  // a schema with all its definitions
 
+// A record whose data were not read.
+struct McapOutline {
+  std::uint64_t offset = 0;
+  McapOp op{};  // also a kind that is not named above
+  std::uint64_t data_offset = 0;
+  std::uint64_t data_size = 0;
+  [[nodiscard]] std::uint64_t end() const { return data_offset + data_size; }
+};
+
+struct McapChunkHeader {
+  static constexpr std::size_t kMostSize = 64;  // with the longest name of a compression
+  std::uint64_t unpacked_size = 0;
+  std::uint32_t crc = 0;  // of the unpacked records; 0: none
+  std::string compression;
+  std::uint64_t size = 0;  // of the records as they lie
+  std::size_t header_size = 0;
+};
+struct McapMessageIndex {
+  std::uint16_t channel_id = 0;
+  std::uint32_t message_count = 0;
+};
+
+std::string take_text(ByteReader& reader, std::span<const std::byte> data) {
+  const auto size = reader.get<std::uint32_t>();
+  if (size > reader.remaining()) reader.fail();
+  if (!reader.ok()) return {};
+  const auto* begin = reinterpret_cast<const char*>(data.data()) + reader.offset();
+  for (std::uint32_t i = 0; i < size; ++i) reader.get<char>();
+  return {begin, size};
+}
+
+template <class T>
+std::optional<T> if_whole(const ByteReader& reader, T value) {
+  return reader.ok() ? std::optional<T>(std::move(value)) : std::nullopt;
+}
+
+// Errors: cannot-read, truncated-scan (the file ends within it).
+Result<McapOutline> read_mcap_outline(const RandomAccessFile& file, std::uint64_t offset) {
+  const auto cut = [&](const std::string& what) {
+    return file.error_at(offset,
+                         "the file ends within " + what + "; `mcap recover` saves what there is",
+                         ErrorCode::kTruncatedScan);
+  };
+  if (offset > file.size() || file.size() - offset < kMcapPrefixSize) return cut("a record");
+  std::array<std::byte, kMcapPrefixSize> prefix{};
+  SIGHTLINE_TRY(file.read(offset, prefix));
+  ByteReader reader(prefix);
+  McapOutline outline;
+  outline.offset = offset;
+  outline.op = reader.get<McapOp>();
+  outline.data_offset = offset + kMcapPrefixSize;
+  outline.data_size = reader.get<std::uint64_t>();
+  if (outline.data_size <= file.size() - outline.data_offset) return outline;
+  return cut("a record of " + std::to_string(outline.data_size) + " bytes");
+}
+
+// Each gives nothing for data that are cut or contradict themselves. Further fields at the end are
+// those of later versions.
+std::optional<McapSchema> mcap_schema(std::span<const std::byte> data) {
+  ByteReader reader(data);
+  McapSchema schema;
+  reader.get(schema.id);
+  schema.name = take_text(reader, data);
+  take_text(reader, data);  // encoding of the definition
+  take_text(reader, data);  // the definition
+  if (schema.id == 0) return std::nullopt;
+  return if_whole(reader, std::move(schema));
+}
+
+std::optional<McapChannel> mcap_channel(std::span<const std::byte> data) {
+  ByteReader reader(data);
+  McapChannel channel;
+  reader.get(channel.id);
+  reader.get(channel.schema_id);
+  channel.topic = take_text(reader, data);
+  channel.encoding = take_text(reader, data);
+  return if_whole(reader, std::move(channel));
+}
+
+std::optional<McapChunkHeader> mcap_chunk_header(std::span<const std::byte> first_bytes) {
+  ByteReader reader(first_bytes);
+  McapChunkHeader header;
+  reader.get<std::uint64_t>();  // times of the first and the last message
+  reader.get<std::uint64_t>();
+  reader.get(header.unpacked_size);
+  reader.get(header.crc);
+  header.compression = take_text(reader, first_bytes);
+  reader.get(header.size);
+  header.header_size = reader.offset();
+  return if_whole(reader, std::move(header));
+}
+
+// From the first 6 bytes of a record of `data_size`.
+std::optional<McapMessageIndex> mcap_message_index(std::span<const std::byte> first_bytes,
+                                                   std::uint64_t data_size) {
+  constexpr std::uint32_t kEntrySize = 16;  // a time and a place
+  ByteReader reader(first_bytes);
+  McapMessageIndex index;
+  reader.get(index.channel_id);
+  const auto size = reader.get<std::uint32_t>();
+  if (!reader.ok() || size % kEntrySize != 0 || size > data_size - reader.offset()) {
+    return std::nullopt;
+  }
+  index.message_count = size / kEntrySize;
+  return index;
+}
+
 class IndexReader {
  public:
   explicit IndexReader(const RandomAccessFile& file) : file_(file) {}
@@ -34,7 +141,7 @@ class IndexReader {
   Result<void> add_counts(const McapOutline& record);
   Result<std::vector<std::byte>> first_bytes(const McapOutline& record, std::uint64_t most) const;
   [[nodiscard]] Error damaged(const McapOutline& record, std::string message) const {
-    return damaged_mcap(file_, record.offset, std::move(message));
+    return file_.error_at(record.offset, std::move(message));
   }
 
   const RandomAccessFile& file_;
@@ -47,13 +154,11 @@ Result<void> IndexReader::check_magic(std::uint64_t offset) const {
   SIGHTLINE_TRY(file_.read(offset, std::as_writable_bytes(std::span(found))));
   if (found == kMagic) return {};
   if (kMagic.starts_with(found)) {
-    return Error{ErrorCode::kTruncatedScan, "the file ends within its magic number",
-                 file_.path().string(), "byte " + std::to_string(offset)};
+    return file_.error_at(offset, "the file ends within its magic number",
+                          ErrorCode::kTruncatedScan);
   }
-  if (offset > 0)
-    return damaged_mcap(file_, offset, "expected the magic number of MCAP at the end");
-  return Error{ErrorCode::kUnsupportedFormat, "expected MCAP of version 0", file_.path().string(),
-               "byte 0"};
+  if (offset > 0) return file_.error_at(offset, "expected the magic number of MCAP at the end");
+  return file_.error_at(0, "expected MCAP of version 0", ErrorCode::kUnsupportedFormat);
 }
 
 Result<std::vector<std::byte>> IndexReader::first_bytes(const McapOutline& record,
@@ -95,9 +200,9 @@ Result<void> IndexReader::add_chunk(const McapOutline& record) {
   }
   const std::optional<BagCompression> compression = mcap_compression_named(header->compression);
   if (!compression) {
-    return Error{ErrorCode::kUnsupportedFormat,
-                 "found a chunk with a compression other than none, lz4 and zstd",
-                 file_.path().string(), "byte " + std::to_string(record.offset)};
+    return file_.error_at(record.offset,
+                          "found a chunk with a compression other than none, lz4 and zstd",
+                          ErrorCode::kUnsupportedFormat);
   }
   const bool is_packed = *compression != BagCompression::kNone;
   if (is_packed
@@ -173,26 +278,12 @@ Result<McapIndex> IndexReader::read() {
     }
     SIGHTLINE_TRY(check_magic(offset));
     if (offset + kMagic.size() != file_.size()) {
-      return damaged_mcap(file_, offset + kMagic.size(), "found bytes behind the end of the file");
+      return file_.error_at(offset + kMagic.size(), "found bytes behind the end of the file");
     }
     index_.is_closed = true;
     break;
   }
   return std::move(index_);
-}
-
-std::string take_text(ByteReader& reader, std::span<const std::byte> data) {
-  const auto size = reader.get<std::uint32_t>();
-  if (size > reader.remaining()) reader.fail();
-  if (!reader.ok()) return {};
-  const auto* begin = reinterpret_cast<const char*>(data.data()) + reader.offset();
-  for (std::uint32_t i = 0; i < size; ++i) reader.get<char>();
-  return {begin, size};
-}
-
-template <class T>
-std::optional<T> if_whole(const ByteReader& reader, T value) {
-  return reader.ok() ? std::optional<T>(std::move(value)) : std::nullopt;
 }
 
 }  // namespace
@@ -206,31 +297,7 @@ bool McapIndex::add(const McapRecord& record) {
   return channel && channels.emplace(channel->id, *channel).first->second == *channel;
 }
 
-Error damaged_mcap(const RandomAccessFile& file, std::uint64_t offset, std::string message) {
-  return {ErrorCode::kMalformedHeader, std::move(message), file.path().string(),
-          "byte " + std::to_string(offset)};
-}
-
 Result<McapIndex> read_mcap_index(const RandomAccessFile& file) { return IndexReader(file).read(); }
-
-Result<McapOutline> read_mcap_outline(const RandomAccessFile& file, std::uint64_t offset) {
-  const auto cut = [&](const std::string& what) {
-    return Error{ErrorCode::kTruncatedScan,
-                 "the file ends within " + what + "; `mcap recover` saves what there is",
-                 file.path().string(), "byte " + std::to_string(offset)};
-  };
-  if (offset > file.size() || file.size() - offset < kMcapPrefixSize) return cut("a record");
-  std::array<std::byte, kMcapPrefixSize> prefix{};
-  SIGHTLINE_TRY(file.read(offset, prefix));
-  ByteReader reader(prefix);
-  McapOutline outline;
-  outline.offset = offset;
-  outline.op = reader.get<McapOp>();
-  outline.data_offset = offset + kMcapPrefixSize;
-  outline.data_size = reader.get<std::uint64_t>();
-  if (outline.data_size <= file.size() - outline.data_offset) return outline;
-  return cut("a record of " + std::to_string(outline.data_size) + " bytes");
-}
 
 std::optional<McapRecord> take_mcap_record(std::span<const std::byte> bytes, std::size_t& offset) {
   ByteReader reader(bytes.subspan(offset));
@@ -243,27 +310,6 @@ std::optional<McapRecord> take_mcap_record(std::span<const std::byte> bytes, std
   return record;
 }
 
-std::optional<McapSchema> mcap_schema(std::span<const std::byte> data) {
-  ByteReader reader(data);
-  McapSchema schema;
-  reader.get(schema.id);
-  schema.name = take_text(reader, data);
-  take_text(reader, data);  // encoding of the definition
-  take_text(reader, data);  // the definition
-  if (schema.id == 0) return std::nullopt;
-  return if_whole(reader, std::move(schema));
-}
-
-std::optional<McapChannel> mcap_channel(std::span<const std::byte> data) {
-  ByteReader reader(data);
-  McapChannel channel;
-  reader.get(channel.id);
-  reader.get(channel.schema_id);
-  channel.topic = take_text(reader, data);
-  channel.encoding = take_text(reader, data);
-  return if_whole(reader, std::move(channel));
-}
-
 std::optional<McapMessage> mcap_message(std::span<const std::byte> data) {
   ByteReader reader(data);
   McapMessage message;
@@ -272,33 +318,6 @@ std::optional<McapMessage> mcap_message(std::span<const std::byte> data) {
   reader.get(message.log_time_ns);
   reader.get<std::uint64_t>();  // time of publishing
   return if_whole(reader, message);
-}
-
-std::optional<McapChunkHeader> mcap_chunk_header(std::span<const std::byte> first_bytes) {
-  ByteReader reader(first_bytes);
-  McapChunkHeader header;
-  reader.get<std::uint64_t>();  // times of the first and the last message
-  reader.get<std::uint64_t>();
-  reader.get(header.unpacked_size);
-  reader.get(header.crc);
-  header.compression = take_text(reader, first_bytes);
-  reader.get(header.size);
-  header.header_size = reader.offset();
-  return if_whole(reader, std::move(header));
-}
-
-std::optional<McapMessageIndex> mcap_message_index(std::span<const std::byte> first_bytes,
-                                                   std::uint64_t data_size) {
-  constexpr std::uint32_t kEntrySize = 16;  // a time and a place
-  ByteReader reader(first_bytes);
-  McapMessageIndex index;
-  reader.get(index.channel_id);
-  const auto size = reader.get<std::uint32_t>();
-  if (!reader.ok() || size % kEntrySize != 0 || size > data_size - reader.offset()) {
-    return std::nullopt;
-  }
-  index.message_count = size / kEntrySize;
-  return index;
 }
 
 }  // namespace sightline

@@ -33,18 +33,6 @@ enum class McapOp : std::uint8_t {
 
 inline constexpr std::size_t kMcapPrefixSize = 9;  // of a record: kind and length
 
-// A record whose data were not read.
-struct McapOutline {
-  std::uint64_t offset = 0;
-  McapOp op{};  // also a kind that is not named above
-  std::uint64_t data_offset = 0;
-  std::uint64_t data_size = 0;
-  [[nodiscard]] std::uint64_t end() const { return data_offset + data_size; }
-};
-
-// Errors: cannot-read, truncated-scan (the file ends within it).
-Result<McapOutline> read_mcap_outline(const RandomAccessFile& file, std::uint64_t offset);
-
 // A record in memory.
 struct McapRecord {
   McapOp op{};
@@ -71,28 +59,9 @@ struct McapMessage {
   std::uint16_t channel_id = 0;
   std::int64_t log_time_ns = 0;
 };
-struct McapChunkHeader {
-  static constexpr std::size_t kMostSize = 64;  // with the longest name of a compression
-  std::uint64_t unpacked_size = 0;
-  std::uint32_t crc = 0;  // of the unpacked records; 0: none
-  std::string compression;
-  std::uint64_t size = 0;  // of the records as they lie
-  std::size_t header_size = 0;
-};
-struct McapMessageIndex {
-  std::uint16_t channel_id = 0;
-  std::uint32_t message_count = 0;
-};
 
-// Each gives nothing for data that are cut or contradict themselves. Further fields at the end are
-// those of later versions.
-std::optional<McapSchema> mcap_schema(std::span<const std::byte> data);
-std::optional<McapChannel> mcap_channel(std::span<const std::byte> data);
+// Nothing for data that are cut.
 std::optional<McapMessage> mcap_message(std::span<const std::byte> data);
-std::optional<McapChunkHeader> mcap_chunk_header(std::span<const std::byte> first_bytes);
-// From the first 6 bytes of a record of `data_size`.
-std::optional<McapMessageIndex> mcap_message_index(std::span<const std::byte> first_bytes,
-                                                   std::uint64_t data_size);
 
 // A chunk of records, as it lies in the file.
 struct McapChunk {
@@ -129,8 +98,5 @@ struct McapIndex {
 // says of places is not needed. A file that was not closed may end behind any record. Errors:
 // cannot-read, malformed-header, truncated-scan, unsupported-format; all with the byte.
 Result<McapIndex> read_mcap_index(const RandomAccessFile& file);
-
-// malformed-header at a byte of the file.
-Error damaged_mcap(const RandomAccessFile& file, std::uint64_t offset, std::string message);
 
 }  // namespace sightline

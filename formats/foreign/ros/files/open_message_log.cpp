@@ -1,13 +1,12 @@
 #include "formats/foreign/ros/files/open_message_log.h"
 
 #include <sstream>
-#include <string_view>
 #include <tuple>
 #include <utility>
 
 #include "formats/base/files/regular_file.h"
 #include "formats/foreign/ros/files/bag_compression.h"
-#include "formats/foreign/ros/files/log_files.h"
+#include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
 namespace {
@@ -26,25 +25,18 @@ struct BagMetadata {
   std::string compression_format;
 };
 
-// Without blanks around it, and without quotes.
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kAround = " \t\r\"'";
-  const std::size_t first = text.find_first_not_of(kAround);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kAround) - first + 1);
-}
-
 BagMetadata parse(const std::string& text) {
+  constexpr std::string_view kAround = " \t\r\"'";
   BagMetadata metadata;
   std::istringstream lines(text);
   bool are_files = false;
   for (std::string line; std::getline(lines, line);) {
-    const std::string_view words = trimmed(line);
+    const std::string_view words = trimmed(line, kAround);
     const auto value_of = [&](std::string_view key, std::string& value) {
-      if (words.starts_with(key)) value = trimmed(words.substr(key.size()));
+      if (words.starts_with(key)) value = trimmed(words.substr(key.size()), kAround);
     };
     if (are_files && words.starts_with("- ")) {
-      metadata.files.emplace_back(trimmed(words.substr(2)));
+      metadata.files.emplace_back(trimmed(words.substr(2), kAround));
       continue;
     }
     are_files = words == "relative_file_paths:";

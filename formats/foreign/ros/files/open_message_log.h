@@ -2,6 +2,9 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
 
 #include "formats/foreign/ros/files/message_log.h"
 
@@ -15,5 +18,47 @@ bool is_message_log(const std::filesystem::path& path);
 // of ROS 2 that are packed one by one (zstd) are given unpacked. Errors: those of MessageLog;
 // file-not-found, cannot-open.
 Result<std::unique_ptr<MessageLog>> open_message_log(const std::filesystem::path& path);
+
+// The kinds of files behind open_message_log(); not for other folders.
+
+// Opens a ROS 1 bag of format 2.0 (chunks as they are, or packed by bz2 or lz4). A chunk that holds
+// no wanted message by the bag's index is passed over. Where there is no index, since the bag was
+// not closed, the chunks are read in turn. The most memory is the index and one chunk, packed and
+// unpacked (most_unpacked). Errors: those of MessageLog, with the byte; cannot-open.
+// unsupported-format: another version, an unknown compression, an encrypted bag.
+Result<std::unique_ptr<MessageLog>> open_ros1_bag(const std::filesystem::path& path);
+
+// Whether a file begins like MCAP.
+bool is_mcap(const std::filesystem::path& path);
+
+// Opens an MCAP file with messages of ROS 1 or ROS 2, with chunks (as they are, lz4, zstd) or
+// without, with an index or without: then chunks are unpacked once more. The most memory is the
+// index and one chunk, packed and unpacked (most_unpacked). A chunk's checksum is verified where it
+// has one. A file that was not closed, or holds other messages than its summary counts, gives a
+// warning. Errors: those of MessageLog, with the byte; cannot-open.
+Result<std::unique_ptr<MessageLog>> open_mcap(const std::filesystem::path& path);
+
+// Whether a file begins like a database of SQLite that names no application of its own: a .db3 of
+// rosbag2.
+bool is_db3(const std::filesystem::path& path);
+
+// Opens a .db3 as rosbag2 writes it, read-only. Errors: those of MessageLog and SqliteFile;
+// unsupported-format (a database without topics and messages).
+Result<std::unique_ptr<MessageLog>> open_db3(const std::filesystem::path& path);
+
+// "sensor_msgs/PointCloud2" for "sensor_msgs/msg/PointCloud2"; all others as they are.
+inline std::string ros1_type_name(std::string_view type) {
+  constexpr std::string_view kMiddle = "/msg/";
+  const std::size_t at = type.find(kMiddle);
+  if (at == std::string_view::npos) return std::string(type);
+  return std::string(type.substr(0, at + 1)).append(type.substr(at + kMiddle.size()));
+}
+
+// "cdr" or "ros1", as MCAP and rosbag2 name them; nothing for any other.
+inline std::optional<MessageEncoding> encoding_named(std::string_view name) {
+  if (name == "cdr") return MessageEncoding::kCdr;
+  if (name == "ros1") return MessageEncoding::kRos1;
+  return std::nullopt;
+}
 
 }  // namespace sightline

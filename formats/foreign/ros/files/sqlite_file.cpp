@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <memory>
 #include <new>
 #include <utility>
 
@@ -30,8 +29,8 @@ std::uint32_t big_endian(std::span<const std::byte> bytes) {
 Result<void> check_size(const RandomAccessFile& file) {
   std::array<std::byte, kHeaderSize> header{};
   if (file.size() < header.size()) {
-    return Error{ErrorCode::kTruncatedScan, "the file ends within the header of its database",
-                 file.path().string(), "byte " + std::to_string(file.size())};
+    return file.error_at(file.size(), "the file ends within the header of its database",
+                         ErrorCode::kTruncatedScan);
   }
   SIGHTLINE_TRY(file.read(0, header));
   const std::span<const std::byte> bytes(header);
@@ -41,10 +40,10 @@ Result<void> check_size(const RandomAccessFile& file) {
   // Older writers leave the count alone, and then the two counters of changes differ.
   const bool is_count_valid = big_endian(bytes.subspan(24, 4)) == big_endian(bytes.subspan(92, 4));
   if (!is_count_valid || pages * page_size <= file.size()) return {};
-  return Error{ErrorCode::kTruncatedScan,
-               "found " + std::to_string(file.size()) + " bytes of a database, expected " +
-                   std::to_string(pages * page_size),
-               file.path().string(), "byte " + std::to_string(file.size())};
+  return file.error_at(file.size(),
+                       "found " + std::to_string(file.size()) + " bytes of a database, expected " +
+                           std::to_string(pages * page_size),
+                       ErrorCode::kTruncatedScan);
 }
 
 Result<void> check_was_closed(const std::filesystem::path& path) {
@@ -61,6 +60,10 @@ Result<void> check_was_closed(const std::filesystem::path& path) {
   }
   return {};
 }
+
+// SQLite calls these functions instead of the operating system. Its own would follow a pipe, lock
+// the file and make files beside it, which a recording on read-only storage does not allow. The
+// file is opened as immutable, so neither locks nor journals are used.
 
 struct OpenFile {
   sqlite3_file base;  // first, as SQLite asks for it
@@ -178,6 +181,14 @@ sqlite3_vfs made_vfs() {
   return made;
 }
 
+// The name of a file system for SQLite in which regular files are read and nothing else is done;
+// registered at the first call.
+const char* read_only_vfs() {
+  static sqlite3_vfs vfs = made_vfs();
+  static const int kRegistered = sqlite3_vfs_register(&vfs, /*makeDflt=*/0);
+  return kRegistered == SQLITE_OK ? vfs.zName : nullptr;
+}
+
 }  // namespace
 
 std::optional<std::int64_t> SqliteRow::integer(int column) const {
@@ -200,12 +211,6 @@ std::optional<std::span<const std::byte>> SqliteRow::bytes(int column) const {
 }
 
 void SqliteFile::Closer::operator()(sqlite3* database) const { sqlite3_close(database); }
-
-SqliteFile::SqliteFile(std::filesystem::path path, std::uint64_t size)
-    : path_(std::move(path)), size_(size) {}
-SqliteFile::SqliteFile(SqliteFile&& other) noexcept = default;
-SqliteFile& SqliteFile::operator=(SqliteFile&& other) noexcept = default;
-SqliteFile::~SqliteFile() = default;
 
 Error SqliteFile::damaged(std::string message) const {
   return {ErrorCode::kMalformedHeader, std::move(message), path_.string()};
@@ -274,16 +279,6 @@ Result<void> SqliteFile::for_each_row(const std::string& select, const RowBody& 
     SIGHTLINE_TRY(body(SqliteRow(statement.get())));
   }
   return damaged("found more rows than the file can hold");
-}
-
-// SQLite calls these functions instead of the operating system. Its own would follow a pipe, lock
-// the file and make files beside it, which a recording on read-only storage does not allow. The
-// file is opened as immutable, so neither locks nor journals are used.
-
-const char* read_only_vfs() {
-  static sqlite3_vfs vfs = made_vfs();
-  static const int kRegistered = sqlite3_vfs_register(&vfs, /*makeDflt=*/0);
-  return kRegistered == SQLITE_OK ? vfs.zName : nullptr;
 }
 
 }  // namespace sightline

@@ -40,10 +40,6 @@ class SqliteFile {
   // journal beside it, is malformed.
   static Result<SqliteFile> open(const std::filesystem::path& path);
 
-  SqliteFile(SqliteFile&& other) noexcept;
-  SqliteFile& operator=(SqliteFile&& other) noexcept;
-  ~SqliteFile();
-
   // Whether there is an ordinary table of this name.
   Result<bool> has_table(std::string_view name) const;
   // Calls body(row) for each row of a SELECT of columns of tables (no functions). Errors:
@@ -52,25 +48,20 @@ class SqliteFile {
   Result<void> for_each_row(const std::string& select, const RowBody& body) const;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  // Of the file, bytes.
-  [[nodiscard]] std::uint64_t size() const { return size_; }
   [[nodiscard]] Error damaged(std::string message) const;
 
  private:
   struct Closer {
     void operator()(sqlite3* database) const;
   };
-  SqliteFile(std::filesystem::path path, std::uint64_t size);
+  SqliteFile(std::filesystem::path path, std::uint64_t size)
+      : path_(std::move(path)), size_(size) {}
   Result<void> connect();
   [[nodiscard]] Error error_of(int status) const;
 
   std::filesystem::path path_;
-  std::uint64_t size_ = 0;
+  std::uint64_t size_ = 0;  // of the file, bytes
   std::unique_ptr<sqlite3, Closer> database_;
 };
-
-// The name of a file system for SQLite in which regular files are read and nothing else is done;
-// registered at the first call.
-const char* read_only_vfs();
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #include "formats/foreign/clouds/float_columns.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/value_of.h"
@@ -23,7 +24,7 @@ TEST(FloatColumns, RefuseWhatIsNoPoint) {
                            "x y z i intensity", "x y z t time", "x y z ring ring"}) {
     const Error error = failure_of(parse_float_columns(text), text);
     EXPECT_EQ(error.code, ErrorCode::kBadValue) << text;
-    EXPECT_NE(error.message.find("x y z intensity ring"), std::string::npos);
+    EXPECT_THAT(error.message, testing::HasSubstr("x y z intensity ring"));
   }
 }
 

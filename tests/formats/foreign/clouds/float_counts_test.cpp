@@ -117,7 +117,7 @@ TEST(FloatCounts, OneThatFitsAndDividesIsTaken) {
   EXPECT_EQ(the_one_count(only(5), only(4)).error().code, ErrorCode::kTruncatedScan);
   const Result<std::size_t> both = the_one_count(only(4) | only(8), kAnyCount);
   EXPECT_EQ(both.error().code, ErrorCode::kUnsupportedFormat);
-  EXPECT_NE(both.error().message.find("4 or 8"), std::string::npos) << both.error().message;
+  EXPECT_THAT(both.error().message, HasSubstr("4 or 8"));
 }
 
 }  // namespace

@@ -1,14 +1,9 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
-
-using ::testing::HasSubstr;
 
 // As numpy.save writes it: the head padded with blanks so that the numbers begin at a multiple of
 // 64.

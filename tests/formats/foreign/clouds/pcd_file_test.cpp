@@ -10,10 +10,11 @@
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
+
+using enum ErrorCode;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -30,11 +31,7 @@ std::string ascii_pcd(int points, std::string_view data) {
   return pcd("x y z", "4 4 4", "F F F", points, "ascii", data);
 }
 
-ErrorCode code_of(const std::string& text) {
-  const Result<PointCloudFile> cloud = parse_text(text, "a.pcd");
-  EXPECT_FALSE(cloud.has_value());
-  return cloud ? ErrorCode{} : cloud.error().code;
-}
+ErrorCode code_of(const std::string& text) { return failure_of(parse_text(text, "a.pcd")).code; }
 
 // ---- files written by PCL
 
@@ -277,8 +274,9 @@ TEST(PcdFile, OurWriterLeavesAnExistingFileAloneUnlessTold) {
   const ScratchFolder folder;
   const std::vector<PointXyzi> points = {{1.0F, 2.0F, 3.0F, 4.0F}};
   folder.write("there.pcd", "precious");
-  EXPECT_EQ(failure_of(write_pcd_binary(folder / "there.pcd", points)).code,
-            ErrorCode::kOutputExists);
+  const Result<void> refused = write_pcd_binary(folder / "there.pcd", points);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, kOutputExists);
   EXPECT_EQ(*read_text_file(folder / "there.pcd"), "precious");
   EXPECT_TRUE(write_pcd_binary(folder / "there.pcd", points, IfExists::kReplace).has_value());
   EXPECT_TRUE(read_point_cloud(folder / "there.pcd").has_value());
@@ -300,7 +298,7 @@ TEST(PcdFile, ReadsOldAndUnusualHeaders) {
       "3\n";
   const std::string other_order = "DATA_\n" + old_version;  // refused below
   EXPECT_TRUE(parse_text(old_version, "a.pcd").has_value());
-  EXPECT_EQ(code_of(other_order), ErrorCode::kMalformedHeader);
+  EXPECT_EQ(code_of(other_order), kMalformedHeader);
   const PointCloudFile windows =
       value_of(parse_text("VERSION 0.7\r\nFIELDS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nWIDTH 1\r\n"
                           "HEIGHT 1\r\nPOINTS 1\r\nDATA ascii\r\n1 2 3\r\n",
@@ -349,50 +347,46 @@ TEST(PcdFile, RefusesHeadersThatLie) {
     return pcd("x y z", "4 4 4", "F F F", points, "binary", point + point);
   };
   EXPECT_TRUE(parse_text(binary(2), "a.pcd").has_value());
-  EXPECT_EQ(code_of(binary(3)), ErrorCode::kTruncatedScan);
-  EXPECT_EQ(code_of(binary(1)), ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(binary(0)), ErrorCode::kEmptyScan);
-  EXPECT_EQ(code_of(binary(2147483647)), ErrorCode::kTruncatedScan);
-  EXPECT_EQ(code_of(ascii_pcd(2, "1 2 3\n")), ErrorCode::kTruncatedScan);
-  EXPECT_EQ(code_of(ascii_pcd(1, "1 2 3\n4 5 6\n")), ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(ascii_pcd(1, "1 2\n")), ErrorCode::kTruncatedScan);
-  EXPECT_EQ(code_of(ascii_pcd(1, "1 2 3 4\n")), ErrorCode::kTruncatedScan);
-  EXPECT_EQ(code_of(ascii_pcd(1, "1 2 three\n")), ErrorCode::kMalformedText);
+  EXPECT_EQ(code_of(binary(3)), kTruncatedScan);
+  EXPECT_EQ(code_of(binary(1)), kMalformedHeader);
+  EXPECT_EQ(code_of(binary(0)), kEmptyScan);
+  EXPECT_EQ(code_of(binary(2147483647)), kTruncatedScan);
+  EXPECT_EQ(code_of(ascii_pcd(2, "1 2 3\n")), kTruncatedScan);
+  EXPECT_EQ(code_of(ascii_pcd(1, "1 2 3\n4 5 6\n")), kMalformedHeader);
+  EXPECT_EQ(code_of(ascii_pcd(1, "1 2\n")), kTruncatedScan);
+  EXPECT_EQ(code_of(ascii_pcd(1, "1 2 3 4\n")), kTruncatedScan);
+  EXPECT_EQ(code_of(ascii_pcd(1, "1 2 three\n")), kMalformedText);
   std::string product = binary(2);
   product.replace(product.find("HEIGHT 1"), 8, "HEIGHT 3");
-  EXPECT_EQ(code_of(product), ErrorCode::kMalformedHeader);
+  EXPECT_EQ(code_of(product), kMalformedHeader);
   // A stream of 16 bytes cannot hold 4 GB.
   const std::string bomb = as_bytes<std::uint32_t>({16, 2147483640}) + std::string(16, '\x1f');
   EXPECT_EQ(code_of(pcd("x y z", "4 4 4", "F F F", 178956970, "binary_compressed", bomb)),
-            ErrorCode::kMalformedHeader);
+            kMalformedHeader);
 }
 
 TEST(PcdFile, RefusesHeadersThatMakeNoSense) {
-  EXPECT_EQ(code_of(pcd("x y z", "4 4", "F F F", 1, "ascii", "1 2 3\n")),
-            ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(pcd("x y z", "4 4 3", "F F F", 1, "ascii", "1 2 3\n")),
-            ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(pcd("x y z", "4 4 4", "F F Q", 1, "ascii", "1 2 3\n")),
-            ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(pcd("x y z", "4 4 4", "F F F", 1, "base64", "1 2 3\n")),
-            ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(pcd("x y i", "4 4 4", "F F F", 1, "ascii", "1 2 3\n")),
-            ErrorCode::kMissingField);
-  EXPECT_EQ(code_of("VERSION 0.8\nDATA ascii\n"), ErrorCode::kUnsupportedFormat);
-  EXPECT_EQ(code_of("FIELDS x y z\nFIELDS x y z\n"), ErrorCode::kMalformedHeader);
+  EXPECT_EQ(code_of(pcd("x y z", "4 4", "F F F", 1, "ascii", "1 2 3\n")), kMalformedHeader);
+  EXPECT_EQ(code_of(pcd("x y z", "4 4 3", "F F F", 1, "ascii", "1 2 3\n")), kMalformedHeader);
+  EXPECT_EQ(code_of(pcd("x y z", "4 4 4", "F F Q", 1, "ascii", "1 2 3\n")), kMalformedHeader);
+  EXPECT_EQ(code_of(pcd("x y z", "4 4 4", "F F F", 1, "base64", "1 2 3\n")), kMalformedHeader);
+  EXPECT_EQ(code_of(pcd("x y i", "4 4 4", "F F F", 1, "ascii", "1 2 3\n")), kMissingField);
+  EXPECT_EQ(code_of("VERSION 0.8\nDATA ascii\n"), kUnsupportedFormat);
+  EXPECT_EQ(code_of("FIELDS x y z\nFIELDS x y z\n"), kMalformedHeader);
   EXPECT_EQ(code_of(pcd("x y z x", "4 4 4 4", "F F F F", 1, "ascii", "1 2 3 4\n")),
-            ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of("hello\n"), ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of("FIELDS\nDATA ascii\n"), ErrorCode::kMalformedHeader);
+            kMalformedHeader);
+  EXPECT_EQ(code_of("hello\n"), kMalformedHeader);
+  EXPECT_EQ(code_of("FIELDS\nDATA ascii\n"), kMalformedHeader);
 }
 
 TEST(PcdFile, SaysWhereAFileIsCut) {
   const std::string whole =
       pcd("x y z", "4 4 4", "F F F", 2, "binary", as_bytes({1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F}));
-  const Error error = failure_of(parse_text(whole.substr(0, whole.size() - 3), "drive/7.pcd"));
-  EXPECT_EQ(error.file, "drive/7.pcd");
-  EXPECT_EQ(error.place, "byte " + std::to_string(whole.size() - 3));
-  EXPECT_EQ(failure_of(parse_text(ascii_pcd(3, "1 2 3\n4 5\n"), "a.pcd")).place, "line 12");
+  const Error cut = failure_of(parse_text(whole.substr(0, whole.size() - 3), "drive/7.pcd"));
+  EXPECT_EQ(cut.file, "drive/7.pcd");
+  EXPECT_EQ(cut.place, "byte " + std::to_string(whole.size() - 3));
+  const Error text = failure_of(parse_text(ascii_pcd(3, "1 2 3\n4 5\n"), "a.pcd"));
+  EXPECT_EQ(text.place, "line 12");
 }
 
 // ---- points that are none
@@ -407,7 +401,7 @@ TEST(PcdFile, DropsAndCountsWhatIsNoReturn) {
 }
 
 TEST(PcdFile, RefusesAScanWithoutAnyReturn) {
-  EXPECT_EQ(code_of(ascii_pcd(2, "nan nan nan\n0 0 0\n")), ErrorCode::kNoFinitePoints);
+  EXPECT_EQ(code_of(ascii_pcd(2, "nan nan nan\n0 0 0\n")), kNoFinitePoints);
 }
 
 // ---- damage

@@ -11,11 +11,9 @@
 namespace sightline {
 namespace {
 
-ErrorCode code_of(const std::string& text) {
-  const Result<PointCloudFile> cloud = parse_text(text, "a.ply");
-  EXPECT_FALSE(cloud.has_value());
-  return cloud ? ErrorCode{} : cloud.error().code;
-}
+using enum ErrorCode;
+
+ErrorCode code_of(const std::string& text) { return failure_of(parse_text(text, "a.ply")).code; }
 
 std::string header(std::string_view format, std::string_view elements) {
   return std::string("ply\nformat ")
@@ -89,33 +87,31 @@ TEST(PlyFile, WalksThroughFacesBeforeAndBehindTheVertices) {
   const PointCloudFile cloud = value_of(parse_text(text, "a.ply"));
   EXPECT_EQ(cloud.points_m.at(1), Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(code_of(header("ascii", elements) + "3 0 1 2\n1 2 3\n4 5 6\n3 0 1 1\n4 0 1 1\n"),
-            ErrorCode::kTruncatedScan);
+            kTruncatedScan);
 }
 
 TEST(PlyFile, RefusesHeadersThatLieOrMakeNoSense) {
   const std::string points = as_bytes({1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F});
   const std::string good = header("binary_little_endian", kXyz);
   EXPECT_TRUE(parse_text(good + points, "a.ply").has_value());
-  EXPECT_EQ(code_of(good + points + "more"), ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(good + points.substr(4)), ErrorCode::kTruncatedScan);
-  EXPECT_EQ(code_of(header("binary_middle_endian", kXyz)), ErrorCode::kMalformedHeader);
+  EXPECT_EQ(code_of(good + points + "more"), kMalformedHeader);
+  EXPECT_EQ(code_of(good + points.substr(4)), kTruncatedScan);
+  EXPECT_EQ(code_of(header("binary_middle_endian", kXyz)), kMalformedHeader);
   EXPECT_EQ(code_of(header("ascii",
                            "element vertex 0\nproperty float x\nproperty float y\n"
                            "property float z\n")),
-            ErrorCode::kEmptyScan);
-  EXPECT_EQ(code_of(header("ascii", "element vertex 1\nproperty float x\n")),
-            ErrorCode::kMissingField);
-  EXPECT_EQ(code_of(header("ascii", "element vertex 1\nproperty quad x\n")),
-            ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(header("ascii", "property float x\n")), ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(header("ascii", "element vertex many\n")), ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of("ply\nend_header\n"), ErrorCode::kMalformedHeader);
+            kEmptyScan);
+  EXPECT_EQ(code_of(header("ascii", "element vertex 1\nproperty float x\n")), kMissingField);
+  EXPECT_EQ(code_of(header("ascii", "element vertex 1\nproperty quad x\n")), kMalformedHeader);
+  EXPECT_EQ(code_of(header("ascii", "property float x\n")), kMalformedHeader);
+  EXPECT_EQ(code_of(header("ascii", "element vertex many\n")), kMalformedHeader);
+  EXPECT_EQ(code_of("ply\nend_header\n"), kMalformedHeader);
   EXPECT_EQ(code_of(header("binary_little_endian",
                            "element vertex 18446744073709551615\nproperty float x\n"
                            "property float y\nproperty float z\n") +
                     points),
-            ErrorCode::kTruncatedScan);
-  EXPECT_EQ(code_of(header("ascii", kXyz) + "1 2 3\n4 5 6 7\n"), ErrorCode::kMalformedText);
+            kTruncatedScan);
+  EXPECT_EQ(code_of(header("ascii", kXyz) + "1 2 3\n4 5 6 7\n"), kMalformedText);
 }
 
 TEST(PlyFile, RefusesWhatCouldBeReadInTwoWays) {
@@ -123,12 +119,12 @@ TEST(PlyFile, RefusesWhatCouldBeReadInTwoWays) {
                            "element vertex 1\nproperty float x\nproperty float y\n"
                            "property float z\nproperty float x\n") +
                     "1 2 3 4\n"),
-            ErrorCode::kMalformedHeader);
+            kMalformedHeader);
   EXPECT_EQ(code_of("ply\nformat binary_big_endian 1.0\nformat ascii 1.0\n" + std::string(kXyz) +
                     "end_header\n1 2 3\n4 5 6\n"),
-            ErrorCode::kMalformedHeader);
+            kMalformedHeader);
   const std::string faces = std::string(kXyz).append("element face 1\nproperty list uchar int i\n");
-  EXPECT_EQ(code_of(header("ascii", faces) + "1 2 3\n4 5 6\n1.5 0\n"), ErrorCode::kTruncatedScan);
+  EXPECT_EQ(code_of(header("ascii", faces) + "1 2 3\n4 5 6\n1.5 0\n"), kTruncatedScan);
 }
 
 TEST(PlyFile, IsRefusedOrFlaggedWhereverItIsCutAndNeverCrashesWhenDamaged) {

@@ -1,4 +1,3 @@
-
 #include <zlib.h>
 
 #include <chrono>
@@ -6,10 +5,11 @@
 
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
+
+using enum ErrorCode;
 
 // zlib's other half packs what our reader unpacks.
 std::string gzipped(std::string_view text) {
@@ -39,26 +39,25 @@ struct Refused {
 TEST(PointCloudFile, RecognizesUnsupportedFormatsByContentAndSaysWhatToDo) {
   const std::vector<Refused> cases = {
       {"0.pcd", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n",
-       ErrorCode::kGitLfsPointer, "git lfs pull"},
+       kGitLfsPointer, "git lfs pull"},
       {"0.bin", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n",
-       ErrorCode::kGitLfsPointer, "git lfs pull"},
-      {"0.e57", "ASTM-E57 and more", ErrorCode::kUnsupportedFormat, "convert"},
-      {"0.zip", "PK\x03\x04 and more", ErrorCode::kUnsupportedFormat, "unpack"},
-      {"0.pcap", "\xd4\xc3\xb2\xa1 and more", ErrorCode::kUnsupportedFormat, "pcap"},
-      {"0.bag", "#ROSBAG V2.0\n", ErrorCode::kUnsupportedFormat, "name the file itself"},
-      {"0.pcapng", "\x0a\x0d\x0d\x0a and more", ErrorCode::kUnsupportedFormat,
-       "name the file itself"},
-      {"0.xyz", "1 2 3\n", ErrorCode::kUnsupportedFormat, "PCD header"},
-      {"0.obj", "v 1 2 3\n", ErrorCode::kUnsupportedFormat, "mesh"},
-      {"0.stl", "solid thing\n", ErrorCode::kUnsupportedFormat, "mesh"},
-      {"0.vtk", "# vtk DataFile Version 3.0\n", ErrorCode::kUnsupportedFormat, "pcl_vtk2pcd"},
-      {"0.thing", "1 2 3\n", ErrorCode::kUnsupportedFormat, "convert"},
-      {"0.pcd", "", ErrorCode::kEmptyScan, "empty"},
+       kGitLfsPointer, "git lfs pull"},
+      {"0.e57", "ASTM-E57 and more", kUnsupportedFormat, "convert"},
+      {"0.zip", "PK\x03\x04 and more", kUnsupportedFormat, "unpack"},
+      {"0.pcap", "\xd4\xc3\xb2\xa1 and more", kUnsupportedFormat, "pcap"},
+      {"0.bag", "#ROSBAG V2.0\n", kUnsupportedFormat, "name the file itself"},
+      {"0.pcapng", "\x0a\x0d\x0d\x0a and more", kUnsupportedFormat, "name the file itself"},
+      {"0.xyz", "1 2 3\n", kUnsupportedFormat, "PCD header"},
+      {"0.obj", "v 1 2 3\n", kUnsupportedFormat, "mesh"},
+      {"0.stl", "solid thing\n", kUnsupportedFormat, "mesh"},
+      {"0.vtk", "# vtk DataFile Version 3.0\n", kUnsupportedFormat, "pcl_vtk2pcd"},
+      {"0.thing", "1 2 3\n", kUnsupportedFormat, "convert"},
+      {"0.pcd", "", kEmptyScan, "empty"},
   };
   for (const Refused& refused : cases) {
     const Error error = failure_of(parse_text(refused.content, refused.name), refused.name);
     EXPECT_EQ(error.code, refused.code) << to_string(error);
-    EXPECT_NE(error.message.find(refused.hint), std::string::npos) << to_string(error);
+    EXPECT_THAT(error.message, HasSubstr(refused.hint)) << to_string(error);
     EXPECT_EQ(error.file, refused.name);
     EXPECT_EQ(error.place, "byte 0");
   }
@@ -77,7 +76,7 @@ TEST(PointCloudFile, ReadsWhatGzipPackedAndRefusesWhatItDamaged) {
   const Result<PointCloudFile> nested = parse_text(gzipped(packed), "0.pcd.gz");
   ASSERT_FALSE(nested.has_value());
   const Result<PointCloudFile> strange = parse_text(gzipped("ASTM-E57"), "0.e57.gz");
-  EXPECT_EQ(strange.error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(strange.error().code, kUnsupportedFormat);
   EXPECT_EQ(strange.error().file, "0.e57.gz");
 }
 
@@ -108,14 +107,14 @@ TEST(PointCloudFile, RefusesWhatLiesBehindAGzipUnlessItIsPadding) {
   damaged[packed.size()] ^= 1;
   for (const std::string& whole : {packed + "more", damaged, packed + packed.substr(0, 2)}) {
     const Error error = failure_of(parse_text(whole, "0.pcd.gz"));
-    EXPECT_EQ(error.code, ErrorCode::kMalformedHeader);
+    EXPECT_EQ(error.code, kMalformedHeader);
     EXPECT_EQ(error.place, "byte " + std::to_string(packed.size()));
   }
 }
 
 TEST(PointCloudFile, SaysWhichFileIsMissing) {
   const Error error = failure_of(read_point_cloud("/nowhere/0.pcd"));
-  EXPECT_EQ(error.code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(error.code, kFileNotFound);
   EXPECT_EQ(error.file, "/nowhere/0.pcd");
 }
 
@@ -147,47 +146,46 @@ TEST(FloatBin, ReadsTheColumnsThatItIsGiven) {
 // Each file is as long as so many points of 4 floats.
 TEST(FloatBin, IsNotReadAsFourFloatsWhereItHasOthers) {
   for (const std::size_t columns : {3U, 4U, 5U, 6U, 8U}) {
-    const Result<PointCloudFile> cloud = parse_text(float_spiral(columns), "0.bin");
-    ASSERT_TRUE(cloud.has_value()) << columns << ": " << to_string(cloud.error());
-    EXPECT_EQ(cloud->float_count, columns);
-    ASSERT_EQ(cloud->points_m.size(), 1600U) << columns;
-    EXPECT_NEAR(cloud->points_m[1599].z(), 1.899, 1e-6) << columns;
+    const PointCloudFile cloud = value_of(parse_text(float_spiral(columns), "0.bin"), columns);
+    EXPECT_EQ(cloud.float_count, columns);
+    ASSERT_EQ(cloud.points_m.size(), 1600U) << columns;
+    EXPECT_NEAR(cloud.points_m[1599].z(), 1.899, 1e-6) << columns;
   }
 }
 
 TEST(FloatBin, IsRefusedWhereNothingOrTooMuchFits) {
-  const Error error = failure_of(parse_text(float_spiral(4, 6), "0.bin"));
-  EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
-  EXPECT_NE(error.message.find("3 or 4 or 6 or 8"), std::string::npos) << error.message;
-  EXPECT_NE(error.message.find("`columns`"), std::string::npos) << error.message;
+  const Error few = failure_of(parse_text(float_spiral(4, 6), "0.bin"));
+  EXPECT_EQ(few.code, kUnsupportedFormat);
+  EXPECT_THAT(few.message, HasSubstr("3 or 4 or 6 or 8"));
+  EXPECT_THAT(few.message, HasSubstr("`columns`"));
   std::string image;
   for (int i = 0; i < 4000; ++i)
     image += as_bytes({10.0F + std::sin(0.01F * static_cast<float>(i))});
-  EXPECT_EQ(parse_text(image, "0.bin").error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(parse_text(image, "0.bin").error().code, kUnsupportedFormat);
   // Five floats a point, and not a whole number of them.
   const Result<PointCloudFile> cut = parse_text(float_spiral(5).substr(0, 31984), "0.bin");
-  EXPECT_EQ(cut.error().code, ErrorCode::kTruncatedScan);
+  EXPECT_EQ(cut.error().code, kTruncatedScan);
   EXPECT_EQ(cut.error().place, "byte 31980");
 }
 
 TEST(FloatBin, TakesFiveFloatsWhereTheNameIsOneOfNuscenes) {
   const std::string scan = float_spiral(5, 20);
-  EXPECT_EQ(parse_text(scan, "0.bin").error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(parse_text(scan, "0.bin").error().code, kUnsupportedFormat);
   const PointCloudFile cloud = value_of(parse_text(scan, "0.pcd.bin"));
   EXPECT_EQ(cloud.points_m.size(), 20U);
   EXPECT_EQ(parse_text(float_spiral(4), "0.pcd.bin")->points_m.size(), 1600U);
   const Result<PointCloudFile> cut = parse_text(scan.substr(0, 50), "0.pcd.bin");
-  EXPECT_EQ(cut.error().code, ErrorCode::kTruncatedScan);
+  EXPECT_EQ(cut.error().code, kTruncatedScan);
   EXPECT_EQ(cut.error().place, "byte 40");
 }
 
 TEST(FloatBin, RefusesWhatCannotBeTheGivenColumns) {
   const std::string point = as_bytes({1.5F, 2.5F, 3.5F, 0.5F});
   const Result<PointCloudFile> cut = parse_text(point + point.substr(0, 9), "0.bin", kKitti);
-  EXPECT_EQ(cut.error().code, ErrorCode::kTruncatedScan);
+  EXPECT_EQ(cut.error().code, kTruncatedScan);
   EXPECT_EQ(cut.error().place, "byte 16");
   EXPECT_EQ(parse_text(point + as_bytes({1e9F, 0.0F, 0.0F, 0.0F}), "0.bin", kKitti).error().code,
-            ErrorCode::kUnsupportedFormat);
+            kUnsupportedFormat);
 }
 
 }  // namespace

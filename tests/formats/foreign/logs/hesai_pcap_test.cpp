@@ -1,8 +1,4 @@
-#include <gtest/gtest.h>
-
 #include "tests/formats/foreign/logs/capture_files.h"
-
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -63,14 +59,13 @@ TEST_P(HesaiPcap, WithoutItsAngleCorrectionTakesTheNominalOneAndSaysSo) {
   const ScratchFolder folder;
   const std::filesystem::path alone = folder.write("drive.pcap", *read_text_file(file()));
   if (GetParam().needs_correction) {
-    EXPECT_NE(outcome_of(alone).find("SL2008 missing-field"), std::string::npos)
-        << outcome_of(alone);
-    EXPECT_NE(outcome_of(alone).find("angle correction file"), std::string::npos);
+    EXPECT_THAT(outcome_of(alone), HasSubstr("SL2008 missing-field"));
+    EXPECT_THAT(outcome_of(alone), HasSubstr("angle correction file"));
     return;
   }
   const Recording nominal = value_of(open_capture_file(alone));
   ASSERT_FALSE(nominal.warnings.empty());
-  EXPECT_NE(nominal.warnings.back().find("angle correction file"), std::string::npos);
+  EXPECT_THAT(nominal.warnings.back(), HasSubstr("angle correction file"));
   const std::filesystem::path csv = std::filesystem::path(file()).replace_extension(".csv");
   folder.write("front.csv", *read_text_file(csv));
   folder.write("poses.csv", "t,x,y,z\n1,2,3,4\n");
@@ -118,7 +113,7 @@ TEST(HesaiCapture, OfAnotherModelOrWithAnotherCorrectionIsRefusedAndSaysWhy) {
             std::string::npos);
   std::string repeated = csv;
   repeated.replace(repeated.find("\n31,"), 4, "\n32,");
-  EXPECT_NE(with_csv(repeated).find("each of 1 to 32 once"), std::string::npos);
+  EXPECT_THAT(with_csv(repeated), HasSubstr("each of 1 to 32 once"));
   EXPECT_EQ(outcome_of(drive, capture_file("hesai_xt32.csv").string()), "read");
   const auto changed = [&](std::size_t at, char value) {
     std::string other = pcap;
@@ -128,11 +123,11 @@ TEST(HesaiCapture, OfAnotherModelOrWithAnotherCorrectionIsRefusedAndSaysWhy) {
     return outcome_of(folder.write("drive.pcap", other));
   };
   folder.write("drive.csv", csv);
-  EXPECT_NE(changed(3, '\4').find("another model of Hesai (6.4, 1080 bytes)"), std::string::npos);
-  EXPECT_NE(changed(3, '\4').find("PandarView"), std::string::npos);
-  EXPECT_NE(changed(9, '\0').find("SL2005"), std::string::npos);            // unit
-  EXPECT_NE(changed(13, '\xff').find("SL2005"), std::string::npos);         // azimuth
-  EXPECT_NE(changed(1052 + 10, '\x3d').find("SL2004"), std::string::npos);  // three returns
+  EXPECT_THAT(changed(3, '\4'), HasSubstr("another model of Hesai (6.4, 1080 bytes)"));
+  EXPECT_THAT(changed(3, '\4'), HasSubstr("PandarView"));
+  EXPECT_THAT(changed(9, '\0'), HasSubstr("SL2005"));            // unit
+  EXPECT_THAT(changed(13, '\xff'), HasSubstr("SL2005"));         // azimuth
+  EXPECT_THAT(changed(1052 + 10, '\x3d'), HasSubstr("SL2004"));  // three returns
 }
 
 TEST(Capture, OfNoLidarSaysHowToConvertIt) {
@@ -142,8 +137,8 @@ TEST(Capture, OfNoLidarSaysHowToConvertIt) {
   for (std::size_t at = 24; at + 100 < other.size(); at += 58 + 1080 + 58 + 64)
     other[at + 58] = 'x';
   const std::string said = outcome_of(folder.write("drive.pcap", other));
-  EXPECT_NE(said.find("SL2004"), std::string::npos) << said;
-  EXPECT_NE(said.find("record its points in a bag"), std::string::npos) << said;
+  EXPECT_THAT(said, HasSubstr("SL2004"));
+  EXPECT_THAT(said, HasSubstr("record its points in a bag"));
 }
 
 }  // namespace

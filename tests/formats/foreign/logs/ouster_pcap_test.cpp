@@ -1,8 +1,4 @@
-#include <gtest/gtest.h>
-
 #include "tests/formats/foreign/logs/capture_files.h"
-
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -85,11 +81,10 @@ INSTANTIATE_TEST_SUITE_P(Profiles, OusterPcap, testing::Values("legacy", "single
 TEST(OusterCapture, SaysWhatItLeftOutAndWhatItAssumed) {
   const Recording recording = value_of(open_capture_file(capture_file("ouster_legacy.pcap")));
   ASSERT_EQ(recording.warnings.size(), 2U);
-  EXPECT_NE(recording.warnings[0].find("2 frames in 11 data packets; 2 frames of which over a "
-                                       "tenth is missing were left out"),
-            std::string::npos)
-      << recording.warnings[0];
-  EXPECT_NE(recording.warnings[1].find("clock was not set"), std::string::npos);
+  EXPECT_THAT(recording.warnings[0],
+              HasSubstr("2 frames in 11 data packets; 2 frames of which over a "
+                        "tenth is missing were left out"));
+  EXPECT_THAT(recording.warnings[1], HasSubstr("clock was not set"));
 }
 
 // A folder with a capture and what lies beside it.
@@ -118,12 +113,12 @@ class OusterFolder : public testing::Test {
 
 TEST_F(OusterFolder, FindsTheMetadataUnderAnyNameAndTakesTheOneThatIsNamed) {
   const std::filesystem::path drive = folder_.write("drive.pcap", pcap_);
-  EXPECT_NE(outcome_of(drive).find("put it beside the capture as drive.json"), std::string::npos);
+  EXPECT_THAT(outcome_of(drive), HasSubstr("put it beside the capture as drive.json"));
   folder_.write("roof.json", json_);
   folder_.write("other.json", "{}");
   EXPECT_EQ(outcome_of(drive), "read");
   folder_.write("front.json", json_);  // which of the two?
-  EXPECT_NE(outcome_of(drive).find("SL2008"), std::string::npos) << outcome_of(drive);
+  EXPECT_THAT(outcome_of(drive), HasSubstr("SL2008"));
   EXPECT_EQ(outcome_of(drive, (folder_ / "front.json").string()), "read");
   folder_.write("drive_0.json", json_);
   EXPECT_EQ(outcome_of(drive), "read");
@@ -144,8 +139,8 @@ TEST_F(OusterFolder, MetadataThatIsNoneOrOfAnotherSensorIsRefusedAndSaysWhy) {
   const auto expect = [&](const std::string& metadata, const std::string& code,
                           const std::string& words) {
     const std::string said = outcome(metadata);
-    EXPECT_NE(said.find(code), std::string::npos) << said;
-    EXPECT_NE(said.find(words), std::string::npos) << said;
+    EXPECT_THAT(said, HasSubstr(code));
+    EXPECT_THAT(said, HasSubstr(words));
   };
   EXPECT_EQ(outcome(json_), "read");
   expect("no json", "SL2020", "beam_altitude_angles");

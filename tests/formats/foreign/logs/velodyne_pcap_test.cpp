@@ -6,7 +6,6 @@
 #include "formats/foreign/logs/velodyne_packet.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "tests/formats/foreign/foreign_files.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -150,11 +149,7 @@ class VelodynePcapTest : public testing::Test {
     options.sensor = "vlp-16";
     return open_recording(options);
   }
-  ErrorCode refusal(const std::string& bytes) {
-    const Result<Recording> recording = open(bytes);
-    EXPECT_FALSE(recording.has_value());
-    return recording ? ErrorCode{} : recording.error().code;
-  }
+  ErrorCode refusal(const std::string& bytes) { return failure_of(open(bytes)).code; }
   ScratchFolder folder_;
 };
 
@@ -177,8 +172,7 @@ TEST_F(VelodynePcapTest, IsADriveOfWholeRevolutionsWithTheSensorsOwnTimes) {
     EXPECT_NEAR(scan.points_m.front().x(), 10.0 * std::cos(15.0 * std::numbers::pi / 180.0), 1e-9);
   }
   ASSERT_EQ(recording.warnings.size(), 1U);
-  EXPECT_NE(recording.warnings[0].find("2 whole revolutions in 206 data packets"),
-            std::string::npos);
+  EXPECT_THAT(recording.warnings[0], HasSubstr("2 whole revolutions in 206 data packets"));
 }
 
 TEST_F(VelodynePcapTest, SkipsOtherPacketsAndThoseCapturedTwice) {
@@ -203,11 +197,10 @@ TEST_F(VelodynePcapTest, LeavesOutTheRevolutionAroundAGapAndSaysWhere) {
   const Recording recording = value_of(open(torn));
   EXPECT_EQ(recording.scans.size(), 2U);  // of three
   ASSERT_EQ(recording.warnings.size(), 2U);
-  EXPECT_NE(recording.warnings[1].find("1 gaps of more than 10 ms between packets, the first at "
-                                       "byte " +
-                                       std::to_string(24 + 130 * record_size)),
-            std::string::npos)
-      << recording.warnings[1];
+  EXPECT_THAT(recording.warnings[1],
+              HasSubstr("1 gaps of more than 10 ms between packets, the first at "
+                        "byte " +
+                        std::to_string(24 + 130 * record_size)));
 }
 
 TEST_F(VelodynePcapTest, CountsOnThroughTheFullHour) {
@@ -286,7 +279,7 @@ TEST(VelodynePcap, OfAPcapngThatIsCutOrOfSeveralSectionsIsRefused) {
     const Result<Recording> recording = open_recording(options);
     return recording ? std::string("read") : to_string(recording.error());
   };
-  EXPECT_NE(error_of(whole + whole).find("editcap -F pcap"), std::string::npos);
+  EXPECT_THAT(error_of(whole + whole), HasSubstr("editcap -F pcap"));
   EXPECT_NE(error_of(whole.substr(0, whole.size() - 7)).find("SL2006"), std::string::npos);
   for (std::size_t cut = 4; cut < 200; ++cut) EXPECT_NE(error_of(whole.substr(0, cut)), "read");
 }

@@ -91,7 +91,8 @@ TEST(ApolloNode, AnotherNodeThanItsFoldersSayIsRefused) {
                                        {0, -10, 0, 0},
                                        {0, 10, 1, 0},
                                        {0, 10, 0, 1}}) {
-    EXPECT_EQ(failure_of(parse(apollo_file(index, body))).code, ErrorCode::kMalformedHeader);
+    const Error error = failure_of(parse(apollo_file(index, body)));
+    EXPECT_EQ(error.code, ErrorCode::kMalformedHeader);
   }
   ApolloTestNode larger = small_node();
   larger.rows = 3;

@@ -1,20 +1,14 @@
 #include "formats/foreign/maps/apollo_map.h"
 
-#include <gmock/gmock.h>
-
-#include <algorithm>
 #include <map>
 
 #include "formats/base/random.h"
 #include "formats/foreign/maps/apollo_files.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/formats/foreign/maps/apollo_writer.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
-
-using ::testing::HasSubstr;
 
 // Of the cells of a grid, by brute force.
 struct Moments {
@@ -122,10 +116,9 @@ TEST_F(ApolloMapTest, SaysWhatItIs) {
   const ForeignNds map = value_of(open_apollo_map(folder_.path(), 1));
   EXPECT_EQ(map.world, "utm:33S");
   EXPECT_EQ(map.name, folder_.path().filename().string());
-  const auto files = list_apollo_map(folder_ / "config.xml");
-  ASSERT_TRUE(files.has_value());
-  EXPECT_GT(files->size(), 2U);
-  EXPECT_EQ(files->front().filename(), "config.xml");
+  const auto files = value_of(list_apollo_map(folder_ / "config.xml"));
+  EXPECT_GT(files.size(), 2U);
+  EXPECT_EQ(files.front().filename(), "config.xml");
   EXPECT_EQ(open_apollo_map(folder_ / "config.xml", 2)->digest, map.digest);
   write_points(random_points(2), 1.0, -33);
   EXPECT_NE(open_apollo_map(folder_.path(), 1)->digest, map.digest);

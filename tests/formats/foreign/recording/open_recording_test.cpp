@@ -1,13 +1,9 @@
-
 #include <ctime>
-#include <numbers>
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/foreign/recording/open_recording.h"
-#include "formats/foreign/recording/scan_association.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -39,11 +35,7 @@ class RecordingTest : public testing::Test {
     if (!stamps.empty()) made.stamps = folder_.write("times.txt", stamps).string();
     return made;
   }
-  ErrorCode refusal(const RecordingOptions& made) {
-    const Result<Recording> recording = open_recording(made);
-    EXPECT_FALSE(recording.has_value());
-    return recording ? ErrorCode{} : recording.error().code;
-  }
+  ErrorCode refusal(const RecordingOptions& made) { return failure_of(open_recording(made)).code; }
   static double x_m(const RecordedScan& scan) { return scan.T_world_vehicle->translation().x(); }
 
   ScratchFolder folder_;
@@ -71,7 +63,7 @@ TEST_F(RecordingTest, WhereThereAreMoreRowsTheNumberInTheNameIsTheRow) {
   EXPECT_EQ(x_m(recording.scans.at(0)), 2.0);
   EXPECT_EQ(x_m(recording.scans.at(1)), 3.0);
   ASSERT_EQ(recording.warnings.size(), 1U);
-  EXPECT_NE(recording.warnings.front().find("6 rows for 2 scans"), std::string::npos);
+  EXPECT_THAT(recording.warnings.front(), HasSubstr("6 rows for 2 scans"));
 }
 
 TEST_F(RecordingTest, WhereNamesAreNoRowsTheFirstRowsAreUsed) {
@@ -112,7 +104,7 @@ TEST_F(RecordingTest, RefusesFewerPosesOrTimesThanScans) {
   write_scans({"0.pcd", "1.pcd", "2.pcd"});
   const Error error = failure_of(open_recording(options(tum(2))));
   EXPECT_EQ(error.code, ErrorCode::kFewerPosesThanScans);
-  EXPECT_NE(error.message.find("found 2 poses for 3 scans"), std::string::npos);
+  EXPECT_THAT(error.message, HasSubstr("found 2 poses for 3 scans"));
   EXPECT_EQ(refusal(options("# none\n")), ErrorCode::kFewerPosesThanScans);
   EXPECT_EQ(refusal(options("", "1\n2\n")), ErrorCode::kMismatchedInputs);
   EXPECT_EQ(refusal(options(tum(3), "0\n1\n9\n")), ErrorCode::kFewerPosesThanScans);  // not at 9 s
@@ -275,7 +267,7 @@ TEST_F(HeaderlessRecording, TakesTheCountThatFitsAllScansAndSaysSo) {
   const Recording recording = value_of(open_recording(options()));
   EXPECT_EQ(to_text(*recording.columns), "x y z intensity _");
   ASSERT_EQ(recording.warnings.size(), 1U);
-  EXPECT_NE(recording.warnings[0].find("`columns: x y z intensity _`"), std::string::npos);
+  EXPECT_THAT(recording.warnings[0], HasSubstr("`columns: x y z intensity _`"));
   EXPECT_EQ(recorded_scan_store(recording)->read(1)->points_m.size(), 8U);
   write_bins({float_spiral(4), float_spiral(4), float_spiral(4)});
   EXPECT_EQ(count_of(options()), 4U);
@@ -286,8 +278,7 @@ TEST_F(HeaderlessRecording, RefusesScansThatSpeakForDifferentCounts) {
   write_bins({float_spiral(4), float_spiral(4, 2), float_spiral(5)});
   const Error error = failure_of(open_recording(options()));
   EXPECT_EQ(error.code, ErrorCode::kMixedFormats);
-  EXPECT_NE(error.message.find("4 fit up to 1.bin, 5 fit 2.bin"), std::string::npos)
-      << error.message;
+  EXPECT_THAT(error.message, HasSubstr("4 fit up to 1.bin, 5 fit 2.bin"));
 }
 
 TEST_F(HeaderlessRecording, RefusesWhatFitsNothingOrTooMuchByItsFile) {

@@ -1,7 +1,6 @@
 #include "formats/foreign/recording/remembered_digests.h"
 
 #include <fcntl.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <chrono>

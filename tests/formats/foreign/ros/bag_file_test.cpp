@@ -1,11 +1,9 @@
-#include "formats/foreign/ros/files/log_files.h"
+#include "formats/foreign/ros/files/open_message_log.h"
 
-#include <gmock/gmock.h>
 #include <rosbag/view.h>
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <tuple>
 
 #include "formats/foreign/ros/files/bag_compression.h"
 #include "formats/foreign/ros/ros_bag.h"
@@ -150,13 +148,12 @@ TEST_F(BagFileTest, ReadsTheChunksInTurnWhereThereIsNoIndex) {
     std::ranges::sort(found);
     EXPECT_EQ(found, wanted);
     const std::string cut = without_index(bag).substr(0, 4700);
-    EXPECT_THAT(refusal(cut), testing::HasSubstr("SL2006 truncated-scan"));
-    EXPECT_THAT(refusal(cut), testing::HasSubstr("run `rosbag reindex` on it"));
+    EXPECT_THAT(refusal(cut), HasSubstr("SL2006 truncated-scan"));
+    EXPECT_THAT(refusal(cut), HasSubstr("run `rosbag reindex` on it"));
   }
 }
 
 TEST_F(BagFileTest, SaysAtWhichByteABagContradictsItself) {
-  using testing::HasSubstr;
   std::mt19937 random(4);
   const std::string bag = write(random_messages(random, 40));
   ASSERT_EQ(refusal(bag), "no error");
@@ -208,7 +205,7 @@ TEST_F(BagFileTest, UnpacksNoByteOfTheFileTwice) {
   std::uint64_t first = 0;
   std::memcpy(&first, bag.data() + bag.find("chunk_pos=") + 10, sizeof first);
   EXPECT_THAT(refusal(with_field(bag, "chunk_pos", first, 2)),
-              testing::HasSubstr("found a chunk within the one before"));
+              HasSubstr("found a chunk within the one before"));
 }
 
 TEST_F(BagFileTest, DropsNoChunkBecauseOfADamagedIndex) {
@@ -219,13 +216,13 @@ TEST_F(BagFileTest, DropsNoChunkBecauseOfADamagedIndex) {
   std::memcpy(&number, bag.data() + in_index, sizeof number);
   ASSERT_EQ(number, 1U);
   const std::string once = with_number(bag, in_index, 0);
-  EXPECT_THAT(refusal(once), testing::HasSubstr("differ in its messages"));
+  EXPECT_THAT(refusal(once), HasSubstr("differ in its messages"));
   // Said twice, it is believed until the chunk is read.
   std::uint64_t index = 0;
   std::memcpy(&index, bag.data() + bag.find("index_pos=") + 10, sizeof index);
   const std::size_t behind_chunk = bag.rfind("conn=", index) + 5;
   EXPECT_THAT(refusal(with_number(once, behind_chunk, 0)),
-              testing::HasSubstr("found 0 messages of connection 0 in this chunk, expected 1"));
+              HasSubstr("found 0 messages of connection 0 in this chunk, expected 1"));
 }
 
 TEST_F(BagFileTest, RefusesTwoConnectionsOfOneNumber) {
@@ -234,12 +231,11 @@ TEST_F(BagFileTest, RefusesTwoConnectionsOfOneNumber) {
   ASSERT_EQ(refusal(open), "no error");
   const std::size_t noise = open.rfind("conn=", open.find("topic=/noise")) + 5;
   EXPECT_THAT(refusal(with_number(open, noise, 0)),
-              testing::HasSubstr("found two connections of one number"));
+              HasSubstr("found two connections of one number"));
   EXPECT_THAT(refusal(with_number(open, noise, 7)),
-              testing::HasSubstr("found a message before its connection"));
+              HasSubstr("found a message before its connection"));
   const std::size_t in_index = bag.rfind("conn=", bag.rfind("topic=/noise")) + 5;
-  EXPECT_THAT(refusal(with_number(bag, in_index, 0)),
-              testing::HasSubstr("found connection 0 twice"));
+  EXPECT_THAT(refusal(with_number(bag, in_index, 0)), HasSubstr("found connection 0 twice"));
 }
 
 TEST_F(BagFileTest, RefusesAFifoAtOnce) {

@@ -1,14 +1,10 @@
-#include "formats/foreign/ros/bag_turns.h"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "formats/foreign/ros/ros_bag.h"
 
 #include <cmath>
 #include <limits>
 
 #include "formats/foreign/recording/open_recording.h"
 #include "tests/formats/foreign/ros/ros2_recordings.h"
-#include "tests/support/value_of.h"
 
 // Turn rates of inertial units, in recordings by other writers (recordings/README.md) and in bags
 // that librosbag writes.
@@ -17,7 +13,6 @@ namespace sightline {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr std::int64_t kFirst_ns = 1'000'000'000LL * kFirst_s;
@@ -54,12 +49,11 @@ TEST_P(OtherWriters, TravelWithTheDriveAboutTheAxesOfTheVehicle) {
   RecordingOptions options;
   options.scans = recording_path(GetParam());
   options.lidar_yaw_deg = 180.0;
-  const Result<Recording> recording = open_recording(options);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
-  ASSERT_EQ(recording->turn_rates.size(), 32U);
-  EXPECT_TRUE(recording->turn_rates.front().rate_rad_per_s.isApprox(Eigen::Vector3d(-0.2, 3.0, 2.0),
-                                                                    1e-12));
-  EXPECT_EQ(recording->warnings.size(), 4U);
+  const Recording recording = value_of(open_recording(options));
+  ASSERT_EQ(recording.turn_rates.size(), 32U);
+  EXPECT_TRUE(
+      recording.turn_rates.front().rate_rad_per_s.isApprox(Eigen::Vector3d(-0.2, 3.0, 2.0), 1e-12));
+  EXPECT_EQ(recording.warnings.size(), 4U);
   // The camera's place is unknown, and the recording is another one without rates.
   options.imu_topic = "/camera/imu";
   const Recording without = value_of(open_recording(options));
@@ -68,7 +62,7 @@ TEST_P(OtherWriters, TravelWithTheDriveAboutTheAxesOfTheVehicle) {
       without.warnings,
       ElementsAre(HasSubstr("no transforms that do not move tell how /camera/imu (frame "
                             "'camera_imu', 70 messages) lies to the scans' frame 'lidar'")));
-  EXPECT_NE(without.digest, recording->digest);
+  EXPECT_NE(without.digest, recording.digest);
   options.imu_topic = "none";
   const Recording unused = value_of(open_recording(options));
   EXPECT_TRUE(unused.turn_rates.empty() && unused.warnings.empty());

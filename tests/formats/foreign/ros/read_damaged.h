@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 
 namespace sightline {

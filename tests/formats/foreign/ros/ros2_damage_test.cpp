@@ -91,7 +91,7 @@ TEST(McapDamage, SaysWhatIsWrongAndWhere) {
   plain[plain.find("lidar")] = 'L';
   const Error damaged = error_of(plain);
   EXPECT_EQ(damaged.code, ErrorCode::kMalformedHeader);
-  EXPECT_NE(damaged.message.find("checksum"), std::string::npos) << to_string(damaged);
+  EXPECT_THAT(damaged.message, HasSubstr("checksum")) << to_string(damaged);
 }
 
 TEST(McapDamage, OfARecordingThatWasNotClosedWarns) {
@@ -103,7 +103,7 @@ TEST(McapDamage, OfARecordingThatWasNotClosedWarns) {
   ASSERT_TRUE(scans.has_value()) << to_string(scans.error());
   EXPECT_EQ((*scans)->scans().size(), 4U);
   ASSERT_EQ((*scans)->warnings().size(), 1U);
-  EXPECT_NE((*scans)->warnings()[0].find("not closed"), std::string::npos);
+  EXPECT_THAT((*scans)->warnings()[0], HasSubstr("not closed"));
 }
 
 TEST(McapDamage, ThatHidesAChunkWarns) {
@@ -121,11 +121,9 @@ TEST(McapDamage, ThatHidesAChunkWarns) {
     hidden[at] = '\x80';
   }
   const MemoryFile file(std::as_bytes(std::span(hidden)));
-  const auto log = open_message_log(file.path());
-  ASSERT_TRUE(log.has_value()) << to_string(log.error());
-  ASSERT_EQ((*log)->warnings().size(), 1U);
-  EXPECT_NE((*log)->warnings()[0].find("messages, expected 24"), std::string::npos)
-      << (*log)->warnings()[0];
+  const auto log = value_of(open_message_log(file.path()));
+  ASSERT_EQ(log->warnings().size(), 1U);
+  EXPECT_THAT(log->warnings()[0], HasSubstr("messages, expected 24"));
 }
 
 TEST(Db3Damage, CutsAreRefused) {
@@ -157,7 +155,7 @@ TEST(Db3, ThatWasNotClosedIsRefusedWithTheRemedy) {
   folder.write("drive.db3-wal", "messages");
   const Error error = open_bag(path, "").error();
   EXPECT_EQ(error.code, ErrorCode::kMalformedHeader);
-  EXPECT_NE(error.message.find("drive.db3-wal"), std::string::npos);
+  EXPECT_THAT(error.message, HasSubstr("drive.db3-wal"));
 }
 
 // `bytes` with each `from` made `to`, which is as long.
@@ -176,9 +174,7 @@ TEST(Db3, WithoutANameOfTheEncodingIsReadAndWithAnotherSaysSo) {
   const std::string other = replaced(whole, "cdr", "xml");
   const MemoryFile file(std::as_bytes(std::span(other)));
   const Error error = open_bag(file.path(), "/points").error();
-  EXPECT_NE(error.message.find("/points (sensor_msgs/PointCloud2, neither in CDR"),
-            std::string::npos)
-      << error.message;
+  EXPECT_THAT(error.message, HasSubstr("/points (sensor_msgs/PointCloud2, neither in CDR"));
 }
 
 class BagFolder : public testing::Test {
@@ -199,11 +195,11 @@ TEST_F(BagFolder, NamesWhatIsMissingOrPackedAsAWhole) {
   EXPECT_TRUE(is_message_log(folder_.path()));
   const Error missing = error_of(begin_ + "    - drive_0.db3\n");
   EXPECT_EQ(missing.code, ErrorCode::kFileNotFound);
-  EXPECT_NE(missing.file.find("drive_0.db3"), std::string::npos);
+  EXPECT_THAT(missing.file, HasSubstr("drive_0.db3"));
   folder_.write("drive_0.db3.zstd", "packed");
   const Error packed = error_of(begin_ + "    - drive_0.db3.zstd\n");
   EXPECT_EQ(packed.code, ErrorCode::kUnsupportedFormat);
-  EXPECT_NE(packed.message.find("zstd -d drive_0.db3.zstd -o drive_0.db3"), std::string::npos);
+  EXPECT_THAT(packed.message, HasSubstr("zstd -d drive_0.db3.zstd -o drive_0.db3"));
   folder_.write("drive_0.db3", content_of("drive.db3"));
   EXPECT_TRUE(error_of(begin_ + "    - drive_0.db3.zstd\n").message.empty());
   EXPECT_TRUE(error_of(begin_ + "    - \"elsewhere/drive_0.db3\"\n").message.empty());

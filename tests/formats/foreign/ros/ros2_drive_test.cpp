@@ -1,6 +1,5 @@
-#include <fstream>
-
 #include "formats/foreign/recording/open_recording.h"
+
 #include "formats/foreign/ros/files/open_message_log.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
@@ -157,22 +156,20 @@ TEST(Ros2Poses, AreReadFromEachType) {
 // Two of them in one place: nothing says where the vehicle looks.
 TEST(Ros2Fixes, AreReadWhereTheyAreNamed) {
   const std::filesystem::path file = recording_path("sensors.mcap");
-  const Result<std::optional<GeodeticTrack>> track = read_bag_fixes(file, "/fix");
-  ASSERT_TRUE(track.has_value()) << to_string(track.error());
-  ASSERT_TRUE(track->has_value());
-  ASSERT_EQ((*track)->fixes.size(), 2U);
-  EXPECT_EQ((*track)->fixes[1].at.latitude_deg, 49.0);
-  EXPECT_EQ((*track)->fixes[1].at.longitude_deg, 8.4);
-  EXPECT_EQ((*track)->fixes[1].at.altitude_m, 112.0);
-  EXPECT_EQ(*(*track)->fixes[1].stamp_ns - *(*track)->fixes[0].stamp_ns, 100'000'000);
+  const std::optional<GeodeticTrack> track = value_of(read_bag_fixes(file, "/fix"));
+  ASSERT_TRUE(track.has_value());
+  ASSERT_EQ(track->fixes.size(), 2U);
+  EXPECT_EQ(track->fixes[1].at.latitude_deg, 49.0);
+  EXPECT_EQ(track->fixes[1].at.longitude_deg, 8.4);
+  EXPECT_EQ(track->fixes[1].at.altitude_m, 112.0);
+  EXPECT_EQ(*track->fixes[1].stamp_ns - *track->fixes[0].stamp_ns, 100'000'000);
   EXPECT_FALSE(read_bag_fixes(file, "")->has_value()) << "there are poses";
   EXPECT_FALSE(read_bag_fixes(file, "/pose")->has_value());
   RecordingOptions options;
   options.scans = options.poses = file.string();
   options.topic = "/livox/lidar";
   options.poses_topic = "/fix";
-  EXPECT_NE(to_string(open_recording(options).error()).find("no heading is given"),
-            std::string::npos);
+  EXPECT_THAT(to_string(open_recording(options).error()), HasSubstr("no heading is given"));
 }
 
 }  // namespace

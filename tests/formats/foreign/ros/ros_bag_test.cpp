@@ -4,10 +4,11 @@
 #include "formats/foreign/ros/ros_messages.h"
 #include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/bag_files.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
+
+using enum ErrorCode;
 
 constexpr std::uint32_t kFirst_s = 1'567'410'201;
 
@@ -66,7 +67,7 @@ TEST_F(RosBag, IsADriveWithTimesAndPosesWhateverItsCompression) {
     EXPECT_NEAR(recording.scans[3].T_world_vehicle->translation().x(), 2.5, 1e-12);
     EXPECT_NEAR((*recording.scans[3].T_world_vehicle)(0, 0), -1.0, 1e-12);
     ASSERT_EQ(recording.warnings.size(), 1U);
-    EXPECT_NE(recording.warnings[0].find("1 of 5 scans have no poses"), std::string::npos);
+    EXPECT_THAT(recording.warnings[0], HasSubstr("1 of 5 scans have no poses"));
 
     const Scan scan = value_of(recorded_scan_store(recording)->read(3));
     EXPECT_EQ(scan.points_m,
@@ -81,18 +82,18 @@ TEST_F(RosBag, NamesItsTopicsWhereTheChoiceIsNotClear) {
       {"/other", std::string(kPointCloud2), kFirst_s, 900, ouster_message(900, 1.0F)});
   RecordingOptions options;
   options.scans = write(messages);
-  EXPECT_EQ(open_recording(options).error().code, ErrorCode::kBadValue);
-  EXPECT_NE(open_recording(options).error().message.find("/other"), std::string::npos);
+  EXPECT_EQ(open_recording(options).error().code, kBadValue);
+  EXPECT_THAT(open_recording(options).error().message, HasSubstr("/other"));
   options.topic = "/points";
   EXPECT_EQ(open_recording(options)->scans.size(), 5U);
   options.topic = "/odom";
-  EXPECT_EQ(open_recording(options).error().code, ErrorCode::kUnknownName);
+  EXPECT_EQ(open_recording(options).error().code, kUnknownName);
   options.scans = write({drive()[1]});
   options.topic = "";
-  EXPECT_EQ(open_recording(options).error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(open_recording(options).error().code, kUnsupportedFormat);
   options.scans = folder_.path().string();
   options.topic = "/points";
-  EXPECT_EQ(open_recording(options).error().code, ErrorCode::kBadValue);
+  EXPECT_EQ(open_recording(options).error().code, kBadValue);
 }
 
 TEST_F(RosBag, IsRefusedWhenCutAnywhereAndNeverCrashes) {
@@ -142,13 +143,13 @@ TEST(PointCloud2, RefusesWhatContradictsItself) {
   const std::string point = as_bytes({1.0F, 2.0F, 3.0F});
   const std::vector<BagField> xyz = {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}};
   EXPECT_EQ(code(cloud_message(kFirst_s, 0, {{"x", 0, 7}, {"y", 4, 7}}, 1, 12, point)),
-            ErrorCode::kMissingField);
+            kMissingField);
   EXPECT_EQ(code(cloud_message(kFirst_s, 0, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 8}}, 1, 12, point)),
-            ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code(cloud_message(kFirst_s, 0, xyz, 1, 12, "")), ErrorCode::kEmptyScan);
+            kMalformedHeader);
+  EXPECT_EQ(code(cloud_message(kFirst_s, 0, xyz, 1, 12, "")), kEmptyScan);
   EXPECT_EQ(
       code(cloud_message(kFirst_s, 0, {{"x", 0, 99}, {"y", 4, 7}, {"z", 8, 7}}, 1, 12, point)),
-      ErrorCode::kMissingField);
+      kMissingField);
 }
 
 TEST(PoseMessage, IsReadFromEachTypeAndRefusedWhenItIsNone) {
@@ -166,14 +167,14 @@ TEST(PoseMessage, IsReadFromEachTypeAndRefusedWhenItIsNone) {
     EXPECT_EQ(row.stamp_ns, 7'000'000'005);
     EXPECT_EQ(row.T_world_vehicle.translation(), Eigen::Vector3d(1, 2, 3));
     EXPECT_EQ(parse_pose_message(bytes.first(bytes.size() - 1), type, "m").error().code,
-              ErrorCode::kMalformedPose);
+              kMalformedPose);
   }
   const std::string no_rotation = ros_header(7, 5) + as_bytes({1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 2.0});
   EXPECT_EQ(
       parse_pose_message(std::as_bytes(std::span(no_rotation)), "geometry_msgs/PoseStamped", "m")
           .error()
           .code,
-      ErrorCode::kNotARotation);
+      kNotARotation);
   EXPECT_FALSE(is_pose_message("sensor_msgs/Imu"));
 }
 

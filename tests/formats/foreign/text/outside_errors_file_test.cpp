@@ -1,5 +1,6 @@
 #include "formats/foreign/text/outside_errors_file.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "formats/base/files/atomic_file.h"
@@ -58,7 +59,7 @@ TEST(OutsideErrorsFile, NamesFileAndLineOfWhatItRefuses) {
     ASSERT_FALSE(errors) << each.text;
     EXPECT_EQ(errors.error().code, each.code) << to_string(errors.error());
     EXPECT_EQ(errors.error().place, each.place) << each.text;
-    EXPECT_NE(errors.error().message.find(each.message), std::string::npos)
+    EXPECT_THAT(errors.error().message, testing::HasSubstr(each.message))
         << to_string(errors.error());
     EXPECT_TRUE(errors.error().file.ends_with("errors.csv"));
   }

@@ -1,4 +1,5 @@
 #include "formats/foreign/text/pose_file.h"
+
 #include "formats/foreign/text/stamp.h"
 
 #include "formats/base/random.h"
@@ -8,6 +9,8 @@
 
 namespace sightline {
 namespace {
+
+using enum ErrorCode;
 
 Result<std::vector<PoseRow>> read(const ScratchFolder& folder, std::string_view text,
                                   PoseFormat format = PoseFormat::kAuto) {
@@ -25,23 +28,21 @@ void expect_refused(const std::string& text, ErrorCode code, const std::string& 
 
 TEST(PoseFile, ReadsKittiTumAndApolloByTheirColumns) {
   const ScratchFolder folder;
-  const auto kitti = read(folder, "0 -1 0 10\t1 0 0 20,0 0 1 30\r\n");
-  ASSERT_TRUE(kitti.has_value()) << to_string(kitti.error());
-  EXPECT_TRUE((kitti->at(0).T_world_vehicle * Eigen::Vector3d::UnitX())
+  const auto kitti = value_of(read(folder, "0 -1 0 10\t1 0 0 20,0 0 1 30\r\n"));
+  EXPECT_TRUE((kitti.at(0).T_world_vehicle * Eigen::Vector3d::UnitX())
                   .isApprox(Eigen::Vector3d(10, 21, 30), 1e-12));
-  EXPECT_FALSE(kitti->at(0).stamp_ns.has_value());
+  EXPECT_FALSE(kitti.at(0).stamp_ns.has_value());
 
-  const auto tum = read(folder, "# t x y z qx qy qz qw\n\n  # more\n1.5 10 20 30 0 0 1 0\n");
-  ASSERT_TRUE(tum.has_value()) << to_string(tum.error());
-  EXPECT_EQ(tum->at(0).stamp_ns, 1'500'000'000);
-  EXPECT_TRUE((tum->at(0).T_world_vehicle * Eigen::Vector3d::UnitX())
+  const auto tum =
+      value_of(read(folder, "# t x y z qx qy qz qw\n\n  # more\n1.5 10 20 30 0 0 1 0\n"));
+  EXPECT_EQ(tum.at(0).stamp_ns, 1'500'000'000);
+  EXPECT_TRUE((tum.at(0).T_world_vehicle * Eigen::Vector3d::UnitX())
                   .isApprox(Eigen::Vector3d(9, 20, 30), 1e-12));
 
-  const auto apollo = read(folder, "7 1.5 10 20 30 0 0 1 0");
-  ASSERT_TRUE(apollo.has_value()) << to_string(apollo.error());
-  EXPECT_EQ(apollo->at(0).id, 7);
-  EXPECT_EQ(apollo->at(0).stamp_ns, 1'500'000'000);
-  EXPECT_TRUE(apollo->at(0).T_world_vehicle.isApprox(tum->at(0).T_world_vehicle));
+  const auto apollo = value_of(read(folder, "7 1.5 10 20 30 0 0 1 0"));
+  EXPECT_EQ(apollo.at(0).id, 7);
+  EXPECT_EQ(apollo.at(0).stamp_ns, 1'500'000'000);
+  EXPECT_TRUE(apollo.at(0).T_world_vehicle.isApprox(tum.at(0).T_world_vehicle));
 }
 
 TEST(PoseFile, ReadsWhatSpreadsheetsAndWindowsWrite) {
@@ -63,9 +64,9 @@ TEST(PoseFile, SaysWhatToDoWithAnotherLayout) {
     return poses ? std::string() : to_string(poses.error());
   };
   const std::string w_first = complaint("t x y z qw qx qy qz\n0 1 2 3 1 0 0 0\n");
-  EXPECT_NE(w_first.find("in the order t x y z qx qy qz qw"), std::string::npos) << w_first;
+  EXPECT_THAT(w_first, HasSubstr("in the order t x y z qx qy qz qw"));
   const std::string commas = complaint("0,5;1,0;2,0;3,0;0,0;0,0;0,0;1,0\n");
-  EXPECT_NE(commas.find("points in numbers"), std::string::npos) << commas;
+  EXPECT_THAT(commas, HasSubstr("points in numbers"));
   // A line of names further down is no head.
   EXPECT_NE(complaint("0 1 2 3 0 0 0 1\nt x y z qx qy qz qw\n"), "");
 }
@@ -134,56 +135,49 @@ TEST(PoseFile, WhatWriteTumWritesReadsBack) {
     EXPECT_EQ(back[i].T_world_vehicle.translation(), rows[i].T_world_vehicle.translation());
     EXPECT_TRUE(back[i].T_world_vehicle.isApprox(rows[i].T_world_vehicle, 1e-12));
   }
-  EXPECT_EQ(write_tum(folder / "out.tum", rows).error().code, ErrorCode::kOutputExists);
+  EXPECT_EQ(write_tum(folder / "out.tum", rows).error().code, kOutputExists);
 }
 
 TEST(PoseFile, MakesRoundedRotationsExactAndRefusesOthers) {
   const ScratchFolder folder;
-  const auto rounded = read(folder, "0.99999 -0.0045 0 1 0.0045 0.99999 0 2 0 0 1 3\n");
-  ASSERT_TRUE(rounded.has_value()) << to_string(rounded.error());
-  EXPECT_TRUE(is_rigid(rounded->at(0).T_world_vehicle));
-  EXPECT_NEAR(rounded->at(0).T_world_vehicle(1, 0), 0.0045, 1e-5);
-  const auto quaternion = read(folder, "0 1 2 3 0 0 0.70716 0.70716\n");
-  ASSERT_TRUE(quaternion.has_value()) << to_string(quaternion.error());
-  EXPECT_TRUE(is_rigid(quaternion->at(0).T_world_vehicle));
+  const auto rounded = value_of(read(folder, "0.99999 -0.0045 0 1 0.0045 0.99999 0 2 0 0 1 3\n"));
+  EXPECT_TRUE(is_rigid(rounded.at(0).T_world_vehicle));
+  EXPECT_NEAR(rounded.at(0).T_world_vehicle(1, 0), 0.0045, 1e-5);
+  const auto quaternion = value_of(read(folder, "0 1 2 3 0 0 0.70716 0.70716\n"));
+  EXPECT_TRUE(is_rigid(quaternion.at(0).T_world_vehicle));
 
   const std::string good = "1 0 0 0 0 1 0 0 0 0 1 0\n";
-  expect_refused(good + "1.1 0 0 0 0 1 0 0 0 0 1 0\n", ErrorCode::kNotARotation, "line 2");
-  expect_refused(good + "-1 0 0 0 0 1 0 0 0 0 1 0\n", ErrorCode::kNotARotation,
+  expect_refused(good + "1.1 0 0 0 0 1 0 0 0 0 1 0\n", kNotARotation, "line 2");
+  expect_refused(good + "-1 0 0 0 0 1 0 0 0 0 1 0\n", kNotARotation,
                  "line 2");  // mirror
-  expect_refused(good + "0 0 0 0 0 0 0 0 0 0 0 0\n", ErrorCode::kNotARotation, "line 2");
-  expect_refused("# one\n1 0 0 0 0 0 0 1.01\n", ErrorCode::kNotARotation, "line 2");
-  expect_refused("1 0 0 0 0 0 0 0\n", ErrorCode::kNotARotation, "line 1");
+  expect_refused(good + "0 0 0 0 0 0 0 0 0 0 0 0\n", kNotARotation, "line 2");
+  expect_refused("# one\n1 0 0 0 0 0 0 1.01\n", kNotARotation, "line 2");
+  expect_refused("1 0 0 0 0 0 0 0\n", kNotARotation, "line 1");
 }
 
 TEST(PoseFile, RefusesWhatIsNoPoseAndNamesTheLine) {
-  expect_refused("1 2 3\n", ErrorCode::kMalformedPose, "line 1");
-  expect_refused("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 2");
-  expect_refused("1 0 0 0 0 0 0 1\n1 2 0 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 2");
-  expect_refused("1 0 0 nan 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
-  expect_refused("1 0 0 inf 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
-  expect_refused("noon 0 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
-  expect_refused("a 1 0 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
-  expect_refused("2 0 0 0 0 0 0 1\n\n1 0 0 0 0 0 0 1\n", ErrorCode::kTimeRunsBackwards, "line 3");
-  expect_refused("2 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", ErrorCode::kTimeRunsBackwards, "line 2");
-  expect_refused("version https://git-lfs.github.com/spec/v1\n", ErrorCode::kGitLfsPointer,
-                 "line 1");
+  expect_refused("1 2 3\n", kMalformedPose, "line 1");
+  expect_refused("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n", kMalformedPose, "line 2");
+  expect_refused("1 0 0 0 0 0 0 1\n1 2 0 0 0 0 0 0 1\n", kMalformedPose, "line 2");
+  expect_refused("1 0 0 nan 0 0 0 1\n", kMalformedPose, "line 1");
+  expect_refused("1 0 0 inf 0 0 0 1\n", kMalformedPose, "line 1");
+  expect_refused("noon 0 0 0 0 0 0 1\n", kMalformedPose, "line 1");
+  expect_refused("a 1 0 0 0 0 0 0 1\n", kMalformedPose, "line 1");
+  expect_refused("2 0 0 0 0 0 0 1\n\n1 0 0 0 0 0 0 1\n", kTimeRunsBackwards, "line 3");
+  expect_refused("2 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", kTimeRunsBackwards, "line 2");
+  expect_refused("version https://git-lfs.github.com/spec/v1\n", kGitLfsPointer, "line 1");
   const ScratchFolder folder;
-  EXPECT_EQ(read(folder, "1 0 0 0 0 0 0 1\n", PoseFormat::kKitti).error().code,
-            ErrorCode::kMalformedPose);
-  EXPECT_EQ(read_poses(folder / "none.txt", PoseFormat::kAuto).error().code,
-            ErrorCode::kFileNotFound);
+  EXPECT_EQ(read(folder, "1 0 0 0 0 0 0 1\n", PoseFormat::kKitti).error().code, kMalformedPose);
+  EXPECT_EQ(read_poses(folder / "none.txt", PoseFormat::kAuto).error().code, kFileNotFound);
 }
 
 TEST(PoseFile, ReadsStampsAndRefusesThoseThatRunBackwards) {
   const ScratchFolder folder;
-  const auto stamps = read_stamps(folder.write("times.txt", "# s\n0.5\n1.0e0 extra\n\n1.5\n"));
-  ASSERT_TRUE(stamps.has_value()) << to_string(stamps.error());
-  EXPECT_EQ(*stamps, (std::vector<std::int64_t>{500'000'000, 1'000'000'000, 1'500'000'000}));
-  EXPECT_EQ(read_stamps(folder.write("times.txt", "2\n1\n")).error().code,
-            ErrorCode::kTimeRunsBackwards);
-  EXPECT_EQ(read_stamps(folder.write("times.txt", "early\n")).error().code,
-            ErrorCode::kMalformedText);
+  const auto stamps =
+      value_of(read_stamps(folder.write("times.txt", "# s\n0.5\n1.0e0 extra\n\n1.5\n")));
+  EXPECT_EQ(stamps, (std::vector<std::int64_t>{500'000'000, 1'000'000'000, 1'500'000'000}));
+  EXPECT_EQ(read_stamps(folder.write("times.txt", "2\n1\n")).error().code, kTimeRunsBackwards);
+  EXPECT_EQ(read_stamps(folder.write("times.txt", "early\n")).error().code, kMalformedText);
 }
 
 }  // namespace

@@ -1,10 +1,7 @@
-#include "formats/foreign/maps/point_map.h"
-
-#include <gtest/gtest.h>
+#include "formats/foreign/maps/foreign_maps.h"
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "tests/formats/foreign/foreign_files.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -17,9 +14,7 @@ class PointMapTest : public testing::Test {
     ASSERT_TRUE(write_pcd_binary(folder_ / name, points).has_value());
   }
   ErrorCode refusal(const std::string& name) {
-    const Result<PointMap> map = open_point_map(folder_ / name, 1);
-    EXPECT_FALSE(map.has_value());
-    return map ? ErrorCode{} : map.error().code;
+    return failure_of(open_point_map(folder_ / name, 1)).code;
   }
   ScratchFolder folder_;
 };
@@ -30,18 +25,17 @@ TEST_F(PointMapTest, AutowaresSquaresAreThoseOfItsMetadata) {
   write_square("map/pointcloud_map.pcd/old.pcd", 900.0F, 0.0F);
   folder_.write("map/pointcloud_map_metadata.yaml",
                 "x_resolution: 20.0\ny_resolution: 20.0\n20_0.pcd: [20, 0]\n0_0.pcd: [0, 0]\n");
-  const Result<PointMap> map = open_point_map(folder_ / "map", 2);
-  ASSERT_TRUE(map.has_value()) << to_string(map.error());
-  EXPECT_EQ(map->name, "map");
-  ASSERT_EQ(map->files.size(), 2U) << "a file that the metadata do not name is none of the map";
-  EXPECT_EQ(map->files[0].name, "0_0.pcd");
-  EXPECT_EQ(map->files[1].box_m.max().x(), 25.0);
+  const PointMap map = value_of(open_point_map(folder_ / "map", 2));
+  EXPECT_EQ(map.name, "map");
+  ASSERT_EQ(map.files.size(), 2U) << "a file that the metadata do not name is none of the map";
+  EXPECT_EQ(map.files[0].name, "0_0.pcd");
+  EXPECT_EQ(map.files[1].box_m.max().x(), 25.0);
   // The folder of the squares names the same map.
   const PointMap squares = value_of(open_point_map(folder_ / "map/pointcloud_map.pcd", 1));
-  EXPECT_EQ(squares.digest, map->digest);
+  EXPECT_EQ(squares.digest, map.digest);
   EXPECT_EQ(squares.name, "map");
 
-  const std::shared_ptr<const ScanStore> store = point_map_store(*map);
+  const std::shared_ptr<const ScanStore> store = point_map_store(map);
   EXPECT_FALSE(store->has_origins()) << "from where a map was seen is unknown";
   const Scan piece = value_of(store->read(1));
   EXPECT_EQ(piece.points_m[0], Eigen::Vector3d(20.0, 0.0, 1.0));
@@ -80,7 +74,7 @@ TEST_F(PointMapTest, RefusesDegrees) {
   ASSERT_TRUE(write_pcd_binary(folder_ / "degrees.pcd", points).has_value());
   const Error error = failure_of(open_point_map(folder_ / "degrees.pcd", 1));
   EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
-  EXPECT_NE(error.message.find("degrees"), std::string::npos);
+  EXPECT_THAT(error.message, HasSubstr("degrees"));
 }
 
 TEST_F(PointMapTest, RefusesAPieceThatChangedMeanwhile) {
