@@ -1,8 +1,5 @@
 #pragma once
 
-#include <algorithm>
-
-#include "formats/base/check.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/test_files.h"
@@ -12,9 +9,8 @@
 namespace sightline {
 
 inline void check_bag_error(const Error& error) {
-  SIGHTLINE_CHECK(error_class(error.code) == ErrorClass::kInput ||
-                  error.code == ErrorCode::kUnknownName || error.code == ErrorCode::kBadValue);
-  SIGHTLINE_CHECK(!error.message.empty() && !error.file.empty());
+  check_refusal(error, {ErrorCode::kUnknownName, ErrorCode::kBadValue});
+  SIGHTLINE_CHECK(!error.file.empty());
 }
 
 // Of a file with an index of its own, which may lead elsewhere than a walk through it, a scan that

@@ -1,11 +1,8 @@
-#include "tests/fuzz/foreign_seeds.h"
-
 #include <bzlib.h>
 #include <lz4frame.h>
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <map>
 
 #include "formats/base/check.h"
@@ -117,111 +114,44 @@ void add_bags(std::vector<Seed>& seeds) {
   add_seed(seeds, "bag/seed_not_closed", bag("none", false));
 }
 
-// ---- Captures: Ethernet, IPv4 and UDP around packets that turn by 90 degrees each 3 blocks.
-
-std::string big16(unsigned value) {
-  return {static_cast<char>(value >> 8U), static_cast<char>(value & 255U)};
-}
-
-std::string velodyne_packet(unsigned azimuth_cdeg, std::uint32_t hour_us, char product) {
-  std::string bytes;
-  for (unsigned block = 0; block < 12; ++block) {
-    bytes += "\xff\xee" + raw(static_cast<std::uint16_t>((azimuth_cdeg + 3000 * block) % 36000));
-    for (unsigned i = 0; i < 32; ++i) bytes += raw(std::uint16_t{5000}) + '\1';
-  }
-  return bytes + raw(hour_us) + '\x37' + product;
-}
-
-std::string captured(std::uint32_t us, const std::string& datagram) {
-  const auto size = static_cast<unsigned>(datagram.size());
-  std::string frame = std::string(12, '\1') + big16(0x0800) + "\x45" + '\0' + big16(28 + size);
-  frame += std::string(4, '\0') + "\x40\x11" + std::string(10, '\0');
-  frame += big16(2368) + big16(2368) + big16(8 + size) + big16(0) + datagram;
-  const auto length = static_cast<std::uint32_t>(frame.size());
-  return raw(std::array<std::uint32_t, 4>{1'700'000'000, us, length, length}) + frame;
-}
-
-std::string capture(char product) {
-  std::string file =
-      raw(std::array<std::uint32_t, 6>{0xa1b2c3d4U, 0x00040002U, 0U, 0U, 0x40000U, 1U});
-  for (std::uint32_t i = 0; i < 5; ++i) {
-    file += captured(1327 * i, velodyne_packet(18000 + 1000 * i, 800'000'000 + 1327 * i, product));
-  }
-  return file;
-}
-
-// A section, an interface and a block for each packet.
-std::string pcapng(const std::string& classic) {
-  const auto block = [](std::uint32_t type, std::string body) {
-    body.resize((body.size() + 3) / 4 * 4);
-    const auto length = static_cast<std::uint32_t>(body.size() + 12);
-    return raw(type) + raw(length) + body + raw(length);
-  };
-  std::string file = block(0x0a0d0d0a, raw(0x1a2b3c4dU) + raw(1U) + std::string(8, '\xff'));
-  file += block(1, raw(1U) + raw(0U));
-  for (std::size_t at = 24; at < classic.size();) {
-    std::array<std::uint32_t, 4> head{};
-    std::memcpy(head.data(), classic.data() + at, sizeof head);
-    const std::uint64_t us = head[0] * std::uint64_t{1'000'000} + head[1];
-    file += block(6, raw(0U) + raw(static_cast<std::uint32_t>(us >> 32U)) +
-                         raw(static_cast<std::uint32_t>(us)) + raw(head[2]) + raw(head[3]) +
-                         classic.substr(at + 16, head[2]));
-    at += 16 + head[2];
-  }
-  return file;
-}
-
-void add_captures(std::vector<Seed>& seeds) {
-  add_seed(seeds, "pcap/seed_vlp16", capture('\x22'));
-  add_seed(seeds, "pcap/seed_hdl32", capture('\x21'));
-  add_seed(seeds, "pcap/seed_pcapng", pcapng(capture('\x22')));
-}
-
 // ---- Text. The first byte decides fuzz_poses what the file is.
 
 void add_poses(std::vector<Seed>& seeds) {
-  const auto with = [](char kind, const std::string& text) { return kind + text; };
-  add_seed(seeds, "poses/seed_stamps",
-           with(0, "# t\n1567410201.7452047\n1567410201845204734\n1.6e9\n"));
-  add_seed(seeds, "poses/seed_errors",
-           with(1, "scan,look,start,error\n0,10,0,0.042\n0,20,1,1e-3\n"));
-  add_seed(seeds, "poses/seed_kitti",
-           with(3, "1 0 0 1.5 0 1 0 -2 0 0 1 0.25\n0 -1 0 2 1 0 0 3 0 0 1 4\n"));
-  add_seed(seeds, "poses/seed_tum", with(4, "# tum\n1.5 1 2 3 0 0 0 1\n1.6,1,2,3,0,0,0.6,0.8\n"));
-  add_seed(seeds, "poses/seed_apollo",
-           with(5, "0 1.5 1 2 3 0 0 0 1\n7\t1.6\t1\t2\t3\t1\t0\t0\t0\n"));
+  add_seed(seeds, "poses/seed_stamps", 0, "# t\n1567410201.7452047\n1567410201845204734\n1.6e9\n");
+  add_seed(seeds, "poses/seed_errors", 1, "scan,look,start,error\n0,10,0,0.042\n0,20,1,1e-3\n");
+  add_seed(seeds, "poses/seed_kitti", 3,
+           "1 0 0 1.5 0 1 0 -2 0 0 1 0.25\n0 -1 0 2 1 0 0 3 0 0 1 4\n");
+  add_seed(seeds, "poses/seed_tum", 4, "# tum\n1.5 1 2 3 0 0 0 1\n1.6,1,2,3,0,0,0.6,0.8\n");
+  add_seed(seeds, "poses/seed_apollo", 5, "0 1.5 1 2 3 0 0 0 1\n7\t1.6\t1\t2\t3\t1\t0\t0\t0\n");
 }
 
 // ---- What lies beside scans: the first byte decides fuzz_sensor what the file is.
 
 void add_beside_scans(std::vector<Seed>& seeds) {
-  const auto with = [](char kind, const std::string& text) { return kind + text; };
-  add_seed(seeds, "sensor/seed_gnss",
-           with(0,
-                "time,lat,lon,height,roll,pitch,heading\n1.5,49,8.4,115,0.1,-0.2,90\n"
-                "2.5,49.00001,8.4,115,0.1,-0.2,91\n"));
-  add_seed(seeds, "sensor/seed_places", with(0, "lat;lon_rad\n49;0.1466\n49.0001;0.1466\n"));
-  add_seed(seeds, "sensor/seed_nmea",
-           with(0,
-                "$GPGGA,123519.5,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,\n"
-                "$GPRMC,123519.5,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W\n"
-                "$GPHDT,274.07,T\n$PASHR,123519.5,84.4,T,0.1,-0.2,0,0,0,0\n"));
-  add_seed(seeds, "sensor/seed_beams",
-           with(1, "name: roof\nbeams_deg: [-15, -13.5, 2]\nazimuth_step_deg: 0.2\n"));
-  add_seed(seeds, "sensor/seed_even",
-           with(1, "beams: 32\nlowest_beam_deg: -16\nhighest_beam_deg: 15\nheight_m: 2\n"));
-  add_seed(seeds, "sensor/seed_view",
-           with(1, "beams: 9\nlowest_beam_deg: -4\nhighest_beam_deg: 4\nazimuth_view_deg: 70.4\n"));
-  add_seed(seeds, "sensor/seed_hesai", with(2, "Channel,Elevation,Azimuth\n1,14.8,-1\n2,11,-1\n"));
-  add_seed(seeds, "sensor/seed_ouster",
-           with(3, R"({"beam_intrinsics":{"beam_altitude_angles":[20.1,0.5,-21]},)"
-                   R"("lidar_mode":"1024x10","prod_line":"OS-1-32"})"));
-  add_seed(seeds, "sensor/seed_tr", with(4, "P0: 1 2\nTr: 0 -1 0 0.1 0 0 -1 -0.2 1 0 0 -0.3\n"));
-  add_seed(seeds, "sensor/seed_imu", with(4, "R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n"));
-  add_seed(seeds, "sensor/seed_nuscenes",
-           with(5, R"([{"token":"a","timestamp":1532402927647951,"rotation":[0.8,0,0,0.6],)"
-                   R"("translation":[411.3,1180.9,0]},{"timestamp":1,"rotation":[1,0,0,0],)"
-                   R"("translation":[0,0,0]}])"));
+  add_seed(seeds, "sensor/seed_gnss", 0,
+           "time,lat,lon,height,roll,pitch,heading\n1.5,49,8.4,115,0.1,-0.2,90\n"
+           "2.5,49.00001,8.4,115,0.1,-0.2,91\n");
+  add_seed(seeds, "sensor/seed_places", 0, "lat;lon_rad\n49;0.1466\n49.0001;0.1466\n");
+  add_seed(seeds, "sensor/seed_nmea", 0,
+           "$GPGGA,123519.5,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,\n"
+           "$GPRMC,123519.5,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W\n"
+           "$GPHDT,274.07,T\n$PASHR,123519.5,84.4,T,0.1,-0.2,0,0,0,0\n");
+  add_seed(seeds, "sensor/seed_beams", 1,
+           "name: roof\nbeams_deg: [-15, -13.5, 2]\nazimuth_step_deg: 0.2\n");
+  add_seed(seeds, "sensor/seed_even", 1,
+           "beams: 32\nlowest_beam_deg: -16\nhighest_beam_deg: 15\nheight_m: 2\n");
+  add_seed(seeds, "sensor/seed_view", 1,
+           "beams: 9\nlowest_beam_deg: -4\nhighest_beam_deg: 4\nazimuth_view_deg: 70.4\n");
+  add_seed(seeds, "sensor/seed_hesai", 2, "Channel,Elevation,Azimuth\n1,14.8,-1\n2,11,-1\n");
+  add_seed(seeds, "sensor/seed_ouster", 3,
+           R"({"beam_intrinsics":{"beam_altitude_angles":[20.1,0.5,-21]},)"
+           R"("lidar_mode":"1024x10","prod_line":"OS-1-32"})");
+  add_seed(seeds, "sensor/seed_tr", 4, "P0: 1 2\nTr: 0 -1 0 0.1 0 0 -1 -0.2 1 0 0 -0.3\n");
+  add_seed(seeds, "sensor/seed_imu", 4, "R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n");
+  add_seed(seeds, "sensor/seed_nuscenes", 5,
+           R"([{"token":"a","timestamp":1532402927647951,"rotation":[0.8,0,0,0.6],)"
+           R"("translation":[411.3,1180.9,0]},{"timestamp":1,"rotation":[1,0,0,0],)"
+           R"("translation":[0,0,0]}])");
   const std::string head = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 4), }\n";
   const std::string fields =
       "{'descr': [('x', '<f4'), ('y', '>f4'), ('z', '<f8'), ('i', '|u1')], "
@@ -241,15 +171,13 @@ void add_apollo(std::vector<Seed>& seeds) {
   node.cells[{1, 0, -2}] = {2, {0.5, 0.5, -0.5}, Eigen::Matrix3d::Identity()};
   const std::string body = apollo_body(node);
   const ApolloTestIndex index{0, 10, 1, 1};
-  const auto with = [](char kind, const std::string& text) { return kind + text; };
-  add_seed(seeds, "apollo/seed_config", with(0, apollo_config(1.0, 128)));
-  add_seed(seeds, "apollo/seed_plain", with(1, apollo_file(index, body)));
-  add_seed(seeds, "apollo/seed_packed", with(2, apollo_file(index, zlib_packed(body))));
+  add_seed(seeds, "apollo/seed_config", 0, apollo_config(1.0, 128));
+  add_seed(seeds, "apollo/seed_plain", 1, apollo_file(index, body));
+  add_seed(seeds, "apollo/seed_packed", 2, apollo_file(index, zlib_packed(body)));
 }
 
 // The first byte decides fuzz_lanes which form it is, and of which world.
 void add_lanes(std::vector<Seed>& seeds) {
-  const auto with = [](char kind, const std::string& text) { return std::string(1, kind) + text; };
   const auto node = [](int id, const std::string& place, const std::string& local) {
     return "<node id=\"" + std::to_string(id) + "\" " + place + ">" + local +
            "<tag k=\"ele\" v=\"5\"/></node>\n";
@@ -274,22 +202,22 @@ void add_lanes(std::vector<Seed>& seeds) {
     return std::string("<tag k=\"local_x\" v=\"") + x + "\"/><tag k=\"local_y\" v=\"" + y + "\"/>";
   };
   const std::string none = R"(lat="" lon="")";
-  add_seed(seeds, "lanes/seed_local",
-           with(0, lanes({none, none, none, none},
-                         {local("0", "2"), local("9", "2"), local("9", "-2"), local("0", "-2")})));
-  add_seed(seeds, "lanes/seed_degrees",
-           with(1, lanes({R"(lat="49.0001" lon="8.4")", R"(lat="49.0001" lon="8.4001")",
-                          R"(lat="49" lon="8.4001")", R"(lat="49" lon="8.4")"},
-                         {"", "", "", ""})));
-  add_seed(seeds, "lanes/seed_geojson",
-           with(3, R"({"type":"FeatureCollection","features":[{"type":"Feature","geometry":)"
-                   R"({"type":"LineString","coordinates":[[8.39,48.98,115],[8.391,48.98,116]]}},)"
-                   R"({"type":"Feature","geometry":{"type":"MultiLineString","coordinates":)"
-                   R"([[[8.4,49],[8.41,49]],[[8.4,49.1],[8.41,49.1]]]}}]})"));
-  add_seed(seeds, "lanes/seed_metres",
-           with(2, R"({"type":"LineString","coordinates":[[0,0],[10,0],[10,5.5]]})"));
-  add_seed(seeds, "lanes/seed_named", with(4, "line,x,y,z\nA,0,0,1\nA,1,0,1\nB,5,5,1\nB,6,5,1\n"));
-  add_seed(seeds, "lanes/seed_bare", with(4, "# lines\n0 0 2\n1 0 2\n\n5 5 2\n6 5 2\n"));
+  add_seed(seeds, "lanes/seed_local", 0,
+           lanes({none, none, none, none},
+                 {local("0", "2"), local("9", "2"), local("9", "-2"), local("0", "-2")}));
+  add_seed(seeds, "lanes/seed_degrees", 1,
+           lanes({R"(lat="49.0001" lon="8.4")", R"(lat="49.0001" lon="8.4001")",
+                  R"(lat="49" lon="8.4001")", R"(lat="49" lon="8.4")"},
+                 {"", "", "", ""}));
+  add_seed(seeds, "lanes/seed_geojson", 3,
+           R"({"type":"FeatureCollection","features":[{"type":"Feature","geometry":)"
+           R"({"type":"LineString","coordinates":[[8.39,48.98,115],[8.391,48.98,116]]}},)"
+           R"({"type":"Feature","geometry":{"type":"MultiLineString","coordinates":)"
+           R"([[[8.4,49],[8.41,49]],[[8.4,49.1],[8.41,49.1]]]}}]})");
+  add_seed(seeds, "lanes/seed_metres", 2,
+           R"({"type":"LineString","coordinates":[[0,0],[10,0],[10,5.5]]})");
+  add_seed(seeds, "lanes/seed_named", 4, "line,x,y,z\nA,0,0,1\nA,1,0,1\nB,5,5,1\nB,6,5,1\n");
+  add_seed(seeds, "lanes/seed_bare", 4, "# lines\n0 0 2\n1 0 2\n\n5 5 2\n6 5 2\n");
 }
 
 void add_yaml(std::vector<Seed>& seeds) {
@@ -317,7 +245,6 @@ void add_yaml(std::vector<Seed>& seeds) {
 
 void add_foreign_seeds(std::vector<Seed>& seeds) {
   add_bags(seeds);
-  add_captures(seeds);
   add_poses(seeds);
   add_beside_scans(seeds);
   add_lanes(seeds);

@@ -4,8 +4,6 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "formats/base/check.h"
-
 namespace sightline {
 
 FuzzInput::FuzzInput(const std::uint8_t* data, std::size_t size)

@@ -1,9 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <vector>
+
+#include "formats/base/check.h"
+#include "formats/base/error.h"
 
 // What libFuzzer calls in a target, and what it offers to one.
 
@@ -28,6 +33,15 @@ class FuzzInput {
   std::byte* bytes_;
   std::size_t size_;
 };
+
+// A refusal is of the input, or one of these, and says something.
+inline void check_refusal(const Error& error, std::initializer_list<ErrorCode> also = {},
+                          bool may_be_usage = false) {
+  const ErrorClass kind = error_class(error.code);
+  SIGHTLINE_CHECK(kind == ErrorClass::kInput || (may_be_usage && kind == ErrorClass::kUsage) ||
+                  std::find(also.begin(), also.end(), error.code) != also.end());
+  SIGHTLINE_CHECK(!error.message.empty());
+}
 
 // Mutates a part of the input in place and leaves its size, so that all else stays where it is.
 void mutate_in_place(std::span<std::byte> part);

@@ -3,23 +3,17 @@
 
 #include <string>
 
-#include "formats/base/check.h"
 #include "formats/foreign/maps/apollo_files.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace sightline {
 namespace {
 
-void check(const Error& error) {
-  SIGHTLINE_CHECK(error_class(error.code) == ErrorClass::kInput);
-  SIGHTLINE_CHECK(!error.message.empty());
-}
-
 void read_config(const FuzzInput& input) {
   const std::string_view text(reinterpret_cast<const char*>(input.bytes().data()),
                               input.bytes().size());
   const Result<ApolloConfig> config = parse_apollo_config(text, "config.xml");
-  if (!config) return check(config.error());
+  if (!config) return check_refusal(config.error());
   SIGHTLINE_CHECK(config->node_columns > 0 && config->node_rows > 0);
   SIGHTLINE_CHECK(!config->cells_m.empty());
   SIGHTLINE_CHECK(config->cells_m.size() == config->heights_m.size());
@@ -32,7 +26,7 @@ void read_node(const FuzzInput& input, bool is_compressed) {
   config.cells_m = config.heights_m = {1.0};
   const ApolloNodeIndex index{0, 10, 1, 1};
   const Result<ApolloNode> node = parse_apollo_node(input.bytes(), config, index, "node");
-  if (!node) return check(node.error());
+  if (!node) return check_refusal(node.error());
   for (const ForeignNd& nd : node->nds) {
     SIGHTLINE_CHECK(nd.point_count >= 2 && nd.covariance_m2.allFinite());
     SIGHTLINE_CHECK(nd.mean_in_cell_m.minCoeff() >= 0.0 && nd.mean_in_cell_m.maxCoeff() < 1.0);

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <string>
 
-#include "formats/base/check.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
@@ -16,6 +15,8 @@
 
 namespace sightline {
 namespace {
+
+void check(const Error& error) { check_refusal(error, {ErrorCode::kOutOfMemory}); }
 
 constexpr std::array<const char*, 7> kNames = {"a.pcd",     "a.ply",    "a.las",   "a.bin",
                                                "a.pcd.bin", "a.pcd.gz", "a.bin.gz"};
@@ -29,12 +30,6 @@ void check(const PointCloudFile& cloud) {
   for (const Eigen::Vector3d& point_m : cloud.points_m) {
     SIGHTLINE_CHECK(point_m.allFinite() && !point_m.isZero(0.0));
   }
-}
-
-void check(const Error& error) {
-  SIGHTLINE_CHECK(error_class(error.code) == ErrorClass::kInput ||
-                  error.code == ErrorCode::kOutOfMemory);
-  SIGHTLINE_CHECK(!error.message.empty());
 }
 
 // A gzip member of these bytes, which are not made smaller.

@@ -2,7 +2,6 @@
 // be written down again.
 
 #include "compiler/config/compile_config.h"
-#include "formats/base/check.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/test_files.h"
 
@@ -10,9 +9,8 @@ namespace sightline {
 namespace {
 
 void check(const Error& error) {
-  const ErrorClass kind = error_class(error.code);
-  SIGHTLINE_CHECK(kind == ErrorClass::kInput || kind == ErrorClass::kUsage);
-  SIGHTLINE_CHECK(!error.message.empty() && !error.file.empty());
+  check_refusal(error, {}, /*may_be_usage=*/true);
+  SIGHTLINE_CHECK(!error.file.empty());
 }
 
 Result<void> read(const std::string& path, CompileConfig& config) {

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "compiler/gate/settings.h"
-#include "formats/base/check.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -11,9 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(reinterpret_cast<const char*>(data), size);
   const Result<GateSettings> settings = parse_gate_settings(text);
   if (!settings) {
-    const ErrorClass kind = error_class(settings.error().code);
-    SIGHTLINE_CHECK(kind == ErrorClass::kInput || kind == ErrorClass::kUsage);
-    SIGHTLINE_CHECK(!settings.error().message.empty());
+    check_refusal(settings.error(), {}, /*may_be_usage=*/true);
     return 0;
   }
   SIGHTLINE_CHECK(settings->rules.size() == default_gate_settings().rules.size());

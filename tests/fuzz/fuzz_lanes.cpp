@@ -4,7 +4,6 @@
 #include <cmath>
 #include <string>
 
-#include "formats/base/check.h"
 #include "formats/foreign/lanes/lanelet_map.h"
 #include "formats/foreign/lanes/osm_text.h"
 #include "formats/foreign/lanes/read_route.h"
@@ -13,11 +12,7 @@
 namespace sightline {
 namespace {
 
-void check(const Error& error) {
-  SIGHTLINE_CHECK(error_class(error.code) == ErrorClass::kInput ||
-                  error.code == ErrorCode::kBadArgument);
-  SIGHTLINE_CHECK(!error.message.empty());
-}
+void check(const Error& error) { check_refusal(error, {ErrorCode::kBadArgument}); }
 
 void check(const Route& route) {
   for (const RouteLine& line : route.lines) {

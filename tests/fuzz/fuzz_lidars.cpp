@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "formats/base/check.h"
 #include "formats/foreign/logs/hesai_lidar.h"
 #include "formats/foreign/logs/open_capture.h"
 #include "formats/foreign/logs/pcap_reader.h"
@@ -15,6 +14,10 @@
 
 namespace sightline {
 namespace {
+
+void check(const Error& error) {
+  check_refusal(error, {ErrorCode::kTooLarge}, /*may_be_usage=*/true);
+}
 
 using Opened = Result<std::shared_ptr<const ScanContainer>>;
 
@@ -30,13 +33,6 @@ Opened open_hesai(const std::string& path, const std::string& beside) {
   SIGHTLINE_ASSIGN(std::unique_ptr<const RotatingLidar> lidar,
                    hesai_lidar(packet.datagram, beside));
   return open_rotating_pcap(path, std::move(lidar));
-}
-
-void check(const Error& error) {
-  SIGHTLINE_CHECK(error_class(error.code) == ErrorClass::kInput ||
-                  error_class(error.code) == ErrorClass::kUsage ||
-                  error.code == ErrorCode::kTooLarge);
-  SIGHTLINE_CHECK(!error.message.empty());
 }
 
 void check(const ScanContainer& container) {

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "formats/base/check.h"
 #include "formats/foreign/text/outside_errors_file.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/fuzz/fuzz.h"
@@ -12,14 +11,9 @@
 namespace sightline {
 namespace {
 
-void check(const Error& error) {
-  SIGHTLINE_CHECK(error_class(error.code) == ErrorClass::kInput);
-  SIGHTLINE_CHECK(!error.message.empty());
-}
-
 void read_pose_file(const std::string& path, PoseFormat format) {
   const Result<std::vector<PoseRow>> rows = read_poses(path, format);
-  if (!rows) return check(rows.error());
+  if (!rows) return check_refusal(rows.error());
   for (std::size_t i = 0; i < rows->size(); ++i) {
     const PoseRow& row = (*rows)[i];
     const Eigen::Matrix3d R = row.T_world_vehicle.linear();
@@ -32,7 +26,7 @@ void read_pose_file(const std::string& path, PoseFormat format) {
 
 void read_stamp_file(const std::string& path) {
   const Result<std::vector<std::int64_t>> stamps_ns = read_stamps(path);
-  if (!stamps_ns) return check(stamps_ns.error());
+  if (!stamps_ns) return check_refusal(stamps_ns.error());
   for (std::size_t i = 1; i < stamps_ns->size(); ++i) {
     SIGHTLINE_CHECK((*stamps_ns)[i - 1] < (*stamps_ns)[i]);
   }
@@ -40,7 +34,7 @@ void read_stamp_file(const std::string& path) {
 
 void read_error_file(const std::string& path) {
   const Result<std::vector<OutsideError>> errors = read_outside_errors(path);
-  if (!errors) return check(errors.error());
+  if (!errors) return check_refusal(errors.error());
   SIGHTLINE_CHECK(!errors->empty());
 }
 

@@ -3,7 +3,6 @@
 
 #include <array>
 
-#include "formats/base/check.h"
 #include "formats/foreign/text/dataset_poses.h"
 #include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/sensor_file.h"
@@ -13,10 +12,7 @@ namespace sightline {
 namespace {
 
 void check(const Error& error) {
-  SIGHTLINE_CHECK(error_class(error.code) == ErrorClass::kInput ||
-                  error_class(error.code) == ErrorClass::kUsage ||
-                  error.code == ErrorCode::kTooLarge);
-  SIGHTLINE_CHECK(!error.message.empty());
+  check_refusal(error, {ErrorCode::kTooLarge}, /*may_be_usage=*/true);
 }
 
 void check_track(const FileBytes& file) {

@@ -1,9 +1,9 @@
-#include "tests/fuzz/lidar_seeds.h"
-
 #include <array>
 #include <cstdint>
 #include <cstring>
 #include <string>
+
+#include "tests/fuzz/seed.h"
 
 // Small sensors: few beams, and heads that turn by large steps.
 
@@ -23,9 +23,9 @@ std::string record(std::uint32_t us, unsigned number, unsigned fragment, const s
   return raw(std::array<std::uint32_t, 4>{1'700'000'000, us, length, length}) + frame;
 }
 
-std::string udp(const std::string& payload) {
+std::string udp(const std::string& payload, unsigned port = 7502) {
   const auto size = static_cast<unsigned>(payload.size());
-  return big16(7502) + big16(7502) + big16(8 + size) + big16(0) + payload;
+  return big16(port) + big16(port) + big16(8 + size) + big16(0) + payload;
 }
 
 std::string capture() {
@@ -126,6 +126,46 @@ std::string correction(int channels) {
   return text;
 }
 
+// Of 12 blocks, 30 degrees apart.
+std::string velodyne_packet(unsigned azimuth_cdeg, std::uint32_t hour_us, char product) {
+  std::string bytes;
+  for (unsigned block = 0; block < 12; ++block) {
+    bytes += "\xff\xee" + raw(static_cast<std::uint16_t>((azimuth_cdeg + 3000 * block) % 36000));
+    for (unsigned i = 0; i < 32; ++i) bytes += raw(std::uint16_t{5000}) + '\1';
+  }
+  return bytes + raw(hour_us) + '\x37' + product;
+}
+
+std::string velodyne(char product) {
+  std::string file = capture();
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    const std::string packet = velodyne_packet(18000 + 1000 * i, 800'000'000 + 1327 * i, product);
+    file += record(1327 * i, 0, 0, udp(packet, 2368));
+  }
+  return file;
+}
+
+// A section, an interface and a block for each packet.
+std::string pcapng(const std::string& classic) {
+  const auto block = [](std::uint32_t type, std::string body) {
+    body.resize((body.size() + 3) / 4 * 4);
+    const auto length = static_cast<std::uint32_t>(body.size() + 12);
+    return raw(type) + raw(length) + body + raw(length);
+  };
+  std::string file = block(0x0a0d0d0a, raw(0x1a2b3c4dU) + raw(1U) + std::string(8, '\xff'));
+  file += block(1, raw(1U) + raw(0U));
+  for (std::size_t at = 24; at < classic.size();) {
+    std::array<std::uint32_t, 4> head{};
+    std::memcpy(head.data(), classic.data() + at, sizeof head);
+    const std::uint64_t us = head[0] * std::uint64_t{1'000'000} + head[1];
+    file += block(6, raw(0U) + raw(static_cast<std::uint32_t>(us >> 32U)) +
+                         raw(static_cast<std::uint32_t>(us)) + raw(head[2]) + raw(head[3]) +
+                         classic.substr(at + 16, head[2]));
+    at += 16 + head[2];
+  }
+  return file;
+}
+
 }  // namespace
 
 // The first byte decides fuzz_lidars whose packets they are; then what lies beside the capture,
@@ -134,7 +174,7 @@ void add_lidar_seeds(std::vector<Seed>& seeds) {
   const std::string pixel12 = raw(std::uint32_t{5000}) + std::string(8, '\5');
   const auto add = [&](const std::string& name, char kind, const std::string& beside,
                        const std::string& file) {
-    add_seed(seeds, "lidars/seed_" + name, kind + sized(beside) + file);
+    add_seed(seeds, "lidars/seed_" + name, kind, sized(beside) + file);
   };
   add("ouster_legacy", 0, ouster_metadata("LEGACY"), ouster("LEGACY", pixel12, true));
   add("ouster_single", 0, ouster_metadata("RNG19_RFL8_SIG16_NIR16"),
@@ -149,6 +189,9 @@ void add_lidar_seeds(std::vector<Seed>& seeds) {
   add("hesai_xt16_dual", 1, "", hesai(false, '\x39'));
   add("hesai_pandar128", 1, correction(128), pandar128('\x37'));
   add("hesai_alone", 2, "", hesai(true, '\x39'));
+  add_seed(seeds, "pcap/seed_vlp16", velodyne('\x22'));
+  add_seed(seeds, "pcap/seed_hdl32", velodyne('\x21'));
+  add_seed(seeds, "pcap/seed_pcapng", pcapng(velodyne('\x22')));
 }
 
 }  // namespace sightline

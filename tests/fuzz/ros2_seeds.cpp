@@ -1,5 +1,3 @@
-#include "tests/fuzz/ros2_seeds.h"
-
 #include <lz4frame.h>
 #include <sqlite3.h>
 #include <zstd.h>

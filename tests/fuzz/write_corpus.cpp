@@ -10,9 +10,7 @@
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/release/signed_records.h"
 #include "tests/fuzz/delta_base.h"
-#include "tests/fuzz/foreign_seeds.h"
-#include "tests/fuzz/lidar_seeds.h"
-#include "tests/fuzz/ros2_seeds.h"
+#include "tests/fuzz/seed.h"
 #include "tests/support/handmade_model.h"
 
 namespace sightline {
@@ -57,9 +55,7 @@ void add_models(std::vector<Seed>& seeds) {
 // The first byte decides fuzz_release what the rest is.
 void add_records(std::vector<Seed>& seeds) {
   const auto add = [&](const std::string& name, char kind, const std::string& text) {
-    Seed seed{"release/seed_" + name, {static_cast<std::byte>(kind)}};
-    for (const char c : text) seed.bytes.push_back(static_cast<std::byte>(c));
-    seeds.push_back(std::move(seed));
+    add_seed(seeds, "release/seed_" + name, kind, text);
   };
   Random random(1);
   ReleaseRecord release = random_release(random);
@@ -92,7 +88,7 @@ void put(std::string& bytes, std::size_t at, T value) {
 
 std::string floats(std::initializer_list<float> values) {
   std::string bytes;
-  for (const float value : values) put(bytes, bytes.size(), value);
+  for (const float value : values) bytes += raw(value);
   return bytes;
 }
 
@@ -127,28 +123,21 @@ std::string las() {
   bytes.replace(at + 2, 15, "LASF_Projection");
   put(bytes, at + 18, std::uint16_t{34735});
   put(bytes, at + 20, std::uint64_t{16});
-  for (const int key : {1, 1, 0, 1, 1024, 0, 1, 1}) {
-    put(bytes, bytes.size(), static_cast<std::uint16_t>(key));
-  }
-  return bytes;
+  return bytes + raw(std::array<std::uint16_t, 8>{1, 1, 0, 1, 1024, 0, 1, 1});
 }
 
 // The first byte decides fuzz_clouds what the file is called.
 void add_clouds(std::vector<Seed>& seeds) {
   const auto add = [&](const std::string& name, char kind, const std::string& text) {
-    Seed seed{"clouds/seed_" + name, {static_cast<std::byte>(kind)}};
-    for (const char c : text) seed.bytes.push_back(static_cast<std::byte>(c));
-    seeds.push_back(std::move(seed));
+    add_seed(seeds, "clouds/seed_" + name, kind, text);
   };
   const std::string fields =
       "FIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 2\nHEIGHT 1\nPOINTS 2\n";
   const std::string points = floats({1.0F, 2.0F, 3.0F, 0.0F, 4.0F, 5.0F, 6.0F, 0.1F});
   add("pcd_text", 0, fields + "DATA ascii\n1 2 3 0\n4 5 6 0.1\n");
   add("pcd_binary", 0, fields + "DATA binary\n" + points);
-  std::string packed;
-  put(packed, 0, std::uint32_t{33});
-  put(packed, 4, std::uint32_t{32});
-  add("pcd_compressed", 0, fields + "DATA binary_compressed\n" + packed + '\x1f' + points);
+  const std::string sizes = raw(std::uint32_t{33}) + raw(std::uint32_t{32});
+  add("pcd_compressed", 0, fields + "DATA binary_compressed\n" + sizes + '\x1f' + points);
   const std::string vertices =
       "element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float t\n";
   const std::string faces = "element face 1\nproperty list uchar int index\nend_header\n";
