@@ -284,5 +284,4 @@ TEST(CompleteTrajectory, RefusesATrajectoryOfAnotherDrive) {
 }
 
 }  // namespace
-
 }  // namespace sightline

@@ -152,5 +152,4 @@ TEST(EstimateUnevenTown, KeepsGivenPosesWhereTurnRatesSpeakForThem) {
 }
 
 }  // namespace
-
 }  // namespace sightline

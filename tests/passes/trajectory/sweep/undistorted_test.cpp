@@ -69,5 +69,4 @@ TEST(UndistortUnevenTown, HasItsPointsNearerToTheTruthWithTurnRates) {
 }
 
 }  // namespace
-
 }  // namespace sightline
