@@ -11,9 +11,14 @@
 
 #include "formats/base/bytes.h"
 #include "formats/reader/map_checks.h"
+#include "formats/record/codec.h"
 #include "map_generated.h"
 
 namespace sightline {
+
+// Behind the magic, the version and the size of a page.
+SIGHTLINE_SOME_FIELDS(LookUpInfo, page_count, cell_m, slot_count, row_count, limit_count)
+
 namespace {
 
 using PageMagic = std::array<std::uint8_t, 8>;
@@ -50,11 +55,7 @@ Error bad_section(ErrorCode code, std::string message, std::uint64_t byte) {
 LookUpInfo decode_info(const std::byte* page) {
   ByteReader reader(std::span(page, kPagePayload).subspan(16));
   LookUpInfo info;
-  reader.get(info.page_count);
-  reader.get(info.cell_m);
-  reader.get(info.slot_count);
-  reader.get(info.row_count);
-  reader.get(info.limit_count);
+  decode(reader, info);
   const auto text_size = std::min<std::size_t>(reader.get<std::uint32_t>(), kMostRequiredText);
   reader.get(info.look_count);
   info.required_blocks.assign(reinterpret_cast<const char*>(page) + 64, text_size);
@@ -194,11 +195,7 @@ void encode_look_up_info(const LookUpInfo& info, std::span<std::byte> page) {
   writer.append(kPageMagic.data(), kPageMagic.size());
   writer.put(kLookUpSectionVersion);
   writer.put(static_cast<std::uint32_t>(kPageSize));
-  writer.put(info.page_count);
-  writer.put(info.cell_m);
-  writer.put(info.slot_count);
-  writer.put(info.row_count);
-  writer.put(info.limit_count);
+  encode(info, writer);
   writer.put(static_cast<std::uint32_t>(info.required_blocks.size()));
   writer.put(info.look_count);
   writer.put<std::uint32_t>(0);

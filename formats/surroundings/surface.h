@@ -101,10 +101,6 @@ struct RowsOf<Surface> : RowsInVector<Surface, SurfacePatch, &Surface::patches> 
 using TiledSurface = StoredTable<Surface>;
 
 // A surface is an artifact in this form alone.
-template <>
-struct ArtifactTraits<TiledSurface> {
-  static constexpr std::string_view kName = "surface";
-  static constexpr std::uint32_t kVersion = 5;
-};
+SIGHTLINE_ARTIFACT(TiledSurface, "surface", 5)
 
 }  // namespace sightline
