@@ -1,14 +1,148 @@
 #include "compiler/cli/command_line.h"
 
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/cli/help_text.h"
-#include "compiler/cli/parse_command_line.h"
+#include "compiler/cli/verb.h"
+#include "passes/pass/options.h"
+
+// The one file that talks to CLI11, which splits the words into flags, values and positionals. What
+// they mean and every message is ours.
 
 namespace sightline {
 namespace {
+
+Error bad_argument(const std::string& message) { return {ErrorCode::kBadArgument, message}; }
+
+// bad-argument: "WHAT; did you mean 'NEAR'?" or, where no known name is near, where to read on.
+Error unknown(const std::string& what, const std::string& name,
+              const std::vector<std::string>& known, const std::string& command) {
+  const std::string near = nearest_name(name, known);
+  return bad_argument(
+      what + "; " +
+      (near.empty() ? "`" + command + " --help` lists them" : "did you mean '" + near + "'?"));
+}
+
+const Flag* find_flag(const Verb& verb, const std::string& name) {
+  const auto flag = std::ranges::find_if(verb.flags, [&](const Flag& candidate) {
+    const std::vector<std::string> names = names_of(candidate);
+    return std::ranges::find(names, name) != names.end();
+  });
+  return flag == verb.flags.end() ? nullptr : &*flag;
+}
+
+std::vector<std::string> long_names(const Verb& verb) {
+  std::vector<std::string> names;
+  for (const Flag& flag : shown_flags(verb)) names.push_back(long_name(flag));
+  return names;
+}
+
+bool has_setter(const Flag& flag) { return std::holds_alternative<Setter>(flag.target); }
+
+CLI::Option* add_flag(CLI::App& app, const Flag& flag) {
+  if (!takes_value(flag)) return app.add_flag(flag.names)->disable_flag_override();
+  if (!flag.bare_value.empty()) return app.add_flag(flag.names + "{" + flag.bare_value + "}");
+  CLI::Option* const option = app.add_option(flag.names);
+  option->type_size(static_cast<int>(values_each(flag)))->expected(1);
+  return option->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+CLI::Option* add_positional(CLI::App& app, const Positional& positional) {
+  CLI::Option* const option = app.add_option(positional.name);
+  // A list goes on after flags that stand in between.
+  option->allow_extra_args(is_list(positional.target));
+  return option->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+// The first word too many: a flag that does not exist, or a positional.
+Error unexpected(const std::string& command, const Verb& verb, const std::string& word) {
+  if (!word.starts_with('-') || word == "-") {
+    return bad_argument("unexpected word '" + word + "'; `" + command +
+                        " --help` shows what may stand there");
+  }
+  const std::string name = word.substr(0, word.find('='));
+  return unknown("unknown flag " + name, name, long_names(verb), command);
+}
+
+// A flag whose value is missing must be the last word, since it takes whatever follows.
+Error without_value(const Verb& verb, const std::vector<std::string>& words) {
+  for (auto word = words.rbegin(); word != words.rend(); ++word) {
+    const bool is_short = word->size() > 1 && word->front() == '-' && (*word)[1] != '-';
+    const std::string name = is_short ? std::string("-") + word->back() : *word;
+    const Flag* const flag = find_flag(verb, name);
+    if (flag == nullptr || !takes_value(*flag)) continue;
+    return bad_argument(long_name(*flag) + " needs a value: " + flag->value);
+  }
+  return bad_argument("a flag has no value");
+}
+
+// "--force=yes"; null where there is no such word.
+const Flag* switch_with_value(const Verb& verb, const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    const std::size_t equals = word.find('=');
+    if (!word.starts_with("--") || equals == std::string::npos) continue;
+    const Flag* const flag = find_flag(verb, word.substr(0, equals));
+    if (flag != nullptr && !takes_value(*flag)) return flag;
+  }
+  return nullptr;
+}
+
+Result<void> split(CLI::App& app, const std::string& command, const Verb& verb,
+                   const std::vector<std::string>& words) {
+  if (const Flag* const flag = switch_with_value(verb, words)) {
+    return bad_argument(long_name(*flag) + " takes no value");
+  }
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::ExtrasError&) {
+    return unexpected(command, verb, app.remaining().front());
+  } catch (const CLI::ArgumentMismatch&) {
+    return without_value(verb, words);
+  } catch (const CLI::ParseError&) {
+    return bad_argument("the words behind `" + command + "` cannot be read; `" + command +
+                        " --help` shows what may stand there");
+  }
+  return {};
+}
+
+// A value that is itself a flag of the verb: the value in between was forgotten.
+Result<void> check_values(const Verb& verb, const Flag& flag,
+                          const std::vector<std::string>& values) {
+  for (const std::string& value : values) {
+    if (find_flag(verb, value) == nullptr) continue;
+    return bad_argument(long_name(flag) + " needs a value: " + flag.value + "; found the flag " +
+                        value);
+  }
+  return {};
+}
+
+// Those whose target is a setter, or all others.
+Result<void> set_flags(const Verb& verb, const std::vector<CLI::Option*>& options,
+                       bool with_setter) {
+  for (std::size_t i = 0; i < verb.flags.size(); ++i) {
+    const Flag& flag = verb.flags[i];
+    if (has_setter(flag) != with_setter) continue;
+    Result<void> set = check_values(verb, flag, options[i]->results());
+    if (set) set = set_flag(flag, long_name(flag), options[i]->results());
+    if (!set) return set;
+  }
+  return {};
+}
+
+Result<void> check_exclusions(const Verb& verb, const std::vector<CLI::Option*>& options) {
+  for (std::size_t i = 0; i < verb.flags.size(); ++i) {
+    const Flag& flag = verb.flags[i];
+    if (flag.excludes.empty() || options[i]->count() == 0) continue;
+    const auto other = static_cast<std::size_t>(find_flag(verb, flag.excludes) - &verb.flags[0]);
+    if (options[other]->count() == 0) continue;
+    return bad_argument(long_name(flag) + " and " + flag.excludes + " exclude each other");
+  }
+  return {};
+}
 
 // --help, --version, or a flag that needs a verb before it.
 Result<int> run_without_verb(const Program& program, const std::string& flag) {
@@ -42,6 +176,34 @@ Result<int> run_words(const Program& program, const std::vector<std::string>& wo
 }
 
 }  // namespace
+
+Result<void> parse_words(const std::string& command, const Verb& verb,
+                         const std::vector<std::string>& words) {
+  CLI::App app;
+  app.set_help_flag();
+  std::vector<CLI::Option*> options;
+  for (const Flag& flag : verb.flags) options.push_back(add_flag(app, flag));
+  for (const Positional& positional : verb.positionals) {
+    options.push_back(add_positional(app, positional));
+  }
+  SIGHTLINE_TRY(split(app, command, verb, words));
+  // Setters come last: they may add to what another flag has set.
+  for (const bool sets : {false, true}) {
+    SIGHTLINE_TRY(set_flags(verb, options, sets));
+  }
+  for (std::size_t i = 0; i < verb.positionals.size(); ++i) {
+    const CLI::Option& option = *options[verb.flags.size() + i];
+    SIGHTLINE_TRY(
+        set_flag(as_flag(verb.positionals[i]), verb.positionals[i].name, option.results()));
+  }
+  return check_exclusions(verb, options);
+}
+
+bool asks_for_help(const std::vector<std::string>& words) {
+  const auto end = std::ranges::find(words, "--");
+  return std::any_of(words.begin(), end,
+                     [](const std::string& word) { return word == "--help" || word == "-h"; });
+}
 
 int run_command_line(const Program& program, const std::vector<std::string>& words) {
   if (words.empty()) {

@@ -7,6 +7,16 @@
 
 namespace sightline {
 
+// Reads the words behind a verb and sets the targets of its flags and positionals. `command` is
+// what stands before them, "sightline compile", for messages. Errors: those of set_flag;
+// bad-argument for a flag that does not exist (with the nearest one), a flag without its value, a
+// switch with one, a word too many, and flags that exclude each other.
+Result<void> parse_words(const std::string& command, const Verb& verb,
+                         const std::vector<std::string>& words);
+
+// Whether --help or -h stands among these words, before "--".
+bool asks_for_help(const std::vector<std::string>& words);
+
 // Runs the verb that `words` begin with; returns the exit status of the process. Errors are printed
 // on stderr. Without words it prints the help there, which is a usage error; a verb or flag that
 // does not exist is bad-argument and names the nearest one that does.

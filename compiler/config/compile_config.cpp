@@ -22,35 +22,34 @@ namespace sightline {
 namespace {
 
 // Before hours of work.
-Result<void> check_map(const CompileConfig& config, const std::filesystem::path& file) {
-  const auto bad = [&](ErrorCode code, const std::string& message) {
-    return Error{code, message, file.string()};
-  };
+Result<void> check_map(const CompileConfig& config) {
   if (!config.mapping.scans.empty()) {
-    return bad(ErrorCode::kBadValue,
-               "mapping.scans and map.points are named: either a drive makes the map, or it is "
-               "finished");
+    return Error{ErrorCode::kBadValue,
+                 "mapping.scans and map.points are named: either a drive makes the map, or it is "
+                 "finished"};
   }
   if (!config.base_poses.empty()) {
-    return bad(ErrorCode::kBadValue,
-               "base.poses and map.points are named: a finished map has no drives that could keep "
-               "their poses");
+    return Error{
+        ErrorCode::kBadValue,
+        "base.poses and map.points are named: a finished map has no drives that could keep "
+        "their poses"};
   }
   if (config.route.file.empty()) {
-    return bad(ErrorCode::kMissingKey, "route.file: a finished map is annotated along a route");
+    return Error{ErrorCode::kMissingKey, "route.file: a finished map is annotated along a route"};
   }
   const Result<World> world = parse_world(config.route.world);
-  if (!world) return bad(ErrorCode::kBadValue, "route.world: " + world.error().message);
+  if (!world) return Error{ErrorCode::kBadValue, "route.world: " + world.error().message};
   const bool is_own = config.passes.options(kMeasureError).localizer != LocalizerKind::kPclNdt &&
                       !config.imports_errors();
   if (config.localization.scans.empty() && !is_own) {
-    return bad(ErrorCode::kBadValue,
-               "without a localization drive errors are simulated, for this program's own "
-               "localizers alone: name a drive, or leave measure-error.localizer and import-errors "
-               "as they are");
+    return Error{
+        ErrorCode::kBadValue,
+        "without a localization drive errors are simulated, for this program's own "
+        "localizers alone: name a drive, or leave measure-error.localizer and import-errors "
+        "as they are"};
   }
   if (config.annotation.split == Split::kEvenOdd) {
-    return bad(ErrorCode::kBadValue, "annotation.split is even-odd and no drive makes the map");
+    return Error{ErrorCode::kBadValue, "annotation.split is even-odd and no drive makes the map"};
   }
   return {};
 }
@@ -102,54 +101,43 @@ Result<void> expand_all(CompileConfig& config) {
                            config.later_localization);
 }
 
-// The drives of the list under `localization`.
-Result<void> check_localization(const CompileConfig& config, const std::filesystem::path& file) {
-  if (config.later_localization.empty()) return {};
-  for (std::size_t i = 0; i <= config.later_localization.size(); ++i) {
-    const RecordingOptions& drive = i == 0 ? config.localization : config.later_localization[i - 1];
-    if (!drive.scans.empty()) continue;
-    return Error{ErrorCode::kMissingKey,
-                 localization_role(i) + ".scans: no folder of scans is named", file.string()};
+// Drives of lists.
+Result<void> check_lists(const CompileConfig& config) {
+  std::string missing;
+  const bool is_list = !config.later_localization.empty();
+  visit_recordings(config, [&](const RecordingRole& role, const RecordingOptions& recording) {
+    const bool is_listed = role.is_later() || (is_list && role.use == RecordingUse::kLocalization);
+    if (is_listed && recording.scans.empty() && missing.empty()) missing = to_text(role);
+  });
+  if (!missing.empty()) {
+    return Error{ErrorCode::kMissingKey, missing + ".scans: no folder of scans is named"};
   }
-  if (!config.imports_errors()) return {};
-  return Error{ErrorCode::kBadValue,
-               "import-errors.file is of one localization drive, and " +
-                   std::to_string(1 + config.later_localization.size()) + " are named",
-               file.string()};
+  if (!is_list || !config.imports_errors()) return {};
+  return Error{ErrorCode::kBadValue, "import-errors.file is of one localization drive, and " +
+                                         std::to_string(1 + config.later_localization.size()) +
+                                         " are named"};
 }
 
-Result<void> check(const CompileConfig& config, const std::filesystem::path& file) {
+Result<void> check(const CompileConfig& config) {
   if (config.has_map()) {
-    SIGHTLINE_TRY(check_map(config, file));
+    SIGHTLINE_TRY(check_map(config));
   } else if (config.mapping.scans.empty()) {
     return Error{
         ErrorCode::kMissingKey,
         "mapping.scans: no folder of scans is named (map.points takes a finished map); `sightline "
-        "init FOLDER -o drive.yaml` writes a configuration",
-        file.string()};
+        "init FOLDER -o drive.yaml` writes a configuration"};
   }
-  for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
-    if (!config.later_mapping[i].scans.empty()) continue;
-    return Error{ErrorCode::kMissingKey,
-                 to_text(RecordingRole{RecordingUse::kMapping, i + 1}) +
-                     ".scans: no folder of scans is named",
-                 file.string()};
-  }
-  SIGHTLINE_TRY(check_localization(config, file));
+  SIGHTLINE_TRY(check_lists(config));
   const Result<World> world = parse_world(config.annotation.world);
-  if (!world) {
-    return Error{ErrorCode::kBadValue, "annotation." + world.error().message, file.string()};
-  }
+  if (!world) return Error{ErrorCode::kBadValue, "annotation." + world.error().message};
   if (config.imports_errors() || config.imports_evaluation()) {
-    const Result<LocalizerProfile> localizer = outside_localizer(config.outside);
-    if (!localizer) return in_file(localizer.error(), file.string());
+    SIGHTLINE_TRY(outside_localizer(config.outside));
   }
   const bool wants_pcl = config.passes.options(kMeasureError).localizer == LocalizerKind::kPclNdt;
   if (wants_pcl && !has_pcl_ndt()) {
     return Error{ErrorCode::kBadValue,
                  "measure-error.localizer is pcl-ndt, and this program was built without PCL; "
-                 "tests/support/setup builds one with it",
-                 file.string()};
+                 "tests/support/setup builds one with it"};
   }
   return {};
 }
@@ -216,7 +204,8 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   config.map.is_compiled = config.has_map() && is_compiled_map(config.map.points);
   config.passes = settings_of(sections);
   config.passes.shared = shared_values(config.annotation);
-  SIGHTLINE_TRY(check(config, file));
+  const Result<void> checked = check(config);
+  if (!checked) return in_file(checked.error(), file.string());
   // Judged later, but a mistake in it is reported before hours of work.
   if (has_file) {
     SIGHTLINE_TRY(read_gate_settings(file));

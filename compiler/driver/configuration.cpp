@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "compiler/config/same_recordings.h"
+#include "compiler/config/inputs.h"
 #include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/pipelines.h"
 
@@ -42,7 +42,8 @@ Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
                                           const std::vector<std::string>& overrides) {
   CompileConfig config;
   SIGHTLINE_TRY(read_compile_config(file, overrides, published_sections(config), config));
-  SIGHTLINE_TRY(settle_same_recordings(file, config));
+  const Result<void> settled = settle_same_recordings(config);
+  if (!settled) return in_file(settled.error(), file.string());
   return config;
 }
 

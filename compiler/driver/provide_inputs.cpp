@@ -225,34 +225,35 @@ void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactS
 
 RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts) {
   RecordingCards recordings;
-  const Wire<PointMap> finished = compile.finished.points;
-  if (finished.is_connected() && artifacts.has(finished)) {
-    const PointMap& map = artifacts.get(finished);
-    recordings.cards.push_back({"map", map.name, map.digest});
+  const auto add = [&](const std::string& role, AnyWire wire, const std::string& name) {
+    recordings.cards.push_back({role, name, artifacts.entry(wire).key});
+  };
+  const auto file_name = [](const std::string& file) {
+    return std::filesystem::path(file).filename().string();
+  };
+  const FinishedMapInput& finished = compile.finished;
+  if (artifacts.has(finished.points)) {
+    add("map", finished.points, artifacts.get(finished.points).name);
   }
-  const Wire<ForeignNds> nds = compile.finished.nds;
-  if (nds.is_connected() && artifacts.has(nds)) {
-    const ForeignNds& map = artifacts.get(nds);
-    recordings.cards.push_back({"map", map.name, map.digest});
+  if (artifacts.has(finished.nds)) add("map", finished.nds, artifacts.get(finished.nds).name);
+  if (artifacts.has(finished.compiled)) {
+    const MapOptions& options = finished.options;
+    add("map", finished.compiled, options.name.empty() ? file_name(options.points) : options.name);
   }
-  const Wire<CompiledMap> compiled = compile.finished.compiled;
-  if (compiled.is_connected() && artifacts.has(compiled)) {
-    const MapOptions& options = compile.finished.options;
-    const std::string file = std::filesystem::path(options.points).filename().string();
-    recordings.cards.push_back(
-        {"map", options.name.empty() ? file : options.name, artifacts.entry(compiled).key});
-  }
-  if (compile.base.is_connected() && artifacts.has(compile.base)) {
-    recordings.cards.push_back({"base",
-                                std::filesystem::path(compile.base_file).filename().string(),
-                                artifacts.entry(compile.base).key});
-  }
+  if (artifacts.has(compile.base)) add("base", compile.base, file_name(compile.base_file));
   for (const RecordingInput& input : compile.recordings) {
     if (!artifacts.has(input.recording)) continue;
-    const Recording& recording = artifacts.get(input.recording);
-    recordings.cards.push_back({input.role, recording.name, recording.digest});
+    add(input.role, input.recording, artifacts.get(input.recording).name);
   }
   return recordings;
+}
+
+Result<void> provide_model(const CompilePlan& compile, const std::filesystem::path& file,
+                           ArtifactSet& artifacts) {
+  if (file.empty()) return {};
+  SIGHTLINE_ASSIGN(ErrorModel model, read_model(file));
+  artifacts.provide(compile.given_model, std::move(model));
+  return {};
 }
 
 Result<ErrorModel> read_model(const std::filesystem::path& file) {

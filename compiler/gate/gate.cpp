@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "compiler/gate/rules/finding.h"
 #include "compiler/gate/rules/rules.h"
 #include "compiler/gate/settings.h"
 #include "formats/map/compiled_map.h"

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "compiler/gate/rules/finding.h"
 #include "compiler/gate/rules/observation.h"
+#include "compiler/gate/rules/rules.h"
 #include "compiler/gate/settings.h"
 #include "formats/base/result.h"
 #include "formats/map/compiled_map.h"

@@ -2,8 +2,280 @@
 
 #include <chrono>
 #include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "compiler/pipeline/option_yaml.h"
+#include "passes/pass/options.h"
 
 namespace sightline {
+namespace {
+
+using Fields = std::vector<OptionField>;
+
+Fields section_fields(GateSettings& settings, std::string& fails_at) {
+  return {number("stretch_m", settings.stretch_m, "route that is judged at a time, m", 0.1, 1e6),
+          number("change_stretch_m", settings.change_stretch_m,
+                 "route whose change is judged at a time, m", 0.1, 1e6),
+          choice("fails_at", fails_at, "the least severity of a finding that fails the gate",
+                 {"error", "warning", "note"})};
+}
+
+Fields rule_fields(std::string& severity, double& allowed) {
+  return {choice("severity", severity, "of what breaks it; off: it is not judged",
+                 {"error", "warning", "note", "off"}),
+          number("allowed", allowed, "the threshold, in the rule's unit", -1e12, 1e12)};
+}
+
+Fields exception_fields(GateException& exception, double& limit_m) {
+  return {
+      text("rule", exception.rule, "id of the rule that it excepts from; *: every rule"),
+      number("limit_m", limit_m, "the limit that it covers; without: every limit", 0.001, 1000.0),
+      text("reason", exception.reason, "why; reports repeat it"),
+      text("until", exception.until, "the last day that it covers, YYYY-MM-DD")};
+}
+
+Fields route_fields(RoutePlace& place, int& run) {
+  return {integer("run", run, "of the route, from 0", 0, 2'000'000'000),
+          number("from_m", place.from_s_m, "way along the run where it begins, m", -1e9, 1e9),
+          number("to_m", place.to_s_m, "where it ends, m", -1e9, 1e9)};
+}
+
+Error refused(const YamlNode& node, std::string message, ErrorCode code = ErrorCode::kBadValue) {
+  return {code, std::move(message), "", node.place()};
+}
+
+Result<double> read_number(const YamlNode& node, const std::string& name, double least) {
+  double value = 0.0;
+  OptionField field = number(name, value, "", least, 1e12);
+  SIGHTLINE_TRY(set_field(node, field));
+  return value;
+}
+
+Result<std::vector<double>> read_numbers(const YamlNode& node, const std::string& what,
+                                         std::size_t count) {
+  if (node.kind != YamlNode::Kind::kList || node.values.size() != count) {
+    return refused(node, what + ": expected a list of " + std::to_string(count) + " numbers");
+  }
+  std::vector<double> values;
+  for (const YamlNode& item : node.values) {
+    SIGHTLINE_ASSIGN(const double value, read_number(item, what, -1e12));
+    values.push_back(value);
+  }
+  return values;
+}
+
+Severity severity_of(const std::string& name) {
+  for (const Severity severity : {Severity::kNote, Severity::kWarning}) {
+    if (name == severity_name(severity)) return severity;
+  }
+  return Severity::kError;
+}
+
+Result<void> read_at_limits(const YamlNode& node, Threshold& threshold) {
+  if (node.kind != YamlNode::Kind::kMap) {
+    return refused(node, "at_limits must be a map of limits");
+  }
+  for (std::size_t i = 0; i < node.keys.size(); ++i) {
+    SIGHTLINE_ASSIGN(const double limit_m, read_number(node.keys[i], "a limit of at_limits", 1e-6));
+    SIGHTLINE_ASSIGN(const double allowed, read_number(node.values[i], "at_limits", -1e12));
+    threshold.at_limits.emplace_back(limit_m, allowed);
+  }
+  return {};
+}
+
+// `rule: 0.9`, `rule: warning`, `rule: off` or `rule: {severity: .., allowed: .., at_limits: ..}`.
+Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting& setting) {
+  if (node.kind == YamlNode::Kind::kNull) return refused(node, "rule '" + id + "' says nothing");
+  std::string severity(severity_name(setting.severity));
+  double allowed = 0.0;
+  Fields fields = rule_fields(severity, allowed);
+  bool says_allowed = node.find("allowed") != nullptr;
+  Result<void> set;
+  if (node.kind == YamlNode::Kind::kScalar) {
+    set = set_field(node, fields[1]);
+    says_allowed = set.has_value();
+    if (!set) set = set_field(node, fields[0]);
+  } else {
+    set = set_fields(node, "rule '" + id + "'", fields, {"at_limits"});
+  }
+  if (!set) return set;
+  if (says_allowed) setting.threshold.allowed = allowed;
+  setting.is_on = severity != "off";
+  if (setting.is_on) setting.severity = severity_of(severity);
+  const YamlNode* at_limits = node.find("at_limits");
+  return at_limits ? read_at_limits(*at_limits, setting.threshold) : Result<void>();
+}
+
+std::vector<std::string> ids_of(const GateSettings& settings) {
+  std::vector<std::string> ids;
+  for (const auto& [id, setting] : settings.rules) ids.push_back(id);
+  return ids;
+}
+
+Result<void> read_rules(const YamlNode& node, GateSettings& settings) {
+  Fields none;
+  SIGHTLINE_TRY(set_fields(node, "rules", none, ids_of(settings)));
+  for (std::size_t i = 0; i < node.keys.size(); ++i) {
+    const std::string& id = node.keys[i].scalar;
+    SIGHTLINE_TRY(read_rule(node.values[i], id, settings.rules[id]));
+  }
+  return {};
+}
+
+Result<RoutePlace> read_route(const YamlNode& node) {
+  RoutePlace place;
+  int run = 0;
+  Fields fields = route_fields(place, run);
+  SIGHTLINE_TRY(set_fields(node, "route", fields));
+  if (!node.find("from_m") || !node.find("to_m")) {
+    return refused(node, "route: from_m and to_m are required", ErrorCode::kMissingKey);
+  }
+  if (place.to_s_m < place.from_s_m) return refused(node, "route: to_m lies before from_m");
+  place.run = static_cast<std::uint32_t>(run);
+  return place;
+}
+
+using Place = decltype(GateException::place);
+
+Result<Place> read_circle(const YamlNode& node) {
+  SIGHTLINE_ASSIGN(const std::vector<double> v, read_numbers(node, "circle: [x, y, radius]", 3));
+  if (!(v[2] > 0.0)) return refused(node, "circle: expected a radius above 0");
+  return Place(CirclePlace{{v[0], v[1]}, v[2]});
+}
+
+Result<Place> read_box(const YamlNode& node) {
+  SIGHTLINE_ASSIGN(const std::vector<double> v, read_numbers(node, "box: [x0, y0, x1, y1]", 4));
+  if (v[2] < v[0] || v[3] < v[1]) {
+    return refused(node, "box: x1 or y1 is less than x0 or y0");
+  }
+  return Place(BoxPlace{{v[0], v[1]}, {v[2], v[3]}});
+}
+
+Result<Place> read_place(const YamlNode& node) {
+  const YamlNode* circle = node.find("circle");
+  const YamlNode* box = node.find("box");
+  const YamlNode* route = node.find("route");
+  if ((circle ? 1 : 0) + (box ? 1 : 0) + (route ? 1 : 0) > 1) {
+    return refused(node, "an exception has one place: circle, box or route");
+  }
+  if (circle) return read_circle(*circle);
+  if (box) return read_box(*box);
+  if (!route) return Place(WholeMap{});
+  SIGHTLINE_ASSIGN(const RoutePlace place, read_route(*route));
+  return Place(place);
+}
+
+Result<GateException> read_exception(const YamlNode& node, const GateSettings& settings) {
+  GateException exception;
+  double limit_m = 0.0;
+  Fields fields = exception_fields(exception, limit_m);
+  SIGHTLINE_TRY(set_fields(node, "an exception", fields, {"circle", "box", "route"}));
+  for (const auto& [key, value] :
+       {std::pair("rule", &exception.rule), std::pair("reason", &exception.reason),
+        std::pair("until", &exception.until)}) {
+    if (!value->empty()) continue;
+    return refused(node, std::string("an exception needs '") + key + "'", ErrorCode::kMissingKey);
+  }
+  if (exception.rule != "*" && !settings.rules.contains(exception.rule)) {
+    return placed(unknown_key(exception.rule, "in rule of an exception", ids_of(settings)),
+                  *node.find("rule"));
+  }
+  if (!is_date(exception.until)) {
+    return refused(*node.find("until"),
+                   "until: found '" + exception.until + "', expected a day as YYYY-MM-DD");
+  }
+  SIGHTLINE_ASSIGN(exception.place, read_place(node));
+  if (node.find("limit_m")) exception.limit_m = limit_m;
+  return exception;
+}
+
+Result<void> read_exceptions(const YamlNode& node, GateSettings& settings) {
+  if (node.kind != YamlNode::Kind::kList) return refused(node, "exceptions must be a list");
+  for (const YamlNode& item : node.values) {
+    SIGHTLINE_ASSIGN(const GateException exception, read_exception(item, settings));
+    settings.exceptions.push_back(exception);
+  }
+  return {};
+}
+
+Result<void> read_section(const YamlNode& node, GateSettings& settings) {
+  std::string fails_at(severity_name(settings.fails_at));
+  Fields fields = section_fields(settings, fails_at);
+  Result<void> read = set_fields(node, "section 'gate'", fields, {"rules", "exceptions"});
+  settings.fails_at = severity_of(fails_at);
+  const YamlNode* rules = node.find("rules");
+  if (read && rules) read = read_rules(*rules, settings);
+  const YamlNode* exceptions = node.find("exceptions");
+  if (read && exceptions) read = read_exceptions(*exceptions, settings);
+  return read;
+}
+
+// The section to read: that of a file of sections, or the file itself where it is nothing else;
+// nullptr where a compile's configuration says nothing of the gate.
+const YamlNode* section_in(const YamlNode& root) {
+  const YamlNode* section = root.find("gate");
+  if (section) return section;
+  return root.find("mapping") || root.find("map") ? nullptr : &root;
+}
+
+using Json = nlohmann::ordered_json;
+
+Json object_of(Json properties) {
+  return {
+      {"type", "object"}, {"additionalProperties", false}, {"properties", std::move(properties)}};
+}
+
+// Of fields without a default of their own: each rule has another, and exceptions have none.
+Json properties_of(const Fields& fields) {
+  Json properties = Json::parse(properties_schema(fields));
+  for (Json& property : properties) property.erase("default");
+  return properties;
+}
+
+Json numbers(std::size_t count, const char* what) {
+  return {{"type", "array"},
+          {"items", {{"type", "number"}}},
+          {"minItems", count},
+          {"maxItems", count},
+          {"description", what}};
+}
+
+// A threshold, a severity, or both.
+Json rules_schema() {
+  std::string severity;
+  double allowed = 0.0;
+  Json full = properties_of(rule_fields(severity, allowed));
+  const Json short_forms = Json::array({full["allowed"], full["severity"]});
+  full["at_limits"] = {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}};
+  Json forms = short_forms;
+  forms.push_back(object_of(full));
+  Json ids = Json::array();
+  for (const GateRule& rule : gate_rules()) ids.push_back(rule.id);
+  return {{"type", "object"},
+          {"propertyNames", {{"enum", ids}}},
+          {"additionalProperties", {{"anyOf", forms}}}};
+}
+
+Json exception_schema() {
+  RoutePlace place;
+  int run = 0;
+  Json route = object_of(properties_of(route_fields(place, run)));
+  route["required"] = {"from_m", "to_m"};
+  GateException exception;
+  double limit_m = 0.0;
+  Json properties = properties_of(exception_fields(exception, limit_m));
+  properties["rule"]["minLength"] = 1;
+  properties["reason"]["minLength"] = 1;
+  properties["until"]["pattern"] = "^[0-9]{4}-[0-9]{2}-[0-9]{2}$";
+  properties["circle"] = numbers(3, "x, y and radius, m, in world coordinates");
+  properties["box"] = numbers(4, "x0, y0, x1, y1, m, in world coordinates");
+  properties["route"] = route;
+  Json schema = object_of(properties);
+  schema["required"] = {"rule", "reason", "until"};
+  return schema;
+}
+
+}  // namespace
 
 bool is_date(std::string_view text) {
   int year = 0;
@@ -38,6 +310,38 @@ GateSettings default_gate_settings() {
     settings.rules[std::string(rule.id)] = {true, rule.severity, {rule.allowed, {}}};
   }
   return settings;
+}
+
+// The section `gate` as YAML: its fields, its reader and its published schema.
+
+Result<GateSettings> parse_gate_settings(const std::string& yaml) {
+  SIGHTLINE_ASSIGN(const YamlNode root, parse_yaml(yaml));
+  GateSettings settings = default_gate_settings();
+  const YamlNode* section = section_in(root);
+  if (!section) return settings;
+  SIGHTLINE_TRY(read_section(*section, settings));
+  return settings;
+}
+
+Result<GateSettings> read_gate_settings(const std::filesystem::path& file) {
+  SIGHTLINE_ASSIGN(const std::string text, read_yaml_text(file));
+  Result<GateSettings> settings = parse_gate_settings(text);
+  if (!settings) return in_file(settings.error(), file.string());
+  return settings;
+}
+
+std::string gate_settings_schema() {
+  GateSettings settings = default_gate_settings();
+  std::string fails_at(severity_name(settings.fails_at));
+  Json properties = Json::parse(properties_schema(section_fields(settings, fails_at)));
+  properties["rules"] = rules_schema();
+  properties["exceptions"] = {{"type", "array"}, {"items", exception_schema()}};
+  const Json schema = {
+      {"description", "What a map must hold to pass (sightline gate, gate_rules.md)"},
+      {"type", Json::array({"object", "null"})},
+      {"additionalProperties", false},
+      {"properties", properties}};
+  return schema.dump(2);
 }
 
 }  // namespace sightline

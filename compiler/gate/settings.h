@@ -10,7 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include "compiler/gate/rules/finding.h"
 #include "compiler/gate/rules/rules.h"
 #include "formats/base/result.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/init/pose_sources.h"
+#include "compiler/init/find_scans.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"

@@ -26,10 +26,8 @@ std::string in_town(const std::string& name) { return (compiled_town() / name).s
 // The street's map, in its zone.
 const std::string& utm_map() {
   static const std::string kMap = [] {
-    const ProgramResult run =
-        run_sightline("compile " + config_file() + " -q -o " + in_town("utm.slmap") +
-                      " --set annotation.world=utm:32N");
-    EXPECT_EQ(run.status, 0) << run.err;
+    run_successfully("compile " + config_file() + " -q -o " + in_town("utm.slmap") +
+                     " --set annotation.world=utm:32N");
     return in_town("utm.slmap");
   }();
   return kMap;
@@ -60,8 +58,7 @@ TEST(AnnotateAnew, KeepsNdsFrameAndWorldAndTakesTheSensorThatIsNamed) {
   EXPECT_EQ(after.measurement.reference, ErrorReference::kSimulated);
   EXPECT_GT(after.sites.sites.size(), 80U);
   EXPECT_NE(after.map_id, before.map_id);
-  const ProgramResult verified = run_sightline("verify " + output.string());
-  EXPECT_EQ(verified.status, 0) << verified.err;
+  run_successfully("verify " + output.string());
 }
 
 // Where nothing is said of a sensor it is the map's own; heights are those of the drive's poses.
@@ -99,17 +96,15 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
   ASSERT_TRUE(write_file_atomically(
       folder / "field.yaml", "map: " + utm_map() + "\nroute: everywhere\n", IfExists::kReplace));
   const ProgramResult again =
-      run_sightline("compile " + (folder / "field.yaml").string() + " --no-cache --threads 1 -o " +
-                    (folder / "again.slmap").string() + kFew);
-  ASSERT_EQ(again.status, 0) << again.err;
+      run_successfully("compile " + (folder / "field.yaml").string() +
+                       " --no-cache --threads 1 -o " + (folder / "again.slmap").string() + kFew);
   EXPECT_TRUE(*read_file(folder / "field.slmap") == *read_file(folder / "again.slmap"));
 }
 
 // Before the places are known no more can be estimated; finding them takes seconds.
 TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   const ProgramResult dry =
-      run_sightline("annotate " + utm_map() + " --route everywhere --dry-run");
-  EXPECT_EQ(dry.status, 0) << dry.err;
+      run_successfully("annotate " + utm_map() + " --route everywhere --dry-run");
   EXPECT_THAT(dry.out, HasSubstr("of one core for each place"));
   const ProgramResult counted =
       annotate(utm_map(), "--route everywhere --no-cache --stop-after choose-field-sites");

@@ -8,6 +8,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "tests/formats/foreign/maps/apollo_writer.h"
+#include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
 // Somebody's NDT map, annotated without points and without a drive.
@@ -75,23 +76,21 @@ TEST_F(AnnotateApolloTest, TakesItsNdsInItsZoneAndSaysWhatItLacks) {
   EXPECT_THAT(run.err, HasSubstr("map apollo holds NDs and no points"));
   EXPECT_THAT(run.err, HasSubstr("holds no surface"));
   EXPECT_THAT(run.err, HasSubstr("simulated: no scan was ever seen"));
-  const Result<CompiledMap> map = read_map(output_);
-  ASSERT_TRUE(map.has_value()) << to_string(map.error());
-  EXPECT_EQ(map->world, "utm:10N");
-  EXPECT_EQ(map->ndt.cell_m, 1.0);
-  EXPECT_EQ(map->measurement.mapping_drive, "apollo");
-  ASSERT_EQ(map->sites.sites.size(), 11U);
-  const Site& first = map->sites.sites.front();
-  EXPECT_LT((map->sites.frame.origin_world_m + first.T_map_vehicle.translation() - kCorner_m -
+  const CompiledMap map = value_of(read_map(output_));
+  EXPECT_EQ(map.world, "utm:10N");
+  EXPECT_EQ(map.ndt.cell_m, 1.0);
+  EXPECT_EQ(map.measurement.mapping_drive, "apollo");
+  ASSERT_EQ(map.sites.sites.size(), 11U);
+  const Site& first = map.sites.sites.front();
+  EXPECT_LT((map.sites.frame.origin_world_m + first.T_map_vehicle.translation() - kCorner_m -
              Eigen::Vector3d(20.0, 10.0, 0.0))
                 .head<2>()
                 .norm(),
             1e-5);
-  const double height_m = map->sites.frame.origin_world_m.z() + first.p_map_m.z() - kCorner_m.z();
+  const double height_m = map.sites.frame.origin_world_m.z() + first.p_map_m.z() - kCorner_m.z();
   EXPECT_GT(height_m, 1.0);
   EXPECT_LT(height_m, 3.0) << "the sensor stands on the ground of the NDs";
-  const ProgramResult verified = run_sightline("verify " + output_.string());
-  EXPECT_EQ(verified.status, 0) << verified.err;
+  run_successfully("verify " + output_.string());
 }
 
 TEST_F(AnnotateApolloTest, IsTheSameFromAConfigurationWhichNamesEveryNode) {
@@ -99,9 +98,8 @@ TEST_F(AnnotateApolloTest, IsTheSameFromAConfigurationWhichNamesEveryNode) {
   write("street.yaml", "map: {points: apollo, sensor: generic-16}\nroute: {file: line.csv}\n");
   const std::string config = (folder_ / "street.yaml").string();
   const std::string again = (folder_ / "again.slmap").string();
-  const ProgramResult run = run_sightline("compile " + config + " --threads 1 --depfile " + again +
-                                          ".d -o " + again + kFew);
-  ASSERT_EQ(run.status, 0) << run.err;
+  run_successfully("compile " + config + " --threads 1 --depfile " + again + ".d -o " + again +
+                   kFew);
   EXPECT_TRUE(*read_file(output_) == *read_file(again));
   const std::string depends = *read_text_file(again + ".d");
   EXPECT_THAT(depends, HasSubstr("config.xml"));

@@ -21,11 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr double kHistory_m = 6.0;  // schemas/definitions.md, "Measured history"
 
-void run(const std::string& command) {
-  const ProgramResult result = run_sightline(command);
-  ASSERT_EQ(result.status, 0) << result.err;
-}
-
 // Sites every 1.3 m, so that none is one that the model learnt at.
 std::string config(const std::string& drives, const std::string& spacing) {
   return "annotation: {ranges_m: [10, 30], looks: paper}\n"
@@ -64,25 +59,23 @@ CompiledMap read(const fs::path& file) {
 const Maps& maps() {
   static const Maps kMaps = [] {
     const fs::path town = scratch_folder() / "driven";
-    const ProgramResult made =
-        run_command(std::string(SIGHTLINE_TOWN) +
-                    " --seed 3 --length-m 80 --drives 2 --part 1,0,35 -o " + town.string());
-    EXPECT_EQ(made.status, 0) << made.err;
+    make_town(town, "--seed 3 --length-m 80 --drives 2 --part 1,0,35");
     const auto write = [&](const std::string& name, const std::string& text) {
       EXPECT_TRUE(write_file_atomically(town / name, text, IfExists::kReplace));
       return (town / name).string();
     };
-    run("export " +
+    run_successfully(
+        "export " +
         write("town.yaml", "mapping: {scans: mapping/scans, poses: mapping/poses.tum}\n") +
         " -q --format autoware --world enu:48.98,8.39,0 -o " + (town / "points").string());
     const std::string model = (town / "own.slmodel").string();
-    run("train " + write("learnt.yaml", config(std::string(kFirst) + kSecond, "1")) + " -q -o " +
-        model);
+    run_successfully("train " + write("learnt.yaml", config(std::string(kFirst) + kSecond, "1")) +
+                     " -q -o " + model);
     Maps maps;
     const auto annotated = [&](const std::string& name, const std::string& drives) {
       const fs::path file = town / (name + ".slmap");
-      run("compile " + write(name + ".yaml", config(drives, "1.3")) + " -q --model " + model +
-          " -o " + file.string());
+      run_successfully("compile " + write(name + ".yaml", config(drives, "1.3")) + " -q --model " +
+                       model + " -o " + file.string());
       return read(file);
     };
     maps.without = annotated("without", "");
@@ -91,8 +84,8 @@ const Maps& maps() {
     const auto annotated_anew = [&](const std::string& name, const std::string& more) {
       const fs::path file = town / (name + ".slmap");
       std::string config = kFromCompiled;
-      run("compile " + write(name + ".yaml", config + more) + " -q --model " + model + " -o " +
-          file.string());
+      run_successfully("compile " + write(name + ".yaml", config + more) + " -q --model " + model +
+                       " -o " + file.string());
       return read(file);
     };
     maps.anew = annotated_anew("anew", "");
@@ -197,13 +190,11 @@ TEST(AnnotateDrives, AreNamedWhereTheMapThatIsMadeAnewCannotTellThem) {
   maps();
   const std::string output = (town / "learnt_anew.slmap").string();
   const ProgramResult learnt =
-      run_sightline("compile " + (town / "anew.yaml").string() + " -q -o " + output);
-  EXPECT_EQ(learnt.status, 0) << learnt.err;
+      run_successfully("compile " + (town / "anew.yaml").string() + " -q -o " + output);
   EXPECT_THAT(learnt.err, testing::HasSubstr("what drives measured in the map before is not used"));
   const ProgramResult other =
-      run_sightline("compile " + (town / "anew.yaml").string() + " -q --force --model " +
-                    (town / "own.slmodel").string() + " --set map.sensor=hdl-32e -o " + output);
-  EXPECT_EQ(other.status, 0) << other.err;
+      run_successfully("compile " + (town / "anew.yaml").string() + " -q --force --model " +
+                       (town / "own.slmodel").string() + " --set map.sensor=hdl-32e -o " + output);
   EXPECT_THAT(other.err, testing::HasSubstr("is left out: its sensor was generic-16"));
 }
 

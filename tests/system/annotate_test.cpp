@@ -39,15 +39,13 @@ const AnnotatedTown& town() {
   static const AnnotatedTown kTown = [] {
     AnnotatedTown made;
     made.folder = small_town();
-    const auto run = [](const ProgramResult& result) { EXPECT_EQ(result.status, 0) << result.err; };
-    run(run_sightline("compile " + made.file("town.yaml") + " -q -o " + made.file("town.slmap")));
+    run_successfully("compile " + made.file("town.yaml") + " -q -o " + made.file("town.slmap"));
     // In the recording's own coordinates, every point of it.
-    run(run_sightline("export " + made.file("town.yaml") + " -q --format autoware --leaf 0 " +
-                      "--world enu:48.98,8.39,0 -o " + made.file("points")));
-    made.annotated = run_sightline("annotate " + made.file("points") + " --route " +
-                                   made.file("mapping/poses.tum") + " --sensor generic-16 -o " +
-                                   made.file("annotated.slmap") + kFew);
-    run(made.annotated);
+    run_successfully("export " + made.file("town.yaml") + " -q --format autoware --leaf 0 " +
+                     "--world enu:48.98,8.39,0 -o " + made.file("points"));
+    made.annotated = run_successfully("annotate " + made.file("points") + " --route " +
+                                      made.file("mapping/poses.tum") + " --sensor generic-16 -o " +
+                                      made.file("annotated.slmap") + kFew);
     return made;
   }();
   return kTown;
@@ -55,8 +53,7 @@ const AnnotatedTown& town() {
 
 // Rows of `dump --format csv` by cell, facts left out.
 std::map<std::vector<std::string>, std::map<std::string, double>> nds_of(const std::string& map) {
-  const ProgramResult dumped = run_sightline("dump " + map + " --what nds --format csv -q");
-  EXPECT_EQ(dumped.status, 0) << dumped.err;
+  const ProgramResult dumped = run_successfully("dump " + map + " --what nds --format csv -q");
   std::map<std::vector<std::string>, std::map<std::string, double>> nds;
   std::vector<std::string> columns;
   std::istringstream lines(dumped.out);
@@ -112,8 +109,7 @@ TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
   EXPECT_THAT(town().annotated.out, HasSubstr("Simulated: no drive was here"));
   EXPECT_THAT(town().annotated.out, HasSubstr("nothing is promised"));
   EXPECT_THAT(town().annotated.err, HasSubstr("no scan was ever seen at"));
-  const ProgramResult inspected = run_sightline("inspect " + town().file("annotated.slmap"));
-  ASSERT_EQ(inspected.status, 0) << inspected.err;
+  const ProgramResult inspected = run_successfully("inspect " + town().file("annotated.slmap"));
   EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was ever seen there"));
   EXPECT_THAT(inspected.out, HasSubstr("no drive was here"));
   EXPECT_THAT(inspected.out, Not(HasSubstr("coverage measured")));
@@ -131,9 +127,7 @@ TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
 }
 
 TEST(Annotate, IsProvenFromItsOwnNumbersAndTheSameForAnyNumberOfThreads) {
-  const ProgramResult verified =
-      run_sightline("verify " + town().file("annotated.slmap") + " --deep");
-  EXPECT_EQ(verified.status, 0) << verified.err;
+  run_successfully("verify " + town().file("annotated.slmap") + " --deep");
   // The same configuration as a file.
   ASSERT_TRUE(write_file_atomically(town().folder / "points.yaml",
                                     "annotation: {ranges_m: [10, 30]}\n"
@@ -142,9 +136,8 @@ TEST(Annotate, IsProvenFromItsOwnNumbersAndTheSameForAnyNumberOfThreads) {
                                     "measure-error: {offset_count: 3}\ntrain-model: {trees: 20}\n",
                                     IfExists::kReplace));
   const ProgramResult again =
-      run_sightline("compile " + town().file("points.yaml") + " -q --no-cache --threads 1 -o " +
-                    town().file("again.slmap"));
-  ASSERT_EQ(again.status, 0) << again.err;
+      run_successfully("compile " + town().file("points.yaml") + " -q --no-cache --threads 1 -o " +
+                       town().file("again.slmap"));
   EXPECT_TRUE(*read_file(town().file("annotated.slmap")) == *read_file(town().file("again.slmap")));
 }
 
@@ -152,9 +145,8 @@ TEST(Annotate, IsProvenFromItsOwnNumbersAndTheSameForAnyNumberOfThreads) {
 TEST(Annotate, AThirdDriveJudgesItNearlyAsItJudgesTheMapByDrives) {
   const auto coverage_of = [](const std::string& map) {
     const std::string json = town().file("evaluation.json");
-    const ProgramResult run = run_sightline("evaluate " + town().file("town.yaml") + " --map " +
-                                            map + " -q --force --json " + json);
-    EXPECT_EQ(run.status, 0) << run.err;
+    run_successfully("evaluate " + town().file("town.yaml") + " --map " + map +
+                     " -q --force --json " + json);
     const nlohmann::json tables = nlohmann::json::parse(*read_text_file(json));
     for (const nlohmann::json& table : tables) {
       if (table["name"] != "evaluation") continue;
@@ -179,12 +171,12 @@ TEST(Annotate, AThirdDriveJudgesItNearlyAsItJudgesTheMapByDrives) {
 
 // Places that a drive passes later are measured, the others stay simulated.
 TEST(Annotate, ADriveAddedLaterIsMeasuredWhereItPassed) {
-  const ProgramResult run = run_sightline(
-      "annotate " + town().file("points") + " --route " + town().file("mapping/poses.tum") +
-      " --sensor generic-16 -q -o " + town().file("driven.slmap") + kFew +
-      " --set localization.scans=" + town().file("drive_1/scans") + " --set localization.poses=" +
-      town().file("drive_1/poses.tum") + " --set measure-error.reference=known");
-  ASSERT_EQ(run.status, 0) << run.err;
+  run_successfully("annotate " + town().file("points") + " --route " +
+                   town().file("mapping/poses.tum") + " --sensor generic-16 -q -o " +
+                   town().file("driven.slmap") + kFew +
+                   " --set localization.scans=" + town().file("drive_1/scans") +
+                   " --set localization.poses=" + town().file("drive_1/poses.tum") +
+                   " --set measure-error.reference=known");
   const ProgramResult inspected = run_sightline("inspect " + town().file("driven.slmap"));
   EXPECT_THAT(inspected.out, HasSubstr("coverage measured"));
   EXPECT_THAT(inspected.out, Not(HasSubstr("100.0 % of sites: no scan")));

@@ -32,8 +32,7 @@ std::vector<std::string> words_of(const std::string& text) {
 }
 
 std::string help_of(const std::string& verb) {
-  const ProgramResult help = run_sightline(verb + " --help");
-  EXPECT_EQ(help.status, 0) << help.err;
+  const ProgramResult help = run_successfully(verb + " --help");
   return help.out;
 }
 

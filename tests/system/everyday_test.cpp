@@ -8,6 +8,7 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/real_data.h"
+#include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
 // A compile among other programs: progress that they read, inputs that they watch, and recordings
@@ -74,21 +75,17 @@ TEST(Everyday, TellsProgressAsJsonOnAnyDescriptor) {
   const fs::path folder = fresh_folder();
   const std::string compile =
       "compile " + small_config() + " --no-cache --stop-after build-surface ";
-  const ProgramResult on_stderr = run_sightline(compile + "--json-progress");
-  ASSERT_EQ(on_stderr.status, 0) << on_stderr.err;
+  const ProgramResult on_stderr = run_successfully(compile + "--json-progress");
   EXPECT_EQ(on_stderr.out, "");
   const std::vector<Json> lines = json_lines(on_stderr.err);
   ASSERT_FALSE(lines.empty());
   EXPECT_EQ(lines.back().at("pass"), "build-surface");
 
   const std::string file = (folder / "progress.jsonl").string();
-  const ProgramResult on_file =
-      run_sightline("compile " + small_config() + " --no-cache -q -o " +
-                    (folder / "town.slmap").string() + " --json-progress=5 5> " + file);
-  ASSERT_EQ(on_file.status, 0) << on_file.err;
-  const Result<std::string> text = read_text_file(file);
-  ASSERT_TRUE(text.has_value());
-  expect_progress(json_lines(*text));
+  run_successfully("compile " + small_config() + " --no-cache -q -o " +
+                   (folder / "town.slmap").string() + " --json-progress=5 5> " + file);
+  const std::string text = value_of(read_text_file(file));
+  expect_progress(json_lines(text));
 
   const ProgramResult closed = run_sightline(compile + "--json-progress=77");
   EXPECT_EQ(closed.status, 64);
@@ -97,8 +94,7 @@ TEST(Everyday, TellsProgressAsJsonOnAnyDescriptor) {
 
 TEST(Everyday, IsSilentOnAFileThatIsNoTerminal) {
   const ProgramResult run =
-      run_sightline("compile " + small_config() + " --no-cache --stop-after build-ndt");
-  ASSERT_EQ(run.status, 0) << run.err;
+      run_successfully("compile " + small_config() + " --no-cache --stop-after build-ndt");
   EXPECT_THAT(run.err, Not(HasSubstr("\r"))) << "the moving line belongs on a terminal";
   EXPECT_THAT(run.err, Not(HasSubstr("\033[K")));
 }
@@ -112,8 +108,7 @@ TEST(Everyday, StopAfterEndsEveryVerbThatRunsPasses) {
        {std::tuple{"compile ", "town.slmap", "no map is written"},
         std::tuple{"train ", "town.slmodel", "no model is written"}}) {
     const fs::path file = folder / output;
-    const ProgramResult run = run_sightline(verb + stop + " -o " + file.string());
-    EXPECT_EQ(run.status, 0) << verb << run.err;
+    const ProgramResult run = run_successfully(verb + stop + " -o " + file.string());
     EXPECT_THAT(run.err, HasSubstr(std::string("stopped after ingest: ") + consequence)) << verb;
     EXPECT_EQ(run.out, "") << verb;
     EXPECT_FALSE(fs::exists(file)) << verb;
@@ -127,14 +122,12 @@ TEST(Everyday, StopAfterEndsEveryVerbThatRunsPasses) {
     EXPECT_THAT(run.err, HasSubstr(std::string("--stop-after ingest: "))) << arguments;
     EXPECT_THAT(run.err, HasSubstr(artifact)) << arguments;
   }
-  const ProgramResult in_time = run_sightline("dump --what drive " + stop);
-  EXPECT_EQ(in_time.status, 0) << in_time.err;
+  const ProgramResult in_time = run_successfully("dump --what drive " + stop);
   EXPECT_THAT(in_time.out, HasSubstr("scan"));
 }
 
 TEST(Everyday, CompilesFromTheListedInputsAlone) {
-  const ProgramResult listed = run_sightline("compile " + small_config() + " --list-inputs");
-  ASSERT_EQ(listed.status, 0) << listed.err;
+  const ProgramResult listed = run_successfully("compile " + small_config() + " --list-inputs");
   const fs::path copy = fresh_folder();
   std::istringstream stream(listed.out);
   std::size_t count = 0;
@@ -145,9 +138,8 @@ TEST(Everyday, CompilesFromTheListedInputsAlone) {
   }
   EXPECT_GT(count, 200U);
   EXPECT_FALSE(fs::exists(copy / "drive_2")) << "the evaluation drive takes no part in a compile";
-  const ProgramResult compiled = run_sightline("compile " + (copy / "town.yaml").string() +
-                                               " -q -o " + (copy / "town.slmap").string());
-  EXPECT_EQ(compiled.status, 0) << compiled.err;
+  run_successfully("compile " + (copy / "town.yaml").string() + " -q -o " +
+                   (copy / "town.slmap").string());
 }
 
 // Whether `ninja` had to compile. The map is remade only by the depfile's inputs.
@@ -188,14 +180,12 @@ TEST(Everyday, NinjaCompilesAgainWhenAnInputChangesAndOnlyThen) {
 TEST(Everyday, InitOfATownCompilesUnchanged) {
   const fs::path folder = fresh_folder();
   const std::string yaml = (folder / "drive.yaml").string();
-  const ProgramResult drafted = run_sightline("init " + small_town().string() + " -o " + yaml);
-  ASSERT_EQ(drafted.status, 0) << drafted.err;
+  const ProgramResult drafted = run_successfully("init " + small_town().string() + " -o " + yaml);
   EXPECT_THAT(drafted.err, HasSubstr("evaluation: "));
   const std::string map = (folder / "drive.slmap").string();
-  const ProgramResult compiled = run_sightline("compile " + yaml + " -o " + map + kQuick);
-  ASSERT_EQ(compiled.status, 0) << compiled.err;
-  EXPECT_EQ(run_sightline("verify " + map).status, 0);
-  EXPECT_EQ(run_sightline("evaluate " + yaml + " --map " + map + kQuick).status, 0);
+  run_successfully("compile " + yaml + " -o " + map + kQuick);
+  run_successfully("verify " + map);
+  run_successfully("evaluate " + yaml + " --map " + map + kQuick);
   const ProgramResult again = run_sightline("init " + small_town().string() + " -o " + yaml);
   EXPECT_EQ(again.status, 64) << "a configuration that may be edited is not overwritten";
 }
@@ -205,12 +195,9 @@ TEST(EverydayRealDrive, InitOfARealDriveCompilesUnchanged) {
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   const fs::path folder = fresh_folder();
   const std::string yaml = (folder / "drive.yaml").string();
-  const ProgramResult drafted = run_sightline("init " + data.folder.string() + " -o " + yaml);
-  ASSERT_EQ(drafted.status, 0) << drafted.err;
+  const ProgramResult drafted = run_successfully("init " + data.folder.string() + " -o " + yaml);
   EXPECT_THAT(drafted.err, HasSubstr("hdl-64e"));
-  const ProgramResult compiled =
-      run_sightline("compile " + yaml + " -q -o " + (folder / "drive.slmap").string());
-  EXPECT_EQ(compiled.status, 0) << compiled.err;
+  run_successfully("compile " + yaml + " -q -o " + (folder / "drive.slmap").string());
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/reader/reader.h"
+#include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
 // What `sightline export` writes of a compiled town, as GDAL, PCL and yaml-cpp read it, beside what
@@ -75,8 +76,7 @@ Csv csv_of(const std::string& text) {
 }
 
 std::string dumped(const std::string& source, const std::string& what) {
-  const ProgramResult run = run_sightline("dump " + source + " -q --format csv --what " + what);
-  EXPECT_EQ(run.status, 0) << run.err;
+  const ProgramResult run = run_successfully("dump " + source + " -q --format csv --what " + what);
   return run.out;
 }
 
@@ -282,18 +282,16 @@ TEST(Exports, AVehicleInTheExportedMapGetsTheAnswersOfItsPlace) {
   for (const pcl::PointXYZI& p : exported_map) {
     occupied.insert(voxel(p.getVector3fMap().cast<double>()));
   }
-  const Result<MapReader> reader = MapReader::open(map_file(), "searching");
-  ASSERT_TRUE(reader);
-  const Eigen::Vector3d taken_m(reader->info().export_origin_world_m.data());
+  const MapReader reader = value_of(MapReader::open(map_file(), "searching"));
+  const Eigen::Vector3d taken_m(reader.info().export_origin_world_m.data());
   const fs::path drive = compiled_town() / "drive_1";
-  const Result<std::vector<PoseRow>> poses = read_poses(drive / "poses.tum", PoseFormat::kTum);
-  ASSERT_TRUE(poses);
+  const std::vector<PoseRow> poses = value_of(read_poses(drive / "poses.tum", PoseFormat::kTum));
   std::size_t asked = 0;
-  for (const PoseRow& row : *poses) {
+  for (const PoseRow& row : poses) {
     const Eigen::Vector3d world_m = row.T_world_vehicle.translation();
     const Eigen::Vector3d in_export_m = world_m - taken_m;
     const auto answer = [&](const Eigen::Vector3d& p_m) {
-      return *reader->observation_range({p_m.x(), p_m.y(), p_m.z()}, 0.10);
+      return reader.observation_range({p_m.x(), p_m.y(), p_m.z()}, 0.10);
     };
     const RangeAnswer of_export = answer(in_export_m + taken_m);
     EXPECT_EQ(of_export.site, answer(world_m).site);
@@ -305,7 +303,7 @@ TEST(Exports, AVehicleInTheExportedMapGetsTheAnswersOfItsPlace) {
   // The first scan, laid into the exported map by its pose there.
   pcl::PointCloud<pcl::PointXYZI> scan;
   ASSERT_EQ(pcl::io::loadPCDFile((drive / "scans" / "000000.pcd").string(), scan), 0);
-  Pose T_export_vehicle = poses->front().T_world_vehicle;
+  Pose T_export_vehicle = poses.front().T_world_vehicle;
   T_export_vehicle.translation() -= taken_m;
   std::size_t on_map = 0;
   for (const pcl::PointXYZI& p : scan) {

@@ -11,6 +11,7 @@
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/foreign/bag_files.h"
+#include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
 // The small town's drives in other forms: as a bag, and by two sensors that see half each.
@@ -40,10 +41,8 @@ std::string config(const std::string& mapping) {
 
 std::string compile(const std::filesystem::path& folder, const std::string& mapping) {
   EXPECT_TRUE(write_file_atomically(folder / "drive.yaml", config(mapping), IfExists::kReplace));
-  const ProgramResult run =
-      run_sightline("compile " + (folder / "drive.yaml").string() + " -q --no-cache --force -o " +
-                    (folder / "drive.slmap").string());
-  EXPECT_EQ(run.status, 0) << run.err;
+  run_successfully("compile " + (folder / "drive.yaml").string() + " -q --no-cache --force -o " +
+                   (folder / "drive.slmap").string());
   return (folder / "drive.slmap").string();
 }
 
@@ -51,9 +50,8 @@ std::string compile(const std::filesystem::path& folder, const std::string& mapp
 std::size_t nd_count(const std::filesystem::path& folder, const std::string& mapping) {
   EXPECT_TRUE(write_file_atomically(folder / "drive.yaml", config(mapping), IfExists::kReplace));
   const ProgramResult run =
-      run_sightline("compile " + (folder / "drive.yaml").string() +
-                    " -q --no-cache --stop-after build-ndt --print-after build-ndt");
-  EXPECT_EQ(run.status, 0) << run.err;
+      run_successfully("compile " + (folder / "drive.yaml").string() +
+                       " -q --no-cache --stop-after build-ndt --print-after build-ndt");
   return static_cast<std::size_t>(std::ranges::count(run.out, '\n'));
 }
 
@@ -80,12 +78,11 @@ TEST(ForeignDrives, ABagCompilesToTheSameMapAsTheFolderItCameFromButForTheNameOf
   std::vector<BagMessage> messages;
   std::vector<PoseRow> rows;
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    const Result<PointCloudFile> cloud = read_recorded_scan(recording, i);
-    ASSERT_TRUE(cloud.has_value());
+    const PointCloudFile cloud = value_of(read_recorded_scan(recording, i));
     rows.push_back(
         {recording.scans[i].stamp_ns + kShift_ns, {}, *recording.scans[i].T_world_vehicle});
     std::string data;
-    for (const Eigen::Vector3d& point_m : cloud->points_m) {
+    for (const Eigen::Vector3d& point_m : cloud.points_m) {
       const Eigen::Vector3f p = point_m.cast<float>();
       data += as_bytes({p.x(), p.y(), p.z()});
     }
@@ -95,7 +92,7 @@ TEST(ForeignDrives, ABagCompilesToTheSameMapAsTheFolderItCameFromButForTheNameOf
     messages.push_back(
         {"/points", std::string(kPointCloud2), seconds, rest_ns,
          cloud_message(seconds, rest_ns, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}},
-                       static_cast<std::uint32_t>(cloud->points_m.size()), 12, data)});
+                       static_cast<std::uint32_t>(cloud.points_m.size()), 12, data)});
   }
   write_bag(folder / "drive.bag", messages, rosbag::compression::LZ4, 1U << 20U);
   const std::string poses = (folder / "poses.tum").string();
@@ -123,11 +120,10 @@ TEST(ForeignDrives, TwoSensorsThatSeeHalfEachMakeTheMapOfOneThatSeesAll) {
   T_front_rear.rotate(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()));
   const Pose T_rear_front = T_front_rear.inverse();
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    const Result<PointCloudFile> cloud = read_recorded_scan(recording, i);
-    ASSERT_TRUE(cloud.has_value());
+    const PointCloudFile cloud = value_of(read_recorded_scan(recording, i));
     std::vector<PointXyzi> front;
     std::vector<PointXyzi> rear;
-    for (const Eigen::Vector3d& point_m : cloud->points_m) {
+    for (const Eigen::Vector3d& point_m : cloud.points_m) {
       const bool is_front = point_m.x() >= -0.75;
       const Eigen::Vector3f p =
           (is_front ? point_m : Eigen::Vector3d(T_rear_front * point_m)).cast<float>();

@@ -7,7 +7,6 @@
 #include <iomanip>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "formats/base/files/atomic_file.h"
@@ -19,21 +18,10 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view kConfig = R"(
-annotation: {ranges_m: [10, 30], split: auto}
-mapping: {scans: mapping/scans, poses: mapping/poses.tum}
-localization: {scans: drive_1/scans, poses: drive_1/poses.tum}
-measure-error: {offset_count: 3, reference: known}
-train-model: {trees: 20}
-)";
-
 // A shorter town than the other tests', for these compile it again and again.
 std::filesystem::path short_town(const std::filesystem::path& folder,
                                  const std::string& size = "--length-m 40") {
-  const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 " + size +
-                                         " --drives 1 --output " + (folder / "town").string());
-  EXPECT_EQ(made.status, 0) << made.err;
-  EXPECT_TRUE(write_file_atomically(folder / "town" / "town.yaml", kConfig, IfExists::kReplace));
+  make_town(folder / "town", "--seed 3 " + size + " --drives 1");
   return folder / "town";
 }
 
@@ -92,19 +80,6 @@ TEST(Kernels, KilledWhileItMeasuresACompileGoesOnFromThere) {
   EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(folder / "whole.slmap"));
 }
 
-double distance_m(const std::string& a, const std::string& b) {
-  double square_m2 = 0.0;
-  std::istringstream of_a(a), of_b(b);
-  for (int axis = 0; axis < 3; ++axis) {
-    double x = 0.0;
-    double y = 0.0;
-    of_a >> x;
-    of_b >> y;
-    square_m2 += (x - y) * (x - y);
-  }
-  return std::sqrt(square_m2);
-}
-
 TEST(Kernels, AVehicleLocalizesAScanInTheMap) {
   const std::filesystem::path folder = fresh_folder();
   const std::filesystem::path town = short_town(folder);
@@ -136,9 +111,9 @@ TEST(Kernels, AVehicleLocalizesAScanInTheMap) {
   ASSERT_EQ(run.status, 0) << run.err << run.out;
   const std::size_t found = run.out.find("position_world_m ");
   ASSERT_NE(found, std::string::npos) << run.out;
-  std::ostringstream truth;
-  truth << std::setprecision(15) << x << " " << y << " " << z;
-  EXPECT_LT(distance_m(run.out.substr(found + 17), truth.str()), 0.25) << run.out;
+  double found_x = 0.0, found_y = 0.0, found_z = 0.0;
+  std::istringstream(run.out.substr(found + 17)) >> found_x >> found_y >> found_z;
+  EXPECT_LT(std::hypot(found_x - x, found_y - y, found_z - z), 0.25) << run.out;
   EXPECT_NE(run.out.find("stop converged"), std::string::npos) << run.out;
   const ProgramResult above = localize(x, z + 500.0);
   EXPECT_EQ(above.status, 1) << above.out;

@@ -51,12 +51,23 @@ ProgramResult run_sightline(const std::string& arguments) {
   return run_command(std::string(SIGHTLINE_PROGRAM) + " " + arguments);
 }
 
+ProgramResult run_successfully(const std::string& arguments) {
+  const ProgramResult run = run_sightline(arguments);
+  EXPECT_EQ(run.status, 0) << arguments << "\n" << run.err;
+  return run;
+}
+
+void make_town(const std::filesystem::path& folder, const std::string& options) {
+  const ProgramResult made =
+      run_command(std::string(SIGHTLINE_TOWN) + " " + options + " --output " + folder.string());
+  EXPECT_EQ(made.status, 0) << made.err;
+  EXPECT_TRUE(write_file_atomically(folder / "town.yaml", kConfig, IfExists::kReplace));
+}
+
 const std::filesystem::path& small_town() {
   static const std::filesystem::path kTown = [] {
     const std::filesystem::path town = scratch_folder() / "town";
-    const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +
-                                           " --seed 3 --length-m 100 --output " + town.string());
-    EXPECT_EQ(made.status, 0) << made.err;
+    make_town(town, "--seed 3 --length-m 100");
     EXPECT_TRUE(write_file_atomically(town / "town.yaml", std::string(kConfig).append(kEvaluation),
                                       IfExists::kReplace));
     return town;
@@ -76,14 +87,9 @@ std::filesystem::path fresh_folder() {
 const std::filesystem::path& compiled_town() {
   static const std::filesystem::path kTown = [] {
     const std::filesystem::path town = scratch_folder() / "street";
-    const ProgramResult made =
-        run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 90 --drives 1 --origin-m " +
-                    "456500,5429500 --output " + town.string());
-    EXPECT_EQ(made.status, 0) << made.err;
-    EXPECT_TRUE(write_file_atomically(town / "town.yaml", kConfig, IfExists::kReplace));
-    const ProgramResult compiled = run_sightline("compile " + (town / "town.yaml").string() +
-                                                 " -q -o " + (town / "town.slmap").string());
-    EXPECT_EQ(compiled.status, 0) << compiled.err;
+    make_town(town, "--seed 3 --length-m 90 --drives 1 --origin-m 456500,5429500");
+    run_successfully("compile " + (town / "town.yaml").string() + " -q -o " +
+                     (town / "town.slmap").string());
     return town;
   }();
   return kTown;
@@ -94,9 +100,7 @@ std::string config_file() { return (compiled_town() / "town.yaml").string(); }
 
 void export_to(const std::filesystem::path& output, const std::string& source,
                const std::string& options) {
-  const ProgramResult run =
-      run_sightline("export " + source + " -q -o '" + output.string() + "' " + options);
-  ASSERT_EQ(run.status, 0) << run.err;
+  run_successfully("export " + source + " -q -o '" + output.string() + "' " + options);
 }
 
 }  // namespace sightline

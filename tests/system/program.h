@@ -17,6 +17,13 @@ ProgramResult run_command(const std::string& command);
 // `sightline ARGUMENTS`.
 ProgramResult run_sightline(const std::string& arguments);
 
+// The same, which must end with status 0.
+ProgramResult run_successfully(const std::string& arguments);
+
+// A town that the generator makes by these options, with a configuration of its mapping drive and
+// the first other one, town.yaml: two ranges, few starts and few trees.
+void make_town(const std::filesystem::path& folder, const std::string& options);
+
 // A folder with a small generated town and the configuration town.yaml: two ranges, few starts and
 // few trees, so that a compile takes seconds. Made once a process, removed at its end.
 const std::filesystem::path& small_town();

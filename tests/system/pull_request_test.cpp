@@ -46,10 +46,7 @@ gate:
 
 fs::path town(const std::string& name, const std::string& options) {
   const fs::path folder = scratch_folder() / name;
-  const ProgramResult made =
-      run_command(std::string(SIGHTLINE_TOWN) + " --length-m 300 --drives 1 " + options +
-                  " --output " + folder.string());
-  EXPECT_EQ(made.status, 0) << made.err;
+  make_town(folder, "--length-m 300 --drives 1 " + options);
   EXPECT_TRUE(write_file_atomically(folder / "town.yaml", kConfig, IfExists::kReplace));
   return folder;
 }
@@ -63,8 +60,7 @@ const std::string& model() {
                      .string();
     }
     const std::string file = (scratch_folder() / "towns.slmodel").string();
-    const ProgramResult trained = run_sightline("train -q " + configs + " -o " + file);
-    EXPECT_EQ(trained.status, 0) << trained.err;
+    run_successfully("train -q " + configs + " -o " + file);
     return file;
   }();
   return kModel;
@@ -191,8 +187,7 @@ bool sees_the_change(const Json& check) {
 
 // Chosen ranges, a site after the other.
 std::vector<double> ranges_within_10_cm(const std::string& map) {
-  const ProgramResult run = run_sightline("dump " + map + " --what ranges --format json");
-  EXPECT_EQ(run.status, 0) << run.err;
+  const ProgramResult run = run_successfully("dump " + map + " --what ranges --format json");
   const Json table = Json::parse(run.out);
   const Json& columns = table.at("columns");
   const auto column = [&](const char* name) {

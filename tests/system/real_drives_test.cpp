@@ -29,10 +29,8 @@ class RealDrive : public ::testing::Test {
   }
   // A model of the small town, for drives too short to train on.
   std::string town_model() const {
-    const ProgramResult run =
-        run_sightline("compile " + (small_town() / "town.yaml").string() + " -q -o " +
-                      (folder_ / "town.slmap").string() + " --set annotation.ranges_m=10,30");
-    EXPECT_EQ(run.status, 0) << run.err;
+    run_successfully("compile " + (small_town() / "town.yaml").string() + " -q -o " +
+                     (folder_ / "town.slmap").string() + " --set annotation.ranges_m=10,30");
     return "--model " + (folder_ / "town.slmap").string() + " --set annotation.ranges_m=10,30";
   }
   fs::path folder_;
@@ -45,8 +43,7 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
                                     ", sensor: hdl-64e, poses_of: sensor}\n");
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_NE(run.err.find("too short"), std::string::npos) << "71 m promise nothing";
-  const ProgramResult inspected = run_sightline("inspect " + (folder_ / "drive.slmap").string());
-  ASSERT_EQ(inspected.status, 0);
+  const ProgramResult inspected = run_successfully("inspect " + (folder_ / "drive.slmap").string());
   for (const char* word : {"sites                  71", "limit 0.1 m", "limit 0.25 m", "coverage",
                            "error model", "not earned"}) {
     EXPECT_NE(inspected.out.find(word), std::string::npos) << word << " in\n" << inspected.out;
@@ -56,8 +53,7 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
 // x, y and z of each pose that `dump` prints of the drive in folder_.
 std::vector<std::array<double, 3>> positions_of(const fs::path& config, const std::string& what) {
   const ProgramResult run =
-      run_sightline("dump " + config.string() + " -q --format json --what " + what);
-  EXPECT_EQ(run.status, 0) << run.err;
+      run_successfully("dump " + config.string() + " -q --format json --what " + what);
   const nlohmann::json table = nlohmann::json::parse(run.out);
   const std::vector<std::string> columns = table.at("columns");
   const auto x = static_cast<std::size_t>(std::ranges::find(columns, "x_m") - columns.begin());
@@ -118,9 +114,8 @@ TEST_F(RealDrive, AtUtmCoordinatesKeepsItsMillimetres) {
                                         ", sensor: hdl-64e, poses_of: sensor}\n",
                                     town_model());
   ASSERT_EQ(run.status, 0) << run.err;
-  const ProgramResult dumped = run_sightline("dump " + (folder_ / "drive.yaml").string() +
-                                             " -q --what trajectory --format csv");
-  ASSERT_EQ(dumped.status, 0) << dumped.err;
+  const ProgramResult dumped = run_successfully("dump " + (folder_ / "drive.yaml").string() +
+                                                " -q --what trajectory --format csv");
   // World 588348.947978 = origin 588288 + 60.947978.
   EXPECT_NE(dumped.out.find("588288"), std::string::npos) << dumped.out;
   EXPECT_NE(dumped.out.find("60.947978"), std::string::npos) << dumped.out;

@@ -5,7 +5,7 @@
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
-#include "compiler/config/same_recordings.h"
+#include "compiler/config/inputs.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/provide_inputs.h"

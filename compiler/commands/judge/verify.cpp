@@ -38,10 +38,7 @@ Result<MapFile> compile_again(const VerifyFlags& flags) {
       compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(run), artifacts));
-  if (is_given) {
-    SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
-    artifacts.provide(compile.given_model, std::move(model));
-  }
+  SIGHTLINE_TRY(provide_model(compile, flags.model, artifacts));
   SIGHTLINE_TRY(run_steps(compile.plan, {compile.map}, run, config, artifacts));
   return artifacts.get(compile.map);
 }

@@ -1,5 +1,7 @@
+#include <filesystem>
 #include <memory>
 
+#include "compiler/cli/common_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/compile_to_map.h"
 #include "compiler/driver/configuration.h"
@@ -18,6 +20,43 @@ Setter resolve_setter(CompileFlags& flags) {
     flags.run.overrides.emplace_back("base.poses=");
     return {};
   };
+}
+
+struct AnnotateFlags {
+  CompileFlags compile;
+  std::string map;
+  std::string route;
+  std::string sensor;
+  std::string world = "local";
+};
+
+Result<void> check(const AnnotateFlags& flags) {
+  std::error_code ignored;
+  const bool is_missing = !std::filesystem::exists(flags.map, ignored);
+  if (!flags.sensor.empty() || is_missing || is_compiled_map(flags.map)) return {};
+  return Error{ErrorCode::kBadArgument,
+               "--sensor is required: which LiDAR will localize (a compiled map names its own)"};
+}
+
+// The configuration that the flags stand for.
+std::vector<std::string> overrides_of(const AnnotateFlags& flags) {
+  std::vector<std::string> overrides = {"map.points=" + flags.map, "map.sensor=" + flags.sensor,
+                                        "route.file=" + flags.route, "route.world=" + flags.world};
+  const std::vector<std::string>& named = flags.compile.run.overrides;
+  overrides.insert(overrides.end(), named.begin(), named.end());
+  return overrides;
+}
+
+Result<void> annotate(const AnnotateFlags& flags) {
+  SIGHTLINE_TRY(check(flags));
+  SIGHTLINE_ASSIGN(const CompileConfig config, compile_config_of(overrides_of(flags)));
+  CompileFlags compile = flags.compile;
+  // There is no configuration beside which finished artifacts could lie.
+  if (compile.run.cache_directory.empty()) {
+    compile.run.cache_directory =
+        (std::filesystem::path(compile.output).parent_path() / ".sightline-cache").string();
+  }
+  return compile_to_map(compile, config);
 }
 
 }  // namespace
@@ -59,6 +98,66 @@ Verb compile_verb() {
                         .target = &flags->poses});
   add_run_flags(verb, flags->run);
   verb.run = [flags] { return exit_status_of(run_compile(*flags)); };
+  return verb;
+}
+
+Verb annotate_verb() {
+  const auto flags = std::make_shared<AnnotateFlags>();
+  Verb verb;
+  verb.name = "annotate";
+  verb.summary = "Annotate a finished map along a route or everywhere, without any drive";
+  verb.details =
+      "The same as `sightline compile` with a configuration of the sections map and route. NDs and "
+      "the surface come from the points of the map. What was not measured is simulated: scans of "
+      "the sensor named are cast in the map, disturbed and localized there, and the map says "
+      "\"simulated\" at every place where that decided.\n\n"
+      "With --model an error model of other places judges what was simulated. Without one "
+      "simulation alone decides, each simulated error taken twice: every place takes the one look "
+      "that is enough at 95 % of the places, and the range that is enough there and 3 m around it, "
+      "between those that are enough at 80 and at 95 % of the places. Judge such a map by a drive "
+      "(`sightline evaluate`) before a vehicle relies on it. A promise is made by a model alone "
+      "that was trained on finished maps with drives through them.\n\n"
+      "Drives that come later are named with --set localization.scans=...: where they passed, the "
+      "map then goes by what they measured.\n\n"
+      "--route everywhere takes every place of a grid of 2 m that a vehicle can reach on the "
+      "ground "
+      "of the map, walls and what hangs low avoided: by geometry alone, lawns and car parks "
+      "included, whatever is allowed there (options: section choose-field-sites).\n\n"
+      "A map that was compiled before (.slmap) is annotated anew, for another sensor, route or "
+      "model: its NDs stay as they are, and so do frame and world. It holds no surface, so that "
+      "rays are cast on its NDs, which is rougher; where its points are at hand, take them. "
+      "The same is done with Apollo's NDT map (the folder of config.xml and map/): its cells are "
+      "taken as NDs, in the zone of UTM that it names.";
+  verb.examples = {
+      "sightline annotate autoware_map/ --route lanelet2_map.osm --sensor vlp-16 -o city.slmap",
+      ("sightline annotate city.las --route lanes.geojson --world utm:32N --sensor hdl-64e \\\n"
+       "      --model towns.slmodel -o city.slmap"),
+      ("sightline annotate map.pcd --route drive.tum --sensor os1-64 -o city.slmap \\\n"
+       "      --set map.height_m=2.1"),
+      ("sightline annotate map.pcd --route everywhere --sensor vlp-16 -o field.slmap \\\n"
+       "      --set choose-field-sites.within=0,-50,200,50"),
+      "sightline annotate apollo/ndt_map --route drive.tum --sensor hdl-64e -o place.slmap",
+      "sightline annotate city.slmap --route lanes.geojson --sensor os1-64 -o city64.slmap"};
+  verb.positionals = {{.name = "MAP",
+                       .help = "The finished map: .pcd, .ply or .las, a folder of them, Autoware's "
+                               "or Apollo's map folder, or a compiled map (.slmap) to annotate "
+                               "anew",
+                       .target = &flags->map}};
+  verb.flags = {{.names = "--route",
+                 .value = "FILE",
+                 .help = "Where to annotate it: Lanelet2 (.osm), .geojson, .csv of x, y and z, a "
+                         "trajectory (.tum), or everywhere",
+                 .target = &flags->route,
+                 .is_required = true},
+                {.names = "--sensor",
+                 .value = "NAME",
+                 .help = "The LiDAR that will localize; a wrong name lists all. Without: that of "
+                         "the earlier map (.slmap)",
+                 .target = &flags->sensor},
+                world_flag(flags->world)};
+  add_compile_flags(verb, flags->compile);
+  add_flags_of_every_run(verb, flags->compile.run);
+  verb.run = [flags] { return exit_status_of(annotate(*flags)); };
   return verb;
 }
 

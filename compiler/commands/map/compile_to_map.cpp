@@ -12,7 +12,7 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
 #include "compiler/config/expected_cost.h"
-#include "compiler/config/input_files.h"
+#include "compiler/config/inputs.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/plans.h"
 #include "compiler/driver/provenance.h"
@@ -244,10 +244,7 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   SIGHTLINE_TRY(try_poses_output(flags.output, if_exists(flags.is_forced), compile));
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
-  if (is_given) {
-    SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
-    artifacts.provide(compile.given_model, std::move(model));
-  }
+  SIGHTLINE_TRY(provide_model(compile, flags.model, artifacts));
   if (flags.is_dry) return estimate_cost(flags, config, compile, artifacts);
   std::vector<AnyWire> wanted = reported_artifacts(compile);
   if (!flags.poses.empty()) wanted.push_back(compile.released);

@@ -6,7 +6,6 @@
 #include "compiler/commands/commands.h"
 #include "compiler/config/expected_cost.h"
 #include "compiler/driver/pipelines.h"
-#include "compiler/work/engine_scripts.h"
 #include "compiler/work/shared_work.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/hash.h"

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "compiler/gate/rules/finding.h"
+#include "compiler/gate/rules/rules.h"
 
 // A report of the gate in the forms that people and CI systems read. All end in a newline.
 

@@ -6,7 +6,6 @@
 
 #include "compiler/gate/rules/map_figures.h"
 #include "compiler/gate/rules/rules.h"
-#include "compiler/gate/rules/stretches.h"
 #include "formats/base/parallel.h"
 
 // Two maps: what became worse on the whole, and where.

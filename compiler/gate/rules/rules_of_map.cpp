@@ -7,7 +7,6 @@
 
 #include "compiler/gate/rules/map_figures.h"
 #include "compiler/gate/rules/rules.h"
-#include "compiler/gate/rules/stretches.h"
 #include "formats/text/numbers.h"
 
 // One map: how well it is annotated, and how its poses were made.

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "compiler/gate/rules/map_figures.h"
 #include "compiler/gate/rules/rules.h"
-#include "compiler/gate/rules/stretches.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {

@@ -9,10 +9,10 @@
 #include "compiler/cli/command_line.h"
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/help_text.h"
-#include "compiler/cli/parse_command_line.h"
 #include "compiler/cli/verb.h"
 #include "compiler/commands/commands.h"
 #include "formats/base/files/atomic_file.h"
+#include "tests/support/value_of.h"
 
 // What all verbs of the program have in common.
 
@@ -153,9 +153,8 @@ TEST(Verbs, AreExplainedByHelpAsByTheirFlag) {
 TEST(Verbs, AreExplainedAsReviewed) {
   const std::string folder = std::string(SIGHTLINE_ROOT) + "/tests/golden/help/";
   for (const Verb& verb : sightline_program().verbs) {
-    const Result<std::string> reviewed = read_text_file(folder + verb.name + ".txt");
-    ASSERT_TRUE(reviewed.has_value()) << to_string(reviewed.error());
-    EXPECT_EQ(help_of(verb), *reviewed) << "tests/update_golden.sh rewrites " << verb.name;
+    const std::string reviewed = value_of(read_text_file(folder + verb.name + ".txt"));
+    EXPECT_EQ(help_of(verb), reviewed) << "tests/update_golden.sh rewrites " << verb.name;
   }
 }
 

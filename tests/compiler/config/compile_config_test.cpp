@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "compiler/config/same_recordings.h"
+#include "compiler/config/inputs.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "passes/factors/factors_of_sites.h"
@@ -21,6 +21,7 @@
 #include "passes/rays/cast_scans.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -121,26 +122,25 @@ TEST(CompileConfig, ListsEachRecordingOnceWithItsRole) {
 }
 
 TEST(CompileConfig, TakesAListOfDrivesThatMakeTheMap) {
-  const Result<CompileConfig> config = load(
-      "mapping:\n"
-      "  - {scans: monday, poses: monday.tum, sensor: vlp-16, rate_hz: 20}\n"
-      "  - {scans: tuesday}\n"
-      "  - {scans: wednesday, name: third, rate_hz: 5}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_TRUE(config->mapping.scans.ends_with("/monday"));
-  ASSERT_EQ(config->later_mapping.size(), 2U);
-  const RecordingOptions& tuesday = config->later_mapping[0];
+  const CompileConfig config =
+      value_of(load("mapping:\n"
+                    "  - {scans: monday, poses: monday.tum, sensor: vlp-16, rate_hz: 20}\n"
+                    "  - {scans: tuesday}\n"
+                    "  - {scans: wednesday, name: third, rate_hz: 5}\n"));
+  EXPECT_TRUE(config.mapping.scans.ends_with("/monday"));
+  ASSERT_EQ(config.later_mapping.size(), 2U);
+  const RecordingOptions& tuesday = config.later_mapping[0];
   EXPECT_TRUE(tuesday.scans.ends_with("compile_config_test/tuesday"));
   EXPECT_EQ(tuesday.poses, "") << "those of Monday are not its own";
   EXPECT_EQ(tuesday.sensor, "vlp-16");
   EXPECT_EQ(tuesday.rate_hz, 20.0);
-  EXPECT_EQ(config->later_mapping[1].name, "third");
-  EXPECT_EQ(config->later_mapping[1].rate_hz, 5.0);
-  const CompilePlan compile = compile_plan(*config);
+  EXPECT_EQ(config.later_mapping[1].name, "third");
+  EXPECT_EQ(config.later_mapping[1].rate_hz, 5.0);
+  const CompilePlan compile = compile_plan(config);
   std::vector<std::string> roles;
   for (const RecordingInput& input : compile.recordings) roles.push_back(input.role);
   EXPECT_EQ(roles, (std::vector<std::string>{"mapping", "mapping[2]", "mapping[3]"}));
-  const std::vector<EffectiveValue> values = effective_values(*config);
+  const std::vector<EffectiveValue> values = effective_values(config);
   EXPECT_TRUE(std::ranges::any_of(values, [](const EffectiveValue& value) {
     return value.section == "mapping[3]" && value.key == "rate_hz" && value.value == "5";
   }));
@@ -155,19 +155,18 @@ std::vector<std::string> steps_of(const CompilePlan& compile) {
 }
 
 TEST(CompileConfig, TakesAListOfDrivesThatAreLocalized) {
-  const Result<CompileConfig> config = load(
-      "mapping: {scans: map}\n"
-      "localization:\n"
-      "  - {scans: monday, poses: monday.tum, sensor: vlp-16}\n"
-      "  - {scans: tuesday}\n"
-      "  - {scans: wednesday, name: third}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_FALSE(config->is_split());
-  ASSERT_EQ(config->later_localization.size(), 2U);
-  EXPECT_TRUE(config->later_localization[0].scans.ends_with("compile_config_test/tuesday"));
-  EXPECT_EQ(config->later_localization[0].poses, "") << "those of Monday are not its own";
-  EXPECT_EQ(config->later_localization[0].sensor, "vlp-16");
-  const CompilePlan compile = compile_plan(*config);
+  const CompileConfig config =
+      value_of(load("mapping: {scans: map}\n"
+                    "localization:\n"
+                    "  - {scans: monday, poses: monday.tum, sensor: vlp-16}\n"
+                    "  - {scans: tuesday}\n"
+                    "  - {scans: wednesday, name: third}\n"));
+  EXPECT_FALSE(config.is_split());
+  ASSERT_EQ(config.later_localization.size(), 2U);
+  EXPECT_TRUE(config.later_localization[0].scans.ends_with("compile_config_test/tuesday"));
+  EXPECT_EQ(config.later_localization[0].poses, "") << "those of Monday are not its own";
+  EXPECT_EQ(config.later_localization[0].sensor, "vlp-16");
+  const CompilePlan compile = compile_plan(config);
   std::vector<std::string> roles;
   for (const RecordingInput& input : compile.recordings) roles.push_back(input.role);
   EXPECT_EQ(roles, (std::vector<std::string>{"mapping", "localization", "localization[2]",
@@ -181,18 +180,17 @@ TEST(CompileConfig, TakesAListOfDrivesThatAreLocalized) {
   EXPECT_LT(number_of("join-errors"), number_of("pool-errors"));
   EXPECT_LT(number_of("pool-errors"), number_of("train-model"));
   EXPECT_EQ(std::ranges::count(steps, "add-history"), 0) << "a map's own drives are its labels";
-  EXPECT_EQ(std::ranges::count(steps_of(compile_plan(*config, ModelSource::kGiven)), "add-history"),
+  EXPECT_EQ(std::ranges::count(steps_of(compile_plan(config, ModelSource::kGiven)), "add-history"),
             1);
   EXPECT_TRUE(is_valid(json_of(YAML::Load("localization: [{scans: a}, {scans: b}]"))));
   EXPECT_FALSE(is_valid(json_of(YAML::Load("localization: []"))));
 }
 
 TEST(CompileConfig, ReleasedDrivesAreUndistortedForTheEstimateInEveryCase) {
-  const Result<CompileConfig> config = load(
-      "base: old.slposes\nmapping: [{scans: a}, {scans: b}]\n"
-      "undistort-scans: {enabled: false}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  const CompilePlan compile = compile_plan(*config);
+  const CompileConfig config =
+      value_of(load("base: old.slposes\nmapping: [{scans: a}, {scans: b}]\n"
+                    "undistort-scans: {enabled: false}\n"));
+  const CompilePlan compile = compile_plan(config);
   const auto is_enabled = [&](const std::string& name) {
     const auto step = std::ranges::find(compile.plan.steps(), name, &PassStep::name);
     EXPECT_NE(step, compile.plan.steps().end()) << name;
@@ -244,34 +242,30 @@ void write_map(const std::string& name) {
 
 TEST(CompileConfig, KnowsACompiledMapByItsContent) {
   write_map("renamed.map");
-  const Result<CompileConfig> renamed = load("map: renamed.map\nroute: everywhere\n");
-  ASSERT_TRUE(renamed.has_value()) << to_string(renamed.error());
-  EXPECT_TRUE(renamed->map.is_compiled);
+  const CompileConfig renamed = value_of(load("map: renamed.map\nroute: everywhere\n"));
+  EXPECT_TRUE(renamed.map.is_compiled);
   ASSERT_TRUE(write_file_atomically(scratch_folder() / "compile_config_test" / "cloud.slmap",
                                     std::string_view("# .PCD v0.7"), IfExists::kReplace));
-  const Result<CompileConfig> cloud = load("map: cloud.slmap\nroute: everywhere\n");
-  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_FALSE(cloud->map.is_compiled);
+  const CompileConfig cloud = value_of(load("map: cloud.slmap\nroute: everywhere\n"));
+  EXPECT_FALSE(cloud.map.is_compiled);
 }
 
 TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
   write_map("city.slmap");
-  const Result<CompileConfig> config = load("map: city.slmap\nroute: everywhere\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_TRUE(config->map.points.ends_with("compile_config_test/city.slmap"));
-  EXPECT_TRUE(config->map.is_compiled);
-  EXPECT_EQ(config->route.file, "everywhere");
-  const CompilePlan compile = compile_plan(*config);
+  const CompileConfig config = value_of(load("map: city.slmap\nroute: everywhere\n"));
+  EXPECT_TRUE(config.map.points.ends_with("compile_config_test/city.slmap"));
+  EXPECT_TRUE(config.map.is_compiled);
+  EXPECT_EQ(config.route.file, "everywhere");
+  const CompilePlan compile = compile_plan(config);
   std::vector<std::string> passes;
   for (const PassStep& step : compile.plan.steps()) passes.push_back(step.name);
   EXPECT_EQ(std::vector(passes.begin(), passes.begin() + 4),
             (std::vector<std::string>{"ingest-compiled-map", "build-nd-surface", "pack-nds",
                                       "choose-field-sites"}));
   EXPECT_FALSE(compile.points.is_connected());
-  EXPECT_FALSE(config->map.is_apollo);
-  const Result<CompileConfig> lanes = load("map: tiles\nroute: lanes.osm\n");
-  ASSERT_TRUE(lanes.has_value()) << to_string(lanes.error());
-  EXPECT_TRUE(lanes->route.file.ends_with("compile_config_test/lanes.osm"));
+  EXPECT_FALSE(config.map.is_apollo);
+  const CompileConfig lanes = value_of(load("map: tiles\nroute: lanes.osm\n"));
+  EXPECT_TRUE(lanes.route.file.ends_with("compile_config_test/lanes.osm"));
   EXPECT_TRUE(is_valid(json_of(YAML::Load("{map: city.slmap, route: everywhere}"))));
   EXPECT_FALSE(is_valid(json_of(YAML::Load("{mapping: scans}"))));
   EXPECT_FALSE(load("mapping: scans\n").has_value());
@@ -290,28 +284,26 @@ TEST(CompileConfig, NamesTheDriveOfAListThatIsWrong) {
 }
 
 TEST(CompileConfig, SpreadsWhatPassesShare) {
-  const Result<CompileConfig> config = load(
-      "mapping: {scans: a}\nlocalization: {scans: b}\n"
-      "annotation: {ranges_m: [5, 35], limits_m: [0.2], leaf_m: 0.5, tile_m: 32}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_EQ(config->passes.options(kMeasureError).ranges_m, (std::vector<double>{5.0, 35.0}));
-  EXPECT_EQ(config->passes.options(kComputeFactors).ranges_m, (std::vector<double>{5.0, 35.0}));
-  EXPECT_EQ(config->passes.options(kCastRays).longest_range_m, 35.0);
-  EXPECT_EQ(config->passes.options(kCastScans).leaf_m, 0.5);
-  EXPECT_EQ(config->passes.options(kMeasureError).leaf_m, 0.5);
-  EXPECT_EQ(config->passes.options(kTrainModel).limits_m, std::vector<double>{0.2});
-  EXPECT_EQ(config->passes.options(kBuildNdt).tile_m, 32.0);
-  EXPECT_EQ(option_of(*config, "remove-moving", "scans"), "all");
+  const CompileConfig config =
+      value_of(load("mapping: {scans: a}\nlocalization: {scans: b}\n"
+                    "annotation: {ranges_m: [5, 35], limits_m: [0.2], leaf_m: 0.5, tile_m: 32}\n"));
+  EXPECT_EQ(config.passes.options(kMeasureError).ranges_m, (std::vector<double>{5.0, 35.0}));
+  EXPECT_EQ(config.passes.options(kComputeFactors).ranges_m, (std::vector<double>{5.0, 35.0}));
+  EXPECT_EQ(config.passes.options(kCastRays).longest_range_m, 35.0);
+  EXPECT_EQ(config.passes.options(kCastScans).leaf_m, 0.5);
+  EXPECT_EQ(config.passes.options(kMeasureError).leaf_m, 0.5);
+  EXPECT_EQ(config.passes.options(kTrainModel).limits_m, std::vector<double>{0.2});
+  EXPECT_EQ(config.passes.options(kBuildNdt).tile_m, 32.0);
+  EXPECT_EQ(option_of(config, "remove-moving", "scans"), "all");
 }
 
 TEST(CompileConfig, SplitsARecordingThatIsBothDrives) {
-  const Result<CompileConfig> config = load("mapping: {scans: a}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_TRUE(config->is_split());
-  EXPECT_EQ(option_of(*config, "remove-moving", "scans"), "even");
-  EXPECT_EQ(option_of(*config, "choose-sites", "scans"), "even");
-  EXPECT_EQ(option_of(*config, "measure-error", "scans"), "odd");
-  EXPECT_EQ(option_of(*config, "emit-map", "mapping_scans"), "even");
+  const CompileConfig config = value_of(load("mapping: {scans: a}\n"));
+  EXPECT_TRUE(config.is_split());
+  EXPECT_EQ(option_of(config, "remove-moving", "scans"), "even");
+  EXPECT_EQ(option_of(config, "choose-sites", "scans"), "even");
+  EXPECT_EQ(option_of(config, "measure-error", "scans"), "odd");
+  EXPECT_EQ(option_of(config, "emit-map", "mapping_scans"), "even");
 }
 
 // Three folders of scans, of which b is a copy of a under other names, and a link to each.
@@ -373,24 +365,22 @@ TEST_F(SameRecordings, AsMappingAndLocalizationAreTheSplit) {
                             "{scans: b, name: other}", "[{scans: a, sensor: vlp-16}]"}) {
     const std::string yaml =
         std::string("mapping: {scans: a, name: town}\nlocalization: ") + again + "\n";
-    const Result<CompileConfig> config = load_here(yaml);
-    ASSERT_TRUE(config) << to_string(config.error());
-    EXPECT_TRUE(config->is_split()) << again;
-    EXPECT_EQ(option_of(*config, "emit-map", "mapping_scans"), "even");
-    EXPECT_EQ(texts_of(*config), texts_of(split)) << again;
-    ASSERT_EQ(config->notes.size(), 1U);
-    EXPECT_NE(config->notes[0].find("localization.scans: found the recording of mapping"),
+    const CompileConfig config = value_of(load_here(yaml));
+    EXPECT_TRUE(config.is_split()) << again;
+    EXPECT_EQ(option_of(config, "emit-map", "mapping_scans"), "even");
+    EXPECT_EQ(texts_of(config), texts_of(split)) << again;
+    ASSERT_EQ(config.notes.size(), 1U);
+    EXPECT_NE(config.notes[0].find("localization.scans: found the recording of mapping"),
               std::string::npos);
   }
   EXPECT_FALSE(load_here("mapping: {scans: a}\nlocalization: {scans: c}\n")->is_split());
 }
 
 TEST_F(SameRecordings, TheEvaluationDriveMayBeAnotherDriveUnlessAModelLearnsFromIt) {
-  const Result<CompileConfig> config =
-      load_here("mapping: {scans: a}\nlocalization: {scans: c}\nevaluation: {scans: c/}\n");
-  ASSERT_TRUE(config) << to_string(config.error());
-  CompilePlan compile = compile_plan(*config);
-  measure_evaluation_drive(*config, compile);
+  const CompileConfig config = value_of(
+      load_here("mapping: {scans: a}\nlocalization: {scans: c}\nevaluation: {scans: c/}\n"));
+  CompilePlan compile = compile_plan(config);
+  measure_evaluation_drive(config, compile);
   ArtifactSet artifacts;
   const Result<void> opened = provide_drives(compile, {}, artifacts);
   EXPECT_TRUE(opened) << to_string(opened.error());
@@ -443,24 +433,22 @@ TEST_F(SameRecordings, ANoteNamesADriveThatJudgesWhatItMade) {
 }
 
 TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) {
-  const Result<CompileConfig> config =
-      load("mapping: {scans: a/scans, poses: ../p.tum}\n", {"build-ndt.cell_m=1.0"});
-  ASSERT_TRUE(config.has_value());
+  const CompileConfig config =
+      value_of(load("mapping: {scans: a/scans, poses: ../p.tum}\n", {"build-ndt.cell_m=1.0"}));
   const fs::path folder = scratch_folder() / "compile_config_test";
-  EXPECT_EQ(config->mapping.scans, (folder / "a/scans").string());
-  EXPECT_EQ(fs::path(config->mapping.poses), scratch_folder() / "p.tum");
-  EXPECT_EQ(config->passes.options(kBuildNdt).cell_m, 1.0);
+  EXPECT_EQ(config.mapping.scans, (folder / "a/scans").string());
+  EXPECT_EQ(fs::path(config.mapping.poses), scratch_folder() / "p.tum");
+  EXPECT_EQ(config.passes.options(kBuildNdt).cell_m, 1.0);
 }
 
 TEST(CompileConfig, TakesErrorsOfALocalizerOutsideInPlaceOfMeasuringThem) {
-  const Result<CompileConfig> config = load(
-      "mapping: {scans: a}\nimport-errors: {file: e.csv, localizer: my-ndt, version: 4, "
-      "parameters: 'voxel_m = 3,box_m=60'}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_EQ(config->outside.file, (scratch_folder() / "compile_config_test/e.csv").string());
-  EXPECT_EQ(to_text(*outside_localizer(config->outside)), "my-ndt v4 (box_m=60, voxel_m=3)");
-  EXPECT_EQ(option_of(*config, "import-errors", "scans"), "odd");
-  EXPECT_EQ(option_of(*config, "measure-error", "scans"), "no such option");
+  const CompileConfig config = value_of(
+      load("mapping: {scans: a}\nimport-errors: {file: e.csv, localizer: my-ndt, version: 4, "
+           "parameters: 'voxel_m = 3,box_m=60'}\n"));
+  EXPECT_EQ(config.outside.file, (scratch_folder() / "compile_config_test/e.csv").string());
+  EXPECT_EQ(to_text(*outside_localizer(config.outside)), "my-ndt v4 (box_m=60, voxel_m=3)");
+  EXPECT_EQ(option_of(config, "import-errors", "scans"), "odd");
+  EXPECT_EQ(option_of(config, "measure-error", "scans"), "no such option");
 }
 
 TEST(CompileConfig, RefusesALocalizerOutsideThatAVehicleCouldNotName) {

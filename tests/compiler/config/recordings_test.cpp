@@ -8,6 +8,7 @@
 #include "compiler/driver/pipelines.h"
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -45,21 +46,19 @@ fs::path drives_of_a_week() {
 
 TEST(Recordings, TakesAFolderOfRecordings) {
   const fs::path folder = drives_of_a_week();
-  const Result<CompileConfig> config =
-      load("mapping: {recordings: week, sensor: vlp-16, poses: poses.tum}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_EQ(config->mapping.scans, (folder / "day_9/scans").string()) << "9 comes before 10";
-  EXPECT_EQ(config->mapping.name, "day_9/scans");
-  EXPECT_EQ(config->mapping.poses, (folder / "day_9/poses.tum").string());
-  ASSERT_EQ(config->later_mapping.size(), 1U);
-  EXPECT_EQ(config->later_mapping[0].scans, (folder / "day_10/scans").string());
-  EXPECT_EQ(config->later_mapping[0].poses, (folder / "day_10/poses.tum").string());
-  EXPECT_EQ(config->later_mapping[0].sensor, "vlp-16");
+  const CompileConfig config =
+      value_of(load("mapping: {recordings: week, sensor: vlp-16, poses: poses.tum}\n"));
+  EXPECT_EQ(config.mapping.scans, (folder / "day_9/scans").string()) << "9 comes before 10";
+  EXPECT_EQ(config.mapping.name, "day_9/scans");
+  EXPECT_EQ(config.mapping.poses, (folder / "day_9/poses.tum").string());
+  ASSERT_EQ(config.later_mapping.size(), 1U);
+  EXPECT_EQ(config.later_mapping[0].scans, (folder / "day_10/scans").string());
+  EXPECT_EQ(config.later_mapping[0].poses, (folder / "day_10/poses.tum").string());
+  EXPECT_EQ(config.later_mapping[0].sensor, "vlp-16");
   // The same steps as of a list.
-  const Result<CompileConfig> list =
-      load("mapping: [{scans: week/day_9/scans}, {scans: week/day_10/scans}]\n");
-  ASSERT_TRUE(list.has_value());
-  EXPECT_EQ(steps_of(compile_plan(*config)), steps_of(compile_plan(*list)));
+  const CompileConfig list =
+      value_of(load("mapping: [{scans: week/day_9/scans}, {scans: week/day_10/scans}]\n"));
+  EXPECT_EQ(steps_of(compile_plan(config)), steps_of(compile_plan(list)));
 }
 
 TEST(Recordings, TakesAFileThatListsRecordings) {
@@ -67,19 +66,17 @@ TEST(Recordings, TakesAFileThatListsRecordings) {
   ASSERT_TRUE(write_file_atomically(folder / "list.txt",
                                     "# by day\n\nday_10/scans\r\nday_9/scans\tday_10/poses.tum\n",
                                     IfExists::kReplace));
-  const Result<CompileConfig> config =
-      load("mapping: {scans: a}\nlocalization: {recordings: week/list.txt}\n");
-  ASSERT_TRUE(config.has_value()) << to_string(config.error());
-  EXPECT_FALSE(config->is_split());
-  EXPECT_EQ(config->localization.scans, (folder / "day_10/scans").string()) << "as it is listed";
-  EXPECT_EQ(config->localization.poses, "");
-  ASSERT_EQ(config->later_localization.size(), 1U);
-  EXPECT_EQ(config->later_localization[0].poses, (folder / "day_10/poses.tum").string());
+  const CompileConfig config =
+      value_of(load("mapping: {scans: a}\nlocalization: {recordings: week/list.txt}\n"));
+  EXPECT_FALSE(config.is_split());
+  EXPECT_EQ(config.localization.scans, (folder / "day_10/scans").string()) << "as it is listed";
+  EXPECT_EQ(config.localization.poses, "");
+  ASSERT_EQ(config.later_localization.size(), 1U);
+  EXPECT_EQ(config.later_localization[0].poses, (folder / "day_10/poses.tum").string());
   // Named on the command line, from where one stands.
-  const Result<CompileConfig> named =
-      load("mapping: {scans: a}\n", {"localization.recordings=" + (folder / "list.txt").string()});
-  ASSERT_TRUE(named.has_value()) << to_string(named.error());
-  EXPECT_EQ(named->later_localization.size(), 1U);
+  const CompileConfig named = value_of(
+      load("mapping: {scans: a}\n", {"localization.recordings=" + (folder / "list.txt").string()}));
+  EXPECT_EQ(named.later_localization.size(), 1U);
 }
 
 TEST(Recordings, RefusesWhatIsNone) {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "compiler/gate/rules/stretches.h"
+#include "compiler/gate/rules/map_figures.h"
 #include "formats/base/random.h"
 #include "tests/compiler/gate/gate_on_map.h"
 #include "tests/compiler/gate/route_map.h"

@@ -5,6 +5,7 @@
 
 #include "tests/compiler/gate/gate_on_map.h"
 #include "tests/compiler/gate/route_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 using testing::HasSubstr;
 
 TEST(GateSettings, OverlayTheDefaults) {
-  const Result<GateSettings> settings = parse_gate_settings(R"(
+  const GateSettings settings = value_of(parse_gate_settings(R"(
 gate:
   stretch_m: 60
   fails_at: warning
@@ -21,18 +22,17 @@ gate:
     unmet-share: {severity: warning, allowed: 0.3, at_limits: {0.25: 0.1}}
     sensor-change: off
     release-order: note
-)");
-  ASSERT_TRUE(settings) << to_string(settings.error());
-  EXPECT_EQ(settings->stretch_m, 60.0);
-  EXPECT_EQ(settings->change_stretch_m, 20.0);
-  EXPECT_EQ(settings->fails_at, Severity::kWarning);
-  EXPECT_EQ(settings->rules.at("expected-coverage").threshold.allowed, 0.9);
-  EXPECT_EQ(settings->rules.at("expected-coverage").severity, Severity::kError);
-  EXPECT_EQ(settings->rules.at("unmet-share").severity, Severity::kWarning);
-  EXPECT_EQ(settings->rules.at("unmet-share").threshold.at(0.1), 0.3);
-  EXPECT_EQ(settings->rules.at("unmet-share").threshold.at(0.25), 0.1);
-  EXPECT_FALSE(settings->rules.at("sensor-change").is_on);
-  EXPECT_EQ(settings->rules.at("release-order").severity, Severity::kNote);
+)"));
+  EXPECT_EQ(settings.stretch_m, 60.0);
+  EXPECT_EQ(settings.change_stretch_m, 20.0);
+  EXPECT_EQ(settings.fails_at, Severity::kWarning);
+  EXPECT_EQ(settings.rules.at("expected-coverage").threshold.allowed, 0.9);
+  EXPECT_EQ(settings.rules.at("expected-coverage").severity, Severity::kError);
+  EXPECT_EQ(settings.rules.at("unmet-share").severity, Severity::kWarning);
+  EXPECT_EQ(settings.rules.at("unmet-share").threshold.at(0.1), 0.3);
+  EXPECT_EQ(settings.rules.at("unmet-share").threshold.at(0.25), 0.1);
+  EXPECT_FALSE(settings.rules.at("sensor-change").is_on);
+  EXPECT_EQ(settings.rules.at("release-order").severity, Severity::kNote);
 }
 
 TEST(GateSettings, MayStandAloneOrInTheConfigurationOfACompile) {

@@ -13,6 +13,7 @@
 #include "tests/formats/foreign/bag_files.h"
 #include "tests/support/box_world.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 // Folders of recordings as people have them, drawn in a street of boxes.
 
@@ -243,9 +244,8 @@ TEST_F(Init, OffersASecondSensorOfTheVehicleButDoesNotGuessWhereItSits) {
   std::string uncommented = yaml_;
   uncommented.replace(uncommented.find("# mapping-2"), 2, "");
   std::ofstream(folder_ / "drive.yaml") << uncommented;
-  const Result<CompileConfig> both = load_compile_config(folder_ / "drive.yaml", {});
-  ASSERT_TRUE(both.has_value()) << to_string(both.error());
-  EXPECT_EQ(both->other_sensors[0].scans, path("rear"));
+  const CompileConfig both = value_of(load_compile_config(folder_ / "drive.yaml", {}));
+  EXPECT_EQ(both.other_sensors[0].scans, path("rear"));
 }
 
 TEST_F(Init, DoesNotMeasureADriveElsewhereInThisMap) {
@@ -354,10 +354,9 @@ TEST_F(Init, TakesThePosesOfTheSensorFromTransforms) {
   const CompileConfig config = draft();
   EXPECT_EQ(config.mapping.poses_topic, "/tf");
   EXPECT_EQ(config.mapping.poses_of, PosesOf::kSensor);
-  const Result<Recording> recording = list_recording(config.mapping);
-  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  const Recording recording = value_of(list_recording(config.mapping));
   EXPECT_TRUE(
-      recording->scans[5].T_world_vehicle->isApprox(lidar_on({.turned_deg = 30.0}, 5), 1e-9));
+      recording.scans[5].T_world_vehicle->isApprox(lidar_on({.turned_deg = 30.0}, 5), 1e-9));
 }
 
 TEST_F(Init, NamesTheMetadataOfAnOustersCapture) {
@@ -368,10 +367,9 @@ TEST_F(Init, NamesTheMetadataOfAnOustersCapture) {
   EXPECT_EQ(config.mapping.scans, path("drive.pcap"));
   EXPECT_EQ(config.mapping.sensor, path("roof.json"));
   EXPECT_THAT(yaml_, HasSubstr("the metadata of the sensor that sent these packets"));
-  const Result<SensorProfile> sensor = sensor_of(config.mapping);
-  ASSERT_TRUE(sensor) << to_string(sensor.error());
-  EXPECT_EQ(sensor->name, "OS-1-16");
-  EXPECT_EQ(sensor->ring_count(), 16);
+  const SensorProfile sensor = value_of(sensor_of(config.mapping));
+  EXPECT_EQ(sensor.name, "OS-1-16");
+  EXPECT_EQ(sensor.ring_count(), 16);
 }
 
 TEST_F(Init, WritesNamesThatYamlReadsBack) {

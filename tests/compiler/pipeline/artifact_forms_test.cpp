@@ -7,6 +7,7 @@
 #include "formats/annotation/site_column.h"
 #include "formats/surroundings/ndt_map.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 // One pass may make and another take an artifact in another form than the whole.
 
@@ -182,16 +183,13 @@ TEST_F(ArtifactForms, OfAWholeTheLastToTakeAFormReadsItFromTheStore) {
 TEST(InForm, GivesAnyFormOfAnother) {
   const NdtMap map = row_of_nds(10);
   const ArtifactSet::Entry whole{&artifact_type<NdtMap>(), std::make_shared<const NdtMap>(map), {}};
-  const Result<std::shared_ptr<const void>> same = in_form(whole, artifact_type<NdtMap>());
-  ASSERT_TRUE(same);
-  EXPECT_EQ(*same, whole.value);
-  const Result<std::shared_ptr<const void>> tiled = in_form(whole, artifact_type<TiledNds>());
-  ASSERT_TRUE(tiled);
-  EXPECT_EQ(static_cast<const TiledNds*>(tiled->get())->tiles().size(), 3U);
-  const Result<std::shared_ptr<const void>> back =
-      in_form({&artifact_type<TiledNds>(), *tiled, {}}, artifact_type<NdtMap>());
-  ASSERT_TRUE(back);
-  EXPECT_TRUE(to_bytes(*static_cast<const NdtMap*>(back->get())) == to_bytes(map));
+  const std::shared_ptr<const void> same = value_of(in_form(whole, artifact_type<NdtMap>()));
+  EXPECT_EQ(same, whole.value);
+  const std::shared_ptr<const void> tiled = value_of(in_form(whole, artifact_type<TiledNds>()));
+  EXPECT_EQ(static_cast<const TiledNds*>(tiled.get())->tiles().size(), 3U);
+  const std::shared_ptr<const void> back =
+      value_of(in_form({&artifact_type<TiledNds>(), tiled, {}}, artifact_type<NdtMap>()));
+  EXPECT_TRUE(to_bytes(*static_cast<const NdtMap*>(back.get())) == to_bytes(map));
 }
 
 }  // namespace

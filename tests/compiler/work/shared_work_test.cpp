@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "compiler/driver/pipelines.h"
-#include "compiler/work/engine_scripts.h"
 #include "compiler/work/shared_work.h"
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -44,14 +44,13 @@ class PlanFileTest : public ::testing::Test {
 
 TEST_F(PlanFileTest, IsReadBackAsItWasWritten) {
   const PlanFile plan = some_plan();
-  const Result<PlanFile> read_back = read(to_json(plan));
-  ASSERT_TRUE(read_back.has_value()) << to_string(read_back.error());
-  EXPECT_EQ(read_back->folder, plan.folder);
-  EXPECT_EQ(read_back->configuration, plan.configuration);
-  EXPECT_EQ(read_back->overrides, plan.overrides);
-  EXPECT_EQ(read_back->model, plan.model);
-  EXPECT_EQ(read_back->values, plan.values);
-  EXPECT_EQ(read_back->recordings, plan.recordings);
+  const PlanFile read_back = value_of(read(to_json(plan)));
+  EXPECT_EQ(read_back.folder, plan.folder);
+  EXPECT_EQ(read_back.configuration, plan.configuration);
+  EXPECT_EQ(read_back.overrides, plan.overrides);
+  EXPECT_EQ(read_back.model, plan.model);
+  EXPECT_EQ(read_back.values, plan.values);
+  EXPECT_EQ(read_back.recordings, plan.recordings);
 }
 
 TEST_F(PlanFileTest, KeepsToItsSchema) {

@@ -1,4 +1,4 @@
-#include "compiler/cli/parse_command_line.h"
+#include "compiler/cli/command_line.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,12 +1,45 @@
-#include "compiler/config/same_recordings.h"
+#include "compiler/config/inputs.h"
 
 #include <algorithm>
 #include <map>
 
+#include "formats/foreign/maps/apollo_map.h"
+#include "formats/foreign/maps/foreign_maps.h"
+#include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/recording/same_recording.h"
+#include "formats/foreign/text/sensor_file.h"
 
 namespace sightline {
 namespace {
+
+namespace fs = std::filesystem;
+
+Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) {
+  if (options.scans.empty()) return {};
+  SIGHTLINE_ASSIGN(const Recording recording, list_recording(options));
+  for (const RecordedScan& scan : recording.scans) inputs.files.push_back(recording.file_of(scan));
+  for (const std::string& file : {options.poses, options.stamps, options.calibration}) {
+    if (!file.empty()) inputs.files.emplace_back(file);
+  }
+  if (is_sensor_file(options.sensor)) inputs.files.emplace_back(options.sensor);
+  if (!recording.container) inputs.folders.emplace_back(options.scans);
+  return {};
+}
+
+void sort_once(std::vector<fs::path>& paths) {
+  std::ranges::sort(paths);
+  paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
+}
+
+std::string escaped(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == ' ' || c == '#') text += '\\';
+    if (c == '$') text += '$';
+    text += c;
+  }
+  return text;
+}
 
 struct NamedDrive {
   std::string role;
@@ -22,16 +55,14 @@ std::vector<NamedDrive> drives_for(RecordingUse use, const CompileConfig& config
   return drives;
 }
 
-Result<void> check_named_once(const std::vector<NamedDrive>& drives,
-                              const std::filesystem::path& file) {
+Result<void> check_named_once(const std::vector<NamedDrive>& drives) {
   std::map<std::string, std::string> role_of;
   for (const NamedDrive& drive : drives) {
     const auto [other, is_new] = role_of.try_emplace(drive.place.name(), drive.role);
     if (is_new) continue;
     return Error{ErrorCode::kBadValue,
                  drive.role + ".scans: found the recording of " + other->second +
-                     ", expected another drive: a recording that is listed twice counts twice",
-                 file.string()};
+                     ", expected another drive: a recording that is listed twice counts twice"};
   }
   return {};
 }
@@ -52,11 +83,51 @@ void become_split(CompileConfig& config) {
 
 }  // namespace
 
-Result<void> settle_same_recordings(const std::filesystem::path& file, CompileConfig& config) {
+Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file,
+                               const fs::path& model) {
+  InputFiles inputs;
+  if (!file.empty()) inputs.files.push_back(file);
+  if (!model.empty()) inputs.files.push_back(model);
+  std::vector<const RecordingOptions*> recordings;
+  visit_recordings(config, [&](const RecordingRole& role, const RecordingOptions& recording) {
+    if (role.use != RecordingUse::kEvaluation) recordings.push_back(&recording);
+  });
+  for (const RecordingOptions* recording : recordings) {
+    SIGHTLINE_TRY(add_recording(*recording, inputs));
+  }
+  for (const std::string& named : {config.mapping_recordings, config.localization_recordings}) {
+    if (named.empty()) continue;
+    std::error_code ignored;
+    (fs::is_directory(named, ignored) ? inputs.folders : inputs.files).emplace_back(named);
+  }
+  if (config.has_map()) {
+    const std::string& map = config.map.points;
+    SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces,
+                     config.map.is_apollo ? list_apollo_map(map) : list_point_map(map));
+    inputs.files.insert(inputs.files.end(), pieces.begin(), pieces.end());
+    if (!config.route.is_everywhere()) inputs.files.emplace_back(config.route.file);
+    if (pieces.size() > 1) inputs.folders.push_back(pieces.front().parent_path());
+  }
+  if (!config.base_poses.empty()) inputs.files.emplace_back(config.base_poses);
+  if (config.imports_errors()) inputs.files.emplace_back(config.outside.file);
+  sort_once(inputs.files);
+  sort_once(inputs.folders);
+  return inputs;
+}
+
+std::string depfile_text(const std::string& target, const InputFiles& inputs) {
+  std::string text = escaped(target) + ":";
+  for (const std::vector<fs::path>* paths : {&inputs.files, &inputs.folders}) {
+    for (const fs::path& path : *paths) text += " \\\n  " + escaped(path.string());
+  }
+  return text + "\n";
+}
+
+Result<void> settle_same_recordings(CompileConfig& config) {
   const std::vector<NamedDrive> mapping = drives_for(RecordingUse::kMapping, config);
   const std::vector<NamedDrive> localization = drives_for(RecordingUse::kLocalization, config);
-  SIGHTLINE_TRY(check_named_once(mapping, file));
-  SIGHTLINE_TRY(check_named_once(localization, file));
+  SIGHTLINE_TRY(check_named_once(mapping));
+  SIGHTLINE_TRY(check_named_once(localization));
   // The mapping drive that each is; files are compared once.
   std::vector<const NamedDrive*> own;
   for (const NamedDrive& drive : localization) own.push_back(same_drive(mapping, drive.place));
@@ -64,23 +135,20 @@ Result<void> settle_same_recordings(const std::filesystem::path& file, CompileCo
   const bool is_other = first == own.end();
   if (is_other && config.annotation.split == Split::kEvenOdd && !localization.empty()) {
     return Error{ErrorCode::kBadValue,
-                 "annotation.split is even-odd and a localization drive is named: choose one",
-                 file.string()};
+                 "annotation.split is even-odd and a localization drive is named: choose one"};
   }
   if (is_other) return {};
   const std::string found = localization[static_cast<std::size_t>(first - own.begin())].role +
                             ".scans: found the recording of " + (*first)->role;
   if (std::ranges::find(own, nullptr) != own.end()) {
     return Error{ErrorCode::kBadValue,
-                 found + ", expected a drive that did not make the map, as the others: remove it",
-                 file.string()};
+                 found + ", expected a drive that did not make the map, as the others: remove it"};
   }
   if (config.imports_errors()) {
     return Error{ErrorCode::kBadValue,
                  found +
                      ", expected another drive: of a drive that makes the map every second scan is "
-                     "localized, and import-errors has errors of all",
-                 file.string()};
+                     "localized, and import-errors has errors of all"};
   }
   become_split(config);
   config.notes.push_back(found +
