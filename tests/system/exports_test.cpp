@@ -291,7 +291,7 @@ TEST(Exports, AVehicleInTheExportedMapGetsTheAnswersOfItsPlace) {
     const Eigen::Vector3d world_m = row.T_world_vehicle.translation();
     const Eigen::Vector3d in_export_m = world_m - taken_m;
     const auto answer = [&](const Eigen::Vector3d& p_m) {
-      return reader.observation_range({p_m.x(), p_m.y(), p_m.z()}, 0.10);
+      return *reader.observation_range({p_m.x(), p_m.y(), p_m.z()}, 0.10);
     };
     const RangeAnswer of_export = answer(in_export_m + taken_m);
     EXPECT_EQ(of_export.site, answer(world_m).site);
