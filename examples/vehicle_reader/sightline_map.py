@@ -20,7 +20,9 @@ from typing import NamedTuple
 
 UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE = 1, 2, 4, 8, 16, 32, 64
 SIMULATED = 128  # no scan was ever seen here: what simulation found of the place decided
-KNOWN_BLOCKS = {("ndt", 1), ("range", 1)}
+KNOWN_BLOCKS = {("ndt", 1), ("range", 2)}
+REASONS = ("none", "model", "most-probable", "extrapolated", "dilation", "simulation", "no-drive", "too-short",
+           "explains-nothing", "cheaper", "drives", "tighter-limit")
 LOOK_UP = 1  # compatible feature bit 0
 PAGE = 4096
 MASK = (1 << 64) - 1
@@ -222,6 +224,7 @@ class Answer(NamedTuple):
     distance_m: float  # to the nearest site
     flags: int
     site: int  # None far from any
+    reason: int = 0  # of REASONS: why the site has this range or look; 0: no answer of a site is used
 
 
 def look_from(table):
@@ -365,7 +368,8 @@ class SightlineMap:
                   ("probability", "d", ranges * limits), ("site_flags", "B", 1), ("extrapolated", "B", ranges),
                   ("pose", "d", 12), ("look_index", "B", limits if looks else 0),
                   ("look_flags", "B", limits if looks else 0), ("look_mean_error_m", "d", looks),
-                  ("look_probability", "d", looks * limits), ("look_extrapolated", "B", looks)]
+                  ("look_probability", "d", looks * limits), ("look_extrapolated", "B", looks),
+                  ("range_reason", "B", limits), ("look_reason", "B", limits if looks else 0)]
         sites = {}
         for tile in self.tiles():
             for layer in tile.layers:
@@ -437,10 +441,10 @@ class SightlineMap:
         distance_m, site, longest_error_m, choices, _ = row
         if limit < 0:
             return Answer(self.ranges_m[-1], 0.0, longest_error_m, distance_m, flags, site)
-        index, site_flags, probability, mean_error_m = choices[limit]
+        index, site_flags, probability, mean_error_m, reason = choices[limit]
         demand(index < len(self.ranges_m), "bad-layer", f"site {site}")
         return Answer(self.ranges_m[index], probability, mean_error_m, distance_m,
-                      flags | site_flags, site)
+                      flags | site_flags, site, reason)
 
     def look(self, position_world_m, limit_m, visible_m=math.inf):
         """(Look, Answer): the cheapest look for a sensor that now sees visible_m far, and its numbers."""
@@ -450,16 +454,17 @@ class SightlineMap:
         limit = sum(each <= limit_m for each in self.limits_m) - 1
         row = self._look_up.nearest(p_m) if self.looks and self.is_for_caller and limit >= 0 else None
         if row:
-            index, site_flags, probability, mean_error_m = row[4][limit]
+            index, site_flags, probability, mean_error_m, reason = row[4][limit]
             demand(index < len(self.looks), "bad-layer", f"site {row[1]}")
             look = self.looks[index]
             if look.range_m <= visible_m:
-                return look, Answer(look.range_m, probability, mean_error_m, row[0], site_flags, row[1])
+                return look, Answer(look.range_m, probability, mean_error_m, row[0], site_flags, row[1],
+                                    reason)
         if answer.range_m <= visible_m:
             return Look(answer.range_m), answer
         probability = 0.0 if self.is_for_caller else math.nan
         answer = answer._replace(range_m=self.ranges_m[-1], probability=probability,
-                                 flags=answer.flags | NOT_VISIBLE)
+                                 flags=answer.flags | NOT_VISIBLE, reason=0)
         return Look(answer.range_m), answer
 
     def look_plan(self, position_world_m, limit_m, is_tracking, visible_m=math.inf):
@@ -489,7 +494,7 @@ class LookUp:
         demand(info[:8] == b"\x89SLU\r\n\x1a\n", "bad-layer", "look-up")
         (version, page_size, pages, self.cell_m, self.slots, self.rows, limits,
          text_size, looks) = struct.unpack_from("<IIQdQQIII", info, 8)
-        demand(version == 1 and page_size == PAGE, "unknown-required-feature", "look-up")
+        demand(version == 2 and page_size == PAGE, "unknown-required-feature", "look-up")
         self.begin = end - PAGE * pages
         self.checked = set()
         self.page(pages - 1)
@@ -497,7 +502,7 @@ class LookUp:
             name, number = line.split(" ")
             demand((name, int(number)) in KNOWN_BLOCKS, "unknown-required-feature", "block " + line)
         self.look_limits = self.limits if looks else 0
-        self.row_size = (40 + 18 * (self.limits + self.look_limits) + 7) // 8 * 8
+        self.row_size = (40 + 19 * (self.limits + self.look_limits) + 7) // 8 * 8
         self.rows_per_page = 4080 // self.row_size
         self.slot_pages = -(-self.slots // 255)
         demand(limits == self.limits and looks == len(owner.looks) and self.rows == owner.site_count and
@@ -543,13 +548,14 @@ class LookUp:
             return None
         distance_m, site, page, place = best
         n, m = self.limits, self.look_limits
-        values = struct.unpack_from(f"<d8x{n}d{n}d{m}d{m}d{n}B{n}B{m}B{m}B", page, place + 24)
+        values = struct.unpack_from(f"<d8x{n}d{n}d{m}d{m}d{n}B{n}B{m}B{m}B{n}B{m}B", page, place + 24)
         index = 1 + 2 * n + 2 * m
-        choices = [(values[index + i], values[index + n + i], values[1 + i], values[1 + n + i])
-                   for i in range(n)]
+        reason = index + 2 * n + 2 * m
+        choices = [(values[index + i], values[index + n + i], values[1 + i], values[1 + n + i],
+                    values[reason + i]) for i in range(n)]
         index += 2 * n
         looks = [(values[index + i], values[index + m + i], values[1 + 2 * n + i],
-                  values[1 + 2 * n + m + i]) for i in range(m)]
+                  values[1 + 2 * n + m + i], values[reason + n + i]) for i in range(m)]
         return distance_m, site, values[0], choices, looks
 
 

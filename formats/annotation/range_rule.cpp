@@ -34,4 +34,11 @@ std::optional<std::size_t> own_range(const RangeTable& table, const PredictedErr
   return range_by_probability(predicted, site, limit, p);
 }
 
+Answer answer_of(const RangeTable& table, const PredictedError& predicted, std::size_t site,
+                 std::size_t limit) {
+  const std::size_t look = table.range(site, limit);
+  return {table.looks[look], predicted.probability(site, look, limit), predicted.mean(site, look),
+          table.flags_of(site, limit), table.reason(site, limit)};
+}
+
 }  // namespace sightline

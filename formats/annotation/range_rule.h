@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include "formats/annotation/predicted_error.h"
@@ -23,5 +24,16 @@ std::optional<std::size_t> range_by_probability(const PredictedError& predicted,
 // The same by the rule and the thresholds of a table.
 std::optional<std::size_t> own_range(const RangeTable& table, const PredictedError& predicted,
                                      std::size_t site, std::size_t limit);
+
+// What a table holds at a site for one limit, with what is predicted there.
+struct Answer {
+  Look look;
+  double probability = 0.0;  // P(error <= limit)
+  double error_m = 0.0;      // mean
+  std::uint8_t flags = 0;    // of range_table.h
+  Reason reason = Reason::kNone;
+};
+Answer answer_of(const RangeTable& table, const PredictedError& predicted, std::size_t site,
+                 std::size_t limit);
 
 }  // namespace sightline

@@ -42,7 +42,8 @@ Result<void> validate_shape(const RangeTable& table) {
                                 " limits, expected 1 to 256 and at least 1",
                             "");
   }
-  if (table.range_index.size() != pairs || table.flags.size() != pairs) {
+  if (table.range_index.size() != pairs || table.flags.size() != pairs ||
+      table.reasons.size() != pairs) {
     return invalid_artifact("choices do not fill " + std::to_string(table.site_count) +
                                 " sites x " + std::to_string(table.promises.size()) + " limits",
                             "");
@@ -67,6 +68,9 @@ Result<void> validate_choice(const RangeTable& table, std::size_t site, std::siz
   if ((table.flags[i] & ~(kUnmet | kExtrapolated | kStatic | kSimulatedAnswer)) != 0) {
     return invalid_artifact("found an unknown flag", place);
   }
+  if (table.reasons[i] == Reason::kNone || name_of(table.reasons[i]).empty()) {
+    return invalid_artifact("found no reason of a choice, or an unknown one", place);
+  }
   if (limit > 0 && table.range_index[i] > table.range_index[i - 1]) {
     return invalid_artifact("a looser limit looks further than a tighter one", place);
   }
@@ -77,12 +81,12 @@ void append_rows(const RangeTable& table, Table& out) {
   for (std::size_t site = 0; site < table.site_count; ++site) {
     for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
       const std::uint8_t flags = table.flags_of(site, limit);
-      out.rows.push_back({static_cast<std::int64_t>(site), table.promises[limit].limit_m,
-                          table.range_m(site, limit),
-                          to_text(table.looks[table.range(site, limit)]),
-                          std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
-                          std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0},
-                          std::int64_t{(flags & kStatic) != 0 ? 1 : 0}});
+      out.rows.push_back(
+          {static_cast<std::int64_t>(site), table.promises[limit].limit_m,
+           table.range_m(site, limit), to_text(table.looks[table.range(site, limit)]),
+           std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
+           std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0},
+           std::int64_t{(flags & kStatic) != 0 ? 1 : 0}, cell_of(table.reason(site, limit))});
     }
   }
 }
@@ -155,7 +159,7 @@ Table dump(const RangeTable& table) {
   out.facts = {{"selection", cell_of(table.selection)}, {"dilation_m", table.dilation_m}};
   append_promises(table, "", out);
   for (const RangeTable& samples : table.of_samples) append_promises(samples, "look_", out);
-  out.columns = {"site", "limit_m", "range_m", "look", "unmet", "extrapolated", "static"};
+  out.columns = {"site", "limit_m", "range_m", "look", "unmet", "extrapolated", "static", "reason"};
   append_rows(table, out);
   for (const RangeTable& samples : table.of_samples) append_rows(samples, out);
   return out;

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/annotation/answer.h"
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
@@ -75,6 +76,7 @@ struct RangeTable {
   std::vector<std::uint8_t> range_index;  // [site][limit], into looks;    a looser limit never
                                           // looks further
   std::vector<std::uint8_t> flags;        // [site][limit]
+  std::vector<Reason> reasons;            // [site][limit]: never kNone
   // How a vehicle localizes that tracks, wherever it is; looks that take a sample alone may have
   // it.
   std::optional<LookPlan> plan;
@@ -93,14 +95,17 @@ struct RangeTable {
   [[nodiscard]] std::uint8_t flags_of(std::size_t site, std::size_t limit) const {
     return flags[shape().index(site, limit)];
   }
+  [[nodiscard]] Reason reason(std::size_t site, std::size_t limit) const {
+    return reasons[shape().index(site, limit)];
+  }
 };
 SIGHTLINE_FIELDS(RangeTable, looks, selection, dilation_m, extrapolated_takes_static, promises,
-                 site_count, range_index, flags, plan, of_samples)
+                 site_count, range_index, flags, reasons, plan, of_samples)
 
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 7;
+  static constexpr std::uint32_t kVersion = 8;
 };
 
 // Of its sites, those flagged kSimulatedAnswer for some limit.

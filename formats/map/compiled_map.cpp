@@ -2,9 +2,11 @@
 
 #include <algorithm>
 
+#include "formats/annotation/range_rule.h"
 #include "formats/base/parallel.h"
 #include "formats/base/statistics.h"
 #include "formats/map/factor_layer.h"
+#include "formats/record/cells.h"
 
 namespace sightline {
 namespace {
@@ -17,18 +19,18 @@ LimitQuality quality_of_limit(const PredictedError& predicted, const RangeTable&
   std::size_t measured_count = 0;
   std::size_t within_count = 0;
   for (std::size_t site = 0; site < ranges.site_count; ++site) {
-    const std::size_t range = ranges.range(site, limit);
-    const std::uint8_t flags = ranges.flags_of(site, limit);
-    if ((flags & kUnmet) != 0) ++quality.unmet_count;
-    if ((flags & kExtrapolated) != 0) ++quality.extrapolated_count;
-    ranges_m.push_back(ranges.looks[range].range_m);
-    probabilities.push_back(predicted.probability(site, range, limit));
+    const Answer answer = answer_of(ranges, predicted, site, limit);
+    if ((answer.flags & kUnmet) != 0) ++quality.unmet_count;
+    if ((answer.flags & kExtrapolated) != 0) ++quality.extrapolated_count;
+    ranges_m.push_back(answer.look.range_m);
+    probabilities.push_back(answer.probability);
     if (measured == nullptr || site >= measured->scan_of_site.size() ||
         measured->scan_of_site[site] < 0) {
       continue;
     }
     ++measured_count;
-    if (measured->row(site, range).mean_m <= ranges.promises[limit].limit_m) ++within_count;
+    if (measured->row(site, ranges.range(site, limit)).mean_m <= ranges.promises[limit].limit_m)
+      ++within_count;
   }
   const auto count = static_cast<double>(ranges.site_count);
   quality.mean_range_m = ordered_sum(ranges_m) / count;
@@ -57,23 +59,23 @@ Table dump(const CompiledMap& map) {
     table.columns.push_back("range_m_within_" + limit);
     table.columns.push_back("p_within_" + limit);
     table.columns.push_back("flags_within_" + limit);
+    table.columns.push_back("reason_within_" + limit);
     if (map.ranges.of_samples.empty()) continue;
     table.columns.push_back("look_within_" + limit);
     table.columns.push_back("look_p_within_" + limit);
     table.columns.push_back("look_flags_within_" + limit);
+    table.columns.push_back("look_reason_within_" + limit);
   }
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
     for (std::size_t limit = 0; limit < limits; ++limit) {
-      const std::size_t range = map.ranges.range(site, limit);
-      table.rows[site].emplace_back(map.ranges.looks[range].range_m);
-      table.rows[site].emplace_back(map.predicted.probability(site, range, limit));
-      table.rows[site].emplace_back(std::int64_t{map.ranges.flags_of(site, limit)});
+      std::vector<Cell>& row = table.rows[site];
+      const Answer range = answer_of(map.ranges, map.predicted, site, limit);
+      row.insert(row.end(), {range.look.range_m, range.probability, std::int64_t{range.flags},
+                             cell_of(range.reason)});
       for (const RangeTable& looks : map.ranges.of_samples) {
-        const std::size_t look = looks.range(site, limit);
-        table.rows[site].emplace_back(to_text(looks.looks[look]));
-        table.rows[site].emplace_back(
-            map.predicted.of_samples.front().probability(site, look, limit));
-        table.rows[site].emplace_back(std::int64_t{looks.flags_of(site, limit)});
+        const Answer look = answer_of(looks, map.predicted.of_samples.front(), site, limit);
+        row.insert(row.end(), {to_text(look.look), look.probability, std::int64_t{look.flags},
+                               cell_of(look.reason)});
       }
     }
   }

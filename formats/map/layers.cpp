@@ -124,12 +124,14 @@ void for_answers(Map& map, const AnswerShape& shape, const RangeLayout& layout,
                  const Visit& visit) {
   visit(map.ranges.range_index, shape.limits, layout.range_index);
   visit(map.ranges.flags, shape.limits, layout.range_flags);
+  visit(map.ranges.reasons, shape.limits, layout.range_reason);
   visit(map.predicted.mean_m, shape.ranges, layout.mean_error);
   visit(map.predicted.within_probability, shape.ranges * shape.limits, layout.probability);
   visit(map.predicted.extrapolated, shape.ranges, layout.extrapolated);
   for (auto& ranges : map.ranges.of_samples) {
     visit(ranges.range_index, shape.limits, layout.look_index);
     visit(ranges.flags, shape.limits, layout.look_flags);
+    visit(ranges.reasons, shape.limits, layout.look_reason);
   }
   for (auto& predicted : map.predicted.of_samples) {
     visit(predicted.mean_m, shape.looks, layout.look_mean_error);
@@ -147,6 +149,7 @@ void make_room_for(std::size_t sites, RangeTable& ranges) {
   ranges.site_count = static_cast<std::uint32_t>(sites);
   ranges.range_index.resize(ranges.shape().size(sites));
   ranges.flags.resize(ranges.shape().size(sites));
+  ranges.reasons.resize(ranges.shape().size(sites));
 }
 
 void make_room_for(std::size_t sites, PredictedError& predicted) {

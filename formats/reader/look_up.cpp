@@ -82,10 +82,10 @@ Result<void> check_info(const LookUpInfo& info, const MapFront& front, std::uint
 }
 
 // The line "name version" names what this program knows.
-bool is_known(std::string_view line) { return line == "ndt 1" || line == "range 1"; }
+bool is_known(std::string_view line) { return line == "ndt 1" || line == "range 2"; }
 
 Result<void> check_required(std::string_view text, std::uint64_t byte) {
-  static_assert(kNdtLayerVersion == 1 && kRangeLayerVersion == 1);
+  static_assert(kNdtLayerVersion == 1 && kRangeLayerVersion == 2);
   while (!text.empty()) {
     const std::string_view line = text.substr(0, text.find('\n'));
     if (!is_known(line)) {

@@ -45,7 +45,9 @@ struct LookUpRowLayout {
         range_flags(range_index + limits),
         look_index(range_flags + limits),
         look_flags(look_index + (looks > 0 ? limits : 0)),
-        size((look_flags + (looks > 0 ? limits : 0) + 7) / 8 * 8),
+        range_reason(look_flags + (looks > 0 ? limits : 0)),
+        look_reason(range_reason + limits),
+        size((look_reason + (looks > 0 ? limits : 0) + 7) / 8 * 8),
         rows_per_page(kPagePayload / size) {}
   static constexpr std::uint64_t p = 0;               // f64[3], map frame, m
   static constexpr std::uint64_t longest_error = 24;  // f64, at the longest range
@@ -59,6 +61,8 @@ struct LookUpRowLayout {
   std::uint64_t range_flags;       // u8[limits]
   std::uint64_t look_index;        // u8[limits]
   std::uint64_t look_flags;        // u8[limits]
+  std::uint64_t range_reason;      // u8[limits]
+  std::uint64_t look_reason;       // u8[limits]
   std::uint64_t size;
   std::uint64_t rows_per_page;
 };

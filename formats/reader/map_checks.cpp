@@ -134,7 +134,7 @@ Result<void> check_known(const schema::Block& block, const std::string& place) {
                  place};
   }
   const std::uint32_t known = is_ndt ? kNdtLayerVersion : is_range ? kRangeLayerVersion : 0;
-  if (block.version() == 0 || block.version() > known) {
+  if (known == 0 || block.version() != known) {
     return Error{ErrorCode::kUnknownRequiredFeature,
                  "block " + std::string(name) + " of version " + std::to_string(block.version()) +
                      " is required and unknown to this program",

@@ -169,6 +169,8 @@ RangeLayout::RangeLayout(std::uint64_t rows, const AnswerShape& shape) {
   place(look_mean_error, 8 * looks);
   place(look_probability, 8 * looks * limits);
   place(look_extrapolated, looks);
+  place(range_reason, limits);
+  place(look_reason, looks > 0 ? limits : 0);
 }
 
 }  // namespace sightline

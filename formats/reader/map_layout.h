@@ -51,12 +51,12 @@ inline constexpr std::string_view kColumnSection = "column.";
 inline constexpr std::uint32_t kColumnSectionVersion = 1;
 inline constexpr std::size_t kMostColumns = 256;
 inline constexpr std::uint32_t kNdtLayerVersion = 1;
-inline constexpr std::uint32_t kRangeLayerVersion = 1;
+inline constexpr std::uint32_t kRangeLayerVersion = 2;
 // Derived from the others: made anew by who writes a file, part of no digest.
 inline constexpr std::string_view kContentsLayer = "contents";
 inline constexpr std::string_view kLookUpSection = "look-up";
 inline constexpr std::uint32_t kContentsLayerVersion = 1;
-inline constexpr std::uint32_t kLookUpSectionVersion = 1;
+inline constexpr std::uint32_t kLookUpSectionVersion = 2;
 constexpr bool is_derived(std::string_view block_name) {
   return block_name == kContentsLayer || block_name == kLookUpSection;
 }
@@ -164,6 +164,8 @@ struct RangeLayout {
   std::uint64_t look_mean_error = 0;    // f64[rows][looks]
   std::uint64_t look_probability = 0;   // f64[rows][looks][limits]
   std::uint64_t look_extrapolated = 0;  // u8[rows][looks]
+  std::uint64_t range_reason = 0;       // u8[rows][limits]
+  std::uint64_t look_reason = 0;        // u8[rows][limits], empty where there are no looks
   std::uint64_t size = 0;
 };
 inline constexpr std::uint64_t kMostRows = std::uint64_t{1} << 26;

@@ -83,7 +83,7 @@ LookPlanAnswer plan_of(const schema::LookPlan& from) {
 
 LookAnswer look_answer(const MapLook& look, const RangeAnswer& numbers) {
   return {look,          numbers.probability, numbers.mean_error_m, numbers.distance_m,
-          numbers.flags, numbers.site};
+          numbers.flags, numbers.site,        numbers.reason};
 }
 
 }  // namespace
@@ -198,6 +198,7 @@ Result<RangeAnswer> MapReader::range_of(const Found& found) const {
   if (range >= ranges_m_.size()) return unknown_range(nearest.site);
   answer.range_m = ranges_m_[range];
   answer.flags |= load<std::uint8_t>(nearest.row + layout.range_flags, *found.limit);
+  answer.reason = load<Reason>(nearest.row + layout.range_reason, *found.limit);
   answer.probability = load<double>(nearest.row + LookUpRowLayout::probability, *found.limit);
   answer.mean_error_m = load<double>(nearest.row + layout.mean_error, *found.limit);
   return believable(answer, info_.site_count);
@@ -284,6 +285,7 @@ Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m
     if (looks_[number].range_m <= visible_m) {
       RangeAnswer numbers = range;
       numbers.flags = load<std::uint8_t>(row + layout.look_flags, *found.limit);
+      numbers.reason = load<Reason>(row + layout.look_reason, *found.limit);
       numbers.probability = load<double>(row + layout.look_probability, *found.limit);
       numbers.mean_error_m = load<double>(row + layout.look_mean_error, *found.limit);
       SIGHTLINE_ASSIGN(numbers, believable(numbers, info_.site_count));
@@ -294,6 +296,7 @@ Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m
   if (!is_visible) {
     range.flags |= kAnswerNotVisible;
     range.range_m = ranges_m_.back();
+    range.reason = Reason::kNone;
     if (info_.is_for_caller) range.probability = 0.0;
   }
   return look_answer({.range_m = range.range_m}, range);

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/annotation/answer.h"
 #include "formats/base/result.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_container.h"
@@ -54,7 +55,8 @@ struct RangeAnswer {
   double mean_error_m = 0.0;  // predicted, at this range; infinity far from any site; NaN as above
   double distance_m = std::numeric_limits<double>::infinity();  // 3D, to the nearest site
   std::uint32_t flags = 0;
-  std::uint32_t site = kNoSite;  // the nearest one
+  std::uint32_t site = kNoSite;   // the nearest one
+  Reason reason = Reason::kNone;  // why the site has this range; kNone where none of a site is used
 };
 
 // The cheapest way to localize.
@@ -66,6 +68,7 @@ struct LookAnswer {
   double distance_m = std::numeric_limits<double>::infinity();
   std::uint32_t flags = 0;
   std::uint32_t site = kNoSite;
+  Reason reason = Reason::kNone;
 };
 
 // How a vehicle localizes step by step ("Driving by a plan" in schemas/definitions.md).

@@ -1,6 +1,7 @@
 #include "formats/reader/sightline_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <new>
 #include <string>
 
@@ -135,6 +136,24 @@ int sightline_observation_range(const sightline_map* map, const double position_
   *range = {answer.range_m,    answer.probability, answer.mean_error_m,
             answer.distance_m, answer.flags,       answer.site};
   return found ? 0 : static_cast<int>(found.error().code);
+}
+
+int sightline_get_reasons(const sightline_map* map, const double position_world_m[3],
+                          double limit_m, sightline_reasons* reasons) {
+  const std::array<double, 3> p_m = {position_world_m[0], position_world_m[1], position_world_m[2]};
+  *reasons = {};
+  const Result<RangeAnswer> range = map->reader.observation_range(p_m, limit_m);
+  if (!range) return static_cast<int>(range.error().code);
+  const Result<LookAnswer> look = map->reader.look(p_m, limit_m);
+  if (!look) return static_cast<int>(look.error().code);
+  *reasons = {static_cast<uint32_t>(range->reason), static_cast<uint32_t>(look->reason)};
+  return 0;
+}
+
+const char* sightline_reason_name(uint32_t reason) {
+  // Names are literals, so they end in a zero.
+  const auto& names = sightline::kNamesOf<sightline::Reason>;
+  return reason < names.size() ? names[reason].data() : "unknown";
 }
 
 int sightline_get_look(const sightline_map* map, const double position_world_m[3], double limit_m,

@@ -141,6 +141,21 @@ int sightline_get_promise(const sightline_map* map, size_t limit, sightline_prom
 int sightline_observation_range(const sightline_map* map, const double position_world_m[3],
                                 double limit_m, sightline_range* range);
 
+/* Why a site has its range and its look for a limit: numbers of the rules that decided, 0 where no
+ * site's answer is used. Their names: sightline_reason_name. */
+typedef struct sightline_reasons {
+  uint32_t range;
+  uint32_t look;
+} sightline_reasons;
+
+/* Why sightline_observation_range and sightline_get_look (visible_m: INFINITY) answer there what
+ * they do. On failure both are 0. */
+int sightline_get_reasons(const sightline_map* map, const double position_world_m[3],
+                          double limit_m, sightline_reasons* reasons);
+
+/* "dilation"; "none" for 0, "unknown" for the number of a rule that this library does not know. */
+const char* sightline_reason_name(uint32_t reason);
+
 /* The look for a sensor there that now sees visible_m far (INFINITY: as far as it goes): the map's
  * look where that reaches no farther, else the observation range as a look at every return, else
  * the longest range with SIGHTLINE_NOT_VISIBLE. A map without looks answers with the range. On

@@ -113,7 +113,8 @@ Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) 
   }
   const SiteShape shape = stored.shape();
   for (std::size_t i = 0; i < stored.range_index.size(); ++i) {
-    if (stored.range_index[i] == again.range_index[i] && stored.flags[i] == again.flags[i]) {
+    if (stored.range_index[i] == again.range_index[i] && stored.flags[i] == again.flags[i] &&
+        stored.reasons[i] == again.reasons[i]) {
       continue;
     }
     return unfounded(at_site(shape.site_of(i)),

@@ -66,40 +66,11 @@ RangeTable to_table(const PredictedError& predicted, Chosen chosen) {
     for (const Choice& choice : chosen.choices) {
       table.range_index.push_back(choice.range_index[site]);
       table.flags.push_back(choice.flags[site]);
+      table.reasons.push_back(choice.reasons[site]);
     }
   }
   table.promises = std::move(chosen.promises);
   return table;
-}
-
-// Whether what simulated scans found was among what the model learnt from.
-bool knows_simulated(const ErrorModel& model) {
-  return std::ranges::find(model.features, kSimulatedColumn, &FeatureCard::name) !=
-         model.features.end();
-}
-
-// Sites of a map without scans, where a drive was measured since.
-void mark_simulated(const PredictedError& predicted, const ErrorModel& model, RangeTable& table) {
-  const bool has_labels = model.card.reference != ErrorReference::kSimulated;
-  const SiteShape shape = table.shape();
-  for (std::size_t i = 0; i < table.flags.size(); ++i) {
-    const std::size_t site = shape.site_of(i);
-    const bool was_measured =
-        predicted.has_history[site] == 1 || (has_labels && predicted.out_of_fold[site] == 1);
-    if (!was_measured) table.flags[i] |= kSimulatedAnswer;
-  }
-}
-
-// A threshold was set on maps that scans made; it says nothing of one whose scans are simulated.
-void withdraw_where_simulated(const ErrorModel& model, RangeTable& table) {
-  if (knows_simulated(model)) return;
-  for (LimitPromise& promise : table.promises) {
-    if (!promise.is_earned) continue;
-    promise.is_earned = false;
-    promise.statement =
-        "nothing is promised: no scan made this map, and the model learnt from maps that scans "
-        "made; train it on finished maps (map: in place of mapping:) with drives through them";
-  }
 }
 
 void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
@@ -196,16 +167,11 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
   }
   add_measured(sites, predicted, model, evidence);
   const bool is_mean = options.selection == Selection::kMean;
-  const ChoiceInputs inputs{sites, predicted, model, evidence, left_out};
-  RangeTable table = to_table(predicted, is_mean ? choose_all_by_mean(options, inputs)
-                                                 : choose_all_by_probability(options, inputs));
+  RangeTable table =
+      to_table(predicted, choose_all(options, {sites, predicted, model, evidence, left_out}));
   table.selection = options.selection;
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
   table.extrapolated_takes_static = options.extrapolated_takes_static;
-  if (is_simulated(factors.head())) {
-    mark_simulated(predicted, model, table);
-    withdraw_where_simulated(model, table);
-  }
   warn_of_flags(ctx, table);
   warn_of_static(ctx, table);
   return table;

@@ -51,7 +51,7 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const StoredTable<FactorTable>& factors);
 inline constexpr Pass kChooseRanges =
-    Pass{"choose-ranges", 13, "ranges", "How far to look", &choose_ranges}.in(Stage::kLearn);
+    Pass{"choose-ranges", 14, "ranges", "How far to look", &choose_ranges}.in(Stage::kLearn);
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;
 // nothing under the mean rule.

@@ -102,6 +102,7 @@ void add_predictions(bool is_changed, Random& random, CompiledMap& map) {
   for (const std::size_t range : chosen) {
     map.ranges.range_index.push_back(static_cast<std::uint8_t>(range));
     map.ranges.flags.push_back(range + 1 == ranges ? kUnmet : 0);
+    map.ranges.reasons.push_back(Reason::kModel);
   }
   map.predicted.extrapolated.insert(map.predicted.extrapolated.end(), ranges, 0);
   map.predicted.out_of_fold.push_back(1);

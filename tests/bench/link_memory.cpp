@@ -49,6 +49,7 @@ void repeat(RangeTable& ranges, int copies) {
   ranges.site_count *= static_cast<std::uint32_t>(copies);
   repeat(ranges.range_index, copies);
   repeat(ranges.flags, copies);
+  repeat(ranges.reasons, copies);
   for (RangeTable& samples : ranges.of_samples) repeat(samples, copies);
 }
 

@@ -36,6 +36,7 @@ CompiledMap city() {
   map.ranges.site_count = map.predicted.site_count = static_cast<std::uint32_t>(sites);
   map.ranges.range_index.resize(2 * sites, 3);
   map.ranges.flags.resize(2 * sites);
+  map.ranges.reasons.resize(2 * sites, Reason::kModel);
   map.predicted.looks = map.ranges.looks;
   map.predicted.limits_m = {0.10, 0.25};
   map.predicted.mean_m.resize(9 * sites, 0.08);

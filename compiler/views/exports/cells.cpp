@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "compiler/views/exports/lane_answers.h"
+#include "formats/record/cells.h"
 
 namespace sightline {
 namespace {
@@ -36,9 +37,10 @@ std::vector<std::string> columns_of(const MapInfo& info) {
   std::vector<std::string> columns = {"x_m", "y_m", "z_m", "site", "distance_m"};
   for (const double limit_m : info.limits_m) {
     const std::string within = "_within_" + format_double(limit_m) + "_m";
-    for (const char* name : {"range_m", "p", "unmet"}) columns.push_back(name + within);
+    for (const char* name : {"range_m", "p", "unmet", "reason"}) columns.push_back(name + within);
     if (info.looks.empty()) continue;
-    for (const char* name : {"look", "look_p", "look_unmet"}) columns.push_back(name + within);
+    for (const char* name : {"look", "look_p", "look_unmet", "look_reason"})
+      columns.push_back(name + within);
   }
   return columns;
 }
@@ -55,10 +57,12 @@ Result<std::vector<Cell>> row_at(const MapReader& map, const std::array<double, 
     if (row.empty()) {
       row = {p_m[0], p_m[1], p_m[2], std::int64_t{range.site}, range.distance_m};
     }
-    row.insert(row.end(), {range.range_m, range.probability, is_unmet(range.flags)});
+    row.insert(row.end(),
+               {range.range_m, range.probability, is_unmet(range.flags), cell_of(range.reason)});
     if (info.looks.empty()) continue;
     SIGHTLINE_ASSIGN(const LookAnswer look, map.look(p_m, limit_m));
-    row.insert(row.end(), {to_text(look_of(look.look)), look.probability, is_unmet(look.flags)});
+    row.insert(row.end(), {to_text(look_of(look.look)), look.probability, is_unmet(look.flags),
+                           cell_of(look.reason)});
   }
   return row;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "formats/annotation/range_rule.h"
+
 namespace sightline {
 namespace {
 
@@ -40,12 +42,12 @@ std::string within(const CompiledMap& map, std::size_t limit) {
 
 void add_look(const CompiledMap& map, std::size_t site, std::size_t limit, Properties& properties) {
   const RangeTable& looks = map.ranges.of_samples.front();
-  const std::size_t look = looks.range(site, limit);
+  const Answer answer = answer_of(looks, map.predicted.of_samples.front(), site, limit);
   const std::string suffix = within(map, limit);
-  properties.emplace_back("look" + suffix, to_text(looks.looks[look]));
-  properties.emplace_back("look_p" + suffix,
-                          map.predicted.of_samples.front().probability(site, look, limit));
-  properties.emplace_back("look_static" + suffix, (looks.flags_of(site, limit) & kStatic) != 0);
+  properties.emplace_back("look" + suffix, to_text(answer.look));
+  properties.emplace_back("look_p" + suffix, answer.probability);
+  properties.emplace_back("look_static" + suffix, (answer.flags & kStatic) != 0);
+  properties.emplace_back("look_reason" + suffix, std::string(name_of(answer.reason)));
 }
 
 }  // namespace
@@ -95,17 +97,17 @@ Properties site_properties(const CompiledMap& map, std::size_t site) {
                                               &NamedVersion::name) != map.definitions.end();
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     const std::string suffix = within(map, limit);
-    const std::size_t range = map.ranges.range(site, limit);
-    const std::uint8_t flags = map.ranges.flags_of(site, limit);
-    properties.emplace_back("range_m" + suffix, map.ranges.looks[range].range_m);
-    properties.emplace_back("p" + suffix, map.predicted.probability(site, range, limit));
-    properties.emplace_back("error_m" + suffix, map.predicted.mean(site, range));
-    properties.emplace_back("unmet" + suffix, (flags & kUnmet) != 0);
-    properties.emplace_back("extrapolated" + suffix, (flags & kExtrapolated) != 0);
-    properties.emplace_back("static" + suffix, (flags & kStatic) != 0);
+    const Answer answer = answer_of(map.ranges, map.predicted, site, limit);
+    properties.emplace_back("range_m" + suffix, answer.look.range_m);
+    properties.emplace_back("p" + suffix, answer.probability);
+    properties.emplace_back("error_m" + suffix, answer.error_m);
+    properties.emplace_back("unmet" + suffix, (answer.flags & kUnmet) != 0);
+    properties.emplace_back("extrapolated" + suffix, (answer.flags & kExtrapolated) != 0);
+    properties.emplace_back("static" + suffix, (answer.flags & kStatic) != 0);
     if (is_annotated) {
-      properties.emplace_back("simulated" + suffix, (flags & kSimulatedAnswer) != 0);
+      properties.emplace_back("simulated" + suffix, (answer.flags & kSimulatedAnswer) != 0);
     }
+    properties.emplace_back("reason" + suffix, std::string(name_of(answer.reason)));
     if (!map.ranges.of_samples.empty()) add_look(map, site, limit, properties);
   }
   for (const SiteColumn& column : map.columns) {

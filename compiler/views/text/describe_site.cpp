@@ -129,6 +129,7 @@ std::string describe_better(const CompiledMap& map, std::size_t site, std::size_
 std::string describe_choice(const CompiledMap& map, std::size_t site, std::size_t limit) {
   return fmt::format("  within {:g} m: look {:g} m\n", map.ranges.promises[limit].limit_m,
                      map.ranges.range_m(site, limit)) +
+         fmt::format("    reason: {}\n", name_of(map.ranges.reason(site, limit))) +
          describe_reason(map, site, limit) + describe_better(map, site, limit);
 }
 
@@ -200,12 +201,11 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
 std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t limit) {
   std::string text;
   for (const RangeTable& looks : map.ranges.of_samples) {
-    const PredictedError& predicted = map.predicted.of_samples.front();
-    const std::size_t look = looks.range(site, limit);
-    text += fmt::format(
-        "    look: {}; P {:.1f} %, predicted error {:.1f} cm{}\n", to_text(looks.looks[look]),
-        100.0 * predicted.probability(site, look, limit), 100.0 * predicted.mean(site, look),
-        (looks.flags_of(site, limit) & kStatic) != 0 ? "; the same everywhere" : "");
+    const Answer look = answer_of(looks, map.predicted.of_samples.front(), site, limit);
+    text += fmt::format("    look: {}; P {:.1f} %, predicted error {:.1f} cm{}; reason: {}\n",
+                        to_text(look.look), 100.0 * look.probability, 100.0 * look.error_m,
+                        (look.flags & kStatic) != 0 ? "; the same everywhere" : "",
+                        name_of(look.reason));
   }
   return text;
 }

@@ -44,17 +44,19 @@ Json limit_json(const LimitDiff& limit) {
 }
 
 Json answer_json(double limit_m, const AnswerDiff& answer) {
-  const auto answer_json = [](double range_m, std::uint8_t flags, double probability) {
+  const auto answer_json = [](double range_m, std::uint8_t flags, Reason reason,
+                              double probability) {
     return Json{{"range_m", range_m},
                 {"is_unmet", (flags & kUnmet) != 0},
                 {"is_extrapolated", (flags & kExtrapolated) != 0},
+                {"reason", name_of(reason)},
                 {"probability", probability}};
   };
-  return {
-      {"limit_m", limit_m},
-      {"before",
-       answer_json(answer.range_before_m, answer.flags_before, answer.probability_before)},
-      {"after", answer_json(answer.range_after_m, answer.flags_after, answer.probability_after)}};
+  return {{"limit_m", limit_m},
+          {"before", answer_json(answer.range_before_m, answer.flags_before, answer.reason_before,
+                                 answer.probability_before)},
+          {"after", answer_json(answer.range_after_m, answer.flags_after, answer.reason_after,
+                                answer.probability_after)}};
 }
 
 Json site_json(const SiteDiff& site, const std::vector<double>& limits_m) {

@@ -68,6 +68,7 @@ bool LookUpBuilder::add_choices(std::span<const std::byte> raw, const RangeLayou
     store(out + to.mean_error + 8 * limit, load<double>(raw, from.mean_error, cell));
     store(out + to.range_index + limit, range);
     store(out + to.range_flags + limit, load<std::uint8_t>(raw, from.range_flags, choice));
+    store(out + to.range_reason + limit, load<std::uint8_t>(raw, from.range_reason, choice));
     if (shape_.looks == 0) continue;
     const auto look = load<std::uint8_t>(raw, from.look_index, choice);
     if (look >= shape_.looks) return false;
@@ -77,6 +78,7 @@ bool LookUpBuilder::add_choices(std::span<const std::byte> raw, const RangeLayou
     store(out + to.look_mean_error + 8 * limit, load<double>(raw, from.look_mean_error, look_cell));
     store(out + to.look_index + limit, look);
     store(out + to.look_flags + limit, load<std::uint8_t>(raw, from.look_flags, choice));
+    store(out + to.look_reason + limit, load<std::uint8_t>(raw, from.look_reason, choice));
   }
   return true;
 }

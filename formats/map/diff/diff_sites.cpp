@@ -15,8 +15,9 @@ bool has_same_terms(const CompiledMap& before, const CompiledMap& after) {
 }
 
 AnswerDiff compare(const SiteAnswer& before, const SiteAnswer& after) {
-  return {before.range_m,     after.range_m,     before.flags,          after.flags,
-          before.probability, after.probability, before.virtual_points, after.virtual_points};
+  return {before.range_m,        after.range_m,       before.flags,       after.flags,
+          before.reason,         after.reason,        before.probability, after.probability,
+          before.virtual_points, after.virtual_points};
 }
 
 Result<ComparedSite> compare_site(const SiteRow& row, const Eigen::Vector3d& shift_m,

@@ -56,6 +56,8 @@ struct AnswerDiff {
   double range_after_m = 0.0;
   std::uint8_t flags_before = 0;  // kUnmet, kExtrapolated
   std::uint8_t flags_after = 0;
+  Reason reason_before = Reason::kNone;
+  Reason reason_after = Reason::kNone;
   double probability_before = 0.0;  // at the chosen range
   double probability_after = 0.0;
   double virtual_points_before = 0.0;  // of a scan at that range: what matching time goes by

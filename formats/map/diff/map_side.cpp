@@ -51,7 +51,8 @@ Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& lay
     site.answers.push_back(
         {card.ranges.looks[range].range_m,
          load<double>(raw, layout.probability, probabilities.index(row, range, limit)),
-         load<std::uint8_t>(raw, layout.range_flags, choices.index(row, limit)), 0.0});
+         load<std::uint8_t>(raw, layout.range_flags, choices.index(row, limit)),
+         load<Reason>(raw, layout.range_reason, choices.index(row, limit)), 0.0});
   }
   return site;
 }

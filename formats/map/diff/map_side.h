@@ -21,6 +21,7 @@ struct SiteAnswer {
   double range_m = 0.0;
   double probability = 0.0;
   std::uint8_t flags = 0;
+  Reason reason = Reason::kNone;
   double virtual_points = 0.0;  // of a scan at that range; 0 where the map holds no such factor
 };
 

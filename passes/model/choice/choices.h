@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "passes/model/choice/choice_options.h"
-#include "passes/model/choice/left_out.h"
+#include "passes/model/choice/leave_one_drive_out.h"
 #include "passes/model/choice/own_evidence.h"
 #include "passes/model/promise/calibration.h"
 #include "passes/model/promise/selection.h"
@@ -50,7 +50,7 @@ struct Chosen {
   std::vector<Choice> choices;  // [limit], of the map's sites
 };
 
-Chosen choose_all_by_mean(const ChooseRangesOptions& options, const ChoiceInputs& inputs);
-Chosen choose_all_by_probability(const ChooseRangesOptions& options, const ChoiceInputs& inputs);
+// By the rules in choices.cpp, which are listed there in their order.
+Chosen choose_all(const ChooseRangesOptions& options, const ChoiceInputs& inputs);
 
 }  // namespace sightline

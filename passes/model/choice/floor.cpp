@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "formats/base/parallel.h"
-#include "formats/text/numbers.h"
-#include "formats/text/table.h"
 
 namespace sightline {
 namespace {
@@ -31,20 +29,10 @@ std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double l
   return if_cheaper(own.coverage);
 }
 
-std::string found_here(const OwnEvidence& evidence) {
-  return evidence.is_simulated ? "what was simulated here, each error taken twice,"
-                               : "what was measured here";
-}
-
-std::string reason_of(const OwnEvidence& evidence, const FloorOptions& options) {
-  if (options.is_simulated) {
-    return "no drive was here, and no model from elsewhere judges what was simulated";
-  }
-  if (options.is_too_short) return "the drive is too short to learn from";
-  if (options.explained <= 0.0) {
-    return "the model explains nothing out of fold (R^2 " + fixed(options.explained, 2) + ")";
-  }
-  return "the model's own choice costs more and covers no more of " + found_here(evidence);
+Reason why_static(const FloorOptions& options) {
+  if (options.is_simulated) return Reason::kNoDrive;
+  if (options.is_too_short) return Reason::kTooShort;
+  return options.explained <= 0.0 ? Reason::kExplainsNothing : Reason::kCheaper;
 }
 
 // The least share of sites that a street's cheapest answer must be enough for, by simulation.
@@ -66,8 +54,9 @@ bool is_proven(double block_count, double alpha, double coverage) {
 }
 
 void take_static(const OwnEvidence& evidence, double limit_m, std::uint8_t range_index,
-                 std::size_t site, Choice& choice) {
+                 Reason reason, std::size_t site, Choice& choice) {
   choice.range_index[site] = range_index;
+  choice.reasons[site] = reason;
   choice.flags[site] &= static_cast<std::uint8_t>(~kUnmet);
   choice.flags[site] |= kStatic;
   const double error_m = evidence.error_m[evidence.shape().index(site, range_index)];
@@ -92,24 +81,24 @@ double explained_share(const ErrorModel& model) {
   return total > 0.0 ? 1.0 - ordered_sum(residuals) / total : 0.0;
 }
 
-std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
-                                       const FloorOptions& options, Choice& choice) {
+std::optional<StaticAnswers> apply_floor(const OwnEvidence& evidence, double limit_m,
+                                         const FloorOptions& options, Choice& choice) {
+  const Reason reason = why_static(options);
   const bool says_nothing = options.is_too_short || options.explained <= 0.0;
   const std::optional<StaticAnswer> answer =
       says_nothing ? best_static(evidence, limit_m, options.static_coverage)
                    : cheaper_static(evidence, limit_m, options, choice);
   if (!answer) return std::nullopt;
   for (std::size_t site = 0; site < evidence.site_count; ++site) {
-    take_static(evidence, limit_m, answer->range_index, site, choice);
+    take_static(evidence, limit_m, answer->range_index, reason, site, choice);
   }
-  return "nothing is promised: " + reason_of(evidence, options) + "; everywhere it takes " +
-         to_text(evidence.looks[answer->range_index]) + ", where " + found_here(evidence) +
-         " is within " + format_double(limit_m) + " m at " + percent(answer->standing.coverage) +
-         " of the sites";
+  const Look& look = evidence.looks[answer->range_index];
+  return StaticAnswers{reason, options.explained,        evidence.is_simulated, look,
+                       look,   answer->standing.coverage};
 }
 
-std::string take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
-                           const DilatedRoute& dilated, Choice& choice) {
+StaticAnswers take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
+                             const DilatedRoute& dilated, Choice& choice) {
   const std::uint8_t one = best_static(evidence, limit_m, kLeastSimulated).range_index;
   const std::uint8_t other = best_static(evidence, limit_m, static_coverage).range_index;
   const std::uint8_t cheapest = std::min(one, other);
@@ -120,16 +109,11 @@ std::string take_simulated(const OwnEvidence& evidence, double limit_m, double s
   }
   dilate(dilated.route, dilated.dilation_m, choice);
   for (std::size_t site = 0; site < evidence.site_count; ++site) {
-    take_static(evidence, limit_m, choice.range_index[site], site, choice);
+    take_static(evidence, limit_m, choice.range_index[site], Reason::kSimulation, site, choice);
   }
-  const double coverage = standing_of(evidence, limit_m, choice.range_index).coverage;
-  const std::string from = to_text(evidence.looks[cheapest]);
-  const std::string to = to_text(evidence.looks[dearest]);
-  return "nothing is promised: " + reason_of(evidence, {.is_simulated = true}) + "; " +
-         (cheapest == dearest ? "everywhere it takes " + from
-                              : "it takes from " + from + " to " + to + ", by site") +
-         ", where " + found_here(evidence) + " is within " + format_double(limit_m) + " m at " +
-         percent(coverage) + " of the sites";
+  return {Reason::kSimulation,     0.0,
+          evidence.is_simulated,   evidence.looks[cheapest],
+          evidence.looks[dearest], standing_of(evidence, limit_m, choice.range_index).coverage};
 }
 
 void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,
@@ -137,7 +121,7 @@ void refused_take_static(const OwnEvidence& evidence, double limit_m, double sta
   const StaticAnswer answer = best_static(evidence, limit_m, static_coverage);
   for (std::size_t site = 0; site < evidence.site_count; ++site) {
     if ((choice.flags[site] & kExtrapolated) == 0) continue;
-    take_static(evidence, limit_m, answer.range_index, site, choice);
+    take_static(evidence, limit_m, answer.range_index, Reason::kExtrapolated, site, choice);
   }
 }
 

@@ -2,11 +2,11 @@
 
 #include <limits>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "formats/model/error_model.h"
 #include "passes/model/choice/own_evidence.h"
+#include "passes/model/promise/promise_text.h"
 #include "passes/model/promise/selection.h"
 
 // The floor of a choice is a lower bound, from the street's own evidence, of how well one static
@@ -53,23 +53,22 @@ struct DilatedRoute {
 // blocks of the street. The promise met the same bound on drives that its model was not trained on.
 //
 // Where the choice is replaced all sites are flagged kStatic, and kUnmet where the own error at
-// that range exceeds the limit. The returned sentence gives the reason; nothing is returned where
-// the choice is kept.
-std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
-                                       const FloorOptions& options, Choice& choice);
+// that range exceeds the limit. Nothing is returned where the choice is kept.
+std::optional<StaticAnswers> apply_floor(const OwnEvidence& evidence, double limit_m,
+                                         const FloorOptions& options, Choice& choice);
 
 // What simulation asks for where nothing else is known: each site takes the shortest range whose
 // own error is within the limit, dilated as every choice is, but none cheaper than the static
 // answer for 80 % of the sites and none dearer than that for static_coverage (the dearer where no
 // answer is within the limit). Simulation ranks places better than it measures how good they are.
 // Therefore a range that is too short at more than one site in five is used at none. Flags are set
-// as by apply_floor; the sentence describes the answer.
-std::string take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
-                           const DilatedRoute& dilated, Choice& choice);
+// as by apply_floor.
+StaticAnswers take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
+                             const DilatedRoute& dilated, Choice& choice);
 
 // Gives a site the static answer, flagged in the same way.
 void take_static(const OwnEvidence& evidence, double limit_m, std::uint8_t range_index,
-                 std::size_t site, Choice& choice);
+                 Reason reason, std::size_t site, Choice& choice);
 
 // Gives refused sites (kExtrapolated) the static answer, flagged in the same way.
 void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,

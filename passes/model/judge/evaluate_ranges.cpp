@@ -39,18 +39,14 @@ Result<void> check_inputs(const EvaluationInputs& inputs) {
 }
 
 Choice choose_static(const EvaluationInputs& inputs, std::size_t range) {
-  const std::size_t site_count = inputs.sites.sites.size();
-  Choice choice;
-  choice.range_index.assign(site_count, static_cast<std::uint8_t>(range));
-  choice.flags.assign(site_count, 0);
-  return choice;
+  return choose_everywhere(range, inputs.sites.sites.size());
 }
 
 Choice choose_as_map(const EvaluationInputs& inputs, std::size_t limit) {
-  Choice choice;
+  Choice choice = choose_static(inputs, 0);
   for (std::size_t site = 0; site < inputs.ranges.site_count; ++site) {
-    choice.range_index.push_back(static_cast<std::uint8_t>(inputs.ranges.range(site, limit)));
-    choice.flags.push_back(inputs.ranges.flags_of(site, limit));
+    choice.range_index[site] = static_cast<std::uint8_t>(inputs.ranges.range(site, limit));
+    choice.flags[site] = inputs.ranges.flags_of(site, limit);
   }
   return choice;
 }

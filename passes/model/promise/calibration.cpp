@@ -143,8 +143,7 @@ LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit) {
   misses.in_block = {missed_cases(calibration_drives, promise.limit_m,
                                   choose_by_mean(model.out_of_fold, promise.limit_m))};
   promise.calibration_miss_share = miss_share(misses, 0);
-  promise.statement = "nothing is promised: a mean within the limit says little about misses; " +
-                      observed_misses(promise);
+  promise.statement = mean_rule_statement(promise);
   return promise;
 }
 

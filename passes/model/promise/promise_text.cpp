@@ -30,6 +30,13 @@ std::string counted(std::uint32_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
+// "3.1 % missed out of fold in 70 blocks of 7 places, 14 drives"
+std::string observed_misses(const LimitPromise& promise) {
+  return short_percent(promise.calibration_miss_share) + " missed out of fold in " +
+         counted(promise.block_count, "block") + " of " + counted(promise.place_count, "place") +
+         ", " + counted(promise.drive_count, "drive");
+}
+
 std::string method_text(const LimitPromise& promise) {
   return promise.method == risk_control_name(RiskControl::kConformal) ? "conformal risk control"
                                                                       : "learn then test";
@@ -86,6 +93,20 @@ std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& car
          " m too often for " + short_percent(promise.alpha);
 }
 
+// `found`: the evidence.
+std::string why_static(const StaticAnswers& answers, const std::string& found) {
+  switch (answers.reason) {
+    case Reason::kTooShort:
+      return "the drive is too short to learn from";
+    case Reason::kExplainsNothing:
+      return "the model explains nothing out of fold (R^2 " + fixed(answers.explained, 2) + ")";
+    case Reason::kCheaper:
+      return "the model's own choice costs more and covers no more of " + found;
+    default:
+      return "no drive was here, and no model from elsewhere judges what was simulated";
+  }
+}
+
 }  // namespace
 
 bool are_poses_known(const TrainingCard& card) {
@@ -94,12 +115,6 @@ bool are_poses_known(const TrainingCard& card) {
 
 bool are_blocks_independent(const TrainingCard& card) {
   return card.block_m >= kIndependentBlock_m && card.buffer_m >= kIndependentBuffer_m;
-}
-
-std::string observed_misses(const LimitPromise& promise) {
-  return short_percent(promise.calibration_miss_share) + " missed out of fold in " +
-         counted(promise.block_count, "block") + " of " + counted(promise.place_count, "place") +
-         ", " + counted(promise.drive_count, "drive");
 }
 
 std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share) {
@@ -132,6 +147,61 @@ std::string stricter_statement(const LimitPromise& promise,
   stricter.alpha = stricter_alpha;
   return "; " + short_percent(stricter_alpha) + " is not earned: " +
          what_is_wanting(stricter, calibration_drives.model.card, needed_blocks);
+}
+
+std::string mean_rule_statement(const LimitPromise& promise) {
+  return "nothing is promised: a mean within the limit says little about misses; " +
+         observed_misses(promise);
+}
+
+std::string joined_statement(const LimitPromise& map_only, const LimitPromise& history) {
+  return "with measured history: " + history.statement + "; elsewhere: " + map_only.statement;
+}
+
+std::string to_text(const StaticAnswers& answers, double limit_m) {
+  const std::string found = answers.is_simulated
+                                ? "what was simulated here, each error taken twice,"
+                                : "what was measured here";
+  const std::string from = to_text(answers.cheapest);
+  return "nothing is promised: " + why_static(answers, found) + "; " +
+         (answers.cheapest == answers.dearest
+              ? "everywhere it takes " + from
+              : "it takes from " + from + " to " + to_text(answers.dearest) + ", by site") +
+         ", where " + found + " is within " + format_double(limit_m) + " m at " +
+         percent(answers.coverage) + " of the sites";
+}
+
+std::string withdrawn_statement(NoPromise why, std::size_t unlike_count, std::size_t site_count) {
+  const std::string nothing = "nothing is promised: ";
+  switch (why) {
+    case NoPromise::kOnePlace:
+      return nothing +
+             "the model learnt from one place alone, and these sites lie in another; train it on "
+             "two or more";
+    case NoPromise::kUnlike:
+      return fmt::format(
+          "{}{} of {} sites are unlike all that the model learnt from; train it on places, and "
+          "with a sensor, like these",
+          nothing, unlike_count, site_count);
+    case NoPromise::kProvenAnswer:
+      return nothing + "another answer is cheaper and proven here";
+    case NoPromise::kTighterLimit:
+      return nothing +
+             "what is enough for a tighter limit by the map's own scans is less than what the "
+             "model would promise";
+    case NoPromise::kNoScans:
+      break;
+  }
+  return nothing +
+         "no scan made this map, and the model learnt from maps that scans made; train it on "
+         "finished maps (map: in place of mapping:) with drives through them";
+}
+
+std::string drives_text(std::size_t drive_count, double coverage, double limit_m) {
+  return fmt::format(
+      "; of {} drives here, each left out in turn and predicted by the others, {} of the sites "
+      "were within {} m at such answers",
+      drive_count, percent(coverage), format_double(limit_m));
 }
 
 std::string unearned_statement(const LimitPromise& promise,

@@ -7,11 +7,9 @@
 #include "passes/model/promise/calibration_drives.h"
 
 // The one sentence of a promise: of which drives and places, what is promised, or why nothing is.
+// All of them are written here, from numbers.
 
 namespace sightline {
-
-// "3.1 % missed out of fold in 70 blocks of 7 places, 14 drives"
-std::string observed_misses(const LimitPromise& promise);
 
 // Of a promise that is earned. It is about the mean over places: `worst_place_miss_share` is how
 // far one may lie from it.
@@ -29,6 +27,32 @@ std::string unearned_statement(const LimitPromise& promise,
 std::string stricter_statement(const LimitPromise& promise,
                                const CalibrationDrives& calibration_drives, double stricter_alpha,
                                std::uint32_t needed_blocks);
+
+// Of the mean rule.
+std::string mean_rule_statement(const LimitPromise& promise);
+
+// Of a map of which some sites alone have measured history.
+std::string joined_statement(const LimitPromise& map_only, const LimitPromise& history);
+
+// Static answers in place of the model's choice, and what they reach.
+struct StaticAnswers {
+  Reason reason = Reason::kCheaper;
+  double explained = 0.0;     // by the model, out of fold
+  bool is_simulated = false;  // the evidence that `coverage` is by
+  Look cheapest;              // both the same: one is taken everywhere
+  Look dearest;
+  double coverage = 0.0;  // share of sites within the limit
+};
+std::string to_text(const StaticAnswers& answers, double limit_m);
+
+// Why a promise that the model earned is not made for a map.
+enum class NoPromise : std::uint8_t { kOnePlace, kUnlike, kProvenAnswer, kTighterLimit, kNoScans };
+// `unlike_count` of `site_count` sites are extrapolated.
+std::string withdrawn_statement(NoPromise why, std::size_t unlike_count = 0,
+                                std::size_t site_count = 0);
+
+// "; of 2 drives here, ...": what answers reached on drives that were left out in turn.
+std::string drives_text(std::size_t drive_count, double coverage, double limit_m);
 
 // Whether errors are those against known poses. A match to the very map is no truth: against it
 // errors vanish with range by construction.

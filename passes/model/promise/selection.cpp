@@ -22,6 +22,7 @@ Choice choose_each(const PredictedError& predicted, const RangeOfSite& range_of,
     const std::optional<std::size_t> range = range_of(site);
     choice.range_index.push_back(static_cast<std::uint8_t>(range ? *range : otherwise(site)));
     choice.flags.push_back(range ? std::uint8_t{0} : kUnmet);
+    choice.reasons.push_back(range ? Reason::kModel : Reason::kMostProbable);
   }
   return choice;
 }
@@ -49,6 +50,11 @@ std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites) {
   std::vector<RoutePoint> route;
   for (const TrainedSite& site : sites) route.push_back({site.run, site.s_m});
   return route;
+}
+
+Choice choose_everywhere(std::size_t range, std::size_t site_count) {
+  return {std::vector<std::uint8_t>(site_count, static_cast<std::uint8_t>(range)),
+          std::vector<std::uint8_t>(site_count, 0), std::vector<Reason>(site_count, Reason::kNone)};
 }
 
 Choice choose_by_mean(const PredictedError& predicted, double limit_m) {
@@ -89,6 +95,7 @@ void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& cho
     for (std::size_t other = first; other < route.size() && is_neighbour(other); ++other) {
       choice.range_index[site] = std::max(choice.range_index[site], own[other]);
     }
+    if (choice.range_index[site] != own[site]) choice.reasons[site] = Reason::kDilation;
   }
 }
 
@@ -96,6 +103,7 @@ void cap_by_tighter(const Choice& tighter, Choice& choice) {
   for (std::size_t site = 0; site < choice.range_index.size(); ++site) {
     if (tighter.range_index[site] < choice.range_index[site]) {
       choice.range_index[site] = tighter.range_index[site];
+      choice.reasons[site] = Reason::kTighterLimit;
       choice.flags[site] &= static_cast<std::uint8_t>(~kStatic);
       choice.flags[site] |= static_cast<std::uint8_t>(tighter.flags[site] & kStatic);
     }

@@ -25,7 +25,9 @@ std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites);
 struct Choice {
   std::vector<std::uint8_t> range_index;  // [site]
   std::vector<std::uint8_t> flags;        // [site]: kUnmet, kExtrapolated, kStatic
+  std::vector<Reason> reasons;            // [site]
 };
+Choice choose_everywhere(std::size_t range, std::size_t site_count);  // no flags, Reason::kNone
 
 // Each site by a rule of formats/annotation/range_rule.h. Where it finds no range: kUnmet, and the
 // longest by mean, the most probable one (the shortest of these) by probability.
@@ -48,8 +50,7 @@ void mark_extrapolated(const PredictedError& predicted, Choice& choice);
 void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& choice);
 
 // What meets a tighter limit meets a looser one: a site that looks no further for the tighter limit
-// need not for the looser. Where the tighter limit's range replaces a longer one, the site's flag
-// kStatic is copied with it.
+// need not for the looser (Reason::kTighterLimit). With the range the flag kStatic is copied.
 void cap_by_tighter(const Choice& tighter, Choice& choice);
 
 }  // namespace sightline

@@ -19,6 +19,7 @@ RangeTable two_sites() {
   table.site_count = 2;
   table.range_index = {2, 1, 1, 0};
   table.flags = {kUnmet, 0, kExtrapolated, kStatic};
+  table.reasons = {Reason::kMostProbable, Reason::kModel, Reason::kModel, Reason::kCheaper};
   return table;
 }
 
@@ -53,11 +54,14 @@ TEST(RangeTable, KeepsThePlanOfItsLooks) {
 TEST(RangeTable, IsPrintedPerSiteAndLimit) {
   const Table table = dump(two_sites());
   ASSERT_EQ(table.rows.size(), 4u);
-  EXPECT_EQ(table.rows[0], (std::vector<Cell>{std::int64_t{0}, 0.1, 20.0, std::string("20 m"),
-                                              std::int64_t{1}, std::int64_t{0}, std::int64_t{0}}));
-  EXPECT_EQ(table.rows[2], (std::vector<Cell>{std::int64_t{1}, 0.1, 15.0, std::string("15 m"),
-                                              std::int64_t{0}, std::int64_t{1}, std::int64_t{0}}));
-  EXPECT_EQ(table.rows[3].back(), Cell{std::int64_t{1}}) << "static";
+  EXPECT_EQ(table.rows[0],
+            (std::vector<Cell>{std::int64_t{0}, 0.1, 20.0, std::string("20 m"), std::int64_t{1},
+                               std::int64_t{0}, std::int64_t{0}, std::string("most-probable")}));
+  EXPECT_EQ(table.rows[2],
+            (std::vector<Cell>{std::int64_t{1}, 0.1, 15.0, std::string("15 m"), std::int64_t{0},
+                               std::int64_t{1}, std::int64_t{0}, std::string("model")}));
+  EXPECT_EQ(table.rows[3].end()[-2], Cell{std::int64_t{1}}) << "static";
+  EXPECT_EQ(table.rows[3].back(), Cell{std::string("cheaper")});
 }
 
 TEST(RangeTable, RefusesALooserLimitThatLooksFurther) {
@@ -81,6 +85,11 @@ TEST(RangeTable, RefusesWhatLiesOutOfBounds) {
   RangeTable no_flag = two_sites();
   no_flag.flags[1] = 4;
   EXPECT_EQ(code_of(no_flag), ErrorCode::kInvalidArtifact);
+  for (const int unknown : {0, 12}) {
+    RangeTable no_reason = two_sites();
+    no_reason.reasons[2] = static_cast<Reason>(unknown);
+    EXPECT_EQ(code_of(no_reason), ErrorCode::kInvalidArtifact) << unknown;
+  }
   RangeTable no_share = two_sites();
   no_share.promises[0].alpha = 1.5;
   EXPECT_EQ(code_of(no_share), ErrorCode::kInvalidArtifact);

@@ -48,6 +48,7 @@ void erase_site(PredictedError& predicted, std::size_t site) {
 void erase_site(RangeTable& ranges, std::size_t site) {
   erase_row(ranges.range_index, site, ranges.promises.size());
   erase_row(ranges.flags, site, ranges.promises.size());
+  erase_row(ranges.reasons, site, ranges.promises.size());
   --ranges.site_count;
 }
 
@@ -76,6 +77,7 @@ void change_ranges(CompiledMap& map, std::size_t site, Random& random) {
     map.ranges.range_index[site * limits + limit] = static_cast<std::uint8_t>(longest);
     map.ranges.flags[site * limits + limit] =
         static_cast<std::uint8_t>((is_longest ? random.below(2) : 0) + 2 * random.below(2));
+    map.ranges.reasons[site * limits + limit] = Reason::kDrives;
   }
 }
 

@@ -116,8 +116,10 @@ TEST(RangeLayout, PlacesColumnsSideBySideWithoutOverlap) {
   EXPECT_EQ(layout.look_mean_error, layout.look_index + 128u);   // 96 bytes
   EXPECT_EQ(layout.look_probability, layout.look_index + 256u);  // 192 bytes
   EXPECT_EQ(layout.look_extrapolated, layout.look_index + 448u);
-  EXPECT_EQ(layout.size, layout.look_index + 512u);
-  EXPECT_EQ(RangeLayout(3, {9, 2, 0}).size, layout.look_index) << "nothing of looks";
+  EXPECT_EQ(layout.range_reason, layout.look_index + 512u);
+  EXPECT_EQ(layout.look_reason, layout.look_index + 576u);
+  EXPECT_EQ(layout.size, layout.look_index + 640u);
+  EXPECT_EQ(RangeLayout(3, {9, 2, 0}).size, layout.look_index + 64u) << "nothing of looks";
   EXPECT_EQ(NdtLayout(17).size, 13u * 128u);
 }
 

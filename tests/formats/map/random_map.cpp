@@ -100,6 +100,8 @@ RangeTable random_ranges(const RandomMapOptions& options, const std::vector<Look
       table.range_index.push_back(static_cast<std::uint8_t>(longest));
       table.flags.push_back(
           static_cast<std::uint8_t>((is_longest ? random.below(2) : 0) + 2 * random.below(2)));
+      const std::size_t rules = kNamesOf<Reason>.size() - 1;
+      table.reasons.push_back(static_cast<Reason>(1 + table.reasons.size() % rules));
     }
   }
   return table;

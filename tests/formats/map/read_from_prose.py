@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, sys.argv[2])
-from sightline_map import FAR, NOT_VISIBLE, UNKNOWN_LOCALIZER, LookPlan, MapError, SightlineMap, xxh3  # noqa: E402
+from sightline_map import FAR, NOT_VISIBLE, REASONS, UNKNOWN_LOCALIZER, LookPlan, MapError, SightlineMap, xxh3  # noqa: E402
 
 
 def check_sites(dump, opened, sites):
@@ -74,15 +74,17 @@ def check_ranges(dump, opened, sites):
     check_promises(dump, opened)
     half = len(sites) * len(opened.limits_m)
     assert len(dump["rows"]) == half * (2 if opened.looks else 1)
-    for i, (site_id, limit_m, range_m, name, unmet, extrapolated, is_static) in enumerate(dump["rows"]):
+    for i, (site_id, limit_m, range_m, name, unmet, extrapolated, is_static, reason) in enumerate(dump["rows"]):
         limit, site = opened.limits_m.index(limit_m), sites[site_id]
         flags = unmet + 2 * extrapolated + 16 * is_static
         if i < half:
             assert opened.ranges_m[site["range_index"][limit]] == range_m
             assert site["range_flags"][limit] == flags
+            assert REASONS[site["range_reason"][limit]] == reason
         else:
             assert text_of(opened.looks[site["look_index"][limit]]) == name
             assert site["look_flags"][limit] == flags
+            assert REASONS[site["look_reason"][limit]] == reason
 
 
 def check_nds(dump, opened):
@@ -114,7 +116,7 @@ class EverySite:
             def of(prefix, chosen):
                 return [(index, site[chosen + "_flags"][i],
                          site[prefix + "probability"][index * self.limits + i],
-                         site[prefix + "mean_error_m"][index])
+                         site[prefix + "mean_error_m"][index], site[chosen + "_reason"][i])
                         for i, index in enumerate(site[chosen + "_index"])]
 
             best = (distance_m, number, site["mean_error_m"][-1], of("", "range"), of("look_", "look"))

@@ -72,6 +72,29 @@ TEST(CInterface, NamesTheLookThatTheCppInterfaceNames) {
   sightline_close(opened);
 }
 
+TEST(CInterface, NamesTheRulesThatDecided) {
+  const CompiledMap map = random_map({.seed = 5});
+  const std::string path = written_map(encode_map(map), "c_reasons.slmap");
+  sightline_map* opened = nullptr;
+  ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
+  sightline_reasons reasons;
+  for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
+    const Eigen::Vector3d p_m = map.sites.sites[site].p_map_m + map.sites.frame.origin_world_m;
+    ASSERT_EQ(sightline_get_reasons(opened, p_m.data(), 0.25, &reasons), 0);
+    EXPECT_EQ(sightline_reason_name(reasons.range), name_of(map.ranges.reason(site, 1)));
+    EXPECT_EQ(sightline_reason_name(reasons.look),
+              name_of(map.ranges.of_samples.front().reason(site, 1)));
+  }
+  const double far_m[3] = {1e6, 0.0, 0.0};
+  const double nowhere_m[3] = {NAN, 0.0, 0.0};
+  EXPECT_EQ(sightline_get_reasons(opened, far_m, 0.25, &reasons), 0);
+  EXPECT_STREQ(sightline_reason_name(reasons.range), "none");
+  EXPECT_NE(sightline_get_reasons(opened, nowhere_m, 0.25, &reasons), 0);
+  EXPECT_EQ(reasons.look, 0U);
+  EXPECT_STREQ(sightline_reason_name(12), "unknown");
+  sightline_close(opened);
+}
+
 TEST(CInterface, TellsThePlanThatTheCppInterfaceTells) {
   const CompiledMap map = random_map({.seed = 5});
   const std::string path = written_map(encode_map(map), "c_plan.slmap");

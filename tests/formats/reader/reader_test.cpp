@@ -66,6 +66,7 @@ RangeAnswer brute_force(const CompiledMap& map, const Position& position_world_m
     const std::size_t choice = answer.site * map.ranges.promises.size() + limit - 1;
     range = map.ranges.range_index[choice];
     answer.flags |= map.ranges.flags[choice];
+    answer.reason = map.ranges.reasons[choice];
     answer.probability = map.predicted.probability(answer.site, range, limit - 1);
   }
   answer.range_m = map.ranges.looks[range].range_m;
@@ -79,6 +80,7 @@ void expect_equal(const RangeAnswer& found, const RangeAnswer& expected) {
   EXPECT_EQ(found.probability, expected.probability);
   EXPECT_EQ(found.mean_error_m, expected.mean_error_m);
   EXPECT_EQ(found.flags, expected.flags);
+  EXPECT_EQ(found.reason, expected.reason);
   if (expected.site != kNoSite) {
     EXPECT_NEAR(found.distance_m, expected.distance_m, 1e-12);
   } else {
@@ -123,7 +125,8 @@ LookAnswer brute_force_look(const CompiledMap& map, const Position& position_wor
                       numbers.mean_error_m,
                       numbers.distance_m,
                       numbers.flags,
-                      numbers.site};
+                      numbers.site,
+                      numbers.reason};
   };
   const bool is_near = (range.flags & (kAnswerFar | kAnswerTighterLimit)) == 0;
   for (const RangeTable& looks : map.ranges.of_samples) {
@@ -136,12 +139,14 @@ LookAnswer brute_force_look(const CompiledMap& map, const Position& position_wor
     const PredictedError& predicted = map.predicted.of_samples.front();
     RangeAnswer numbers = range;
     numbers.flags = looks.flags_of(range.site, limit - 1);
+    numbers.reason = looks.reason(range.site, limit - 1);
     numbers.probability = predicted.probability(range.site, number, limit - 1);
     numbers.mean_error_m = predicted.mean(range.site, number);
     return answer_of(look, numbers);
   }
   if (range.range_m > visible_m) {
     range.flags |= kAnswerNotVisible;
+    range.reason = Reason::kNone;
     range.probability = 0.0;
     range.range_m = map.ranges.looks.back().range_m;
   }
@@ -174,6 +179,7 @@ TEST(MapReader, NamesTheCheapestLookWithinWhatCanBeSeenAsBruteForceDoes) {
       EXPECT_EQ(found.look.settles, expected.look.settles);
       EXPECT_EQ(found.probability, expected.probability);
       EXPECT_EQ(found.mean_error_m, expected.mean_error_m);
+      EXPECT_EQ(found.reason, expected.reason);
       EXPECT_EQ(found.flags, expected.flags);
       EXPECT_EQ(found.site, expected.site);
       sample_count += found.look.return_count > 0 ? 1 : 0;

@@ -141,6 +141,7 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
             m.ranges.range_index[30] == 0 ? std::uint8_t{1} : std::uint8_t{0};
       },
       [](CompiledMap& m) { m.ranges.flags[31] ^= kUnmet; },
+      [](CompiledMap& m) { m.ranges.reasons[31] = Reason::kNone; },
       [](CompiledMap& m) { m.ranges.promises[0].is_earned ^= true; },
       [](CompiledMap& m) { m.ranges.promises[1].history_threshold += 0.005; },
       [](CompiledMap& m) { m.ranges.promises[0].statement += " or so"; },

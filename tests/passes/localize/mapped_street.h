@@ -37,6 +37,7 @@ inline const Street& street() {
       made.sites.sites.push_back(site);
       made.ranges.range_index.push_back(i < 4 ? 0 : 1);
       made.ranges.flags.push_back(0);
+      made.ranges.reasons.push_back(Reason::kModel);
     }
     made.map = ndt_from_points(points_m, MapFrame{}, {}, 1);
     made.ranges.looks = every_return_at({15.0, 30.0});

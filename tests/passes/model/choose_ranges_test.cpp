@@ -24,6 +24,12 @@ std::vector<double> chosen_m(const RangeTable& table, std::size_t limit) {
   return ranges_m;
 }
 
+std::vector<Reason> reasons_of(const RangeTable& table, std::size_t limit) {
+  std::vector<Reason> reasons;
+  for (std::size_t i = 0; i < table.site_count; ++i) reasons.push_back(table.reason(i, limit));
+  return reasons;
+}
+
 TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
   ChooseRangesOptions options = with(RiskControl::kFixed);
   options.dilation_m = 1.0;
@@ -32,6 +38,9 @@ TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
   EXPECT_EQ(chosen_m(table, 0), (std::vector<double>{10, 20, 20, 30, 30}));
   EXPECT_EQ(table.flags[3 * 2], 0);
   EXPECT_EQ(table.flags[4 * 2], kUnmet);
+  EXPECT_EQ(reasons_of(table, 0),
+            (std::vector<Reason>{Reason::kModel, Reason::kDilation, Reason::kModel,
+                                 Reason::kDilation, Reason::kMostProbable}));
   EXPECT_EQ(table.promises[0].method, "fixed");
   EXPECT_NEAR(table.promises[0].calibration_miss_share, 0.2, 1e-12);
 }
@@ -43,6 +52,8 @@ TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
   EXPECT_EQ(chosen_m(table, 0), (std::vector<double>{10, 10, 20, 10, 30}));
   EXPECT_EQ(chosen_m(table, 1), (std::vector<double>{10, 10, 10, 10, 10}));
   EXPECT_EQ(table.flags[4 * 2], kUnmet);
+  EXPECT_EQ(table.reason(2, 0), Reason::kModel);
+  EXPECT_EQ(table.reason(4, 0), Reason::kMostProbable);
   EXPECT_EQ(table.dilation_m, 0.0);
   EXPECT_EQ(table.selection, Selection::kMean);
   EXPECT_FALSE(table.promises[0].is_earned);

@@ -48,6 +48,7 @@ TEST(OwnEvidenceModel, EveryShortDriveGetsItsOwnStaticAnswerFlaggedAndWithoutAPr
   for (std::size_t site = 0; site < 20; ++site) {
     EXPECT_EQ(table.range_m(site, 0), 20.0);
     EXPECT_EQ(table.flags_of(site, 0), kStatic);
+    EXPECT_EQ(table.reason(site, 0), Reason::kTooShort);
   }
   EXPECT_FALSE(table.promises[0].is_earned);
   EXPECT_NE(table.promises[0].statement.find("nothing is promised: the drive is too short"),

@@ -30,6 +30,7 @@ CompiledMap weak_corridor() {
     map.predicted.within_probability.insert(map.predicted.within_probability.end(), {0.6, 0.9});
     map.ranges.range_index.push_back(1);
     map.ranges.flags.push_back(i == 2 ? kUnmet : 0);
+    map.ranges.reasons.push_back(Reason::kModel);
   }
   return map;
 }

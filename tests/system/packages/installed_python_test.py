@@ -86,6 +86,8 @@ class Map(unittest.TestCase):
                     self.assertEqual((found.range_m, found.probability, found.mean_error_m, found.flags),
                                      (expected.range_m, expected.probability, expected.mean_error_m,
                                       expected.flags))
+                    self.assertEqual(self.map.reasons(p_m, limit_m).range,
+                                     sightline_map.REASONS[expected.reason])
                     look = self.map.look(p_m, limit_m)
                     self.assertEqual(tuple(self.prose.look(p_m, limit_m)[0])[:4],
                                      (look.range_m, look.return_count, look.even_beyond_m, look.point_count))

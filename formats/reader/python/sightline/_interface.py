@@ -36,6 +36,13 @@ class Site(Structure):
                 ("mean_error_m", c_double), ("flags", c_uint32), ("site", c_uint32)]
 
 
+class Reasons(Structure):
+    """Why a site has its range and its look for a limit: sightline_reasons, as names."""
+    _fields_ = [("_range", c_uint32), ("_look", c_uint32)]
+    range = property(lambda self: reader().sightline_reason_name(self._range).decode())
+    look = property(lambda self: reader().sightline_reason_name(self._look).decode())
+
+
 class Column(Structure):
     """A further figure of every site: sightline_column."""
     _fields_ = [("_name", c_char_p), ("_unit", c_char_p), ("_values", POINTER(c_float)), ("_count", c_size_t)]
@@ -147,6 +154,8 @@ def reader():
         ("sightline_get_info", None, c_void_p, POINTER(MapInfo)),
         ("sightline_get_promise", c_int, c_void_p, c_size_t, POINTER(Promise)),
         ("sightline_observation_range", c_int, c_void_p, POINTER(c_double), c_double, POINTER(Range)),
+        ("sightline_get_reasons", c_int, c_void_p, POINTER(c_double), c_double, POINTER(Reasons)),
+        ("sightline_reason_name", c_char_p, c_uint32),
         ("sightline_get_look", c_int, c_void_p, POINTER(c_double), c_double, c_double, POINTER(Look)),
         ("sightline_get_look_plan", c_int, c_void_p, POINTER(c_double), c_double, c_int, c_double,
          POINTER(LookPlan)),

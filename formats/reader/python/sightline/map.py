@@ -63,6 +63,13 @@ class Map:
             self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(answer)))
         return answer
 
+    def reasons(self, position_world_m, limit_m):
+        """Why: names of the rules that decided `range` and `look` there, "none" where no site is used."""
+        reasons = c.Reasons()
+        c.check(c.reader().sightline_get_reasons(
+            self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(reasons)))
+        return reasons
+
     def look(self, position_world_m, limit_m, visible_m=math.inf):
         """The cheapest look for a sensor there that now sees visible_m far."""
         answer = c.Look()

@@ -53,6 +53,9 @@ TEST(Cells, EachIsWhatTheReaderAnswersAtItsCentreAndNoneIsMissing) {
       EXPECT_EQ(number(*table, row, "range_m_within_0.25_m"), range.range_m);
       EXPECT_EQ(number(*table, row, "p_within_0.25_m"), range.probability);
       EXPECT_EQ(number(*table, row, "unmet_within_0.25_m"), range.flags & kAnswerUnmet ? 1 : 0);
+      const auto reason = std::ranges::find(table->columns, "reason_within_0.25_m");
+      EXPECT_EQ(table->rows[row][static_cast<std::size_t>(reason - table->columns.begin())],
+                Cell{std::string(name_of(range.reason))});
       EXPECT_EQ(number(*table, row, "look_p_within_0.25_m"), look.probability);
       const std::vector<Cell>& cells = table->rows[row++];
       EXPECT_EQ(std::count(cells.begin(), cells.end(), Cell(to_text(look_of(look.look)))) > 0,

@@ -33,6 +33,7 @@ TEST(GeoJson, AgreesWithTheDumpAtEverySite) {
     }
     const auto flags = std::get<std::int64_t>(row[column("flags_within_0.25_m")]);
     EXPECT_EQ(properties["unmet_within_0.25_m"], (flags & kUnmet) != 0);
+    EXPECT_EQ(properties["reason_within_0.25_m"], name_of(map.ranges.reason(sites, 1)));
     EXPECT_EQ(properties["extrapolated_within_0.25_m"], (flags & kExtrapolated) != 0);
     const Eigen::Vector3d p_world_m =
         map.sites.sites[sites].p_map_m + map.sites.frame.origin_world_m;

@@ -43,6 +43,7 @@ RangeTable ranges_of(const std::vector<std::uint8_t>& tight) {
   for (const std::uint8_t range : tight) {
     ranges.range_index.insert(ranges.range_index.end(), {range, 0});
     ranges.flags.insert(ranges.flags.end(), {0, 0});
+    ranges.reasons.insert(ranges.reasons.end(), {Reason::kModel, Reason::kModel});
   }
   return ranges;
 }

@@ -35,6 +35,7 @@ CompiledMap short_route() {
                                             {is_hard ? 0.5 : 0.9, 0.95});
     map.ranges.range_index.push_back(is_near ? 1 : 0);
     map.ranges.flags.push_back(0);
+    map.ranges.reasons.push_back(is_near && !is_hard ? Reason::kDilation : Reason::kModel);
     const double count = 100.0 + static_cast<double>(i % 3);
     for (int range = 0; range < 2; ++range) {
       const double weak_m = is_hard ? 0.4 : 0.020 + 0.001 * static_cast<double>(i % 4);
@@ -59,6 +60,7 @@ TEST(DescribeSite, SaysWhichRangeMeetsThePromiseAndWhichFactorsAreFarOff) {
 TEST(DescribeSite, NamesTheNeighbourThatAsksForMore) {
   EXPECT_THAT(*describe_site(short_route(), 3),
               HasSubstr("longer for the sake of site 4, 1.0 m away"));
+  EXPECT_THAT(*describe_site(short_route(), 3), HasSubstr("    reason: dilation\n"));
   EXPECT_THAT(*describe_site(short_route(), 0), Not(HasSubstr("longer")));
 }
 

@@ -23,10 +23,7 @@ OwnEvidence all_but_one_alike() {
 }
 
 Choice everywhere(std::uint8_t range_index, std::size_t count = 20) {
-  Choice choice;
-  choice.range_index.assign(count, range_index);
-  choice.flags.assign(count, 0);
-  return choice;
+  return choose_everywhere(range_index, count);
 }
 
 // Sites a metre apart.
@@ -49,14 +46,15 @@ OwnEvidence four_kinds_of_places() {
 
 TEST(Floor, OfSimulationEachPlaceTakesItsOwnBetweenWhatIsEnoughAtMostPlaces) {
   Choice choice = everywhere(3);
-  const std::string reason =
+  const StaticAnswers taken =
       take_simulated(four_kinds_of_places(), 0.1, 0.95, route_of_metres(20, 0.0), choice);
   std::vector<std::uint8_t> expected(16, 1);  // 20 m are enough at 80 % and below
   expected.resize(20, 2);                     // 30 m at 95 % and above
   EXPECT_EQ(choice.range_index, expected);
   EXPECT_EQ(choice.flags[0], kStatic);
   EXPECT_EQ(choice.flags[19], kStatic | kUnmet);
-  EXPECT_EQ(reason,
+  EXPECT_EQ(choice.reasons, std::vector<Reason>(20, Reason::kSimulation));
+  EXPECT_EQ(to_text(taken, 0.1),
             "nothing is promised: no drive was here, and no model from elsewhere judges what was "
             "simulated; it takes from 20 m to 30 m, by site, where what was simulated here, each "
             "error taken twice, is within 0.1 m at 95.0 % of the sites");
@@ -71,8 +69,8 @@ TEST(Floor, OfSimulationAPlaceLooksAsFarAsItsNeighbours) {
 
 TEST(Floor, OfSimulationIsOneAnswerWherePlacesAreAlikeOrNothingHelps) {
   Choice choice = everywhere(3);
-  const std::string alike =
-      take_simulated(all_but_one_alike(), 0.1, 0.95, route_of_metres(20, 3.0), choice);
+  const std::string alike = to_text(
+      take_simulated(all_but_one_alike(), 0.1, 0.95, route_of_metres(20, 3.0), choice), 0.1);
   EXPECT_EQ(choice.range_index, everywhere(1).range_index);
   EXPECT_NE(alike.find("everywhere it takes 20 m, where"), std::string::npos) << alike;
   take_simulated(all_but_one_alike(), 0.01, 0.95, route_of_metres(20, 3.0), choice);
@@ -133,6 +131,8 @@ TEST(Floor, OfSimulationRangesDifferByPlaceAndLooksDoNot) {
   for (std::size_t site = 0; site < 20; ++site) {
     EXPECT_EQ(ranges.range(site, 0), site < 14 ? 0 : 1) << site << ", dilated by 3 m";
     EXPECT_EQ(looks.range(site, 0), 1) << site;
+    EXPECT_EQ(ranges.reason(site, 0), Reason::kSimulation);
+    EXPECT_EQ(looks.reason(site, 0), Reason::kNoDrive);
   }
   EXPECT_NE(ranges.promises[0].statement.find("from 10 m to 20 m, by site"), std::string::npos);
   EXPECT_NE(looks.promises[0].statement.find("everywhere it takes 100 m"), std::string::npos);

@@ -19,10 +19,7 @@ OwnEvidence one_hard_place() {
 }
 
 Choice everywhere(std::uint8_t range_index, std::size_t count = 20) {
-  Choice choice;
-  choice.range_index.assign(count, range_index);
-  choice.flags.assign(count, 0);
-  return choice;
+  return choose_everywhere(range_index, count);
 }
 
 TEST(OwnEvidence, TakesTheCheapestStaticAnswerThatCoversEnough) {
@@ -62,13 +59,14 @@ TEST(OwnEvidence, IsTheMappingErrorOrTheVirtualOneWhereThereIsNoOther) {
 TEST(Floor, AModelNeverMakesAnEasyStreetDear) {
   Choice choice = everywhere(3);
   std::ranges::fill(choice.flags, kUnmet);
-  const std::optional<std::string> reason =
+  const std::optional<StaticAnswers> taken =
       apply_floor(one_hard_place(), 0.1, {.explained = 0.5}, choice);
-  ASSERT_TRUE(reason.has_value());
+  ASSERT_TRUE(taken.has_value());
   EXPECT_EQ(choice.range_index, everywhere(1).range_index);
   EXPECT_EQ(choice.flags[0], kStatic);
   EXPECT_EQ(choice.flags[19], kStatic | kUnmet) << "its own scan is not within the limit at 20 m";
-  EXPECT_EQ(*reason,
+  EXPECT_EQ(choice.reasons, std::vector<Reason>(20, Reason::kCheaper));
+  EXPECT_EQ(to_text(*taken, 0.1),
             "nothing is promised: the model's own choice costs more and covers no more of what was "
             "measured here; everywhere it takes 20 m, where what was measured here is within 0.1 m "
             "at 95.0 % of the sites");
@@ -146,11 +144,13 @@ TEST(Floor, APromiseIsGivenUpForWhatIsProvenAsWell) {
 
 TEST(Floor, AModelThatExplainsNothingIsNotAsked) {
   Choice choice = everywhere(0);  // cheaper than anything that covers a site
-  const std::optional<std::string> reason =
+  const std::optional<StaticAnswers> taken =
       apply_floor(one_hard_place(), 0.1, {.explained = -0.2}, choice);
-  ASSERT_TRUE(reason.has_value());
+  ASSERT_TRUE(taken.has_value());
+  EXPECT_EQ(choice.reasons[0], Reason::kExplainsNothing);
   EXPECT_EQ(choice.range_index, everywhere(1).range_index);
-  EXPECT_NE(reason->find("explains nothing out of fold (R^2 -0.20)"), std::string::npos) << *reason;
+  EXPECT_NE(to_text(*taken, 0.1).find("explains nothing out of fold (R^2 -0.20)"),
+            std::string::npos);
   Choice of_a_short_drive = everywhere(0);
   const FloorOptions too_short{.explained = 1e-16, .is_too_short = true};
   EXPECT_TRUE(apply_floor(one_hard_place(), 0.1, too_short, of_a_short_drive).has_value())
@@ -177,6 +177,7 @@ TEST(Floor, IsNeverDearerThanTheStaticAnswerOfEqualCoverage) {
       for (int range = 0; range < 4; ++range) error_m.back().push_back(random.uniform(0.0, 0.2));
       choice.range_index.push_back(static_cast<std::uint8_t>(random.below(4)));
       choice.flags.push_back(0);
+      choice.reasons.push_back(Reason::kModel);
     }
     const OwnEvidence evidence =
         *own_evidence_of(factors_with_own_error({10, 20, 30, 40}, error_m));
@@ -227,6 +228,8 @@ TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
       << "never 30 by itself";
   EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
   EXPECT_EQ(careful->flags[0], kExtrapolated | kStatic);
+  EXPECT_EQ(careful->reasons[0], Reason::kExtrapolated);
+  EXPECT_EQ(trusting->reasons[0], Reason::kModel);
   EXPECT_EQ(careful->flags[2], 0) << "another range is refused, its own is not";
   EXPECT_EQ(trusting->flags[0], kExtrapolated);
 }

@@ -48,6 +48,7 @@ Trial four_sites() {
   trial.ranges.site_count = 4;
   trial.ranges.range_index = {0, 1, 2, 2};
   trial.ranges.flags = {0, 0, 0, kUnmet};
+  trial.ranges.reasons.assign(4, Reason::kModel);
   trial.factors.looks = trial.ranges.looks;
   trial.factors.factors = {"occupancy_ratio"};
   trial.factors.site_count = 4;

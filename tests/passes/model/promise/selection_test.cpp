@@ -64,11 +64,12 @@ TEST(Selection, FlagsSitesWhoseOwnAnswerIsExtrapolatedAndNoOthers) {
 TEST(Selection, DilatesByThreeMetresAlongTheRunOnly) {
   std::vector<RoutePoint> route = straight_route(9);
   for (std::size_t i = 6; i < 9; ++i) route[i] = {1, static_cast<double>(i - 6)};
-  Choice choice;
+  Choice choice = choose_everywhere(0, 9);
   choice.range_index = {0, 0, 0, 0, 2, 0, 0, 0, 1};
-  choice.flags.assign(9, 0);
   dilate(route, 3.0, choice);
   EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{0, 2, 2, 2, 2, 2, 1, 1, 1}));
+  EXPECT_EQ(choice.reasons[3], Reason::kDilation);
+  EXPECT_EQ(choice.reasons[4], Reason::kNone) << "its own";
 }
 
 TEST(Selection, DilatesAsBruteForceDoes) {
@@ -82,9 +83,10 @@ TEST(Selection, DilatesAsBruteForceDoes) {
         route.push_back({run, s_m});
         s_m += random.uniform(0.2, 2.0);
         choice.range_index.push_back(static_cast<std::uint8_t>(random.below(9)));
-        choice.flags.push_back(0);
       }
     }
+    choice.flags.assign(60, 0);
+    choice.reasons.assign(60, Reason::kModel);
     const Choice before = choice;
     dilate(route, 3.0, choice);
     for (std::size_t i = 0; i < route.size(); ++i) {
@@ -100,7 +102,7 @@ TEST(Selection, DilatesAsBruteForceDoes) {
 }
 
 TEST(Selection, ALooserLimitNeverLooksFurtherThanATighter) {
-  Choice tighter, looser;
+  Choice tighter = choose_everywhere(0, 3), looser = tighter;
   tighter.range_index = {1, 2, 2};
   tighter.flags = {0, kUnmet, 0};
   looser.range_index = {2, 2, 0};
@@ -108,10 +110,12 @@ TEST(Selection, ALooserLimitNeverLooksFurtherThanATighter) {
   cap_by_tighter(tighter, looser);
   EXPECT_EQ(looser.range_index, (std::vector<std::uint8_t>{1, 2, 0}));
   EXPECT_EQ(looser.flags, (std::vector<std::uint8_t>{0, kUnmet, 0}));
+  EXPECT_EQ(looser.reasons,
+            (std::vector<Reason>{Reason::kTighterLimit, Reason::kNone, Reason::kNone}));
 }
 
 TEST(Selection, ARangeThatIsTakenOverFromATighterLimitBringsItsKind) {
-  Choice tighter, looser;
+  Choice tighter = choose_everywhere(0, 3), looser = tighter;
   tighter.range_index = {1, 1, 2};
   tighter.flags = {kStatic, 0, kStatic};
   looser.range_index = {2, 2, 2};
