@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "formats/record/codec.h"
 #include "passes/model/choose_ranges.h"
 #include "passes/model/forest/measured_columns.h"
 #include "passes/model/forest/predict_error.h"
@@ -94,14 +95,10 @@ ChooseRangesOptions choice_options(const CompiledMap& map) {
 }
 
 bool is_same(const LimitPromise& a, const LimitPromise& b) {
-  return is_same(a.limit_m, b.limit_m) &&
-         is_same(a.probability_threshold, b.probability_threshold) &&
-         is_same(a.history_threshold, b.history_threshold) && is_same(a.alpha, b.alpha) &&
-         is_same(a.delta, b.delta) && a.block_count == b.block_count &&
-         a.place_count == b.place_count && a.drive_count == b.drive_count && a.scope == b.scope &&
-         a.is_earned == b.is_earned &&
-         is_same(a.calibration_miss_share, b.calibration_miss_share) && a.method == b.method &&
-         a.statement == b.statement;
+  ByteWriter of_a, of_b;
+  FieldWriter(of_a).put(a);
+  FieldWriter(of_b).put(b);
+  return std::ranges::equal(of_a.bytes(), of_b.bytes());
 }
 
 Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) {

@@ -44,19 +44,16 @@ Json limit_json(const LimitDiff& limit) {
 }
 
 Json answer_json(double limit_m, const AnswerDiff& answer) {
-  const auto answer_json = [](double range_m, std::uint8_t flags, Reason reason,
-                              double probability) {
-    return Json{{"range_m", range_m},
-                {"is_unmet", (flags & kUnmet) != 0},
-                {"is_extrapolated", (flags & kExtrapolated) != 0},
-                {"reason", name_of(reason)},
-                {"probability", probability}};
+  const auto answer_json = [](const SiteAnswer& of_map) {
+    return Json{{"range_m", of_map.range_m},
+                {"is_unmet", of_map.is_unmet()},
+                {"is_extrapolated", (of_map.flags & kExtrapolated) != 0},
+                {"reason", name_of(of_map.reason)},
+                {"probability", of_map.probability}};
   };
   return {{"limit_m", limit_m},
-          {"before", answer_json(answer.range_before_m, answer.flags_before, answer.reason_before,
-                                 answer.probability_before)},
-          {"after", answer_json(answer.range_after_m, answer.flags_after, answer.reason_after,
-                                answer.probability_after)}};
+          {"before", answer_json(answer.before)},
+          {"after", answer_json(answer.after)}};
 }
 
 Json site_json(const SiteDiff& site, const std::vector<double>& limits_m) {

@@ -14,12 +14,6 @@ bool has_same_terms(const CompiledMap& before, const CompiledMap& after) {
          std::ranges::equal(before.ranges.promises, after.ranges.promises, {}, limit_of, limit_of);
 }
 
-AnswerDiff compare(const SiteAnswer& before, const SiteAnswer& after) {
-  return {before.range_m,        after.range_m,       before.flags,       after.flags,
-          before.reason,         after.reason,        before.probability, after.probability,
-          before.virtual_points, after.virtual_points};
-}
-
 Result<ComparedSite> compare_site(const SiteRow& row, const Eigen::Vector3d& shift_m,
                                   MapSide& before, const CommonLimits& limits) {
   SIGHTLINE_ASSIGN(const NearestSite nearest,
@@ -29,13 +23,9 @@ Result<ComparedSite> compare_site(const SiteRow& row, const Eigen::Vector3d& shi
   site.longest_points_before = nearest.row->longest_virtual_points;
   site.longest_points_after = row.longest_virtual_points;
   for (const auto& [old_limit, new_limit] : limits) {
-    site.answers.push_back(compare(nearest.row->answers[old_limit], row.answers[new_limit]));
+    site.answers.push_back({nearest.row->answers[old_limit], row.answers[new_limit]});
   }
   return site;
-}
-
-bool is_different(const AnswerDiff& answer) {
-  return answer.range_before_m != answer.range_after_m || answer.flags_before != answer.flags_after;
 }
 
 SiteDiff site_diff(SiteChange change, const SiteRow& row, const Eigen::Vector3d& origin) {
@@ -68,11 +58,7 @@ void count_answers(const std::vector<AnswerDiff>& answers, std::vector<LimitDiff
   std::size_t common = 0;
   for (LimitDiff& limit : limits) {
     if (!limit.is_common()) continue;
-    const AnswerDiff& answer = answers[common++];
-    if (answer.range_after_m > answer.range_before_m) ++limit.rose;
-    if (answer.range_after_m < answer.range_before_m) ++limit.fell;
-    if (answer.is_newly_unmet()) ++limit.newly_unmet;
-    if (answer.is_no_longer_unmet()) ++limit.no_longer_unmet;
+    answers[common++].add_to(limit);
   }
 }
 
@@ -89,8 +75,8 @@ void find_work(const ComparedSites& compared, std::vector<LimitDiff>& limits) {
     longest.before += site.longest_points_before;
     longest.after += site.longest_points_after;
     for (std::size_t i = 0; i < site.answers.size(); ++i) {
-      chosen[i].before += site.answers[i].virtual_points_before;
-      chosen[i].after += site.answers[i].virtual_points_after;
+      chosen[i].before += site.answers[i].before.virtual_points;
+      chosen[i].after += site.answers[i].after.virtual_points;
     }
   }
   std::size_t common = 0;
@@ -107,7 +93,7 @@ void find_work(const ComparedSites& compared, std::vector<LimitDiff>& limits) {
 ComparedSite same_site(const SiteRow& row, const CommonLimits& limits) {
   ComparedSite site{&row, true, {}, 0.0, row.longest_virtual_points, row.longest_virtual_points};
   for (const auto& [old_limit, new_limit] : limits) {
-    site.answers.push_back(compare(row.answers[new_limit], row.answers[new_limit]));
+    site.answers.push_back({row.answers[new_limit], row.answers[new_limit]});
   }
   return site;
 }
@@ -165,7 +151,7 @@ void count_sites(const CompiledMap& before, const CompiledMap& after, const Comp
       continue;
     }
     count_answers(site.answers, diff.limits);
-    if (std::none_of(site.answers.begin(), site.answers.end(), is_different)) continue;
+    if (std::ranges::none_of(site.answers, &AnswerDiff::is_different)) continue;
     diff.sites.push_back(
         site_diff(SiteChange::kChanged, *site.row, after.ndt.frame.origin_world_m));
     diff.sites.back().distance_m = site.distance_m;

@@ -67,13 +67,9 @@ Stretch begin_stretch(const SiteRow& first, const SiteRow& last) {
 
 void add_answers(const std::vector<AnswerDiff>& answers, std::vector<StretchLimit>& limits) {
   for (std::size_t i = 0; i < answers.size(); ++i) {
-    const AnswerDiff& answer = answers[i];
-    limits[i].mean_range_before_m += answer.range_before_m;
-    limits[i].mean_range_after_m += answer.range_after_m;
-    if (answer.range_after_m > answer.range_before_m) ++limits[i].rose;
-    if (answer.range_after_m < answer.range_before_m) ++limits[i].fell;
-    if (answer.is_newly_unmet()) ++limits[i].newly_unmet;
-    if (answer.is_no_longer_unmet()) ++limits[i].no_longer_unmet;
+    limits[i].mean_range_before_m += answers[i].before.range_m;
+    limits[i].mean_range_after_m += answers[i].after.range_m;
+    answers[i].add_to(limits[i]);
   }
 }
 

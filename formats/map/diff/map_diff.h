@@ -50,24 +50,32 @@ struct NdDiff {
   double moved_m = 0.0;
 };
 
-// A vehicle's answer at one place for one limit that both maps know.
-struct AnswerDiff {
-  double range_before_m = 0.0;
-  double range_after_m = 0.0;
-  std::uint8_t flags_before = 0;  // kUnmet, kExtrapolated
-  std::uint8_t flags_after = 0;
-  Reason reason_before = Reason::kNone;
-  Reason reason_after = Reason::kNone;
-  double probability_before = 0.0;  // at the chosen range
-  double probability_after = 0.0;
-  double virtual_points_before = 0.0;  // of a scan at that range: what matching time goes by
-  double virtual_points_after = 0.0;
+// A map's answer at one place for one limit.
+struct SiteAnswer {
+  double range_m = 0.0;
+  double probability = 0.0;  // at that range
+  std::uint8_t flags = 0;
+  Reason reason = Reason::kNone;
+  double virtual_points = 0.0;  // of a scan at that range, what matching time goes by; 0: not known
 
-  [[nodiscard]] bool is_newly_unmet() const {
-    return (flags_before & kUnmet) == 0 && (flags_after & kUnmet) != 0;
+  [[nodiscard]] bool is_unmet() const { return (flags & kUnmet) != 0; }
+};
+
+// For a limit that both maps know.
+struct AnswerDiff {
+  SiteAnswer before;
+  SiteAnswer after;
+
+  [[nodiscard]] bool is_different() const {
+    return before.range_m != after.range_m || before.flags != after.flags;
   }
-  [[nodiscard]] bool is_no_longer_unmet() const {
-    return (flags_before & kUnmet) != 0 && (flags_after & kUnmet) == 0;
+  // Into a LimitDiff or a StretchLimit.
+  template <class Counts>
+  void add_to(Counts& counts) const {
+    if (after.range_m > before.range_m) ++counts.rose;
+    if (after.range_m < before.range_m) ++counts.fell;
+    if (after.is_unmet() && !before.is_unmet()) ++counts.newly_unmet;
+    if (before.is_unmet() && !after.is_unmet()) ++counts.no_longer_unmet;
   }
 };
 

@@ -9,21 +9,13 @@
 
 #include "formats/grid/point_grid.h"
 #include "formats/map/compiled_map.h"
+#include "formats/map/diff/map_diff.h"
 #include "formats/reader/map_container.h"
 
 // One of two maps that are compared: what its manifest says, and layers read when they are asked
 // for. How much was read is counted.
 
 namespace sightline {
-
-// The map's answer at a site for one limit.
-struct SiteAnswer {
-  double range_m = 0.0;
-  double probability = 0.0;
-  std::uint8_t flags = 0;
-  Reason reason = Reason::kNone;
-  double virtual_points = 0.0;  // of a scan at that range; 0 where the map holds no such factor
-};
 
 struct SiteRow {
   std::uint32_t site = 0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 
 #include "formats/text/numbers.h"
@@ -18,6 +19,18 @@ constexpr double kIndependentBuffer_m = 25.0;
 // Blocks of one place are more alike than blocks of two, so up to so many places the bound of
 // exchangeable blocks is optimistic: 5.1 to 5.9 % were measured where 5 % was named.
 constexpr std::uint32_t kFewPlaces = 3;
+
+// By NoPromise.
+constexpr std::array<const char*, 5> kWithdrawn = {
+    "the model learnt from one place alone, and these sites lie in another; train it on two or "
+    "more",
+    "sites are unlike all that the model learnt from; train it on places, and with a sensor, like "
+    "these",
+    "another answer is cheaper and proven here",
+    "what is enough for a tighter limit by the map's own scans is less than what the model would "
+    "promise",
+    "no scan made this map, and the model learnt from maps that scans made; train it on finished "
+    "maps (map: in place of mapping:) with drives through them"};
 
 // Three digits: "5 %", "99.5 %".
 std::string short_percent(double share) { return fmt::format("{:.3g} %", 100.0 * share); }
@@ -172,29 +185,9 @@ std::string to_text(const StaticAnswers& answers, double limit_m) {
 }
 
 std::string withdrawn_statement(NoPromise why, std::size_t unlike_count, std::size_t site_count) {
-  const std::string nothing = "nothing is promised: ";
-  switch (why) {
-    case NoPromise::kOnePlace:
-      return nothing +
-             "the model learnt from one place alone, and these sites lie in another; train it on "
-             "two or more";
-    case NoPromise::kUnlike:
-      return fmt::format(
-          "{}{} of {} sites are unlike all that the model learnt from; train it on places, and "
-          "with a sensor, like these",
-          nothing, unlike_count, site_count);
-    case NoPromise::kProvenAnswer:
-      return nothing + "another answer is cheaper and proven here";
-    case NoPromise::kTighterLimit:
-      return nothing +
-             "what is enough for a tighter limit by the map's own scans is less than what the "
-             "model would promise";
-    case NoPromise::kNoScans:
-      break;
-  }
-  return nothing +
-         "no scan made this map, and the model learnt from maps that scans made; train it on "
-         "finished maps (map: in place of mapping:) with drives through them";
+  const std::string text = kWithdrawn.at(static_cast<std::size_t>(why));
+  if (why != NoPromise::kUnlike) return "nothing is promised: " + text;
+  return fmt::format("nothing is promised: {} of {} {}", unlike_count, site_count, text);
 }
 
 std::string drives_text(std::size_t drive_count, double coverage, double limit_m) {

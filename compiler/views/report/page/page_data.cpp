@@ -193,8 +193,8 @@ PageJson sites_of(const MapDiff& diff) {
     change.push_back(static_cast<std::uint8_t>(each.change));
     for (std::size_t limit = 0; limit < common_limits_m(diff).size(); ++limit) {
       const bool has_answer = limit < each.answers.size();
-      before.push_back(has_answer ? decimetres(each.answers[limit].range_before_m) : 0);
-      after.push_back(has_answer ? decimetres(each.answers[limit].range_after_m) : 0);
+      before.push_back(has_answer ? decimetres(each.answers[limit].before.range_m) : 0);
+      after.push_back(has_answer ? decimetres(each.answers[limit].after.range_m) : 0);
     }
   }
   return {{"site", json_numbers(site)},
