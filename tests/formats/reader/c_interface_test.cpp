@@ -75,6 +75,8 @@ TEST(CInterface, NamesTheLookThatTheCppInterfaceNames) {
 TEST(CInterface, NamesTheRulesThatDecided) {
   const CompiledMap map = random_map({.seed = 5});
   const std::string path = written_map(encode_map(map), "c_reasons.slmap");
+  const Result<MapReader> reader = MapReader::open(path, "annealed");
+  ASSERT_TRUE(reader) << to_string(reader.error());
   sightline_map* opened = nullptr;
   ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
   sightline_reasons reasons;
@@ -83,7 +85,7 @@ TEST(CInterface, NamesTheRulesThatDecided) {
     ASSERT_EQ(sightline_get_reasons(opened, p_m.data(), 0.25, &reasons), 0);
     EXPECT_EQ(sightline_reason_name(reasons.range), name_of(map.ranges.reason(site, 1)));
     EXPECT_EQ(sightline_reason_name(reasons.look),
-              name_of(map.ranges.of_samples.front().reason(site, 1)));
+              name_of(reader->look({p_m[0], p_m[1], p_m[2]}, 0.25)->reason));
   }
   const double far_m[3] = {1e6, 0.0, 0.0};
   const double nowhere_m[3] = {NAN, 0.0, 0.0};
