@@ -57,7 +57,10 @@ TEST(Attack, LayersSwappedInsideATileAreRefused) {
   std::swap(layer_of(tile, "ndt").raw, layer_of(tile, "range").raw);
   EXPECT_EQ(refusal_of(assemble(parts)), ErrorCode::kBadLayer);
   parts = parts_of(twin_tiles());
-  std::swap(layer_of(parts.tiles[0], "ndt").name, layer_of(parts.tiles[0], "range").name);
+  BlockParts& ndt = layer_of(parts.tiles[0], "ndt");
+  BlockParts& range = layer_of(parts.tiles[0], "range");
+  std::swap(ndt.name, range.name);
+  std::swap(ndt.version, range.version);
   EXPECT_EQ(error_class(refusal_of(assemble(parts))), ErrorClass::kCorrupt);
 }
 
