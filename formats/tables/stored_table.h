@@ -244,12 +244,12 @@ Result<StoredTable<X>> StoredTable<X>::open(const StoredBytes& payload) {
     reader.get(opened.row_count_);
   };
   SIGHTLINE_ASSIGN(const std::optional<std::uint64_t> begin, decode_front(payload, decode));
-  if (!begin) return undecodable<X>();
+  if (!begin) return undecodable<StoredTable<X>>();
   const std::size_t size = RowsOf<X>::size(opened.head_);
   const std::uint64_t rest = payload.size() - *begin;
   const bool is_full = HasTiles<X> || opened.row_count_ == RowsOf<X>::count(opened.head_);
   if (!is_full || size == 0 || rest % size != 0 || rest / size != opened.row_count_) {
-    return undecodable<X>();
+    return undecodable<StoredTable<X>>();
   }
   opened.rows_ = payload.part(*begin, rest);
   if constexpr (HasTiles<X>) SIGHTLINE_TRY(opened.find_tiles());
