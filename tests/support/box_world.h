@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -124,6 +125,28 @@ inline Pose pose_at(double x_m, double y_m, double yaw_rad) {
   pose.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   pose.translation() = Eigen::Vector3d(x_m, y_m, 0.0);
   return pose;
+}
+
+// Along x from `from_m` on, swinging a little to both sides.
+inline std::vector<Pose> along_street(double from_m, std::size_t count, double step_m = 1.0) {
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x_m = from_m + step_m * static_cast<double>(i);
+    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
+  }
+  return poses;
+}
+
+// The largest distance between two trajectories after the first poses are laid on each other.
+inline double largest_error_m(const Trajectory& found, const Trajectory& truth) {
+  const Pose T_truth_found = truth.poses[0].T_map_vehicle * found.poses[0].T_map_vehicle.inverse();
+  double largest_m = 0.0;
+  for (std::size_t i = 0; i < found.poses.size(); ++i) {
+    const Pose laid = T_truth_found * found.poses[i].T_map_vehicle;
+    const double error_m = (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm();
+    largest_m = std::max(largest_m, error_m);
+  }
+  return largest_m;
 }
 
 }  // namespace sightline

@@ -31,25 +31,8 @@ ErrorCode error_of(const Drive& drive, PoseMode mode) { return failure_of(run(dr
 constexpr double kAzimuthStep_deg = 0.5;
 
 // A drive along a random street in steps of `step_m`, swinging a little to both sides.
-TestDrive street_drive(std::uint64_t seed, int count, double step_m) {
-  std::vector<Pose> poses;
-  for (int i = 0; i < count; ++i) {
-    const double x_m = step_m * i;
-    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
-  }
-  return drive_through(random_street(seed), poses, kAzimuthStep_deg);
-}
-
-// Largest distance between two trajectories after the first poses are laid on each other.
-double largest_error_m(const Trajectory& found, const Trajectory& truth) {
-  const Pose T_truth_found = truth.poses[0].T_map_vehicle * found.poses[0].T_map_vehicle.inverse();
-  double largest_m = 0.0;
-  for (std::size_t i = 0; i < truth.poses.size(); ++i) {
-    const Pose laid = T_truth_found * found.poses[i].T_map_vehicle;
-    const double error_m = (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm();
-    largest_m = std::max(largest_m, error_m);
-  }
-  return largest_m;
+TestDrive street_drive(std::uint64_t seed, std::size_t count, double step_m) {
+  return drive_through(random_street(seed), along_street(0.0, count, step_m), kAzimuthStep_deg);
 }
 
 TEST(EstimateTrajectory, TakesGivenPosesInTheDrivesFrame) {

@@ -18,12 +18,8 @@ using testing::HasSubstr;
 
 constexpr double kAzimuthStep_deg = 0.5;
 
-TestDrive given_drive(const BoxWorld& world, int count, double step_m) {
-  std::vector<Pose> poses;
-  for (int i = 0; i < count; ++i) {
-    const double x_m = step_m * i;
-    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
-  }
+TestDrive given_drive(const BoxWorld& world, std::size_t count, double step_m) {
+  const std::vector<Pose> poses = along_street(0.0, count, step_m);
   TestDrive test = drive_through(world, poses, kAzimuthStep_deg);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     test.drive.scans[i].T_world_vehicle = poses[i];
@@ -50,7 +46,7 @@ EstimateTrajectoryOptions repairing() {
   return options;
 }
 
-double largest_error_m(const Trajectory& found, const Trajectory& truth) {
+double largest_off_m(const Trajectory& found, const Trajectory& truth) {
   double largest_m = 0.0;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) {
     const Eigen::Vector3d off_m =
@@ -77,7 +73,7 @@ TEST(GivenPoses, OneThatIsFarOffIsRefusedByNameAndRepairedWhenAllowed) {
     const Outcome repaired = run(test.drive, repairing());
     EXPECT_EQ(repaired.trajectory.source, PoseSource::kRefined);
     EXPECT_EQ(repaired.trajectory.prior_edges, 5U);
-    EXPECT_LT(largest_error_m(repaired.trajectory, test.truth), 0.1) << off_m;
+    EXPECT_LT(largest_off_m(repaired.trajectory, test.truth), 0.1) << off_m;
     EXPECT_THAT(repaired.warnings, HasSubstr("scan 3"));
   }
 }
@@ -87,7 +83,7 @@ TEST(GivenPoses, AFirstOneThatIsFarOffIsFound) {
   test.drive.scans[0].T_world_vehicle->translation().x() -= 50.0;
   expect_refused(test, "scan 0", "1 of 5 given poses of drive test: scan 0 (scan0.pcd) lies");
   const Outcome repaired = run(test.drive, repairing());
-  EXPECT_LT(largest_error_m(repaired.trajectory, test.truth), 0.1);
+  EXPECT_LT(largest_off_m(repaired.trajectory, test.truth), 0.1);
 }
 
 TEST(GivenPoses, AJumpThatLastsIsFoundInTheShorterPart) {
@@ -139,7 +135,7 @@ TEST(GivenPoses, ThatBlurTheMapAreRefinedWhichIsSaid) {
   }
   const Outcome refined = run(test.drive);
   EXPECT_EQ(refined.trajectory.source, PoseSource::kRefined);
-  EXPECT_LT(largest_error_m(refined.trajectory, test.truth), 0.1);
+  EXPECT_LT(largest_off_m(refined.trajectory, test.truth), 0.1);
   EXPECT_THAT(refined.warnings, HasSubstr("given poses of drive test are refined"));
   EstimateTrajectoryOptions kept;
   kept.mode = PoseMode::kGiven;

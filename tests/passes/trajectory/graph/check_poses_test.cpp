@@ -131,10 +131,8 @@ constexpr std::size_t kScansADay = 16;  // scans of each drive
 TestDrive drives(const std::vector<double>& scales, std::size_t count = kScansADay) {
   std::vector<Pose> poses;
   for (std::size_t day = 0; day < scales.size(); ++day) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const double x_m = static_cast<double>(i) + 0.4 * static_cast<double>(day);
-      poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
-    }
+    const std::vector<Pose> way = along_street(0.4 * static_cast<double>(day), count);
+    poses.insert(poses.end(), way.begin(), way.end());
   }
   TestDrive all = drive_through(random_street(4), poses, 0.5);
   std::vector<Scan> scans;

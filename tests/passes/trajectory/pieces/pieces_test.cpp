@@ -19,15 +19,6 @@ using testing::HasSubstr;
 
 constexpr double kAzimuthStep_deg = 0.5;
 
-std::vector<Pose> along_street(double from_m, int count, double step_m = 1.0) {
-  std::vector<Pose> poses;
-  for (int i = 0; i < count; ++i) {
-    const double x_m = from_m + step_m * i;
-    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
-  }
-  return poses;
-}
-
 std::vector<Pose> joined(std::vector<Pose> first, const std::vector<Pose>& then) {
   first.insert(first.end(), then.begin(), then.end());
   return first;

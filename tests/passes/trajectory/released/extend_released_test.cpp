@@ -21,15 +21,6 @@ using testing::HasSubstr;
 constexpr std::size_t kCount = 16;  // scans of each drive
 constexpr std::int64_t kDay_ns = 86'400'000'000'000;
 
-std::vector<Pose> along_street(double from_m, std::size_t count) {
-  std::vector<Pose> poses;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x_m = from_m + static_cast<double>(i);
-    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
-  }
-  return poses;
-}
-
 // Drives through streets, one a day; each from a place of its street, measured so many times as
 // large.
 struct DayOf {
@@ -102,18 +93,6 @@ void expect_kept(const Trajectory& found, const ReleasedPoses& released) {
           << "pose " << i << ", number " << k;
     }
   }
-}
-
-// Seen from the first scan.
-double largest_error_m(const Trajectory& found, const Trajectory& truth) {
-  const Pose T_truth_found = truth.poses[0].T_map_vehicle * found.poses[0].T_map_vehicle.inverse();
-  double largest_m = 0.0;
-  for (std::size_t i = 0; i < found.poses.size(); ++i) {
-    const Pose laid = T_truth_found * found.poses[i].T_map_vehicle;
-    largest_m = std::max(largest_m,
-                         (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm());
-  }
-  return largest_m;
 }
 
 TEST(ExtendReleased, KeepsReleasedPosesToTheBitAndAlignsOtherDrivesToThem) {
