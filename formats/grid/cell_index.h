@@ -37,6 +37,8 @@ class CellIndex {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
+  CellIndex() : slots_(1) {}
+
   // The cell's number; one not met before gets the next.
   std::uint32_t add(const CellKey& key) {
     Slot& slot = slots_[slot_of(key)];
@@ -80,7 +82,7 @@ class CellIndex {
   void grow(std::size_t slot_count);
 
   // A power of two of them. One that is free from the start: so no look asks whether there is any.
-  HugeVector<Slot> slots_ = HugeVector<Slot>(1);
+  HugeVector<Slot> slots_;
   std::vector<CellKey> keys_;
 };
 
