@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "formats/record/enum_names.h"
+#include "formats/record/fields.h"
 
 namespace sightline {
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "formats/artifact.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 
@@ -48,6 +50,17 @@ void expect_survives_disk(const X& artifact) {
     X ignored;
     decode(reader, ignored);  // must neither crash nor allocate without bound
     if (reader.at_end()) (void)validate(ignored);
+  }
+}
+
+// Each change makes the artifact invalid.
+template <class X>
+void expect_refused(const X& valid, const std::vector<std::function<void(X&)>>& changes) {
+  ASSERT_TRUE(validate(valid).has_value());
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    X changed = valid;
+    changes[i](changed);
+    EXPECT_EQ(failure_of(validate(changed), i).code, ErrorCode::kInvalidArtifact) << i;
   }
 }
 

@@ -62,33 +62,21 @@ TEST(SensorProfile, RefusesAnUnknownNameAndListsTheKnown) {
 }
 
 TEST(SensorProfile, RefusesWhatNoSensorIs) {
-  const SensorProfile good = *sensor_profile("generic-16");
-  const auto expect_refused = [](const SensorProfile& profile) {
-    EXPECT_EQ(validate(profile).error().code, ErrorCode::kInvalidArtifact);
-  };
-  SensorProfile profile = good;
-  profile.beam_elevations_deg.clear();
-  expect_refused(profile);
-  profile = good;
-  std::swap(profile.beam_elevations_deg[0], profile.beam_elevations_deg[1]);
-  expect_refused(profile);
-  profile = good;
-  profile.beam_elevations_deg[3] = std::numeric_limits<double>::quiet_NaN();
-  expect_refused(profile);
-  profile = good;
-  profile.azimuth_step_deg = 0.0;
-  expect_refused(profile);
-  profile = good;
-  for (const double view_deg : {0.0, 0.1, 361.0, std::numeric_limits<double>::quiet_NaN()}) {
-    profile.azimuth_view_deg = view_deg;
-    expect_refused(profile);
-  }
-  profile = good;
-  profile.max_range_m = profile.min_range_m;
-  expect_refused(profile);
-  profile = good;
-  profile.T_vehicle_lidar.linear() *= 2.0;
-  expect_refused(profile);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  expect_refused<SensorProfile>(
+      *sensor_profile("generic-16"),
+      {[](SensorProfile& profile) { profile.beam_elevations_deg.clear(); },
+       [](SensorProfile& profile) {
+         std::swap(profile.beam_elevations_deg[0], profile.beam_elevations_deg[1]);
+       },
+       [](SensorProfile& profile) { profile.beam_elevations_deg[3] = kNan; },
+       [](SensorProfile& profile) { profile.azimuth_step_deg = 0.0; },
+       [](SensorProfile& profile) { profile.azimuth_view_deg = 0.0; },
+       [](SensorProfile& profile) { profile.azimuth_view_deg = 0.1; },
+       [](SensorProfile& profile) { profile.azimuth_view_deg = 361.0; },
+       [](SensorProfile& profile) { profile.azimuth_view_deg = kNan; },
+       [](SensorProfile& profile) { profile.max_range_m = profile.min_range_m; },
+       [](SensorProfile& profile) { profile.T_vehicle_lidar.linear() *= 2.0; }});
 }
 
 TEST(SensorProfile, OfALivoxAviaSees70DegreesAheadEvenly) {
