@@ -81,7 +81,7 @@ void CellIndex::reserve(std::size_t count) {
 
 void CellIndex::clear() {
   keys_.clear();
-  slots_.assign(slots_.size(), Slot{});
+  slots_.assign(std::max(slots_.size(), std::size_t{1}), Slot{});  // none after a move
 }
 
 void CellIndex::grow(std::size_t slot_count) {
