@@ -9,7 +9,6 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/console/progress_json.h"
 #include "compiler/config/expected_cost.h"
 #include "passes/matching/kernel_score.h"
 

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "compiler/gate/rules/observation.h"
 #include "compiler/gate/rules/rules.h"
 #include "compiler/gate/settings.h"
 #include "formats/base/result.h"

@@ -2,19 +2,43 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "compiler/gate/rules/observation.h"
+#include "formats/base/result.h"
 #include "formats/map/compiled_map.h"
 
 // The rules of the gate (schemas/gate_rules.md): pure functions over a compiled map, an old one
 // beside it, and what a drive observed in it.
 
 namespace sightline {
+
+// How the ranges of the map fared on a drive at one limit (RuleScore of the map's own rule).
+struct ObservedLimit {
+  double limit_m = 0.0;
+  double coverage = 0.0;
+  double mean_range_m = 0.0;
+  double time_ratio = 0.0;  // to the longest range
+  double work_ratio = 0.0;
+  double worst_coverage = 0.0;  // of the worst stretch
+  std::uint32_t worst_begin_site = 0;
+};
+
+// What `sightline evaluate --json` wrote, as far as the gate judges it.
+struct Observation {
+  std::string drive;
+  std::uint32_t site_count = 0;  // of the map
+  double stretch_m = 0.0;        // length of the worst stretch
+  std::vector<ObservedLimit> limits;
+};
+
+// Errors: file-not-found, cannot-open, cannot-read, malformed-text (no JSON of evaluate's).
+Result<Observation> read_observation(const std::filesystem::path& file);
+Result<Observation> parse_observation(std::string_view json);
 
 // What the gate says of a map: one check for each rule, and for each limit or place it was asked
 // of.

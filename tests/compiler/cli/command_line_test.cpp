@@ -1,4 +1,5 @@
 #include "compiler/cli/command_line.h"
+#include "tests/support/value_of.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,11 +70,9 @@ std::string error_of(const std::vector<std::string>& words) {
 
 TEST(ParseWords, SetsEveryKindOfTarget) {
   PaintFlags flags;
-  const Result<void> parsed =
-      parse({"north", "--coats=3", "-qo", "out.png", "--width-m", "0.25", "brush", "--counter",
-             "18446744073709551615", "--pair", "a", "b", "roller", "--force"},
-            flags);
-  ASSERT_TRUE(parsed.has_value()) << to_string(parsed.error());
+  require(parse({"north", "--coats=3", "-qo", "out.png", "--width-m", "0.25", "brush", "--counter",
+                 "18446744073709551615", "--pair", "a", "b", "roller", "--force"},
+                flags));
   EXPECT_EQ(flags.wall, "north");
   EXPECT_THAT(flags.tools, ElementsAre("brush", "roller"));
   EXPECT_EQ(flags.output, "out.png");

@@ -382,8 +382,7 @@ TEST_F(SameRecordings, TheEvaluationDriveMayBeAnotherDriveUnlessAModelLearnsFrom
   CompilePlan compile = compile_plan(config);
   measure_evaluation_drive(config, compile);
   ArtifactSet artifacts;
-  const Result<void> opened = provide_drives(compile, {}, artifacts);
-  EXPECT_TRUE(opened) << to_string(opened.error());
+  require(provide_drives(compile, {}, artifacts));
   compile.learns_from_evaluation = true;
   ArtifactSet more;
   EXPECT_EQ(provide_drives(compile, {}, more).error().code, ErrorCode::kBadValue);

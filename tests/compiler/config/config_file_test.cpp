@@ -6,6 +6,7 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -40,10 +41,9 @@ class ConfigFile : public ::testing::Test {
 };
 
 TEST_F(ConfigFile, SetsWhatItNamesAndLeavesTheRest) {
-  const Result<void> done = read(
-      "mapping: {scans: 'drive one/scans'}\n"
-      "annotation:\n  ranges_m: [10, 15]\n  enabled: false\n");
-  ASSERT_TRUE(done.has_value()) << to_string(done.error());
+  require(
+      read("mapping: {scans: 'drive one/scans'}\n"
+           "annotation:\n  ranges_m: [10, 15]\n  enabled: false\n"));
   EXPECT_EQ(values_.scans, "drive one/scans");
   EXPECT_EQ(values_.ranges_m, (std::vector<double>{10.0, 15.0}));
   EXPECT_FALSE(values_.enabled);
@@ -90,8 +90,7 @@ TEST_F(ConfigFile, ReadsBackItsOwnYaml) {
   const std::string yaml = to_yaml(sections());
   values_ = {};
   values_.looks = *parse_looks("50 m, 2000 returns, 80 points");
-  const Result<void> done = read(yaml);
-  ASSERT_TRUE(done.has_value()) << to_string(done.error());
+  require(read(yaml));
   EXPECT_EQ(values_.cell_m, 1.25);
   EXPECT_EQ(values_.scans, "a: \"b\"");
   EXPECT_EQ(values_.ranges_m, (std::vector<double>{12.5, 100.0}));

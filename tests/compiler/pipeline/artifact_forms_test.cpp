@@ -69,8 +69,7 @@ class ArtifactForms : public ::testing::Test {
     std::vector<AnyWire> wanted;
     if (wants == Wants::kCounts) wanted = {tiles_, nds_, of_provided_};
     reports_.clear();
-    const Result<void> ran = run_plan(plan, wanted, options_, observer_, artifacts_, reports_);
-    ASSERT_TRUE(ran) << to_string(ran.error());
+    require(run_plan(plan, wanted, options_, observer_, artifacts_, reports_));
     EXPECT_EQ(artifacts_.get(tiles_).values.front(), 3.0);
     EXPECT_EQ(artifacts_.get(nds_).values.front(), 10.0);
     EXPECT_EQ(artifacts_.get(of_provided_).values.front(), 10.0);
@@ -162,8 +161,7 @@ TEST_F(ArtifactForms, OfAWholeTheLastToTakeAFormReadsItFromTheStore) {
     artifacts_ = {};
     artifacts_.provide(provided, row_of_nds(10));
     options_.cache_directory = cache;
-    const Result<void> ran = run_plan(plan, wanted, options_, observer_, artifacts_, reports_);
-    ASSERT_TRUE(ran) << to_string(ran.error());
+    require(run_plan(plan, wanted, options_, observer_, artifacts_, reports_));
     EXPECT_EQ(artifacts_.get(first).values.front(), 3.0);
     EXPECT_EQ(artifacts_.get(last).values.front(), 3.0);
   };

@@ -6,6 +6,7 @@
 #include "compiler/pipeline/runner.h"
 #include "formats/annotation/site_column.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -51,8 +52,7 @@ class OptionalInputs : public ::testing::Test {
   }
   float made(Wire<SiteColumn> wanted) {
     std::vector<StepReport> reports;
-    const Result<void> done = run_plan(plan_, {wanted}, options_, {}, artifacts_, reports);
-    EXPECT_TRUE(done) << to_string(done.error());
+    require(run_plan(plan_, {wanted}, options_, {}, artifacts_, reports));
     is_from_cache_ = reports.back().from_cache;
     return artifacts_.get(wanted).values[0];
   }
