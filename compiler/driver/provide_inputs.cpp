@@ -106,11 +106,8 @@ Result<void> provide_route(const FinishedMapInput& input, const std::string& wor
 Result<SensorProfile> localizing_sensor(const MapOptions& options, const CompiledMap* earlier) {
   RecordingOptions localizing = options.localizing;
   if (!localizing.sensor.empty()) return sensor_of(localizing);
-  if (earlier == nullptr) {
-    localizing.sensor = RecordingOptions{}.sensor;
-    return sensor_of(localizing);
-  }
   localizing.sensor = RecordingOptions{}.sensor;
+  if (earlier == nullptr) return sensor_of(localizing);
   SIGHTLINE_ASSIGN(const SensorProfile said, sensor_of(localizing));
   SIGHTLINE_ASSIGN(const SensorProfile usual, sensor_of(RecordingOptions{}));
   if (to_bytes(said) == to_bytes(usual)) return earlier->sensor;

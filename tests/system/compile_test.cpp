@@ -36,12 +36,6 @@ TEST(Evaluate, TheSchemaRefusesATableThatIsNoneAndAColumnTooMany) {
 
 std::string config() { return (small_town() / "town.yaml").string(); }
 
-std::string bytes_of(const std::filesystem::path& path) {
-  const Result<std::string> text = read_text_file(path);
-  EXPECT_TRUE(text.has_value()) << path;
-  return text ? *text : std::string();
-}
-
 // One compile that the other tests share, with its cache beside the configuration.
 const std::filesystem::path& compiled_map() {
   static const std::filesystem::path kMap = [] {

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "formats/base/files/atomic_file.h"
 #include "tests/system/program.h"
 
 // A whole map, compiled with each version of the matcher's inner loop and interrupted in the middle
@@ -23,11 +22,6 @@ std::filesystem::path short_town(const std::filesystem::path& folder,
                                  const std::string& size = "--length-m 40") {
   make_town(folder / "town", "--seed 3 " + size + " --drives 1");
   return folder / "town";
-}
-
-std::string bytes_of(const std::filesystem::path& path) {
-  const Result<std::string> text = read_text_file(path);
-  return text ? *text : std::string();
 }
 
 ProgramResult compile(const std::filesystem::path& town, const std::filesystem::path& map,

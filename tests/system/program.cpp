@@ -75,6 +75,12 @@ const std::filesystem::path& small_town() {
   return kTown;
 }
 
+std::string bytes_of(const std::filesystem::path& path) {
+  const Result<std::string> text = read_text_file(path);
+  EXPECT_TRUE(text.has_value()) << path;
+  return text ? *text : std::string();
+}
+
 std::filesystem::path fresh_folder() {
   const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
   const std::filesystem::path folder =

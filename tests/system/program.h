@@ -38,6 +38,9 @@ std::string config_file();
 void export_to(const std::filesystem::path& output, const std::string& source,
                const std::string& options);
 
+// What a file holds.
+std::string bytes_of(const std::filesystem::path& path);
+
 // A new empty folder, named after the running test.
 std::filesystem::path fresh_folder();
 

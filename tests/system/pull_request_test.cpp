@@ -77,12 +77,6 @@ struct Pipeline {
   [[nodiscard]] std::string map() const { return (out / "map.slmap").string(); }
 };
 
-std::string text_of(const fs::path& file) {
-  const Result<std::string> text = read_text_file(file);
-  EXPECT_TRUE(text.has_value()) << file;
-  return text ? *text : "";
-}
-
 struct Job {
   fs::path folder;
   std::string release;  // empty: the first map
@@ -100,10 +94,10 @@ Pipeline run_pipeline(const Job& job) {
       " SIGHTLINE=" SIGHTLINE_PROGRAM " " + (kRoot / "examples/ci/run").string() + " " + job.steps);
   pipeline.status = run.status;
   pipeline.said = run.out;
-  pipeline.markdown = text_of(pipeline.out / "gate.md");
-  pipeline.junit = text_of(pipeline.out / "gate.junit.xml");
-  pipeline.json = Json::parse(text_of(pipeline.out / "gate.json"));
-  pipeline.sarif = Json::parse(text_of(pipeline.out / "gate.sarif"));
+  pipeline.markdown = bytes_of(pipeline.out / "gate.md");
+  pipeline.junit = bytes_of(pipeline.out / "gate.junit.xml");
+  pipeline.json = Json::parse(bytes_of(pipeline.out / "gate.json"));
+  pipeline.sarif = Json::parse(bytes_of(pipeline.out / "gate.sarif"));
   return pipeline;
 }
 
@@ -126,7 +120,7 @@ const std::string& release() {
 }
 
 void expect_valid_forms(const Pipeline& judged) {
-  const auto schema = [](const char* file) { return Json::parse(text_of(kRoot / file)); };
+  const auto schema = [](const char* file) { return Json::parse(bytes_of(kRoot / file)); };
   EXPECT_EQ(schema_faults(schema("schemas/gate.schema.json"), judged.json), "");
   EXPECT_EQ(
       schema_faults(schema("tests/compiler/gate/schemas/sarif-2.1.0-rtm.5.json"), judged.sarif),
@@ -260,7 +254,7 @@ TEST_F(PullRequest, ThatChangesNothingPasses) {
   fs::copy_file(before / "town.yaml", again / "town.yaml");
   const Pipeline judged = run_pipeline({again, release(), model(), "compile diff gate"});
   EXPECT_EQ(judged.status, 0) << judged.said;
-  EXPECT_THAT(text_of(judged.out / "diff.md"), HasSubstr("The maps are the same."));
+  EXPECT_THAT(bytes_of(judged.out / "diff.md"), HasSubstr("The maps are the same."));
   EXPECT_EQ(judged.json.at("passed"), true);
   EXPECT_EQ(judged.json.at("map").at("root_digest"), judged.json.at("old_map").at("root_digest"));
   EXPECT_TRUE(violations(judged, "error").empty());
@@ -291,8 +285,8 @@ TEST_F(PullRequest, ThatTakesAWallAwayPassesWhereNothingWasMeasuredWorse) {
   EXPECT_EQ(judged.status, 0) << judged.said;
   expect_valid_forms(judged);
   expect_diff_finds_the_change(job.release, judged.map());
-  EXPECT_THAT(text_of(judged.out / "diff.md"), HasSubstr("| run 0,"));
-  EXPECT_THAT(text_of(judged.out / "report.html"), HasSubstr("<h1>"));
+  EXPECT_THAT(bytes_of(judged.out / "diff.md"), HasSubstr("| run 0,"));
+  EXPECT_THAT(bytes_of(judged.out / "report.html"), HasSubstr("<h1>"));
 }
 
 // They hide the walls from near: at 10 m 44 instead of 66 % of the first half are within 10 cm. The
@@ -305,8 +299,8 @@ TEST_F(PullRequest, WithTenMoreParkedCarsIsRefusedForWhatWasMeasured) {
     return check.at("rule") == "measured-coverage-drop" && check.at("limit_m") == 0.1;
   })) << judged.said;
   // The gate comes last: what a reviewer looks at is there all the same.
-  EXPECT_THAT(text_of(judged.out / "diff.md"), HasSubstr("| run 0,"));
-  EXPECT_THAT(text_of(judged.out / "report.html"), HasSubstr("<h1>"));
+  EXPECT_THAT(bytes_of(judged.out / "diff.md"), HasSubstr("| run 0,"));
+  EXPECT_THAT(bytes_of(judged.out / "report.html"), HasSubstr("<h1>"));
 }
 
 TEST_F(PullRequest, WithNoisierScansIsRefused) {
