@@ -9,7 +9,6 @@
 
 #include "formats/base/result.h"
 #include "formats/foreign/clouds/float_columns.h"
-#include "formats/foreign/clouds/float_counts.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
 
 namespace sightline {

@@ -9,7 +9,7 @@
 #include "formats/drive/drive.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/recording/recording.h"
-#include "formats/foreign/recording/remembered_digests.h"
+#include "formats/foreign/recording/same_recording.h"
 
 namespace sightline {
 

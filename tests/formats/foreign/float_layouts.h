@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
-#include "formats/foreign/clouds/float_counts.h"
+#include "formats/foreign/clouds/float_columns.h"
 #include "tests/formats/foreign/foreign_files.h"
 
 // Files without a header, as people lay out the floats of a point.

@@ -16,9 +16,8 @@
 #include "formats/base/files/regular_file.h"
 #include "formats/base/result.h"
 #include "formats/foreign/logs/random_access_file.h"
-#include "formats/foreign/ros/files/bag_compression.h"
+#include "formats/foreign/ros/files/bag_chunks.h"
 #include "formats/foreign/ros/files/open_message_log.h"
-#include "formats/foreign/ros/files/recent_chunks.h"
 
 namespace sightline {
 namespace {

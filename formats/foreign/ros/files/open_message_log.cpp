@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "formats/base/files/regular_file.h"
-#include "formats/foreign/ros/files/bag_compression.h"
+#include "formats/foreign/ros/files/bag_chunks.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

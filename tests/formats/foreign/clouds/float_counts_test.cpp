@@ -1,4 +1,4 @@
-#include "formats/foreign/clouds/float_counts.h"
+#include "formats/foreign/clouds/float_columns.h"
 
 #include <algorithm>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "formats/foreign/recording/remembered_digests.h"
+#include "formats/foreign/recording/same_recording.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

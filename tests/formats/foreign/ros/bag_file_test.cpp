@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "formats/foreign/ros/files/bag_compression.h"
+#include "formats/foreign/ros/files/bag_chunks.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/random_bags.h"

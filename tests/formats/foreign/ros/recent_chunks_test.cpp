@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/recent_chunks.h"
+#include "formats/foreign/ros/files/bag_chunks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "formats/foreign/ros/files/bag_compression.h"
+#include "formats/foreign/ros/files/bag_chunks.h"
 
 #include <bzlib.h>
 #include <lz4frame.h>
@@ -7,10 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <span>
 
 #include "formats/base/check.h"
-
-// All of the foreign formats that knows libbz2, liblz4 and libzstd.
 
 namespace sightline {
 namespace {
@@ -105,6 +104,39 @@ std::optional<std::vector<std::byte>> unpack_zstd_frame(std::span<const std::byt
   if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) return std::nullopt;
   if (size > most_unpacked(packed.size())) return std::nullopt;
   return unpack_chunk(BagCompression::kZstd, packed, static_cast<std::size_t>(size));
+}
+
+std::shared_ptr<RecentChunks::Chunk> RecentChunks::chunk_of(const ChunkPart& part) {
+  const std::scoped_lock lock(mutex_);
+  const auto found = std::ranges::find(chunks_, part.chunk, [](const auto& c) { return c->index; });
+  if (found != chunks_.end()) {
+    std::rotate(found, found + 1, chunks_.end());
+    return chunks_.back();
+  }
+  const std::shared_ptr<Chunk>& added = chunks_.emplace_back(std::make_shared<Chunk>());
+  added->index = part.chunk;
+  added->size = part.chunk_size;
+  bytes_ += part.chunk_size;
+  while (chunks_.size() > 1 && (bytes_ > most_bytes_ || chunks_.size() > kMost_chunks)) {
+    bytes_ -= chunks_.front()->size;
+    chunks_.erase(chunks_.begin());
+  }
+  return chunks_.back();
+}
+
+Result<std::vector<std::byte>> RecentChunks::read(const ChunkPart& part, const Unpack& unpack) {
+  std::unique_lock<std::mutex> alone(large_, std::defer_lock);
+  if (part.chunk_size > most_bytes_ / 8) alone.lock();
+  const std::shared_ptr<Chunk> chunk = chunk_of(part);
+  const std::scoped_lock lock(chunk->mutex);
+  if (!chunk->is_unpacked) {
+    SIGHTLINE_ASSIGN(chunk->bytes, unpack());
+    chunk->is_unpacked = true;
+  }
+  const std::span<const std::byte> bytes = chunk->bytes;
+  SIGHTLINE_CHECK(part.offset <= bytes.size() && part.size <= bytes.size() - part.offset);
+  const std::span<const std::byte> wanted = bytes.subspan(part.offset, part.size);
+  return std::vector<std::byte>(wanted.begin(), wanted.end());
 }
 
 }  // namespace sightline
