@@ -14,6 +14,8 @@
 
 namespace sightline {
 
+// How many floats a point has in a file without a header, from the floats themselves.
+
 constexpr std::size_t kLeastFloats = 3;  // a point
 constexpr std::size_t kMostFloats = 10;
 
