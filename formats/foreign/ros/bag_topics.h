@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/foreign/ros/files/message_log.h"
+#include "formats/foreign/ros/files/open_message_log.h"
 #include "formats/foreign/ros/ros_messages.h"
 
 // The topics of an opened bag, and its transforms; part of ros_bag and bag_turns.

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "formats/foreign/ros/files/message_log.h"
+#include "formats/foreign/ros/files/open_message_log.h"
 #include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/pose_file.h"
 

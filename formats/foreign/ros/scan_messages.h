@@ -7,7 +7,7 @@
 
 #include "formats/base/result.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
-#include "formats/foreign/ros/files/message_log.h"
+#include "formats/foreign/ros/files/open_message_log.h"
 
 namespace sightline {
 

@@ -14,7 +14,6 @@
 #include "formats/base/units.h"
 #include "formats/foreign/logs/random_access_file.h"
 #include "formats/foreign/ros/files/bag_chunks.h"
-#include "formats/foreign/ros/files/message_log.h"
 #include "formats/foreign/ros/files/open_message_log.h"
 
 namespace sightline {

@@ -1,6 +1,12 @@
 #include "formats/foreign/recording/same_recording.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <chrono>
 #include <filesystem>
+#include <map>
+#include <thread>
 
 #include "formats/foreign/recording/open_recording.h"
 #include "tests/formats/foreign/foreign_files.h"
@@ -76,6 +82,94 @@ TEST_F(SameRecording, ContentsNameScansWhateverElseARecordingHas) {
   };
   EXPECT_EQ(digest_of(options("a")), digest_of(b));
   EXPECT_NE(digest_of(options("a")), digest_of(options("c")));
+}
+
+class TestMemory : public DigestMemory {
+ public:
+  [[nodiscard]] std::optional<std::vector<std::byte>> load(const Digest& key) const override {
+    const auto found = kept_.find(key);
+    if (found == kept_.end()) return std::nullopt;
+    ++hits;
+    return found->second;
+  }
+  void store(const Digest& key, std::span<const std::byte> content) const override {
+    kept_[key] = {content.begin(), content.end()};
+  }
+  std::map<Digest, std::vector<std::byte>>& kept() { return kept_; }
+  mutable int hits = 0;
+
+ private:
+  mutable std::map<Digest, std::vector<std::byte>> kept_;
+};
+
+// Three scans of five floats a point, of which a recording warns.
+class RememberedDigests : public testing::Test {
+ protected:
+  RememberedDigests() {
+    for (const char* name : {"scans/0.bin", "scans/1.bin", "scans/2.bin"}) write(name, 2400);
+    options_.scans = (folder_ / "scans").string();
+  }
+  void write(const char* name, std::size_t count) { folder_.write(name, float_spiral(5, count)); }
+  Recording open() {
+    Result<Recording> recording = open_recording(options_, 1, &memory_);
+    EXPECT_TRUE(recording.has_value()) << to_string(recording.error());
+    return *std::move(recording);
+  }
+  static void let_files_settle() { std::this_thread::sleep_for(std::chrono::milliseconds(2100)); }
+
+  ScratchFolder folder_;
+  RecordingOptions options_;
+  TestMemory memory_;
+};
+
+TEST_F(RememberedDigests, OfFilesThatWereJustWrittenAreNotKept) {
+  open();
+  EXPECT_TRUE(memory_.kept().empty());
+}
+
+TEST_F(RememberedDigests, GiveTheSameRecordingWithoutReadingItsFiles) {
+  let_files_settle();
+  const Recording first = open();
+  ASSERT_EQ(memory_.kept().size(), 1U);
+  const Recording again = open();
+  EXPECT_EQ(memory_.hits, 1);
+  EXPECT_EQ(again.digest, first.digest);
+  EXPECT_EQ(again.warnings, first.warnings);
+  EXPECT_FALSE(first.warnings.empty());
+  EXPECT_TRUE(read_recorded_scan(again, 1).has_value());
+  // They are believed, and a scan that is not what they say is refused when it is read.
+  memory_.kept().begin()->second.at(8) ^= std::byte{1};    // in the first SHA-256
+  memory_.kept().begin()->second.at(112) ^= std::byte{1};  // in the first XXH3
+  const Recording wrong = open();
+  EXPECT_NE(wrong.digest, first.digest);
+  EXPECT_EQ(read_recorded_scan(wrong, 0).error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_TRUE(read_recorded_scan(wrong, 1).has_value());
+}
+
+TEST_F(RememberedDigests, AreNotBelievedOfAFileThatWasWrittenToAndGivenItsOldTimes) {
+  let_files_settle();
+  const Recording first = open();
+  struct stat before {};
+  ASSERT_EQ(::stat((folder_ / "scans/1.bin").c_str(), &before), 0);
+  std::string other = float_spiral(5, 2400);
+  other[16] = static_cast<char>(other[16] ^ 1);
+  folder_.write("scans/1.bin", other);
+  const timespec times[] = {before.st_atim, before.st_mtim};
+  ASSERT_EQ(::utimensat(AT_FDCWD, (folder_ / "scans/1.bin").c_str(), times, 0), 0);
+  const Recording changed = open();
+  EXPECT_EQ(memory_.hits, 0);
+  EXPECT_NE(changed.digest, first.digest);
+}
+
+TEST_F(RememberedDigests, ThatAreDamagedAreReadAgain) {
+  let_files_settle();
+  const Recording first = open();
+  const std::vector<std::byte> whole = memory_.kept().begin()->second;
+  for (std::size_t size = 0; size < whole.size(); size += 7) {
+    memory_.kept().begin()->second.assign(whole.begin(),
+                                          whole.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_EQ(open().digest, first.digest) << size;
+  }
 }
 
 }  // namespace
