@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "formats/base/concat.h"  // messages are made by it
+
 namespace sightline {
 
 // The class of a failure; it alone decides the exit status of the command (exit_status()).
