@@ -23,8 +23,8 @@ endif()
 # What a batch may hold: more would make one file's rebuild long, less the whole build. What is built once takes a quarter less
 # time in large batches: what several sources instantiate, Eigen's expressions most of all, is compiled once for all of them.
 if(SIGHTLINE_LARGE_BATCHES)
-  set(SIGHTLINE_BATCH_BYTES 100000)
-  set(SIGHTLINE_BATCH_FILES 30)
+  set(SIGHTLINE_BATCH_BYTES 200000)
+  set(SIGHTLINE_BATCH_FILES 60)
   set(SIGHTLINE_BATCH_HEADERS 99)
 else()
   set(SIGHTLINE_BATCH_BYTES 16000)
@@ -33,7 +33,7 @@ else()
   set(SIGHTLINE_BATCH_HEADERS 9)
 endif()
 # How many batches of a target a source may still join.
-set(SIGHTLINE_OPEN_BATCHES 4)
+set(SIGHTLINE_OPEN_BATCHES 12)
 
 # What a source defines for itself: the words that its unnamed namespaces define, of functions as `name(`, and macros. A
 # definition stands at the beginning of a line, its name is the last word before a bracket, `=` or `;`. Some words that are
@@ -72,12 +72,22 @@ function(sightline_own_words text_of_file output)
   set(${output} "${words}" PARENT_SCOPE)
 endfunction()
 
-# Whether a text has none of these words.
+# Whether a text has none of these words: as a name of its own, and, of a function, not as a member of something.
 function(sightline_is_without text words output)
   set(${output} ON PARENT_SCOPE)
   foreach(word IN LISTS words)
     string(FIND "${text}" "${word}" at)
-    if(NOT at EQUAL -1)
+    if(at EQUAL -1)
+      continue()
+    endif()
+    if(word MATCHES "^([A-Za-z0-9_]+)[(]$")
+      set(pattern "[^A-Za-z0-9_.>:]${CMAKE_MATCH_1}[(]")
+    elseif(word MATCHES "^[A-Za-z0-9_]+$")
+      set(pattern "[^A-Za-z0-9_]${word}[^A-Za-z0-9_]")
+    else()
+      set(pattern ".")
+    endif()
+    if(text MATCHES "${pattern}")
       set(${output} OFF PARENT_SCOPE)
       return()
     endif()
