@@ -4,8 +4,7 @@
 
 #include "compiler/driver/evaluate_plan.h"
 #include "passes/emit/emit_map.h"
-#include "passes/emit/pack_model.h"
-#include "passes/emit/pack_nds.h"
+#include "passes/emit/pack_layers.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_map.h"

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
-#include "formats/evaluation/evaluation_scores.h"
 #include "formats/evaluation/look_evaluation.h"
+#include "formats/model/street_type.h"
 #include "formats/record/fields.h"
 
 // How the ranges of a map fare on a drive. Coverage always stands beside time: a rule that misses
@@ -16,6 +18,95 @@
 // Times are CPU times and differ from run to run; work (points x iterations) does not.
 
 namespace sightline {
+
+// One static range: a column of the paper's Table I.
+struct StaticScore {
+  double range_m = 0.0;
+  double mean_error_m = 0.0;
+  double mean_time_ms = 0.0;
+  double max_site_time_ms = 0.0;  // greatest of the sites' means over offsets
+  double max_run_time_ms = 0.0;   // greatest of single runs
+  double mean_work = 0.0;
+  double r_squared = 0.0;  // of predicted mean error; 0 where all measured errors are one
+  double rmse_m = 0.0;
+};
+SIGHTLINE_FIELDS(StaticScore, range_m, mean_error_m, mean_time_ms, max_site_time_ms,
+                 max_run_time_ms, mean_work, r_squared, rmse_m)
+
+// Who chooses the range.
+enum class Rule : std::uint8_t {
+  kMap,                  // as the map says
+  kMean,                 // the paper's: shortest with predicted mean error within the limit
+  kProbability,          // shortest with P(error <= limit) >= p*, dilated
+  kStaticEqualCoverage,  // shortest static range that covers what the map covers, else the longest
+  kStaticLongest,
+  kOracle,  // shortest that truly met the limit, else the longest
+};
+template <>
+inline constexpr auto kNamesOf<Rule> = enum_names("map", "mean", "probability",
+                                                  "static-equal-coverage", "static-longest",
+                                                  "oracle");
+inline constexpr std::size_t kRuleCount = kNamesOf<Rule>.size();
+
+// One rule at one limit. Shares are of judged sites; ratios are to the static longest range, and 0
+// where that took no time.
+struct RuleScore {
+  Rule rule = Rule::kMap;
+  double limit_m = 0.0;
+  double coverage = 0.0;  // error at the chosen range <= limit
+  double mean_error_m = 0.0;
+  double p95_error_m = 0.0;  // linear interpolation
+  double mean_range_m = 0.0;
+  double time_ratio = 0.0;
+  double work_ratio = 0.0;
+  double mean_time_ms = 0.0;
+  double max_site_time_ms = 0.0;
+  double max_run_time_ms = 0.0;
+  double unmet_share = 0.0;         // no range was predicted, or was, good enough
+  double extrapolated_share = 0.0;  // kMap only
+  double worst_coverage = 0.0;      // of the worst stretch of route
+  std::uint32_t worst_begin_site = 0;
+  std::uint32_t worst_end_site = 0;  // its last site
+};
+SIGHTLINE_FIELDS(RuleScore, rule, limit_m, coverage, mean_error_m, p95_error_m, mean_range_m,
+                 time_ratio, work_ratio, mean_time_ms, max_site_time_ms, max_run_time_ms,
+                 unmet_share, extrapolated_share, worst_coverage, worst_begin_site, worst_end_site)
+
+// One rule at one limit over the judged sites of one type of street.
+struct StreetScore {
+  Rule rule = Rule::kMap;
+  StreetType street = StreetType::kUnknown;
+  std::uint32_t site_count = 0;
+  double limit_m = 0.0;
+  double site_share = 0.0;  // of all judged sites
+  double coverage = 0.0;
+  double mean_error_m = 0.0;
+  double p95_error_m = 0.0;
+  double mean_range_m = 0.0;
+  double time_ratio = 0.0;  // to the static longest range at the same sites
+  double work_ratio = 0.0;
+};
+SIGHTLINE_FIELDS(StreetScore, rule, street, site_count, limit_m, site_share, coverage, mean_error_m,
+                 p95_error_m, mean_range_m, time_ratio, work_ratio)
+
+// Pairs (site, range) whose predicted P(error <= limit) lies in one tenth.
+struct ReliabilityBin {
+  double limit_m = 0.0;
+  double promised = 0.0;  // mean predicted probability
+  double observed = 0.0;  // share that met the limit
+  std::uint32_t count = 0;
+};
+SIGHTLINE_FIELDS(ReliabilityBin, limit_m, promised, observed, count)
+
+struct JudgedSite {
+  std::uint32_t site = 0;
+  std::uint32_t run = 0;
+  double s_m = 0.0;
+  double p_x_m = 0.0;  // map frame
+  double p_y_m = 0.0;
+  StreetType street = StreetType::kUnknown;
+};
+SIGHTLINE_FIELDS(JudgedSite, site, run, s_m, p_x_m, p_y_m, street)
 
 struct Evaluation {
   std::string drive;

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "formats/map/container/contents_layer.h"
-#include "formats/map/container/map_digests.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
 #include "formats/map/site_columns.h"

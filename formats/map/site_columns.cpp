@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "formats/map/container/map_digests.h"
 #include "formats/map/container/packed_block.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"

@@ -11,7 +11,7 @@
 #include "formats/base/result.h"
 #include "formats/model/error_model.h"
 #include "formats/tables/stored_table.h"
-#include "passes/model/choice/choice_options.h"
+#include "passes/model/choice/choices.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

@@ -18,7 +18,7 @@
 #include <thread>
 
 #include "formats/base/files/atomic_file.h"
-#include "formats/map/container/block_codec.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/map/diff/map_side.h"
 #include "formats/reader/mapped_file.h"
 #include "map_generated.h"

@@ -6,8 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "formats/map/container/block_codec.h"
-#include "formats/map/container/map_digests.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"

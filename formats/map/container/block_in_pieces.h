@@ -5,7 +5,7 @@
 #include "formats/base/bytes.h"
 #include "formats/base/files/stored_bytes.h"
 #include "formats/base/result.h"
-#include "formats/map/container/block_codec.h"
+#include "formats/map/container/packed_block.h"
 
 // Blocks that memory should not hold whole.
 

@@ -5,7 +5,7 @@
 
 #include "formats/map/container/contents_layer.h"
 #include "formats/map/container/look_up_writer.h"
-#include "formats/map/container/map_digests.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_checks.h"
 #include "formats/reader/map_layout.h"

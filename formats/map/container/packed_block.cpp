@@ -1,8 +1,13 @@
 #include "formats/map/container/packed_block.h"
 
-#include <algorithm>
+#include <zstd.h>
 
-#include "formats/map/container/map_digests.h"
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "formats/base/bytes.h"
+#include "formats/reader/map_layout.h"
 #include "map_generated.h"
 
 namespace sightline {
@@ -10,6 +15,22 @@ namespace {
 
 Error wrong(ErrorCode code, const PackedBlock& block, const char* what) {
   return {code, "block " + block.name + " does not match its " + what};
+}
+
+template <class... T>
+void add_numbers(DigestBuilder& builder, T... values) {
+  ByteWriter writer;
+  (writer.put(values), ...);
+  builder.add(writer.bytes());
+}
+
+void add_blocks(DigestBuilder& builder, const std::vector<BlockName>& blocks) {
+  for (const BlockName& block : blocks) {
+    builder.add(block.name);
+    add_numbers(builder, block.version);
+    add_numbers(builder, block.row_count);
+    builder.add(block.raw_digest);
+  }
 }
 
 }  // namespace
@@ -79,6 +100,71 @@ Result<RawBytes> checked_bytes(const PackedBlock& block) {
     return wrong(ErrorCode::kDigestMismatch, block, "digest");
   }
   return raw;
+}
+
+StoredBlock pack(std::span<const std::byte> raw) {
+  StoredBlock block;
+  // Memory that is not written to takes none: of a large block little is.
+  const std::size_t room = ZSTD_compressBound(raw.size());
+  const auto packed = std::make_unique_for_overwrite<std::byte[]>(room);
+  const std::size_t size = ZSTD_compress(packed.get(), room, raw.data(), raw.size(), kPackLevel);
+  if (ZSTD_isError(size) == 0 && is_worth_packing(raw.size(), size)) {
+    block.codec = BlockCodec::kZstd;
+    block.bytes.assign(packed.get(), packed.get() + size);
+  } else {
+    block.bytes.assign(raw.begin(), raw.end());
+  }
+  return block;
+}
+
+bool is_worth_packing(std::uint64_t raw_size, std::uint64_t packed_size) {
+  return packed_size <= raw_size - raw_size / 16 && raw_size / kMostExpansion <= packed_size;
+}
+
+Error unreadable_block() { return {ErrorCode::kBadLayer, "zstd cannot read it"}; }
+
+Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
+                               std::uint64_t raw_size) {
+  if (raw_size > kLargestBlock || raw_size / kMostExpansion > stored_size) {
+    return Error{
+        ErrorCode::kTooLarge,
+        std::to_string(stored_size) + " packed bytes are said to hold " + std::to_string(raw_size)};
+  }
+  if (ZSTD_getFrameContentSize(beginning.data(), beginning.size()) != raw_size) {
+    return Error{ErrorCode::kBadLayer,
+                 "the compressed frame does not hold " + std::to_string(raw_size) + " bytes"};
+  }
+  return {};
+}
+
+Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
+                                           std::uint64_t raw_size) {
+  SIGHTLINE_TRY(check_packed_size(stored, stored.size(), raw_size));
+  std::vector<std::byte> raw(raw_size);
+  const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size());
+  if (ZSTD_isError(size) != 0 || size != raw_size) return unreadable_block();
+  return raw;
+}
+
+Digest tile_digest(TileKey key, const std::vector<BlockName>& required_layers) {
+  DigestBuilder builder;
+  builder.add("sightline tile");
+  add_numbers(builder, key.x, key.y);
+  add_blocks(builder, required_layers);
+  return builder.finish();
+}
+
+Digest root_digest(const Digest& manifest, std::uint64_t incompatible_features,
+                   const std::vector<Digest>& tiles,
+                   const std::vector<BlockName>& required_sections) {
+  DigestBuilder builder;
+  builder.add("sightline map");
+  builder.add(manifest);
+  add_numbers(builder, incompatible_features);
+  add_numbers(builder, std::uint64_t{tiles.size()});
+  for (const Digest& tile : tiles) builder.add(tile);
+  add_blocks(builder, required_sections);
+  return builder.finish();
 }
 
 }  // namespace sightline

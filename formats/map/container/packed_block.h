@@ -9,13 +9,41 @@
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "formats/grid/cell_key.h"
-#include "formats/map/container/block_codec.h"
 #include "formats/reader/map_container.h"
+#include "formats/record/fields.h"
+#include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
 namespace schema {
 struct Digest;
 }  // namespace schema
+
+// How the bytes of a layer or section are carried in the file.
+
+enum class BlockCodec : std::uint8_t { kNone, kZstd };
+template <>
+inline constexpr auto kNamesOf<BlockCodec> = enum_names("none", "zstd");
+
+struct StoredBlock {
+  BlockCodec codec = BlockCodec::kNone;
+  std::vector<std::byte> bytes;
+};
+
+// Zstandard where that saves at least a sixteenth (and does not pack more than kMostExpansion bytes
+// into one), the bytes as they are where it does not. The
+// same bytes for the same version of the zstd library.
+StoredBlock pack(std::span<const std::byte> raw);
+// Of Zstandard: slow to write, as quick to read as any: a map is written once and read by many.
+inline constexpr int kPackLevel = 15;
+[[nodiscard]] bool is_worth_packing(std::uint64_t raw_size, std::uint64_t packed_size);
+
+// Exactly raw_size bytes. Errors: too-large (kLargestBlock, kMostExpansion), bad-layer.
+Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
+                                           std::uint64_t raw_size);
+// What it checks before it takes memory, of the first bytes (18 at most) of `stored_size`.
+Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
+                               std::uint64_t raw_size);
+Error unreadable_block();
 
 // A block as it lies in a file, and what its entry says of it.
 struct PackedBlock {
@@ -74,5 +102,21 @@ class RawBytes {
 // their digest. Errors: checksum-mismatch, digest-mismatch, bad-layer, too-large; also where the
 // codec is unknown.
 Result<RawBytes> checked_bytes(const PackedBlock& block);
+
+// How digests nest: blocks in tiles, tiles and sections in the map (schemas/map_format.md). Only
+// what is required counts, so that optional layers can be dropped without changing any digest.
+
+struct BlockName {
+  std::string name;
+  std::uint32_t version = 0;
+  std::uint64_t row_count = 0;
+  Digest raw_digest{};
+};
+
+Digest tile_digest(TileKey key, const std::vector<BlockName>& required_layers);
+
+Digest root_digest(const Digest& manifest, std::uint64_t incompatible_features,
+                   const std::vector<Digest>& tiles,
+                   const std::vector<BlockName>& required_sections);
 
 }  // namespace sightline

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "formats/base/bytes.h"
-#include "formats/map/delta/delta_codec.h"
+#include "formats/map/delta/delta_steps.h"
 #include "formats/map/delta/map_digest_check.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"

@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "formats/map/container/block_codec.h"
-#include "formats/map/container/map_digests.h"
 #include "formats/map/container/packed_block.h"
 #include "formats/reader/map_checks.h"
 #include "formats/reader/map_container.h"

@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "formats/map/diff/diff_columns.h"
 #include "formats/map/diff/diff_facts.h"
 #include "formats/map/diff/diff_sites.h"
 #include "formats/map/diff/diff_stretches.h"

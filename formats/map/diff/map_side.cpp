@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "formats/base/portable_math.h"
-#include "formats/map/container/block_codec.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"

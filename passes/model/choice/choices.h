@@ -4,15 +4,29 @@
 #include <utility>
 #include <vector>
 
-#include "passes/model/choice/choice_options.h"
+#include "formats/annotation/range_table.h"
 #include "passes/model/choice/leave_one_drive_out.h"
 #include "passes/model/choice/own_evidence.h"
 #include "passes/model/promise/calibration.h"
 #include "passes/model/promise/selection.h"
+#include "passes/pass/options.h"
 
 // The choices of choose-ranges, limit after limit, each with its promise.
 
 namespace sightline {
+
+// Of choose-ranges.
+struct ChooseRangesOptions {
+  Selection selection = Selection::kProbability;  // kMean: the paper's rule
+  RiskControl risk_control = RiskControl::kConformal;
+  double alpha = 0.0;                  // share of misses that is allowed; 0: of ranges 5 %,
+                                       // of looks that take a sample as CalibrationOptions says
+  double delta = 0.1;                  // learn-then-test: how often the promise may fail
+  double probability_threshold = 0.8;  // p* of "fixed"
+  double dilation_m = 3.0;
+  bool extrapolated_takes_static = true;
+};
+std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 
 // Calibrates limit after limit, each capped by the choice for the tighter one before it.
 class Calibrator {

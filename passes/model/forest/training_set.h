@@ -12,7 +12,6 @@
 #include "passes/model/forest/growing/feature_rows.h"
 #include "passes/model/forest/growing/grow_trees.h"
 #include "passes/model/forest/history.h"
-#include "passes/model/forest/hold_out.h"
 
 // All that there is to learn, laid out as rows. A place gives two cases for each drive, whose
 // errors are the labels: without history, and with what others of its drives found. Of n drives

@@ -5,7 +5,7 @@
 #include <optional>
 #include <set>
 
-#include "passes/model/forest/hold_out.h"
+#include "passes/model/forest/folds.h"
 
 namespace sightline {
 namespace {

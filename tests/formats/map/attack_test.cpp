@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "formats/base/files/atomic_file.h"
-#include "formats/map/container/block_codec.h"
 #include "formats/map/container/container_writer.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/map_container.h"

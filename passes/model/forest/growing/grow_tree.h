@@ -1,10 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <random>
 #include <vector>
 
 #include "formats/model/regression_forest.h"
-#include "passes/model/forest/growing/ranked_columns.h"
+#include "passes/model/forest/growing/tree_rows.h"
 
 namespace sightline {
 
@@ -38,5 +39,19 @@ double summable_label(double label);
 // time. `ranks` are those of the samples' rows, which are not empty.
 GrownTree grow_tree(const TreeSamples& samples, const RankedColumns& ranks,
                     const TreeOptions& options, std::uint64_t seed);
+
+// Random numbers of one tree, from a Mersenne twister (Matsumoto and Nishimura 1998): the same, bit
+// for bit, as dlib::rand draws with the seed text "SEED/0", with which dlib grows the first tree of
+// a forest.
+class TreeRandom {
+ public:
+  explicit TreeRandom(std::uint64_t seed);
+
+  // Each number of [begin, end) is equally likely; an empty range returns begin and draws nothing.
+  std::size_t in_range(std::size_t begin, std::size_t end);
+
+ private:
+  std::mt19937 engine_;
+};
 
 }  // namespace sightline

@@ -1,15 +1,30 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "formats/base/result.h"
 #include "formats/model/regression_forest.h"
 #include "passes/model/forest/growing/feature_rows.h"
 #include "passes/model/forest/growing/grow_tree.h"
-#include "passes/model/forest/growing/labelled_rows.h"
 
 namespace sightline {
+
+// Which rows to learn, and what: labels[i] belongs to features.row(rows[i]).
+struct LabelledRows {
+  std::vector<std::uint32_t> rows;
+  std::vector<double> labels;
+};
+
+// The same rows and labels, ascending by label, then by row.
+LabelledRows sorted_by_label(const LabelledRows& training);
+
+// Drops all training rows down a grown tree, as in quantile regression forests (Meinshausen 2006),
+// and takes out splits of which one side got fewer rows than `least_leaf_rows`; their rows go down
+// the other side: no leaf of the result is smaller, unless the whole tree is.
+RegressionTree labelled_tree(const std::vector<TreeNode>& grown, std::span<const float* const> rows,
+                             std::uint32_t least_leaf_rows);
 
 struct ForestOptions {
   int tree_count = 200;
@@ -26,7 +41,7 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
                                           const ForestOptions& options, std::uint64_t seed,
                                           int threads);
 
-// Grown and labelled (passes/model/forest/growing/labelled_tree.h): what prediction needs.
+// Grown and labelled: what prediction needs.
 struct LabelledTrees {
   std::vector<const float*> rows;  // that they learnt from, ascending by label
   std::vector<double> labels;      // of these rows

@@ -1,11 +1,12 @@
 #include <gtest/gtest.h>
+
 #include <fstream>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/random.h"
 #include "formats/map/delta/apply_delta.h"
-#include "formats/map/delta/delta_codec.h"
 #include "formats/map/delta/delta_format.h"
+#include "formats/map/delta/delta_steps.h"
 #include "formats/map/delta/make_delta.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"

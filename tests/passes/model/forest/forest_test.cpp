@@ -7,7 +7,6 @@
 #include "formats/base/random.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/growing/grow_trees.h"
-#include "passes/model/forest/growing/labelled_tree.h"
 #include "tests/support/value_of.h"
 
 namespace sightline {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "formats/map/packed_model.h"
 #include "formats/map/packed_nds.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/pass/pass.h"
@@ -12,5 +13,14 @@ Result<PackedNds> pack_nds_step(PassContext& ctx, const NoOptions& options, cons
 inline constexpr Pass kPackNds =
     Pass{"pack-nds", 1, "packed-nds", "NDs as the map file carries them", &pack_nds_step}.in(
         Stage::kTiles);
+
+// The error model as the map file carries it, so that who writes the file need not hold it.
+// Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
+Result<PackedModel> pack_model_step(PassContext& ctx, const NoOptions& options,
+                                    const StoredErrorModel& model);
+inline constexpr Pass kPackModel =
+    Pass{"pack-model", 3, "packed-model", "The error model as the map file carries it",
+         &pack_model_step}
+        .in(Stage::kLearn);
 
 }  // namespace sightline
