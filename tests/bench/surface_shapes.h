@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "formats/surroundings/ndt_map.h"

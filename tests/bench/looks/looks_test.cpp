@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "tests/bench/looks/look_tables.h"
 #include "tests/support/value_of.h"
 

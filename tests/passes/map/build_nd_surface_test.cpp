@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "passes/map/places/ground_floors.h"
 #include "tests/support/test_context.h"

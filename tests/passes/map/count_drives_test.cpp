@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "formats/base/random.h"
 #include "tests/support/test_context.h"
 

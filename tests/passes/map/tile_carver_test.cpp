@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/passes/map/tiles/long_street.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -14,9 +15,7 @@ namespace {
 SeenVoxels seen_by(const CarveOptions& options, const SurfacePoints& points, const TileKey& tile) {
   const std::vector<PlacedScan> scans =
       scans_of_tile(options, points.scans, origins_of(points.scans), tile);
-  Result<SeenVoxels> seen = look_at_tile(options, *points.store, scans, tile);
-  EXPECT_TRUE(seen);
-  return std::move(*seen);
+  return value_of(look_at_tile(options, *points.store, scans, tile));
 }
 
 struct Agreement {

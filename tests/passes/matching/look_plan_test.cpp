@@ -1,11 +1,9 @@
 #include "passes/matching/look_plan.h"
 
 #include <gtest/gtest.h>
-#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <set>
 
 #include "passes/matching/localizer.h"
 #include "tests/passes/matching/allocation_counter.h"

@@ -139,9 +139,8 @@ TEST(WorkInParts, MakesADamagedPartAnew) {
 TEST(WorkInParts, StopsAfterTheFirstFailureAndKeepsWhatIsBeforeIt) {
   for (const int threads : {1, 4}) {
     Squares squares(200);
-    const Result<void> failed = squares.run({}, threads, 11);
-    ASSERT_FALSE(failed);
-    EXPECT_EQ(failed.error().message, "part 11");
+    const Error failed = failure_of(squares.run({}, threads, 11));
+    EXPECT_EQ(failed.message, "part 11");
     EXPECT_EQ(squares.store().size(), 11U);
     EXPECT_LE(squares.made().size(), 11U + static_cast<std::size_t>(threads));
   }
@@ -150,14 +149,12 @@ TEST(WorkInParts, StopsAfterTheFirstFailureAndKeepsWhatIsBeforeIt) {
 TEST(WorkInParts, OfItsOwnShareFailsBeforeItTakesAnother) {
   for (const int threads : {1, 4}) {
     Squares squares(20);
-    const Result<void> failed = squares.run({2, 3}, threads, 11);
-    ASSERT_FALSE(failed);
-    EXPECT_EQ(failed.error().message, "part 13") << "its share begins there";
+    const Error failed = failure_of(squares.run({2, 3}, threads, 11));
+    EXPECT_EQ(failed.message, "part 13") << "its share begins there";
     EXPECT_TRUE(squares.store().empty());
     Squares backwards(20);
-    const Result<void> later = backwards.run({0, 3}, threads, 11);
-    ASSERT_FALSE(later);
-    EXPECT_EQ(later.error().message, "part 19") << "of the others it comes first";
+    const Error later = failure_of(backwards.run({0, 3}, threads, 11));
+    EXPECT_EQ(later.message, "part 19") << "of the others it comes first";
     EXPECT_EQ(backwards.store().size(), 6U);
   }
 }
@@ -166,11 +163,10 @@ TEST(WorkInParts, ThatStandApartStopAfterAFailureToo) {
   for (const int threads : {1, 4}) {
     Squares squares(200);
     squares.stand_apart();
-    const Result<void> failed = squares.run({}, threads, 0);
-    ASSERT_FALSE(failed);
+    const Error failed = failure_of(squares.run({}, threads, 0));
     EXPECT_TRUE(squares.store().empty());
     EXPECT_LE(squares.made().size(), static_cast<std::size_t>(threads));
-    EXPECT_TRUE(threads > 1 || failed.error().message == "part 0") << failed.error().message;
+    EXPECT_TRUE(threads > 1 || failed.message == "part 0") << failed.message;
   }
 }
 

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 
 #include "passes/map/build_surface.h"
@@ -35,10 +34,8 @@ TEST_P(DepthFidelity, ShadesNothingThatLiesBehind) {
   constexpr double kLength_m = 60.0;
   const Lane lane = make_lane({tried.seed, kLength_m, tried.has_leaves, tried.hills});
   const Caster caster(lane.mesh);
-  const Result<SensorProfile> sensor = sensor_profile("generic-" + std::to_string(tried.beams));
-  ASSERT_TRUE(sensor.has_value());
   DriveOptions drive;
-  drive.sensor = *sensor;
+  drive.sensor = value_of(sensor_profile("generic-" + std::to_string(tried.beams)));
   drive.length_m = kLength_m;
   const Surface surface =
       value_of(whole_rows(build_surface(TestContext(), {}, drive_along(lane, caster, drive))));

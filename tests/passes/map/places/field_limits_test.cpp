@@ -1,5 +1,4 @@
 #include "passes/map/places/field_limits.h"
-#include "tests/support/test_context.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
 #include "passes/trajectory/following/odometry.h"
 
 #include <gtest/gtest.h>
-#include <cmath>
 
 #include "formats/base/random.h"
 #include "tests/support/box_world.h"

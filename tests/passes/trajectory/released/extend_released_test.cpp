@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cmath>
 #include <cstdint>
 
 #include "passes/ingest/join_drives.h"
@@ -196,10 +195,9 @@ TEST(ReleasedPoses, ComeBackFromTheirFileAndNotFromADamagedOne) {
   const TestDrive all = drives({{4, 0.0}, {4, 4.0}});
   const ReleasedPoses released = *release(all.drive, all.truth);
   const std::vector<std::byte> bytes = to_bytes(released);
-  const Result<ReleasedPoses> again = from_bytes<ReleasedPoses>(bytes);
-  ASSERT_TRUE(again.has_value());
-  EXPECT_EQ(to_bytes(*again), bytes);
-  EXPECT_EQ(poses_of(all.drive, *again).back(), &again->trajectory.poses.back());
+  const ReleasedPoses again = value_of(from_bytes<ReleasedPoses>(bytes));
+  EXPECT_EQ(to_bytes(again), bytes);
+  EXPECT_EQ(poses_of(all.drive, again).back(), &again.trajectory.poses.back());
   ReleasedPoses fewer = released;
   fewer.scans.pop_back();
   EXPECT_FALSE(validate(fewer).has_value());
