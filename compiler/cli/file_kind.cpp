@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/base/files/regular_file.h"
-#include "formats/reader/map_beginning.h"
+#include "formats/reader/map_layout.h"
 #include "passes/pass/options.h"
 
 namespace sightline {

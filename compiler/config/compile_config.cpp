@@ -12,7 +12,7 @@
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/geodesy.h"
-#include "formats/reader/map_beginning.h"
+#include "formats/reader/map_layout.h"
 #include "formats/text/table.h"
 #include "passes/ingest/ingest.h"
 #include "passes/localize/measure_error.h"

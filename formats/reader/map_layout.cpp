@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "formats/base/bytes.h"
-#include "formats/reader/map_beginning.h"
 #include "formats/record/codec.h"
 
 namespace sightline {

@@ -177,4 +177,8 @@ inline constexpr std::uint64_t kMostLimits = 64;
 inline constexpr std::uint8_t kSiteOutOfFold = 2;
 inline constexpr std::uint8_t kSiteHasHistory = 4;
 
+// The first bytes of every compiled map (schemas/map_format.md). A high bit, CR LF and a DOS end of
+// file: a transfer as text changes one of them.
+inline constexpr std::string_view kMapBeginning("\x89SLM\r\n\x1a\n", 8);
+
 }  // namespace sightline

@@ -8,7 +8,7 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/map/map_reader.h"
-#include "formats/reader/map_beginning.h"
+#include "formats/reader/map_layout.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
 

@@ -9,7 +9,7 @@
 #include "examples/town/drive/drive.h"
 #include "formats/base/random.h"
 #include "formats/base/stopwatch.h"
-#include "formats/evaluation/equal_coverage.h"
+#include "formats/evaluation/look_evaluation.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"

@@ -6,8 +6,7 @@
 #include "compiler/commands/commands.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
-#include "formats/map/repair/recover.h"
-#include "formats/map/repair/repack.h"
+#include "formats/map/repair/repair.h"
 #include "formats/reader/mapped_file.h"
 
 // Verbs that write a map anew without computing anything.

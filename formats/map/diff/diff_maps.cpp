@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "formats/map/diff/diff_facts.h"
-#include "formats/map/diff/diff_sites.h"
+#include "formats/map/diff/diff_places.h"
 #include "formats/map/diff/diff_stretches.h"
-#include "formats/map/diff/diff_tiles.h"
 #include "formats/map/diff/map_side.h"
 #include "formats/reader/mapped_file.h"
 

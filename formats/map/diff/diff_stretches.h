@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/map/diff/diff_sites.h"
+#include "formats/map/diff/diff_places.h"
 
 // Gathers what changed into stretches of route.
 

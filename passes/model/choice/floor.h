@@ -23,7 +23,7 @@ double explained_share(const ErrorModel& model);
 inline constexpr double kPromiseWorth = 1.1;
 
 // Whether blocks of route prove that a share of misses of 1 - coverage stays within alpha, by
-// conformal risk control (passes/model/promise/risk_control.h), sites in place of blocks of misses.
+// conformal risk control (passes/model/promise/calibration.h), sites in place of blocks of misses.
 bool is_proven(double block_count, double alpha, double coverage);
 
 struct FloorOptions {

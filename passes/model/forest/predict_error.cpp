@@ -11,8 +11,6 @@
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/growing/feature_rows.h"
 #include "passes/model/forest/history.h"
-#include "passes/model/forest/probability_curve.h"
-#include "passes/model/forest/support.h"
 
 namespace sightline {
 namespace {

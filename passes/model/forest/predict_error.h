@@ -31,7 +31,7 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 // ranges and of looks that take a sample) gets its out-of-fold prediction, since the whole forest
 // remembers its error; all others that of the whole forest. A site is extrapolated at a range where
 // more than half of what the forest decides by lies outside the support
-// (passes/model/forest/support.h). `recordings` made this map. Sites that are not the model's own
+// (Support). `recordings` made this map. Sites that are not the model's own
 // but lie within its buffer of them, in a place that the model knows from one of these recordings
 // or in coordinates of the world (more than 100 km from where recordings without any begin), are
 // counted in a warning: their predictions may be optimistic.

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "formats/base/parallel.h"
-#include "formats/evaluation/equal_coverage.h"
+#include "formats/evaluation/look_evaluation.h"
 
 namespace sightline {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "formats/evaluation/equal_coverage.h"
+#include "formats/evaluation/look_evaluation.h"
 
 namespace sightline {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
-#include "formats/map/repair/recover.h"
+#include "formats/map/repair/repair.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/value_of.h"
 

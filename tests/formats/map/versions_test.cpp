@@ -7,7 +7,7 @@
 #include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
-#include "formats/map/repair/recover.h"
+#include "formats/map/repair/repair.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/reader.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "passes/model/forest/probability_curve.h"
+#include "passes/model/forest/forest_prediction.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/train_on_place.h"

@@ -1,4 +1,4 @@
-#include "passes/model/promise/risk_control.h"
+#include "passes/model/promise/calibration.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "formats/evaluation/equal_coverage.h"
+#include "formats/evaluation/look_evaluation.h"
 
 #include <gtest/gtest.h>
 
