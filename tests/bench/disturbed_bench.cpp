@@ -20,7 +20,6 @@
 namespace {
 
 using namespace sightline;
-
 constexpr double kRight_m = 0.3;
 constexpr double kRight_deg = 1.0;
 constexpr double kDay_s = 86400.0;

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "formats/base/random.h"

@@ -1,7 +1,6 @@
 #include "passes/factors/compute_factors.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

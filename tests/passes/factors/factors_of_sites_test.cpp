@@ -1,7 +1,6 @@
 #include "passes/factors/factors_of_sites.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <map>
 

@@ -19,7 +19,6 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
 constexpr double kRadians = std::numbers::pi / 180.0;
 
 struct Lidar {

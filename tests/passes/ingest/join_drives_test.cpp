@@ -12,7 +12,6 @@ namespace sightline {
 namespace {
 
 using testing::HasSubstr;
-
 constexpr std::int64_t kMonday_ns = 1'700'000'000 * kSecond_ns;
 constexpr std::int64_t kDay_ns = 86'400 * kSecond_ns;
 

@@ -1,7 +1,6 @@
 #include "passes/map/build_ndt.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <map>

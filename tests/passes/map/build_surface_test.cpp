@@ -1,7 +1,6 @@
 #include "passes/map/build_surface.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>

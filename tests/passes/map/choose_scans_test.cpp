@@ -1,7 +1,6 @@
 #include "passes/map/choose_scans.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <numbers>
 

@@ -1,7 +1,6 @@
 #include "passes/map/choose_sites.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "formats/base/random.h"

@@ -1,7 +1,6 @@
 #include "passes/map/moving_verdict.h"
 
 #include <gtest/gtest.h>
-
 #include <vector>
 
 #include "formats/base/random.h"

@@ -1,7 +1,6 @@
 #include "passes/map/remove_moving.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 
 #include "passes/map/tile_carver.h"

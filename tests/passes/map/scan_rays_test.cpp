@@ -1,7 +1,6 @@
 #include "passes/map/scan_rays.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,6 @@
 #include "passes/map/tile_carver.h"
 
 #include <gtest/gtest.h>
-
 #include <cstdint>
 #include <utility>
 #include <vector>

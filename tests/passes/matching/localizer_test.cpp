@@ -1,7 +1,6 @@
 #include "passes/matching/localizer.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 

@@ -1,7 +1,6 @@
 #include "passes/matching/look_cutter.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <map>
 #include <set>

@@ -1,7 +1,6 @@
 #include "passes/matching/match_score.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "tests/passes/matching/random_scene.h"

@@ -4,7 +4,6 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "passes/matching/scan_preparation.h"

@@ -1,7 +1,6 @@
 #include "passes/matching/optimum_search.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 
 #include "passes/matching/localizer.h"

@@ -1,7 +1,6 @@
 #include "passes/matching/scan_preparation.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <map>
 

@@ -1,7 +1,6 @@
 #include "passes/pass/work_in_parts.h"
 
 #include <gtest/gtest.h>
-
 #include <chrono>
 #include <condition_variable>
 #include <map>

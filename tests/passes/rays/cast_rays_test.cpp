@@ -1,7 +1,6 @@
 #include "passes/rays/cast_rays.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 

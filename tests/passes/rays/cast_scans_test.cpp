@@ -1,7 +1,6 @@
 #include "passes/rays/cast_scans.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

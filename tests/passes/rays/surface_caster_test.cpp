@@ -1,7 +1,6 @@
 #include "passes/rays/surface_caster.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>

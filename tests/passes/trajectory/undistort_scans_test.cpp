@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 
@@ -14,7 +13,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-
 constexpr std::int64_t kPeriod_ns = 100'000'000;
 
 // A hall of 60 x 40 x 8 m around the origin; where a ray from inside ends.

@@ -1,7 +1,6 @@
 #include "passes/vehicle/sightline_localizer.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,6 @@
 #include "passes/map/places/choose_field_sites.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <set>
 #include <string>
@@ -9,29 +8,11 @@
 
 #include "formats/base/random.h"
 #include "passes/map/places/free_ground.h"
+#include "tests/passes/map/places/level_street.h"
 #include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kOriginX_m = 640.0;
-
-// Level patches of 0.5 m over a rectangle.
-void add_floor(const Eigen::AlignedBox2d& over_m, double height_m, Surface& surface) {
-  for (double x_m = over_m.min().x() + 0.25; x_m < over_m.max().x(); x_m += 0.5) {
-    for (double y_m = over_m.min().y() + 0.25; y_m < over_m.max().y(); y_m += 0.5) {
-      SurfacePatch patch;
-      patch.centre_m = {x_m, y_m, height_m};
-      patch.key = cell_key(patch.centre_m, 0.5);
-      patch.half_side_m = 0.25;
-      surface.patches.push_back(patch);
-    }
-  }
-}
-
-Eigen::AlignedBox2d box(double x0, double y0, double x1, double y1) {
-  return {Eigen::Vector2d(x0, y0), Eigen::Vector2d(x1, y1)};
-}
 
 // An upright patch of 0.5 m.
 void add_wall(double x_m, double y_m, double middle_m, Surface& surface) {
@@ -43,50 +24,36 @@ void add_wall(double x_m, double y_m, double middle_m, Surface& surface) {
   surface.patches.push_back(patch);
 }
 
-// 50 m by 10 m.
-Surface street() {
-  Surface surface;
-  surface.frame.origin_world_m = {kOriginX_m, 0.0, 0.0};
-  surface.cell_m = 0.5;
-  surface.tile_m = 64.0;
-  add_floor(box(0.0, -5.0, 50.0, 5.0), 0.1, surface);
-  return surface;
-}
-
 // Across the street at x = 20.
 Surface divided_street() {
-  Surface surface = street();
+  Surface surface = level_street();
   for (double y_m = -4.75; y_m < 5.0; y_m += 0.5) add_wall(20.0, y_m, 1.0, surface);
   return surface;
 }
 
-struct Chosen {
-  Result<Sites> sites;
-  std::vector<std::string> warnings;
-};
-
-Chosen chosen(const Surface& surface, const ChooseFieldSitesOptions& options = {}, int threads = 1,
-              double view_deg = 360.0) {
-  SensorProfile sensor = *sensor_profile("vlp-16");
-  sensor.height_m = 1.8;
+Result<Sites> choose(TestContext& ctx, const Surface& surface,
+                     const ChooseFieldSitesOptions& options, double view_deg = 360.0) {
+  SensorProfile sensor = sensor_ahead();
   sensor.azimuth_view_deg = view_deg;
-  sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.5, 0.0, 1.8);
+  return choose_field_sites(ctx, options, surface, sensor);
+}
+
+ChosenSites chosen(const Surface& surface, const ChooseFieldSitesOptions& options = {},
+                   int threads = 1, double view_deg = 360.0) {
   TestContext ctx(threads);
-  Result<Sites> sites = choose_field_sites(ctx, options, surface, sensor);
+  Sites sites = value_of(choose(ctx, surface, options, view_deg));
   return {std::move(sites), std::move(ctx.warnings)};
 }
 
 // Of vehicles, in the map frame.
-std::set<std::pair<double, double>> places_of(const Chosen& made) {
+std::set<std::pair<double, double>> places_of(const ChosenSites& made) {
   std::set<std::pair<double, double>> places;
-  EXPECT_TRUE(made.sites.has_value()) << to_string(made.sites.error());
-  if (!made.sites) return places;
-  EXPECT_TRUE(validate(*made.sites).has_value());
-  for (const Site& site : made.sites->sites) {
+  EXPECT_TRUE(validate(made.sites).has_value());
+  for (const Site& site : made.sites.sites) {
     const Eigen::Vector3d at_m = site.T_map_vehicle.translation();
     EXPECT_TRUE(places.emplace(at_m.x(), at_m.y()).second) << "a place has one site";
   }
-  const std::vector<Site>& sites = made.sites->sites;
+  const std::vector<Site>& sites = made.sites.sites;
   for (std::size_t i = 1; i < sites.size(); ++i) {
     if (sites[i].run != sites[i - 1].run) continue;
     const Eigen::Vector3d step_m =
@@ -96,47 +63,45 @@ std::set<std::pair<double, double>> places_of(const Chosen& made) {
   return places;
 }
 
-ErrorCode refusal(const Surface& surface, const ChooseFieldSitesOptions& options = {}) {
-  const Chosen made = chosen(surface, options);
-  EXPECT_FALSE(made.sites.has_value());
-  return made.sites ? ErrorCode{} : made.sites.error().code;
+Error refusal(const Surface& surface, const ChooseFieldSitesOptions& options = {}) {
+  TestContext ctx;
+  return failure_of(choose(ctx, surface, options));
 }
 
 TEST(ChooseFieldSites, StandEveryTwoMetresAMetreOffTheEdgeAndLookAlongTheStreet) {
-  const Chosen made = chosen(street());
+  const ChosenSites made = chosen(level_street());
   std::set<std::pair<double, double>> expected;
   for (int i = 0; i < 24; ++i) {
     for (const double y_m : {-3.0, -1.0, 1.0, 3.0}) expected.emplace(1.0 + 2.0 * i, y_m);
   }
   EXPECT_EQ(places_of(made), expected);
-  const Site& site = made.sites->sites[25];
+  const Site& site = made.sites.sites[25];
   EXPECT_EQ(site.run, 1U);
   EXPECT_EQ(site.s_m, 2.0);
   EXPECT_LT((site.T_map_vehicle.translation() - Eigen::Vector3d(3.0, -1.0, 0.1)).norm(), 1e-12);
   EXPECT_LT((site.p_map_m - Eigen::Vector3d(3.5, -1.0, 1.9)).norm(), 1e-12);
-  EXPECT_EQ(made.sites->spacing_m, 2.0);
+  EXPECT_EQ(made.sites.spacing_m, 2.0);
   ASSERT_EQ(made.warnings.size(), 1U);
   EXPECT_NE(made.warnings[0].find("96 places"), std::string::npos) << made.warnings[0];
 }
 
 TEST(ChooseFieldSites, LookAcrossWhereTheStreetRunsAcross) {
   Surface across;
-  across.frame = street().frame;
+  across.frame = level_street().frame;
   across.cell_m = 0.5;
   across.tile_m = 64.0;
   add_floor(box(0.0, 0.0, 6.0, 50.0), 0.0, across);
-  const Chosen made = chosen(across);
-  ASSERT_TRUE(made.sites.has_value());
-  for (const Site& site : made.sites->sites) {
+  const ChosenSites made = chosen(across);
+  for (const Site& site : made.sites.sites) {
     EXPECT_NEAR(site.T_map_vehicle.linear()(1, 0), 1.0, 1e-12);
   }
 }
 
 TEST(ChooseFieldSites, AreThoseOfTheLargestStretchUnlessAPlaceIsNamed) {
   const Surface surface = divided_street();
-  const Chosen larger = chosen(surface);
+  const ChosenSites larger = chosen(surface);
   for (const auto& [x_m, y_m] : places_of(larger)) EXPECT_GT(x_m, 20.9);
-  EXPECT_EQ(larger.sites->sites.size(), 13U * 4U);
+  EXPECT_EQ(larger.sites.sites.size(), 13U * 4U);
   EXPECT_NE(larger.warnings[0].find("1 other stretches"), std::string::npos) << larger.warnings[0];
   ChooseFieldSitesOptions options;
   options.from = "645, 0";
@@ -148,7 +113,7 @@ TEST(ChooseFieldSites, AreThoseOfTheLargestStretchUnlessAPlaceIsNamed) {
 TEST(ChooseFieldSites, APartOfTheMapIsTakenWithinABox) {
   ChooseFieldSitesOptions options;
   options.within = "650, -2, 660, 2";
-  const std::set<std::pair<double, double>> places = places_of(chosen(street(), options));
+  const std::set<std::pair<double, double>> places = places_of(chosen(level_street(), options));
   EXPECT_EQ(places.size(), 5U * 2U);
   for (const auto& [x_m, y_m] : places) {
     EXPECT_TRUE(x_m >= 10.0 && x_m <= 20.0 && std::abs(y_m) <= 2.0);
@@ -156,11 +121,11 @@ TEST(ChooseFieldSites, APartOfTheMapIsTakenWithinABox) {
 }
 
 TEST(ChooseFieldSites, AVehiclePassesUnderWhatIsHigherThanItAndOverKerbsAlone) {
-  const std::size_t all = places_of(chosen(street())).size();
+  const std::size_t all = places_of(chosen(level_street())).size();
   const std::vector<std::pair<double, bool>> slabs = {
       {0.3, true}, {1.2, false}, {2.0, false}, {2.4, true}, {3.5, true}};
   for (const auto& [height_m, is_free] : slabs) {
-    Surface under = street();
+    Surface under = level_street();
     add_floor(box(20.0, -5.0, 24.0, 5.0), height_m, under);
     const std::set<std::pair<double, double>> places = places_of(chosen(under));
     if (is_free) {
@@ -174,7 +139,7 @@ TEST(ChooseFieldSites, AVehiclePassesUnderWhatIsHigherThanItAndOverKerbsAlone) {
 TEST(ChooseFieldSites, AStepThatNoWheelTakesDividesTheStreet) {
   for (const auto& [rise_m, is_one] :
        std::vector<std::pair<double, bool>>{{0.25, true}, {1.0, false}}) {
-    Surface surface = street();
+    Surface surface = level_street();
     for (SurfacePatch& patch : surface.patches) {
       if (patch.centre_m.x() > 20.0) patch.centre_m.z() += rise_m;
     }
@@ -187,7 +152,7 @@ TEST(ChooseFieldSites, AStepThatNoWheelTakesDividesTheStreet) {
 
 // Unseen ground is added around all that was seen (ground_gaps.h), behind walls too.
 TEST(ChooseFieldSites, NobodyDrivesFarOverGroundThatWasNotSeen) {
-  Surface surface = street();
+  Surface surface = level_street();
   for (double x_m = 0.5; x_m < 80.0; x_m += 1.0) {
     for (double y_m = -4.5; y_m < 15.0; y_m += 1.0) {
       if (x_m < 50.0 && y_m < 5.0) continue;
@@ -216,17 +181,16 @@ TEST(ChooseFieldSites, NobodyDrivesFarOverGroundThatWasNotSeen) {
 
 // A bridge without a ramp is a floor that is not reached; with one it is driven on.
 TEST(ChooseFieldSites, AFloorAboveIsReachedOverARampAlone) {
-  Surface bridge = street();
+  Surface bridge = level_street();
   add_floor(box(10.0, -5.0, 20.0, 5.0), 6.1, bridge);
   EXPECT_EQ(places_of(chosen(bridge)).size(), 96U);
-  Surface ramp = street();
+  Surface ramp = level_street();
   for (int i = 0; i < 120; ++i) {  // from the street's end on, rising by 0.2
     add_floor(box(50.0 + 0.5 * i, -5.0, 50.5 + 0.5 * i, 5.0), 0.1 + 0.1 * i, ramp);
   }
-  const Chosen made = chosen(ramp);
-  ASSERT_TRUE(made.sites.has_value());
+  const ChosenSites made = chosen(ramp);
   double highest_m = 0.0;
-  for (const Site& site : made.sites->sites) {
+  for (const Site& site : made.sites.sites) {
     highest_m = std::max(highest_m, site.T_map_vehicle.translation().z());
   }
   EXPECT_GT(highest_m, 11.0);
@@ -237,7 +201,7 @@ TEST(ChooseFieldSites, AFloorAboveIsReachedOverARampAlone) {
 TEST(ChooseFieldSites, PostsAreAvoidedAndNothingElseIs) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Random random(seed);
-    Surface surface = street();
+    Surface surface = level_street();
     std::vector<Eigen::Vector2d> posts;
     for (int i = 0; i < 6; ++i) {
       const Eigen::Vector2d post(random.uniform(2.0, 48.0), random.uniform(-5.0, 5.0));
@@ -245,7 +209,7 @@ TEST(ChooseFieldSites, PostsAreAvoidedAndNothingElseIs) {
       add_wall(post.x(), post.y(), 1.0, surface);
       surface.patches.back().half_side_m = 0.05;
     }
-    const Chosen made = chosen(surface);
+    const ChosenSites made = chosen(surface);
     const std::set<std::pair<double, double>> places = places_of(made);
     for (int i = 0; i < 24; ++i) {
       for (const double y_m : {-3.0, -1.0, 1.0, 3.0}) {
@@ -264,38 +228,35 @@ TEST(ChooseFieldSites, PostsAreAvoidedAndNothingElseIs) {
 TEST(ChooseFieldSites, AreTheSameForAnyOrderOfPatchesAndNumberOfThreads) {
   Surface surface = divided_street();
   add_floor(box(30.0, -5.0, 40.0, 5.0), 6.1, surface);
-  const Chosen one = chosen(surface);
+  const ChosenSites one = chosen(surface);
   std::ranges::reverse(surface.patches);
-  const Chosen other = chosen(surface, {}, /*threads=*/4);
-  ASSERT_TRUE(one.sites.has_value() && other.sites.has_value());
-  EXPECT_EQ(to_bytes(*one.sites), to_bytes(*other.sites));
+  const ChosenSites other = chosen(surface, {}, /*threads=*/4);
+  EXPECT_EQ(to_bytes(one.sites), to_bytes(other.sites));
 }
 
 TEST(ChooseFieldSites, RefusesWhatNobodyCouldAnnotate) {
-  Surface walls = street();
+  Surface walls = level_street();
   for (SurfacePatch& patch : walls.patches) patch.normal = Eigen::Vector3d::UnitX();
-  EXPECT_EQ(refusal(walls), ErrorCode::kNoGround);
+  EXPECT_EQ(refusal(walls).code, ErrorCode::kNoGround);
   ChooseFieldSitesOptions options;
   options.from = "1000, 0";
-  EXPECT_EQ(refusal(street(), options), ErrorCode::kNoGround);
+  EXPECT_EQ(refusal(level_street(), options).code, ErrorCode::kNoGround);
   options.from = "640; 0";
-  EXPECT_EQ(refusal(street(), options), ErrorCode::kBadValue);
+  EXPECT_EQ(refusal(level_street(), options).code, ErrorCode::kBadValue);
   options = {};
   options.within = "660, -2, 650, 2";
-  EXPECT_EQ(refusal(street(), options), ErrorCode::kBadValue);
+  EXPECT_EQ(refusal(level_street(), options).code, ErrorCode::kBadValue);
   options.within = "1660, -2, 1670, 2";
-  EXPECT_EQ(refusal(street(), options), ErrorCode::kNoGround);
+  EXPECT_EQ(refusal(level_street(), options).code, ErrorCode::kNoGround);
   options = {};
   options.most_places = 95;
-  const Chosen many = chosen(street(), options);
-  ASSERT_FALSE(many.sites.has_value());
-  EXPECT_EQ(many.sites.error().code, ErrorCode::kTooManyPlaces);
-  EXPECT_NE(many.sites.error().message.find("96 places"), std::string::npos)
-      << many.sites.error().message;
+  const Error many = refusal(level_street(), options);
+  EXPECT_EQ(many.code, ErrorCode::kTooManyPlaces);
+  EXPECT_NE(many.message.find("96 places"), std::string::npos) << many.message;
 }
 
 TEST(ChooseFieldSites, SayThatAPlaceIsOfOneHeadingToASensorThatDoesNotSeeAllRound) {
-  const Chosen made = chosen(street(), {}, 1, 70.4);
+  const ChosenSites made = chosen(level_street(), {}, 1, 70.4);
   ASSERT_EQ(made.warnings.size(), 2U);
   EXPECT_NE(made.warnings[1].find("sees 70.4 degrees of a turn"), std::string::npos);
 }

@@ -1,7 +1,6 @@
 #include "passes/map/places/field_limits.h"
 
 #include <gtest/gtest.h>
-
 #include <string>
 
 namespace sightline {

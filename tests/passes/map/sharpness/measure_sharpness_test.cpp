@@ -1,7 +1,6 @@
 #include "passes/map/sharpness/measure_sharpness.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "tests/support/artifact_checks.h"

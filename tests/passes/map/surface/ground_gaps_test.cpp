@@ -1,7 +1,6 @@
 #include "passes/map/surface/ground_gaps.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 
 namespace sightline {

@@ -1,7 +1,6 @@
 #include "passes/map/surface/patch_evidence.h"
 
 #include <gtest/gtest.h>
-
 #include <numeric>
 
 #include "formats/base/random.h"

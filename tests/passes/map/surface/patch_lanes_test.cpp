@@ -1,7 +1,6 @@
 #include "passes/map/surface/patch_lanes.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "formats/base/random.h"

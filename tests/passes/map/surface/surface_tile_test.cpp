@@ -1,7 +1,6 @@
 #include "passes/map/surface/surface_tile.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <thread>
 #include <vector>

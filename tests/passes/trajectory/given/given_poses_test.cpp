@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <numbers>
 #include <string>
 
@@ -14,7 +13,6 @@ namespace sightline {
 namespace {
 
 using testing::HasSubstr;
-
 constexpr double kAzimuthStep_deg = 0.5;
 
 TestDrive given_drive(const BoxWorld& world, std::size_t count, double step_m) {

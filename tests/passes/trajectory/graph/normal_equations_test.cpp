@@ -1,7 +1,6 @@
 #include "passes/trajectory/graph/normal_equations.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <numeric>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "passes/trajectory/graph/pose_graph.h"
 
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "formats/base/random.h"

@@ -1,7 +1,6 @@
 #include "passes/trajectory/local/local_match.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

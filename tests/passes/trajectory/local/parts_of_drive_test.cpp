@@ -1,7 +1,6 @@
 #include "passes/trajectory/local/parts_of_drive.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <memory>
 #include <optional>

@@ -1,7 +1,6 @@
 #include "passes/trajectory/local/wider_starts.h"
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <numbers>
 #include <string>
 
@@ -15,7 +14,6 @@ namespace sightline {
 namespace {
 
 using testing::HasSubstr;
-
 constexpr double kAzimuthStep_deg = 0.5;
 
 std::vector<Pose> joined(std::vector<Pose> first, const std::vector<Pose>& then) {

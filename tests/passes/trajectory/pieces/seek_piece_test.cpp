@@ -1,6 +1,5 @@
 
 #include <gtest/gtest.h>
-
 #include <algorithm>
 
 #include "passes/trajectory/pieces/seek_piece.h"

@@ -19,7 +19,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-
 constexpr int kScans = 30;
 
 const TestDrive& jerky_drive() {
