@@ -13,7 +13,6 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
 const std::string kFolder = std::string(SIGHTLINE_ROOT) + "/examples/ci";
 
 std::string text_of(const std::string& file) {

@@ -17,7 +17,6 @@ using sightline::CompiledMap;
 using sightline::LookAnswer;
 using sightline::MapReader;
 using sightline::RangeAnswer;
-
 const std::string kCropBox = "/crop_box";
 const std::string kDownsample = "/downsample";
 

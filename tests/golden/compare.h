@@ -14,7 +14,6 @@ namespace sightline::golden {
 
 // Golden texts by the name of their file, "town16/build-ndt.txt".
 using GoldenFiles = std::map<std::string, std::string>;
-
 GoldenFiles golden_files(const std::vector<RunOutput>& runs);
 
 // Empty where all runs of a town are as their golden files say. Otherwise each step whose output

@@ -40,4 +40,10 @@ Error failure_of(const Result<X>& result, const About& about = "",
   return result.error();
 }
 
+// The error code of a call, 0 where it succeeds.
+template <class X>
+ErrorCode code_of(const Result<X>& result) {
+  return result ? ErrorCode{} : result.error().code;
+}
+
 }  // namespace sightline

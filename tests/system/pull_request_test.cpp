@@ -23,7 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
-
 const fs::path kRoot = SIGHTLINE_ROOT;
 constexpr double kChangeFrom_m = 100.0;
 constexpr double kChangeTo_m = 200.0;

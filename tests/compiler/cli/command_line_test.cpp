@@ -167,9 +167,8 @@ TEST(ParseWords, RefusesAWordTooMany) {
   PaintFlags flags;
   Verb verb = paint_verb(flags);
   verb.positionals.pop_back();
-  const Result<void> parsed = parse_words("house paint", verb, {"north", "south"});
-  ASSERT_FALSE(parsed.has_value());
-  EXPECT_EQ(to_string(parsed.error()),
+  const Error parsed = failure_of(parse_words("house paint", verb, {"north", "south"}));
+  EXPECT_EQ(to_string(parsed),
             "SL1001 bad-argument: unexpected word 'south'; `house paint --help` shows what may "
             "stand there");
 }

@@ -21,11 +21,8 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class FileKinds : public ::testing::Test {
+class FileKinds : public TestInFolder {
  protected:
-  FileKinds() : folder_(scratch_folder() / "file_kinds") { fs::create_directories(folder_); }
-  ~FileKinds() override { fs::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::string& bytes) {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
     return (folder_ / name).string();
@@ -40,8 +37,6 @@ class FileKinds : public ::testing::Test {
     EXPECT_EQ(status, expected_status) << ::testing::PrintToString(words);
     return ::testing::internal::GetCapturedStderr();
   }
-
-  fs::path folder_;
 };
 
 TEST_F(FileKinds, AreToldByFirstBytesAndEndings) {

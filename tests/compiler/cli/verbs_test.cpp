@@ -160,12 +160,11 @@ TEST(Verbs, AreExplainedAsReviewed) {
 
 TEST(Verbs, ReportAWrongTableWithTheNearestName) {
   const Program program = sightline_program();
-  const Result<void> parsed =
-      parse_words("sightline dump", *find_verb(program, "dump"), {"a.slmap", "--what", "nd"});
-  ASSERT_FALSE(parsed.has_value());
-  EXPECT_EQ(to_string(parsed.error()),
+  const Error parsed = failure_of(
+      parse_words("sightline dump", *find_verb(program, "dump"), {"a.slmap", "--what", "nd"}));
+  EXPECT_EQ(to_string(parsed),
             "SL1007 unknown-name: --what: 'nd' is not known; did you mean 'nds'?");
-  EXPECT_EQ(exit_status(parsed.error().code), 64);
+  EXPECT_EQ(exit_status(parsed.code), 64);
 }
 
 TEST(BuildDetails, TellCommitFormatsKernelsAndLibrariesLineByLine) {

@@ -86,9 +86,8 @@ bool is_valid(const nlohmann::json& document) {
 
 TEST(CompileConfig, IsDescribedByThePublishedSchema) {
   CompileConfig config;
-  const Result<std::string> published = read_text_file(kRoot / "schemas/config.schema.json");
-  ASSERT_TRUE(published.has_value());
-  EXPECT_TRUE(*published == to_json_schema(published_sections(config)))
+  const std::string published = value_of(read_text_file(kRoot / "schemas/config.schema.json"));
+  EXPECT_TRUE(published == to_json_schema(published_sections(config)))
       << "run tests/update_golden.sh and review the diff";
 }
 
@@ -216,10 +215,9 @@ TEST(CompileConfig, AListOfOneDriveIsThatDrive) {
 
 TEST(CompileConfig, RefusesAListOfLocalizationDrivesThatCannotBe) {
   const auto refused = [](const std::string& text, ErrorCode code, const std::string& says) {
-    const Result<CompileConfig> config = load("mapping: {scans: a}\n" + text);
-    ASSERT_FALSE(config.has_value()) << text;
-    EXPECT_EQ(config.error().code, code) << to_string(config.error());
-    EXPECT_NE(to_string(config.error()).find(says), std::string::npos) << to_string(config.error());
+    const Error config = failure_of(load("mapping: {scans: a}\n" + text), text);
+    EXPECT_EQ(config.code, code) << to_string(config);
+    EXPECT_NE(to_string(config).find(says), std::string::npos) << to_string(config);
   };
   refused("localization: []\n", ErrorCode::kBadValue, "the list is empty");
   refused("localization: [{scans: b}, {name: c}]\n", ErrorCode::kMissingKey,
@@ -272,15 +270,13 @@ TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
 }
 
 TEST(CompileConfig, NamesTheDriveOfAListThatIsWrong) {
-  const Result<CompileConfig> key = load("mapping:\n  - {scans: a}\n  - {scan: b}\n");
-  ASSERT_FALSE(key.has_value());
-  EXPECT_EQ(key.error().code, ErrorCode::kUnknownKey);
-  EXPECT_EQ(key.error().place, "line 3");
-  EXPECT_NE(key.error().message.find("drive 2"), std::string::npos) << key.error().message;
-  const Result<CompileConfig> none = load("mapping:\n  - {scans: a}\n  - {name: b}\n");
-  ASSERT_FALSE(none.has_value());
-  EXPECT_EQ(none.error().code, ErrorCode::kMissingKey);
-  EXPECT_NE(none.error().message.find("mapping[2].scans"), std::string::npos);
+  const Error key = failure_of(load("mapping:\n  - {scans: a}\n  - {scan: b}\n"));
+  EXPECT_EQ(key.code, ErrorCode::kUnknownKey);
+  EXPECT_EQ(key.place, "line 3");
+  EXPECT_NE(key.message.find("drive 2"), std::string::npos) << key.message;
+  const Error none = failure_of(load("mapping:\n  - {scans: a}\n  - {name: b}\n"));
+  EXPECT_EQ(none.code, ErrorCode::kMissingKey);
+  EXPECT_NE(none.message.find("mapping[2].scans"), std::string::npos);
 }
 
 TEST(CompileConfig, SpreadsWhatPassesShare) {
@@ -335,11 +331,10 @@ class SameRecordings : public testing::Test {
   }
   static void expect_refused(const std::string& yaml, const std::string& one,
                              const std::string& other) {
-    const Result<void> opened = open(yaml);
-    ASSERT_FALSE(opened) << yaml;
-    EXPECT_EQ(opened.error().code, ErrorCode::kBadValue);
+    const Error opened = failure_of(open(yaml), yaml);
+    EXPECT_EQ(opened.code, ErrorCode::kBadValue);
     const std::string expected = one + ".scans: found the recording of " + other;
-    EXPECT_NE(opened.error().message.find(expected), std::string::npos) << opened.error().message;
+    EXPECT_NE(opened.message.find(expected), std::string::npos) << opened.message;
   }
 
   const fs::path folder_ = scratch_folder() / "same_recordings";
@@ -389,12 +384,11 @@ TEST_F(SameRecordings, TheEvaluationDriveMayBeAnotherDriveUnlessAModelLearnsFrom
 }
 
 TEST_F(SameRecordings, ErrorsFromOutsideAreNotOfADriveThatMakesTheMap) {
-  const Result<CompileConfig> config = load_here(
-      "mapping: {scans: a}\nlocalization: {scans: a}\n"
-      "import-errors: {file: errors.csv, localizer: mine}\n");
-  ASSERT_FALSE(config);
-  EXPECT_NE(config.error().message.find("import-errors has errors of all"), std::string::npos)
-      << config.error().message;
+  const Error config =
+      failure_of(load_here("mapping: {scans: a}\nlocalization: {scans: a}\n"
+                           "import-errors: {file: errors.csv, localizer: mine}\n"));
+  EXPECT_NE(config.message.find("import-errors has errors of all"), std::string::npos)
+      << config.message;
 }
 
 TEST_F(SameRecordings, OneOfSeveralLocalizationDrivesIsNoMappingDrive) {
@@ -454,11 +448,10 @@ TEST(CompileConfig, RefusesALocalizerOutsideThatAVehicleCouldNotName) {
   for (const char* keys :
        {"", ", localizer: my ndt", ", localizer: searching", ", localizer: a/2",
         ", localizer: a, parameters: leaf", ", localizer: a, parameters: 'x=1, x=2'"}) {
-    const Result<CompileConfig> config =
-        load("mapping: {scans: a}\nimport-errors: {file: e.csv" + std::string(keys) + "}\n");
-    ASSERT_FALSE(config.has_value()) << keys;
-    EXPECT_EQ(config.error().code, ErrorCode::kBadValue) << keys;
-    EXPECT_NE(config.error().message.find("import-errors."), std::string::npos);
+    const Error config = failure_of(
+        load("mapping: {scans: a}\nimport-errors: {file: e.csv" + std::string(keys) + "}\n"), keys);
+    EXPECT_EQ(config.code, ErrorCode::kBadValue) << keys;
+    EXPECT_NE(config.message.find("import-errors."), std::string::npos);
   }
 }
 

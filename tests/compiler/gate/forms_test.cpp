@@ -16,7 +16,6 @@ namespace {
 
 using testing::HasSubstr;
 using Json = nlohmann::json;
-
 const std::filesystem::path kRoot = SIGHTLINE_ROOT;
 
 // Two errors of a stretch (one a limit), a warning, an exception and things not judged; names that

@@ -73,11 +73,10 @@ TEST(GateSettings, RefuseWhatTheyDoNotKnowAndSayWhere) {
        ErrorCode::kMissingKey, "to_m", "line 1"},
       {"rules: [", ErrorCode::kMalformedText, "YAML", "line 1"}};
   for (const Refusal& refusal : refusals) {
-    const Result<GateSettings> settings = parse_gate_settings(refusal.yaml);
-    ASSERT_FALSE(settings) << refusal.yaml;
-    EXPECT_EQ(settings.error().code, refusal.code) << refusal.yaml;
-    EXPECT_THAT(settings.error().message, HasSubstr(refusal.message)) << refusal.yaml;
-    EXPECT_EQ(settings.error().place, refusal.place) << refusal.yaml;
+    const Error settings = failure_of(parse_gate_settings(refusal.yaml), refusal.yaml);
+    EXPECT_EQ(settings.code, refusal.code) << refusal.yaml;
+    EXPECT_THAT(settings.message, HasSubstr(refusal.message)) << refusal.yaml;
+    EXPECT_EQ(settings.place, refusal.place) << refusal.yaml;
   }
 }
 

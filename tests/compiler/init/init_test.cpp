@@ -22,7 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-
 constexpr double kHeight_m = 1.7;
 constexpr double kRadians = std::numbers::pi / 180.0;
 
@@ -116,15 +115,8 @@ void write_kitti(const fs::path& file, const Way& way, const Eigen::Matrix3d& ax
   }
 }
 
-class Init : public ::testing::Test {
+class Init : public TestInFolder {
  protected:
-  void SetUp() override {
-    folder_ = scratch_folder();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   // The text that init writes beside the recordings, and what the compiler reads from it.
   CompileConfig draft() {
     const Result<ConfigDraft> made = draft_config(folder_, folder_ / "drive.yaml");
@@ -140,7 +132,6 @@ class Init : public ::testing::Test {
   }
   std::string path(const std::string& below) const { return (folder_ / below).string(); }
 
-  fs::path folder_;
   std::string yaml_;
 };
 
@@ -384,18 +375,13 @@ TEST_F(Init, WritesNamesThatYamlReadsBack) {
 }
 
 TEST_F(Init, RefusesAFolderWithoutADriveAndSaysWhatItPassedOver) {
-  const Result<ConfigDraft> missing = draft_config(folder_ / "nowhere", "");
-  ASSERT_FALSE(missing.has_value());
-  EXPECT_EQ(missing.error().code, ErrorCode::kFileNotFound);
-  const Result<ConfigDraft> empty = draft_config(folder_, "");
-  ASSERT_FALSE(empty.has_value());
-  EXPECT_EQ(empty.error().code, ErrorCode::kEmptyDirectory);
+  EXPECT_EQ(code_of(draft_config(folder_ / "nowhere", "")), ErrorCode::kFileNotFound);
+  EXPECT_EQ(code_of(draft_config(folder_, "")), ErrorCode::kEmptyDirectory);
   for (const char* name : {"1.pcd", "2.pcd"}) {
     std::ofstream(folder_ / name) << "version https://git-lfs.github.com/spec/v1\n";
   }
-  const Result<ConfigDraft> pointers = draft_config(folder_, "");
-  ASSERT_FALSE(pointers.has_value());
-  EXPECT_THAT(pointers.error().message, HasSubstr("git lfs pull"));
+  const Error pointers = failure_of(draft_config(folder_, ""));
+  EXPECT_THAT(pointers.message, HasSubstr("git lfs pull"));
 }
 
 TEST(GuessSensor, TellsEveryBuiltInProfileByItsBeams) {

@@ -49,11 +49,9 @@ constexpr Pass kCopyNds{"copy-nds", 1, "copy", "The same", &copy_nds};
 constexpr Pass kCountTiles{"count-tiles", 1, "tiles", "How many tiles there are", &count_tiles};
 constexpr Pass kCountNds{"count-nds", 1, "count", "How many NDs there are", &count_nds};
 
-class ArtifactForms : public ::testing::Test {
+class ArtifactForms : public TestInFolder {
  protected:
-  void SetUp() override { std::filesystem::remove_all(options_.cache_directory); }
-  void TearDown() override { std::filesystem::remove_all(options_.cache_directory); }
-  ArtifactForms() { options_.cache_directory = scratch_folder(); }
+  ArtifactForms() { options_.cache_directory = folder_; }
 
   // provided -> copy -> tiles, nds; and of what was provided.
   enum class Wants { kAll, kCounts };

@@ -35,10 +35,9 @@ Result<SiteColumn> count(PassContext&, const NoOptions&, Many<SiteColumn> first,
 }
 constexpr Pass kCount{"count", 1, "counts", "How many there are", &count};
 
-class OptionalInputs : public ::testing::Test {
+class OptionalInputs : public TestInFolder {
  protected:
-  void SetUp() override { options_.cache_directory = scratch_folder(); }
-  void TearDown() override { std::filesystem::remove_all(options_.cache_directory); }
+  OptionalInputs() { options_.cache_directory = folder_; }
 
   // Three inputs: the digits 1, 2 and 3.
   void begin() {

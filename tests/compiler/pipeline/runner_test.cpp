@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 
@@ -85,15 +85,13 @@ Result<Number> read_handle(PassContext& /*ctx*/, const NoOptions& /*options*/,
 constexpr Pass kOpen{"open", 1, "handle", "A number that lies outside", &open_handle};
 constexpr Pass kRead{"read", 1, "read", "The number of a handle", &read_handle};
 
-class Runner : public ::testing::Test {
+class Runner : public TestInFolder {
  protected:
-  void SetUp() override {
-    options_.cache_directory = scratch_folder();
-    std::filesystem::remove_all(options_.cache_directory);
+  Runner() {
+    options_.cache_directory = folder_;
     options_.threads = 1;
     g_calls = 0;
   }
-  void TearDown() override { std::filesystem::remove_all(options_.cache_directory); }
 
   // source -> scale -> scaled; source, scaled -> add -> sum
   enum class Wants { kAll, kScaled, kSum };
@@ -176,19 +174,17 @@ TEST_F(Runner, RunsAgainWhatAChangeReachesAndSaysWhy) {
 
 TEST_F(Runner, GoesOnFromWhereAFailedRunStopped) {
   ASSERT_TRUE(run(2));
-  const Result<void> failed = run(0);
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().code, ErrorCode::kNoOverlap);
-  EXPECT_EQ(failed.error().place, "pass scale");
+  const Error failed = failure_of(run(0));
+  EXPECT_EQ(failed.code, ErrorCode::kNoOverlap);
+  EXPECT_EQ(failed.place, "pass scale");
   ASSERT_TRUE(run(2));
   EXPECT_EQ(g_calls, 3) << "the first run's results are still there";
 }
 
 TEST_F(Runner, NamesThePassWhoseOutputIsInvalidAndKeepsNothingOfIt) {
-  const Result<void> failed = run(500);
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().code, ErrorCode::kInvalidArtifact);
-  EXPECT_EQ(failed.error().place, "pass scale");
+  const Error failed = failure_of(run(500));
+  EXPECT_EQ(failed.code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(failed.place, "pass scale");
   EXPECT_FALSE(artifacts_.has(scaled_));
   ASSERT_FALSE(run(500));
   EXPECT_EQ(g_calls, 2);
@@ -211,21 +207,13 @@ TEST_F(Runner, MakesADamagedCacheFileAnewAndSaysSo) {
 
 TEST_F(Runner, MakesAnewWhatLiesInThePlaceOfAnother) {
   ASSERT_TRUE(run(2));
-  const std::filesystem::path folder = options_.cache_directory;
-  std::vector<std::filesystem::path> scaled;
-  const auto collect = [&] {
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      const std::filesystem::path& path = entry.path();
-      if (path.extension() != ".sla" || !path.filename().string().starts_with("scale-")) continue;
-      if (std::ranges::find(scaled, path) == scaled.end()) scaled.push_back(path);
-    }
-  };
-  collect();
+  const std::filesystem::path of_two = objects_of("scale").at(0);
   ASSERT_TRUE(run(5));
-  collect();
-  ASSERT_EQ(scaled.size(), 2U);
-  std::filesystem::copy_file(scaled[0], scaled[1],
-                             std::filesystem::copy_options::overwrite_existing);
+  ASSERT_EQ(objects_of("scale").size(), 2U);
+  for (const std::filesystem::path& object : objects_of("scale")) {
+    if (object == of_two) continue;
+    std::filesystem::copy_file(of_two, object, std::filesystem::copy_options::overwrite_existing);
+  }
   ASSERT_TRUE(run(5));
   EXPECT_EQ(artifacts_.get(sum_).value, 18);
   ASSERT_FALSE(reports_.at(0).warnings.empty());
@@ -289,7 +277,6 @@ TEST_F(Runner, LetsGoWhatNobodyWants) {
     EXPECT_TRUE(artifacts_.has(sum_));
     EXPECT_FALSE(artifacts_.has(scaled_));
   }
-  options_.cache_directory = scratch_folder();
 }
 
 TEST_F(Runner, LetsGoWhatIsWantedTooWhereItIsOnlyToBeStored) {
@@ -354,10 +341,9 @@ TEST_F(Runner, RepeatsTheWarningsOfWhatIsNeverKeptAndNotNeeded) {
 
 TEST_F(Runner, NamesWhatIsMissingOfWhatMayNotRun) {
   options_.may_run = [](const std::string& step) { return step == "add"; };
-  const Result<void> refused = run(2, 3, Wants::kSum);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kWorkMissing);
-  EXPECT_EQ(refused.error().message, "not finished yet: scale");
+  const Error refused = failure_of(run(2, 3, Wants::kSum));
+  EXPECT_EQ(refused.code, ErrorCode::kWorkMissing);
+  EXPECT_EQ(refused.message, "not finished yet: scale");
   EXPECT_EQ(g_calls, 0);
   options_.may_run = nullptr;
   ASSERT_TRUE(run(2, 3, Wants::kScaled));
@@ -368,10 +354,9 @@ TEST_F(Runner, NamesWhatIsMissingOfWhatMayNotRun) {
 
 TEST_F(Runner, RefusesThePassThatDoesNotExistBeforeAnythingRuns) {
   options_.stop_after = "scael";
-  const Result<void> refused = run(2);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnknownPass);
-  EXPECT_NE(refused.error().message.find("did you mean scale?"), std::string::npos);
+  const Error refused = failure_of(run(2));
+  EXPECT_EQ(refused.code, ErrorCode::kUnknownPass);
+  EXPECT_NE(refused.message.find("did you mean scale?"), std::string::npos);
   EXPECT_EQ(g_calls, 0);
 }
 

@@ -8,26 +8,21 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/files/temporary_name.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Cache : public ::testing::Test {
+class Cache : public TestInFolder {
  protected:
-  void SetUp() override {
-    folder_ = scratch_folder();
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   void put(const fs::path& name, std::string_view text) const {
     ASSERT_TRUE(write_file_atomically(folder_ / name, text, IfExists::kReplace));
   }
   [[nodiscard]] fs::path at(const std::string& kind, const Digest& key) const {
     return folder_ / place_of({kind, key});
   }
-  fs::path folder_;
   const Digest key_ = sha256("one");
   const Digest other_ = sha256("two");
   const std::vector<std::byte> content_ = std::vector<std::byte>(100, std::byte{7});
@@ -97,12 +92,11 @@ TEST_F(Cache, PrunesWhatIsOfNoUseAndNothingElse) {
   put(".sl-elsewhere.1-" + std::string(32, '0') + "-1-1-0", "half");
   put(temporary_name(), "at work");
   for (const char* name : {"mine.tmp", "print.sla", "whole.last", "notes.txt"}) put(name, "mine");
-  const Result<CacheContents> contents = look_at_cache(folder_);
-  ASSERT_TRUE(contents);
-  EXPECT_EQ(contents->object_count, 3U);
-  EXPECT_EQ(contents->busy_count, 1U);
-  EXPECT_EQ(contents->useless.size(), 4U);
-  ASSERT_TRUE(prune_cache(*contents));
+  const CacheContents contents = value_of(look_at_cache(folder_));
+  EXPECT_EQ(contents.object_count, 3U);
+  EXPECT_EQ(contents.busy_count, 1U);
+  EXPECT_EQ(contents.useless.size(), 4U);
+  ASSERT_TRUE(prune_cache(contents));
   EXPECT_FALSE(fs::exists(at("misplaced", key_)));
   EXPECT_FALSE(fs::exists(at("damaged", key_)));
   EXPECT_FALSE(fs::exists(at("whole part", other_)));
@@ -138,11 +132,10 @@ TEST_F(Cache, RemovesWhatNoRunUsedForLongWhereItIsAsked) {
   EXPECT_EQ(look_at_cache(folder_)->unused.size(), 0U) << "not requested";
   EXPECT_EQ(look_at_cache(folder_, std::chrono::hours(480))->unused.size(), 0U);
   cache.mark_used("pass", other_);
-  const Result<CacheContents> contents = look_at_cache(folder_, std::chrono::hours(120));
-  ASSERT_TRUE(contents);
-  EXPECT_EQ(contents->unused.size(), 6U);
-  EXPECT_EQ(contents->object_count, 6U);
-  ASSERT_TRUE(prune_cache(*contents));
+  const CacheContents contents = value_of(look_at_cache(folder_, std::chrono::hours(120)));
+  EXPECT_EQ(contents.unused.size(), 6U);
+  EXPECT_EQ(contents.object_count, 6U);
+  ASSERT_TRUE(prune_cache(contents));
   EXPECT_FALSE(cache.has("pass", key_));
   EXPECT_EQ(*cache.load_part("pass", key_), ArtifactCache::Content());
   EXPECT_FALSE(cache.part_count("pass", key_));
@@ -181,10 +174,9 @@ Result<SealedObject> open_object(std::vector<std::byte> bytes) {
 TEST(SealedObject, SaysWhatItIsAndHoldsWhatWasSealed) {
   for (const std::string_view content : {"", "x", "some content"}) {
     const std::vector<std::byte> object = sealed(content);
-    const Result<SealedObject> opened = open_object(object);
-    ASSERT_TRUE(opened);
-    EXPECT_EQ(opened->name, kName);
-    EXPECT_EQ(*opened->content.read(0, opened->content.size()), bytes_of(content));
+    const SealedObject opened = value_of(open_object(object));
+    EXPECT_EQ(opened.name, kName);
+    EXPECT_EQ(*opened.content.read(0, opened.content.size()), bytes_of(content));
   }
 }
 

@@ -24,22 +24,13 @@ PlanFile some_plan() {
   return plan;
 }
 
-class PlanFileTest : public ::testing::Test {
+class PlanFileTest : public TestInFolder {
  protected:
-  void SetUp() override { std::filesystem::remove_all(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   Result<PlanFile> read(const std::string& text) {
     EXPECT_TRUE(write_file_atomically(plan_file_in(folder_), text, IfExists::kReplace));
     return read_plan_file(folder_);
   }
-  ErrorCode failure(const std::string& text) {
-    const Result<PlanFile> plan = read(text);
-    EXPECT_FALSE(plan.has_value());
-    return plan ? ErrorCode{} : plan.error().code;
-  }
-
-  const std::filesystem::path folder_ = scratch_folder();
+  ErrorCode failure(const std::string& text) { return failure_of(read(text)).code; }
 };
 
 TEST_F(PlanFileTest, IsReadBackAsItWasWritten) {

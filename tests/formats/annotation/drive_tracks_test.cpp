@@ -25,11 +25,6 @@ DriveTracks small_tracks() {
   return tracks;
 }
 
-ErrorCode code_of(const DriveTracks& tracks) {
-  const Result<void> valid = validate(tracks);
-  return valid ? ErrorCode{} : valid.error().code;
-}
-
 TEST(DriveTracks, SurvivesTheDisk) { expect_survives_disk(small_tracks()); }
 
 TEST(DriveTracks, ScoresAReplayBesideTheLongestRange) {
@@ -82,30 +77,19 @@ TEST(DriveTracks, TellsLooksAndThePlanBesideRanges) {
   EXPECT_EQ(table.rows[1][0], Cell{std::string("look")});
   EXPECT_EQ(table.rows[2][0], Cell{std::string("plan")});
   EXPECT_EQ(table.rows[3][3], Cell{std::string("100 m, 650 returns, 40 points")});
-  DriveTracks plan_last = tracks;
-  std::swap(plan_last.rules[2], plan_last.rules[3]);
-  EXPECT_EQ(code_of(plan_last), ErrorCode::kInvalidArtifact);
-  DriveTracks no_range = tracks;
-  std::swap(no_range.rules[3], no_range.rules[5]);
-  EXPECT_EQ(code_of(no_range), ErrorCode::kInvalidArtifact) << "ranges come last and ascend";
-  DriveTracks no_limit = tracks;
-  no_limit.rules[2].limit_m = 0.0;
-  EXPECT_EQ(code_of(no_limit), ErrorCode::kInvalidArtifact);
+  expect_refused<DriveTracks>(
+      tracks, {[](DriveTracks& plan_last) { std::swap(plan_last.rules[2], plan_last.rules[3]); },
+               [](DriveTracks& no_range) { std::swap(no_range.rules[3], no_range.rules[5]); },
+               [](DriveTracks& no_limit) { no_limit.rules[2].limit_m = 0.0; }});
 }
 
 TEST(DriveTracks, RefusesWhatMakesNoSense) {
-  DriveTracks fewer = small_tracks();
-  fewer.steps.pop_back();
-  EXPECT_EQ(code_of(fewer), ErrorCode::kInvalidArtifact);
-  DriveTracks swapped = small_tracks();
-  std::swap(swapped.rules[0], swapped.rules[1]);
-  EXPECT_EQ(code_of(swapped), ErrorCode::kInvalidArtifact);
-  DriveTracks no_number = small_tracks();
-  no_number.steps[2].error_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(code_of(no_number), ErrorCode::kInvalidArtifact);
-  DriveTracks flags = small_tracks();
-  flags.steps[0].flags = 8;
-  EXPECT_EQ(code_of(flags), ErrorCode::kInvalidArtifact);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  expect_refused<DriveTracks>(
+      small_tracks(), {[](DriveTracks& fewer) { fewer.steps.pop_back(); },
+                       [](DriveTracks& swapped) { std::swap(swapped.rules[0], swapped.rules[1]); },
+                       [](DriveTracks& no_number) { no_number.steps[2].error_m = kNan; },
+                       [](DriveTracks& flags) { flags.steps[0].flags = 8; }});
 }
 
 }  // namespace

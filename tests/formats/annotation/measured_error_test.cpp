@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "tests/support/artifact_checks.h"
-#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -36,34 +35,16 @@ TEST(MeasuredError, DumpsARowForEachSiteAndRange) {
   EXPECT_EQ(std::get<std::int64_t>(table.rows[2][3]), -1);
 }
 
-void expect_refused(const MeasuredError& measured) {
-  EXPECT_EQ(failure_of(validate(measured)).code, ErrorCode::kInvalidArtifact);
-}
-
-TEST(MeasuredError, RefusesANumberOfRowsThatDoesNotFit) {
-  MeasuredError measured = two_sites();
-  measured.rows.pop_back();
-  expect_refused(measured);
-}
-
-TEST(MeasuredError, RefusesNegativeAndInfiniteErrors) {
-  MeasuredError measured = two_sites();
-  measured.rows[0].p90_m = -0.1;
-  expect_refused(measured);
-  measured.rows[0].p90_m = std::numeric_limits<double>::infinity();
-  expect_refused(measured);
-}
-
-TEST(MeasuredError, RefusesAResultWithoutAScan) {
-  MeasuredError measured = two_sites();
-  measured.rows[3].mean_m = 0.1;
-  expect_refused(measured);
-}
-
-TEST(MeasuredError, RefusesRangesThatDoNotAscend) {
-  MeasuredError measured = two_sites();
-  measured.looks = every_return_at({20.0, 20.0});
-  expect_refused(measured);
+TEST(MeasuredError, RefusesWhatIsNoMeasurement) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  expect_refused<MeasuredError>(
+      two_sites(), {[](MeasuredError& fewer) { fewer.rows.pop_back(); },
+                    [](MeasuredError& negative) { negative.rows[0].p90_m = -0.1; },
+                    [](MeasuredError& infinite) { infinite.rows[0].p90_m = kInfinity; },
+                    [](MeasuredError& without_scan) { without_scan.rows[3].mean_m = 0.1; },
+                    [](MeasuredError& descending) {
+                      descending.looks = every_return_at({20.0, 20.0});
+                    }});
 }
 
 }  // namespace

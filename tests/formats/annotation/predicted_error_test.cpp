@@ -22,11 +22,6 @@ PredictedError two_sites() {
   return predicted;
 }
 
-ErrorCode code_of(const PredictedError& predicted) {
-  const Result<void> valid = validate(predicted);
-  return valid ? ErrorCode{} : valid.error().code;
-}
-
 TEST(PredictedError, SurvivesTheDisk) { expect_survives_disk(two_sites()); }
 
 TEST(PredictedError, IsPrintedPerSiteAndRange) {
@@ -41,34 +36,20 @@ TEST(PredictedError, IsPrintedPerSiteAndRange) {
 }
 
 TEST(PredictedError, RefusesWhatCannotBePredicted) {
-  PredictedError negative = two_sites();
-  negative.mean_m[1] = -0.1;
-  EXPECT_EQ(code_of(negative), ErrorCode::kInvalidArtifact);
-  PredictedError certain = two_sites();
-  certain.within_probability[7] = 1.5;
-  EXPECT_EQ(code_of(certain), ErrorCode::kInvalidArtifact);
-  PredictedError none = two_sites();
-  none.within_probability[7] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(code_of(none), ErrorCode::kInvalidArtifact);
-}
-
-TEST(PredictedError, RefusesALooserLimitThatIsLessProbable) {
-  PredictedError predicted = two_sites();
-  predicted.within_probability[1] = 0.0;
-  predicted.within_probability[0] = 0.1;
-  EXPECT_EQ(code_of(predicted), ErrorCode::kInvalidArtifact);
-}
-
-TEST(PredictedError, RefusesListsThatDoNotFit) {
-  PredictedError short_flags = two_sites();
-  short_flags.extrapolated.pop_back();
-  EXPECT_EQ(code_of(short_flags), ErrorCode::kInvalidArtifact);
-  PredictedError descending = two_sites();
-  std::swap(descending.looks[0].range_m, descending.looks[1].range_m);
-  EXPECT_EQ(code_of(descending), ErrorCode::kInvalidArtifact);
-  PredictedError more_sites = two_sites();
-  more_sites.site_count = 3;
-  EXPECT_EQ(code_of(more_sites), ErrorCode::kInvalidArtifact);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  expect_refused<PredictedError>(
+      two_sites(), {[](PredictedError& negative) { negative.mean_m[1] = -0.1; },
+                    [](PredictedError& certain) { certain.within_probability[7] = 1.5; },
+                    [](PredictedError& none) { none.within_probability[7] = kNan; },
+                    [](PredictedError& looser_is_less_probable) {
+                      looser_is_less_probable.within_probability[1] = 0.0;
+                      looser_is_less_probable.within_probability[0] = 0.1;
+                    },
+                    [](PredictedError& short_flags) { short_flags.extrapolated.pop_back(); },
+                    [](PredictedError& descending) {
+                      std::swap(descending.looks[0].range_m, descending.looks[1].range_m);
+                    },
+                    [](PredictedError& more_sites) { more_sites.site_count = 3; }});
 }
 
 }  // namespace

@@ -20,11 +20,6 @@ Sites two_runs() {
   return sites;
 }
 
-ErrorCode code_of(const Sites& sites) {
-  const Result<void> valid = validate(sites);
-  return valid ? ErrorCode{} : valid.error().code;
-}
-
 TEST(Sites, SurviveTheDisk) { expect_survives_disk(two_runs()); }
 
 TEST(Sites, ArePrintedWithTheSensorsOrigin) {
@@ -38,21 +33,13 @@ TEST(Sites, ArePrintedWithTheSensorsOrigin) {
 }
 
 TEST(Sites, RefuseADisorderedRoute) {
-  Sites backwards = two_runs();
-  backwards.sites[1].s_m = 0.0;
-  EXPECT_EQ(code_of(backwards), ErrorCode::kInvalidArtifact);
-  Sites skipped_run = two_runs();
-  skipped_run.sites[2].run = 2;
-  EXPECT_EQ(code_of(skipped_run), ErrorCode::kInvalidArtifact);
-  Sites late_start = two_runs();
-  late_start.sites[2].s_m = 1.0;
-  EXPECT_EQ(code_of(late_start), ErrorCode::kInvalidArtifact);
-  Sites nowhere = two_runs();
-  nowhere.sites[0].p_map_m.x() = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(code_of(nowhere), ErrorCode::kInvalidArtifact);
-  Sites no_spacing = two_runs();
-  no_spacing.spacing_m = 0.0;
-  EXPECT_EQ(code_of(no_spacing), ErrorCode::kInvalidArtifact);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  expect_refused<Sites>(two_runs(),
+                        {[](Sites& backwards) { backwards.sites[1].s_m = 0.0; },
+                         [](Sites& skipped_run) { skipped_run.sites[2].run = 2; },
+                         [](Sites& late_start) { late_start.sites[2].s_m = 1.0; },
+                         [](Sites& nowhere) { nowhere.sites[0].p_map_m.x() = kInfinity; },
+                         [](Sites& no_spacing) { no_spacing.spacing_m = 0.0; }});
 }
 
 }  // namespace

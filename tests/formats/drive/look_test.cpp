@@ -39,9 +39,8 @@ TEST(Look, ReadsWhatItWrites) {
       }
     }
     if (random.below(2) > 0) look.mode = LookMode::kSettle;
-    const Result<Look> again = parse_look(to_text(look));
-    ASSERT_TRUE(again) << again.error().message;
-    EXPECT_EQ(*again, look) << to_text(look);
+    const Look again = value_of(parse_look(to_text(look)));
+    EXPECT_EQ(again, look) << to_text(look);
   }
 }
 
@@ -97,17 +96,15 @@ std::vector<Look> some_looks() {
 }
 
 TEST(Looks, AreReadAsTheyAreWritten) {
-  const Result<std::vector<Look>> looks = parse_looks(to_text(some_looks()));
-  ASSERT_TRUE(looks) << looks.error().message;
-  EXPECT_EQ(*looks, some_looks());
+  const std::vector<Look> looks = value_of(parse_looks(to_text(some_looks())));
+  EXPECT_EQ(looks, some_looks());
 }
 
 TEST(Looks, AreReadFromAListInYaml) {
-  const Result<std::vector<Look>> looks =
-      parse_looks("[100 m, 650 returns, 40 points, 80 m, 900 returns]");
-  ASSERT_TRUE(looks) << looks.error().message;
-  ASSERT_EQ(looks->size(), 2U);
-  EXPECT_EQ(to_text(looks->back()), "80 m, 900 returns");
+  const std::vector<Look> looks =
+      value_of(parse_looks("[100 m, 650 returns, 40 points, 80 m, 900 returns]"));
+  ASSERT_EQ(looks.size(), 2U);
+  EXPECT_EQ(to_text(looks.back()), "80 m, 900 returns");
 }
 
 TEST(Looks, AreRefusedWhereOneStandsTwiceOrThereIsNone) {

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
@@ -81,9 +80,8 @@ inline std::string float_spiral(std::size_t columns, std::size_t points = 1600) 
 // Every shorter version is refused, or says that it may be cut; none crashes. Text may end without
 // its last line end, which changes nothing, and within its last number, which is flagged.
 inline void expect_every_cut_is_noticed(const std::string& whole, const std::string& name) {
-  const Result<PointCloudFile> intact = parse_text(whole, name);
-  ASSERT_TRUE(intact.has_value()) << to_string(intact.error());
-  EXPECT_FALSE(intact->may_be_cut);
+  const PointCloudFile intact = value_of(parse_text(whole, name));
+  EXPECT_FALSE(intact.may_be_cut);
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const Result<PointCloudFile> cut = parse_text(whole.substr(0, size), name);
     EXPECT_TRUE(!cut.has_value() || cut->may_be_cut) << name << " cut at byte " << size;
@@ -96,8 +94,7 @@ inline void expect_every_cut_is_noticed(const std::string& whole, const std::str
 
 // No damage to a single byte crashes, allocates without bound, or gives points that were not there.
 inline void expect_no_damage_crashes(const std::string& whole, const std::string& name) {
-  const Result<PointCloudFile> intact = parse_text(whole, name);
-  ASSERT_TRUE(intact.has_value());
+  const PointCloudFile intact = value_of(parse_text(whole, name));
   const std::size_t most = whole.size();
   for (std::size_t i = 0; i < whole.size(); ++i) {
     for (const char flip : {'\x01', '\x10', '\x80', '\xff'}) {

@@ -11,7 +11,6 @@ namespace sightline {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 

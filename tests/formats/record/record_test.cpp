@@ -57,7 +57,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::Pair;
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 Journey some_journey() {
@@ -77,12 +76,6 @@ Journey some_journey() {
   journey.branches.resize(2);
   journey.branches[1].stops = {{"end", 1.0}};
   return journey;
-}
-
-std::vector<std::byte> payload_of(const Journey& journey) {
-  ByteWriter writer;
-  encode(journey, writer);
-  return writer.take();
 }
 
 bool is_readable(std::span<const std::byte> payload) {

@@ -30,9 +30,8 @@ TEST(DepthImages, DumpsTheDirectionOfEveryCell) {
 }
 
 TEST(DepthImages, RefusesTooFewCells) {
-  DepthImages images = small_images();
-  images.distance_m.pop_back();
-  EXPECT_FALSE(validate(images).has_value());
+  expect_refused<DepthImages>(small_images(),
+                              {[](DepthImages& images) { images.distance_m.pop_back(); }});
 }
 
 TEST(DepthImages, RefusesADistanceBelowZeroAndTakesOneOutOfView) {
@@ -61,22 +60,13 @@ TEST(VirtualScans, GivesEachSiteItsOwnPoints) {
   EXPECT_EQ(scans.points_of(2)[0], Eigen::Vector3d(7.0, 8.0, 9.0));
 }
 
-TEST(VirtualScans, RefusesAScanThatEndsBeforeItBegins) {
+TEST(VirtualScans, RefusesScansOutOfOrderOrWithoutSiteAndPointsThatAreNotFinite) {
   VirtualScans scans = three_scans();
   scans.end = {2, 1, 3};
   EXPECT_EQ(failure_of(validate(scans)).place, "site 1");
-}
-
-TEST(VirtualScans, RefusesPointsThatBelongToNoSite) {
-  VirtualScans scans = three_scans();
-  scans.end.back() = 2;
-  EXPECT_FALSE(validate(scans).has_value());
-}
-
-TEST(VirtualScans, RefusesAPointThatIsNotFinite) {
-  VirtualScans scans = three_scans();
-  scans.points_m[1].y() = std::nan("");
-  EXPECT_FALSE(validate(scans).has_value());
+  expect_refused<VirtualScans>(
+      three_scans(), {[](VirtualScans& without_site) { without_site.end.back() = 2; },
+                      [](VirtualScans& infinite) { infinite.points_m[1].y() = std::nan(""); }});
 }
 
 }  // namespace

@@ -115,20 +115,13 @@ TEST(SurfacePoints, ArePrintedWithWhatWasRemoved) {
 TEST(SurfacePoints, RefuseWhatMakesNoSense) {
   SurfacePoints standing = few_points();
   standing.points_m[1].z() = std::numeric_limits<double>::quiet_NaN();
-  ASSERT_FALSE(validate(standing).has_value());
-  EXPECT_EQ(validate(standing).error().place, "standing point 1");
-  SurfacePoints voxel = few_points();
-  voxel.voxel_m = -0.2;
-  EXPECT_FALSE(validate(voxel).has_value());
-  SurfacePoints unordered = few_points();
-  std::swap(unordered.moved_voxels[0], unordered.moved_voxels[1]);
-  EXPECT_FALSE(validate(unordered).has_value());
-  SurfacePoints turned = few_points();
-  turned.scans[0].T_map_lidar.linear() *= 2.0;
-  EXPECT_FALSE(validate(turned).has_value());
-  SurfacePoints ranges = few_points();
-  ranges.scans[0].max_range_m = 0.1;
-  EXPECT_FALSE(validate(ranges).has_value());
+  EXPECT_EQ(failure_of(validate(standing)).place, "standing point 1");
+  expect_refused<SurfacePoints>(
+      few_points(),
+      {[](SurfacePoints& voxel) { voxel.voxel_m = -0.2; },
+       [](SurfacePoints& points) { std::swap(points.moved_voxels[0], points.moved_voxels[1]); },
+       [](SurfacePoints& turned) { turned.scans[0].T_map_lidar.linear() *= 2.0; },
+       [](SurfacePoints& ranges) { ranges.scans[0].max_range_m = 0.1; }});
 }
 
 }  // namespace

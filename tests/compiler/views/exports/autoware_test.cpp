@@ -10,6 +10,7 @@
 
 #include "formats/base/random.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -33,15 +34,14 @@ std::vector<Eigen::Vector3d> random_points(std::uint64_t seed) {
 TEST(AutowareMap, KeepsTheRulesOfTheLoaderAsPclAndYamlRead) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const std::vector<Eigen::Vector3d> points_m = random_points(seed);
-    const Result<AutowareMap> map = autoware_map(points_m, kFrame, *parse_world("local"));
-    ASSERT_TRUE(map);
-    YAML::Node metadata = YAML::Load(map->metadata_yaml);
+    const AutowareMap map = value_of(autoware_map(points_m, kFrame, *parse_world("local")));
+    YAML::Node metadata = YAML::Load(map.metadata_yaml);
     EXPECT_EQ(metadata["x_resolution"].as<double>(), 20.0);
     EXPECT_EQ(metadata["y_resolution"].as<double>(), 20.0);
-    EXPECT_EQ(metadata.size(), map->squares.size() + 2);
+    EXPECT_EQ(metadata.size(), map.squares.size() + 2);
     std::set<std::pair<double, double>> corners;
     std::multiset<std::tuple<float, float, float>> read;
-    for (const AutowareSquare& square : map->squares) {
+    for (const AutowareSquare& square : map.squares) {
       const std::filesystem::path file = scratch_folder() / square.file;
       ASSERT_TRUE(write_pcd_binary(file, square.points, IfExists::kReplace));
       pcl::PointCloud<pcl::PointXYZI> cloud;

@@ -8,6 +8,7 @@
 #include "compiler/views/exports/lane_answers.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -25,8 +26,7 @@ TEST(Cells, EachIsWhatTheReaderAnswersAtItsCentreAndNoneIsMissing) {
   const MapReader of_nobody = *MapReader::open(bytes, "");
   const MapReader reader = *MapReader::open(bytes, of_nobody.info().localizer);
   const double cell_m = 2.5;
-  const Result<Table> table = answers_by_cell(reader, cell_m);
-  ASSERT_TRUE(table);
+  const Table table = value_of(answers_by_cell(reader, cell_m));
   const Eigen::Vector3d& origin_m = map.sites.frame.origin_world_m;
   // Every cell of the place, in the order of the rows.
   std::size_t row = 0;
@@ -45,26 +45,26 @@ TEST(Cells, EachIsWhatTheReaderAnswersAtItsCentreAndNoneIsMissing) {
       const RangeAnswer range = *reader.observation_range({x_m, y_m, z_m}, 0.25);
       if ((range.flags & kAnswerFar) != 0) continue;
       const LookAnswer look = *reader.look({x_m, y_m, z_m}, 0.25);
-      ASSERT_LT(row, table->rows.size());
-      EXPECT_EQ(number(*table, row, "x_m"), x_m);
-      EXPECT_EQ(number(*table, row, "y_m"), y_m);
-      EXPECT_EQ(number(*table, row, "z_m"), z_m);
-      EXPECT_EQ(number(*table, row, "site"), range.site);
-      EXPECT_EQ(number(*table, row, "range_m_within_0.25_m"), range.range_m);
-      EXPECT_EQ(number(*table, row, "p_within_0.25_m"), range.probability);
-      EXPECT_EQ(number(*table, row, "unmet_within_0.25_m"), range.flags & kAnswerUnmet ? 1 : 0);
-      const auto reason = std::ranges::find(table->columns, "reason_within_0.25_m");
-      EXPECT_EQ(table->rows[row][static_cast<std::size_t>(reason - table->columns.begin())],
+      ASSERT_LT(row, table.rows.size());
+      EXPECT_EQ(number(table, row, "x_m"), x_m);
+      EXPECT_EQ(number(table, row, "y_m"), y_m);
+      EXPECT_EQ(number(table, row, "z_m"), z_m);
+      EXPECT_EQ(number(table, row, "site"), range.site);
+      EXPECT_EQ(number(table, row, "range_m_within_0.25_m"), range.range_m);
+      EXPECT_EQ(number(table, row, "p_within_0.25_m"), range.probability);
+      EXPECT_EQ(number(table, row, "unmet_within_0.25_m"), range.flags & kAnswerUnmet ? 1 : 0);
+      const auto reason = std::ranges::find(table.columns, "reason_within_0.25_m");
+      EXPECT_EQ(table.rows[row][static_cast<std::size_t>(reason - table.columns.begin())],
                 Cell{std::string(name_of(range.reason))});
-      EXPECT_EQ(number(*table, row, "look_p_within_0.25_m"), look.probability);
-      const std::vector<Cell>& cells = table->rows[row++];
+      EXPECT_EQ(number(table, row, "look_p_within_0.25_m"), look.probability);
+      const std::vector<Cell>& cells = table.rows[row++];
       EXPECT_EQ(std::count(cells.begin(), cells.end(), Cell(to_text(look_of(look.look)))) > 0,
                 true);
     }
   }
-  EXPECT_EQ(row, table->rows.size());
+  EXPECT_EQ(row, table.rows.size());
   EXPECT_GT(row, 100U);
-  for (const std::vector<Cell>& cells : table->rows) EXPECT_EQ(cells.size(), table->columns.size());
+  for (const std::vector<Cell>& cells : table.rows) EXPECT_EQ(cells.size(), table.columns.size());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -46,15 +47,14 @@ TEST(NdMesh, IsReadByPclAndLiesAtTwoStandardDeviations) {
 TEST(PointsPly, IsReadByPclWithEveryPoint) {
   SurfacePoints surface;
   surface.points_m = {{0.1, 0.1, 0.1}, {0.3, 0.1, 0.1}, {-0.1, 5.0, 1.0}};
-  const Result<std::vector<Eigen::Vector3d>> thinned = thinned_points(surface, 0.5);
-  ASSERT_TRUE(thinned);
-  ASSERT_EQ(thinned->size(), 2u);
-  EXPECT_EQ((*thinned)[0], Eigen::Vector3d(-0.1, 5.0, 1.0));
-  EXPECT_LT(((*thinned)[1] - Eigen::Vector3d(0.2, 0.1, 0.1)).norm(), 1e-12);
+  const std::vector<Eigen::Vector3d> thinned = value_of(thinned_points(surface, 0.5));
+  ASSERT_EQ(thinned.size(), 2u);
+  EXPECT_EQ(thinned[0], Eigen::Vector3d(-0.1, 5.0, 1.0));
+  EXPECT_LT((thinned[1] - Eigen::Vector3d(0.2, 0.1, 0.1)).norm(), 1e-12);
   EXPECT_EQ(thinned_points(surface, 0.0)->size(), 3u);
   EXPECT_EQ(thinned_points(surface, -1.0).error().code, ErrorCode::kBadValue);
   const std::filesystem::path file = scratch_folder() / "points.ply";
-  ASSERT_TRUE(write_file_atomically(file, points_ply(*thinned), IfExists::kReplace));
+  ASSERT_TRUE(write_file_atomically(file, points_ply(thinned), IfExists::kReplace));
   pcl::PCLPointCloud2 cloud;  // PCL's own points are of floats, these of doubles
   ASSERT_EQ(pcl::io::loadPLYFile(file.string(), cloud), 0);
   ASSERT_EQ(cloud.width * cloud.height, 2u);

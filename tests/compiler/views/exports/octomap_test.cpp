@@ -10,6 +10,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/box_world.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
 // What `export --format octomap` writes, read by OctoMap's own reader and tools.
@@ -137,9 +138,8 @@ TEST(Octomap, OccupiesOnlyWhereReturnsLieAndFreesOnlyWhereRaysPass) {
   std::size_t occupied_returns = 0;
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
     const octomap::point3d origin = to_octomap(surface.scans[part].T_map_lidar.translation());
-    const Result<std::vector<Eigen::Vector3d>> ends_m = reader.standing(part);
-    ASSERT_TRUE(ends_m);
-    for (const Eigen::Vector3d& end_m : *ends_m) {
+    const std::vector<Eigen::Vector3d> ends_m = value_of(reader.standing(part));
+    for (const Eigen::Vector3d& end_m : ends_m) {
       octomap::KeyRay ray;
       octomap::point3d end = to_octomap(end_m);
       const bool is_within = (end - origin).norm() <= kRange_m;
@@ -179,9 +179,8 @@ TEST(Octomap, IsTheTreeThatOctomapsOwnToolsMakeOfTheScans) {
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
     const Eigen::Vector3d origin_m = surface.scans[part].T_map_lidar.translation();
     log << "NODE " << origin_m.transpose() << " 0 0 0\n";
-    const Result<std::vector<Eigen::Vector3d>> points_m = reader.standing(part);
-    ASSERT_TRUE(points_m);
-    for (const Eigen::Vector3d& p_m : *points_m) {
+    const std::vector<Eigen::Vector3d> points_m = value_of(reader.standing(part));
+    for (const Eigen::Vector3d& p_m : points_m) {
       const Eigen::Vector3d ray_m = p_m - origin_m;
       log << ray_m.x() << " " << ray_m.y() << " " << ray_m.z() << "\n";
     }

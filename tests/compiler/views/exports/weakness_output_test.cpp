@@ -7,6 +7,7 @@
 #include "compiler/views/text/weakness_text.h"
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/json_schema.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -80,9 +81,8 @@ TEST(WeaknessOutput, InJsonKeepsToItsSchemaAndLiesInTheWorld) {
 
 TEST(WeaknessOutput, InGeoJsonIsLinesAndPointsWhereTheWorldSays) {
   const Result<World> utm = parse_world("utm:32N");
-  const Result<std::string> text = to_geojson(weakness(), street(), *utm);
-  ASSERT_TRUE(text.has_value());
-  const Json json = Json::parse(*text);
+  const std::string text = value_of(to_geojson(weakness(), street(), *utm));
+  const Json json = Json::parse(text);
   ASSERT_EQ(json["features"].size(), 3U);
   EXPECT_EQ(json["features"][0]["geometry"]["type"], "LineString");
   EXPECT_EQ(json["features"][0]["geometry"]["coordinates"].size(), 3U);
@@ -101,9 +101,7 @@ TEST(WeaknessOutput, InGeoJsonIsLinesAndPointsWhereTheWorldSays) {
 TEST(WeaknessOutput, OfPlacesThatAreNoneOfTheWorldIsRefused) {
   Sites far = street();
   far.frame.origin_world_m.x() = 9e7;
-  const Result<std::string> text = to_geojson(weakness(), far, *parse_world("utm:32N"));
-  ASSERT_FALSE(text.has_value());
-  EXPECT_EQ(text.error().code, ErrorCode::kBadArgument);
+  EXPECT_EQ(code_of(to_geojson(weakness(), far, *parse_world("utm:32N"))), ErrorCode::kBadArgument);
 }
 
 TEST(WeaknessOutput, ForPeopleSaysWhereWhyAndWhatWouldHelp) {

@@ -67,7 +67,6 @@ NdtMap wall_ground_and_pole() {
 }
 
 std::string colour_of(std::size_t range) { return colour_name(range_colour_on_paper(range, 3)); }
-
 constexpr MapBox kNdBox{0.0, 0.0, 12.0, 6.0};
 constexpr MapBox kBox{-10.0, -10.0, 20.0, 10.0};
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <random>
 
@@ -19,7 +18,6 @@ namespace sightline {
 namespace {
 
 using Json = nlohmann::json;
-
 Json data_of(const MadeSources& made) { return Json::parse(page_data_json(made.sources())); }
 
 std::vector<unsigned char> greys_of(const std::string& base64_png) {

@@ -6,6 +6,7 @@
 #include "compiler/views/report/sections/html.h"
 #include "formats/text/numbers.h"
 #include "tests/compiler/views/report/sources.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -14,27 +15,25 @@ using testing::HasSubstr;
 using testing::Not;
 
 TEST(Report, HoldsEveryTableAndFigure) {
-  const Result<std::string> html = report_html(made_sources(1).sources());
-  ASSERT_TRUE(html.has_value());
+  const std::string html = value_of(report_html(made_sources(1).sources()));
   for (const char* part :
        {"Table I.", "Table II.", "id=\"figure-5\"", "id=\"figure-6\"", "id=\"figure-7\"",
         "id=\"figure-8\"", "id=\"figure-10-0\"", "id=\"figure-10-1\"", "id=\"figure-11\"",
         "id=\"pareto-0\"", "id=\"pareto-1\"", "id=\"calibration\"", "id=\"correlations\"",
         "removed as moving", "build-ndt.cell_m", "ab12", ">limit 10 cm<"}) {
-    EXPECT_THAT(*html, HasSubstr(part));
+    EXPECT_THAT(html, HasSubstr(part));
   }
 }
 
 TEST(Report, TablesSayWhatTheEvaluationSays) {
   const MadeSources made = made_sources(2);
-  const Result<std::string> html = report_html(made.sources());
-  ASSERT_TRUE(html.has_value());
+  const std::string html = value_of(report_html(made.sources()));
   for (const StaticScore& score : made.evaluation.statics) {
-    EXPECT_THAT(*html, HasSubstr("<td>" + fixed(100.0 * score.mean_error_m, 1) + "</td>"));
+    EXPECT_THAT(html, HasSubstr("<td>" + fixed(100.0 * score.mean_error_m, 1) + "</td>"));
   }
   for (std::size_t limit = 0; limit < made.evaluation.limits_m.size(); ++limit) {
     const RuleScore& score = made.evaluation.score(limit, Rule::kMap);
-    EXPECT_THAT(*html,
+    EXPECT_THAT(html,
                 HasSubstr("<th scope=\"row\">this map</th><td>" + fixed(100.0 * score.coverage, 1) +
                           "</td><td>" + fixed(100.0 * score.mean_error_m, 1) + "</td><td>" +
                           fixed(100.0 * score.p95_error_m, 1) + "</td><td>" +
@@ -106,11 +105,10 @@ TEST(Report, OfAMapAloneSaysWhatIsNotKnown) {
   const MadeSources made = made_sources(6);
   ReportSources alone;
   alone.map = &made.map;
-  const Result<std::string> html = report_html(alone);
-  ASSERT_TRUE(html.has_value());
-  EXPECT_THAT(*html, HasSubstr("there is no provenance file"));
-  EXPECT_THAT(*html, HasSubstr("the points were not at hand"));
-  EXPECT_THAT(*html, Not(HasSubstr("figure-5")));
+  const std::string html = value_of(report_html(alone));
+  EXPECT_THAT(html, HasSubstr("there is no provenance file"));
+  EXPECT_THAT(html, HasSubstr("the points were not at hand"));
+  EXPECT_THAT(html, Not(HasSubstr("figure-5")));
 }
 
 TEST(Report, SaysFirstWhatIsPromisedAndReached) {
@@ -180,10 +178,9 @@ TEST(Report, RefusesAProvenanceThatIsNotJson) {
   const MadeSources made = made_sources(8);
   ReportSources sources = made.sources();
   sources.provenance = "[1, 2";
-  const Result<std::string> html = report_html(sources);
-  ASSERT_FALSE(html.has_value());
-  EXPECT_EQ(html.error().code, ErrorCode::kMalformedText);
-  EXPECT_EQ(html.error().file, "made.slmap.provenance.json");
+  const Error html = failure_of(report_html(sources));
+  EXPECT_EQ(html.code, ErrorCode::kMalformedText);
+  EXPECT_EQ(html.file, "made.slmap.provenance.json");
 }
 
 }  // namespace

@@ -13,13 +13,8 @@
 namespace sightline {
 namespace {
 
-class AtomicFile : public ::testing::Test {
+class AtomicFile : public TestInFolder {
  protected:
-  void SetUp() override {
-    folder_ = scratch_folder();
-    std::filesystem::remove_all(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::size_t file_count() const {
     std::size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
@@ -27,7 +22,6 @@ class AtomicFile : public ::testing::Test {
     }
     return count;
   }
-  std::filesystem::path folder_;
 };
 
 TEST_F(AtomicFile, AppearsWholeAndLeavesNothingBeside) {
@@ -69,7 +63,6 @@ TEST_F(AtomicFile, LeavesTheOldFileWhenWritingFailsHalfWay) {
 }
 
 TEST_F(AtomicFile, OnlyARegularFileIsReplaced) {
-  std::filesystem::create_directories(folder_);
   const std::filesystem::path victim = folder_ / "victim";
   ASSERT_TRUE(write_file_atomically(victim, std::string_view("precious"), IfExists::kRefuse));
   std::filesystem::create_symlink(victim, folder_ / "link");
@@ -100,7 +93,6 @@ TEST_F(AtomicFile, OfASecretIsReadableByItsOwnerAlone) {
 
 // The file says 100 GB and holds nothing.
 TEST_F(AtomicFile, ThatMemoryCannotHoldIsRefusedByName) {
-  std::filesystem::create_directories(folder_);
   const std::filesystem::path path = folder_ / "hole";
   ASSERT_TRUE(write_file_atomically(path, std::string_view(""), IfExists::kRefuse));
   std::filesystem::resize_file(path, 100'000'000'000);

@@ -14,16 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class RegularFiles : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = scratch_folder();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  fs::path folder_;
-};
+class RegularFiles : public TestInFolder {};
 
 TEST_F(RegularFiles, AreReadFromTheirBeginning) {
   const std::string file = folder_ / "text";

@@ -7,7 +7,6 @@ constexpr std::size_t kColumns = 64;
 constexpr std::size_t kBeams = 16;
 constexpr std::size_t kBrokenColumn = 5;
 constexpr std::int64_t kColumn_ns = 1'562'500;
-
 bool has_return(std::size_t column, std::size_t beam) { return (7 * column + 3 * beam) % 11 != 0; }
 
 std::size_t returns_of_frame() {

@@ -14,9 +14,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
-
 constexpr std::int64_t kFirst_ns = 1'000'000'000LL * kFirst_s;
-
 class OtherWriters : public testing::TestWithParam<const char*> {};
 
 TEST_P(OtherWriters, GiveRatesAboutTheAxesOfTheSensor) {

@@ -9,7 +9,6 @@ namespace sightline {
 namespace {
 
 using enum ErrorCode;
-
 constexpr std::uint32_t kFirst_s = 1'567'410'201;
 
 const std::vector<BagField> kXyzit = {

@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-
 fs::path track_file(const std::string& name) { return fs::path(SIGHTLINE_TRACKS) / name; }
 
 TrackInWorld read_in(const fs::path& file, const std::string& world) {

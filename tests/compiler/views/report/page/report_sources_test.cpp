@@ -5,6 +5,7 @@
 #include "compiler/gate/forms/gate_text.h"
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -35,25 +36,22 @@ Result<GateResult> read_back(const std::string& text) {
 }
 
 TEST(GateResult, IsWhatTheGateWrote) {
-  const Result<GateResult> result = read_back(to_json(made_report()));
-  ASSERT_TRUE(result.has_value());
-  EXPECT_EQ(result->root_digest, "ab12");
-  EXPECT_FALSE(result->passed);
-  EXPECT_EQ(result->errors, 1U);
-  EXPECT_EQ(result->warnings, 1U);
-  ASSERT_EQ(result->violations.size(), 2U);
-  EXPECT_EQ(result->violations[0].rule, "unmet-share");
-  EXPECT_EQ(result->violations[0].message, "too many");
-  EXPECT_EQ(result->violations[0].first_site, 40U);
-  EXPECT_EQ(result->violations[1].first_site, std::nullopt);
+  const GateResult result = value_of(read_back(to_json(made_report())));
+  EXPECT_EQ(result.root_digest, "ab12");
+  EXPECT_FALSE(result.passed);
+  EXPECT_EQ(result.errors, 1U);
+  EXPECT_EQ(result.warnings, 1U);
+  ASSERT_EQ(result.violations.size(), 2U);
+  EXPECT_EQ(result.violations[0].rule, "unmet-share");
+  EXPECT_EQ(result.violations[0].message, "too many");
+  EXPECT_EQ(result.violations[0].first_site, 40U);
+  EXPECT_EQ(result.violations[1].first_site, std::nullopt);
 }
 
 TEST(GateResult, RefusesOtherFiles) {
   const std::string whole = to_json(made_report());
   for (const std::string& text : {std::string(), std::string("[]"), whole.substr(0, 200)}) {
-    const Result<GateResult> result = read_back(text);
-    ASSERT_FALSE(result.has_value());
-    EXPECT_EQ(result.error().code, ErrorCode::kMalformedText);
+    EXPECT_EQ(code_of(read_back(text)), ErrorCode::kMalformedText);
   }
 }
 
