@@ -197,18 +197,18 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
   const Eigen::Vector3d to_before_m = origin_m(after) - origin_m(before);
   ComparedSites compared;
   for (const TilePair& pair : tiles) {
-    const bool is_same = pair.has_same_sites && same_terms;
-    if (is_same && pair.has_same_nds) continue;
+    const bool stayed = pair.has_same_sites && same_terms;
+    if (stayed && pair.has_same_nds) continue;
     if (pair.after) {
       SIGHTLINE_ASSIGN(const TileSites* sites, after.sites(*pair.after));
       for (const SiteRow& row : sites->rows) {
-        SIGHTLINE_ASSIGN(ComparedSite site, is_same
+        SIGHTLINE_ASSIGN(ComparedSite site, stayed
                                                 ? Result<ComparedSite>(same_site(row, limits))
                                                 : compare_site(row, to_before_m, before, limits));
         compared.after[row.site] = std::move(site);
       }
     }
-    if (!pair.before || is_same) continue;
+    if (!pair.before || stayed) continue;
     SIGHTLINE_ASSIGN(const TileSites* sites, before.sites(*pair.before));
     for (const SiteRow& row : sites->rows) {
       SIGHTLINE_ASSIGN(const NearestSite now,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -176,10 +177,21 @@ struct MapDiff {
   std::uint64_t bytes_read = 0;     // of both files: their ends and the blocks that were read
 
   // Nothing differs but, perhaps, how blocks are packed.
-  [[nodiscard]] bool is_same() const;
+  [[nodiscard]] bool is_same() const {
+    return before.root_digest == after.root_digest &&
+           std::ranges::all_of(blocks, [](const BlockDiff& block) {
+             return block.added == 0 && block.removed == 0 && block.changed == 0;
+           });
+  }
 };
 
 // The limits that both maps have, ascending: what SiteDiff::answers and Stretch::limits go by.
-std::vector<double> common_limits_m(const MapDiff& diff);
+inline std::vector<double> common_limits_m(const MapDiff& diff) {
+  std::vector<double> common_m;
+  for (const LimitDiff& limit : diff.limits) {
+    if (limit.is_common()) common_m.push_back(limit.limit_m);
+  }
+  return common_m;
+}
 
 }  // namespace sightline

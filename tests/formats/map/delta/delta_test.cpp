@@ -69,6 +69,8 @@ class Delta : public testing::Test {
   fs::path folder_ = scratch_folder();
   fs::path map_ = folder_ / "town.slmap";
   fs::path delta_ = folder_ / "town.sldelta";
+  const Bytes base_ = encode_map(tiny_map());
+  const Bytes result_ = encode_map(changed_map(tiny_map(), 1));
 };
 
 TEST_F(Delta, MakesTheNewMapByteForByteOverRandomMaps) {
@@ -115,16 +117,14 @@ TEST_F(Delta, PacksLayersAnewWhereThatIsSmallerUnlessItShallBePortable) {
 }
 
 TEST_F(Delta, KeepsTheOldMapAndTakesItBack) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes result = encode_map(changed_map(tiny_map(), 1));
-  ASSERT_TRUE(apply(base, make(base, result)));
-  expect_map(result, "applied");
+  ASSERT_TRUE(apply(base_, make(base_, result_)));
+  expect_map(result_, "applied");
   EXPECT_FALSE(fs::exists(part_path(map_)));
   const Digest root = value_of(roll_back(map_));
-  EXPECT_EQ(root, verify_map(base)->root_digest);
-  expect_map(base, "taken back");
+  EXPECT_EQ(root, verify_map(base_)->root_digest);
+  expect_map(base_, "taken back");
   EXPECT_EQ(failure_of(roll_back(map_)).code, ErrorCode::kFileNotFound);
-  expect_map(base, "nothing more to take back");
+  expect_map(base_, "nothing more to take back");
 }
 
 // As a kill leaves it between the rename and the end.
@@ -138,42 +138,34 @@ TEST_F(Delta, ThatIsNotThereToRollBackToTakesAwayTheEmptyFileOfAKilledRollback) 
 }
 
 TEST_F(Delta, DoesNotRollBackToADamagedMap) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes result = encode_map(changed_map(tiny_map(), 1));
-  ASSERT_TRUE(apply(base, make(base, result)));
-  Bytes damaged = base;
+  ASSERT_TRUE(apply(base_, make(base_, result_)));
+  Bytes damaged = base_;
   damaged[damaged.size() / 2] ^= std::byte{1};
   write(previous_path(map_), damaged);
   EXPECT_FALSE(roll_back(map_));
-  expect_map(result, "still the new map");
+  expect_map(result_, "still the new map");
 }
 
 TEST_F(Delta, AppliedTwiceSaysThatItWasThere) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes result = encode_map(changed_map(tiny_map(), 1));
-  ASSERT_TRUE(apply(base, make(base, result)));
+  ASSERT_TRUE(apply(base_, make(base_, result_)));
   const ApplyReport again = value_of(apply_delta(delta_, map_));
   EXPECT_TRUE(again.was_there);
   const Bytes previous = value_of(read_file(previous_path(map_)));
-  EXPECT_TRUE(previous == base) << "the second apply must not lose the map before the first";
+  EXPECT_TRUE(previous == base_) << "the second apply must not lose the map before the first";
 }
 
 TEST_F(Delta, ToAnotherFileLeavesTheMapAlone) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes result = encode_map(changed_map(tiny_map(), 1));
-  write(map_, base);
-  write(delta_, make(base, result));
+  write(map_, base_);
+  write(delta_, make(base_, result_));
   const fs::path out = folder_ / "new.slmap";
   ASSERT_TRUE(apply_delta_to(delta_, map_, out));
-  EXPECT_TRUE(*read_file(out) == result);
-  expect_map(base, "the base");
+  EXPECT_TRUE(*read_file(out) == result_);
+  expect_map(base_, "the base");
   EXPECT_EQ(apply_delta_to(delta_, map_, out).error().code, ErrorCode::kOutputExists);
 }
 
 TEST_F(Delta, OntoAWrongBaseIsRefused) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes result = encode_map(changed_map(tiny_map(), 1));
-  const Bytes delta = make(base, result);
+  const Bytes delta = make(base_, result_);
   expect_refused(encode_map(random_map({.seed = 77})), delta, ErrorCode::kWrongBase);
   // The same map without what engineers need has the same root digest, but not the same bytes.
   CompiledMap stripped = tiny_map();
@@ -183,11 +175,10 @@ TEST_F(Delta, OntoAWrongBaseIsRefused) {
 }
 
 TEST_F(Delta, OntoADamagedBaseIsRefused) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes delta = make(base, encode_map(changed_map(tiny_map(), 1)));
+  const Bytes delta = make(base_, result_);
   std::size_t refused = 0;
-  for (std::size_t i = 0; i < base.size(); i += 13) {
-    Bytes damaged = base;
+  for (std::size_t i = 0; i < base_.size(); i += 13) {
+    Bytes damaged = base_;
     damaged[i] ^= std::byte(1 << (i % 8));
     const Result<ApplyReport> report = apply(damaged, delta);
     if (report) {
@@ -198,26 +189,24 @@ TEST_F(Delta, OntoADamagedBaseIsRefused) {
       expect_map(damaged, "left alone");
     }
   }
-  EXPECT_GT(refused, base.size() / 26);
+  EXPECT_GT(refused, base_.size() / 26);
 }
 
 TEST_F(Delta, CutShortAtAnyByteIsRefused) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes delta = make(base, encode_map(later(tiny_map())));
-  write(map_, base);
+  const Bytes delta = make(base_, encode_map(later(tiny_map())));
+  write(map_, base_);
   for (std::size_t size = 0; size < delta.size(); ++size) {
     write(delta_, std::span(delta).first(size));
     const Result<ApplyReport> report = apply_delta(delta_, map_);
     ASSERT_FALSE(report) << "accepted at " << size;
     ASSERT_EQ(report.error().code, ErrorCode::kTruncatedFile) << to_string(report.error());
   }
-  expect_map(base, "left alone");
+  expect_map(base_, "left alone");
 }
 
 TEST_F(Delta, WithOneBitFlippedInAnyByteIsRefused) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes delta = make(base, encode_map(later(tiny_map())));
-  write(map_, base);
+  const Bytes delta = make(base_, encode_map(later(tiny_map())));
+  write(map_, base_);
   for (std::size_t i = 0; i < delta.size(); ++i) {
     Bytes damaged = delta;
     damaged[i] ^= std::byte(1 << (i % 8));
@@ -226,14 +215,13 @@ TEST_F(Delta, WithOneBitFlippedInAnyByteIsRefused) {
     ASSERT_FALSE(report) << "accepted a flip in byte " << i;
     ASSERT_EQ(error_class(report.error().code), ErrorClass::kCorrupt) << to_string(report.error());
   }
-  expect_map(base, "left alone");
+  expect_map(base_, "left alone");
 }
 
 TEST_F(Delta, WithBytesAppendedIsRefused) {
-  const Bytes base = encode_map(tiny_map());
-  Bytes delta = make(base, encode_map(changed_map(tiny_map(), 1)));
+  Bytes delta = make(base_, result_);
   delta.push_back(std::byte{0});
-  expect_refused(base, delta, ErrorCode::kOutOfBounds);
+  expect_refused(base_, delta, ErrorCode::kOutOfBounds);
 }
 
 // Header and steps of a delta, to be sealed again with right checksums: what somebody could make
@@ -262,25 +250,23 @@ Bytes put_together(const Parts& parts) {
 }
 
 TEST_F(Delta, WithABombInsideIsRefusedBeforeItGoesOff) {
-  const Bytes base = encode_map(tiny_map());
   const Bytes bomb = pack_delta(Bytes(kLargestStep), {});
   ASSERT_LT(bomb.size(), 1000u);
-  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
+  Parts parts = take_apart(make(base_, result_));
   // Says 100 bytes, holds 4 MiB.
   parts.payloads = bomb;
   parts.steps = {{DeltaStepKind::kPacked, 100, 0, 0, bomb.size(), xxh3(bomb), 1}};
   parts.header.result_size = 100;
-  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
   // More than a step may make.
   parts.steps[0].size = parts.header.result_size = kLargestStep + 1;
-  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
 }
 
 TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
-  const Bytes base = encode_map(tiny_map());
-  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
+  Parts parts = take_apart(make(base_, result_));
   parts.header.result_size = kLargestResult + 1;
-  expect_refused(base, put_together(parts), ErrorCode::kTooLarge);
+  expect_refused(base_, put_together(parts), ErrorCode::kTooLarge);
   // Zeros without end, packed small: within all bounds of the format, beyond those of the disk.
   const Bytes zeros(kLargestStep);
   const Bytes packed = pack_delta(zeros, {});
@@ -295,42 +281,40 @@ TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
   parts.header.result_size = kLargestResult;
   const std::uint64_t free = fs::space(folder_).available;
   if (free < kLargestResult) {
-    expect_refused(base, put_together(parts), ErrorCode::kDiskFull);
+    expect_refused(base_, put_together(parts), ErrorCode::kDiskFull);
     EXPECT_FALSE(fs::exists(part_path(map_)));
   }
   // The same bytes of the base again and again.
-  const DeltaStep copy{DeltaStepKind::kCopy, base.size(), 0, base.size(), 0, 0, xxh3(base)};
+  const DeltaStep copy{DeltaStepKind::kCopy, base_.size(), 0, base_.size(), 0, 0, xxh3(base_)};
   parts.steps = {copy, copy};
   parts.payloads.clear();
-  parts.header.result_size = 2 * base.size();
-  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  parts.header.result_size = 2 * base_.size();
+  expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
 }
 
 TEST_F(Delta, ThatAsksForBytesOutsideTheBaseIsRefused) {
-  const Bytes base = encode_map(tiny_map());
-  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
-  parts.steps = {{DeltaStepKind::kCopy, 64, base.size() - 32, 64, 0, 0, 0}};
+  Parts parts = take_apart(make(base_, result_));
+  parts.steps = {{DeltaStepKind::kCopy, 64, base_.size() - 32, 64, 0, 0, 0}};
   parts.payloads.clear();
   parts.header.result_size = 64;
-  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
   parts.steps[0].base_offset = ~std::uint64_t{0} - 31;  // the sum overflows
-  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
   parts.steps[0].kind = static_cast<DeltaStepKind>(9);
-  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
 }
 
 TEST_F(Delta, FromTheFutureIsRefusedByName) {
-  const Bytes base = encode_map(tiny_map());
-  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
+  Parts parts = take_apart(make(base_, result_));
   parts.header.major = 2;
-  expect_refused(base, put_together(parts), ErrorCode::kFutureVersion);
+  expect_refused(base_, put_together(parts), ErrorCode::kFutureVersion);
   parts.header.major = 1;
   parts.header.incompatible_features = 4;
-  expect_refused(base, put_together(parts), ErrorCode::kUnknownRequiredFeature);
+  expect_refused(base_, put_together(parts), ErrorCode::kUnknownRequiredFeature);
   parts.header.incompatible_features = 0;
   parts.header.zstd_version = 10000;
   parts.header.zstd_level = 15;
-  expect_refused(base, put_together(parts), ErrorCode::kUnknownRequiredFeature);
+  expect_refused(base_, put_together(parts), ErrorCode::kUnknownRequiredFeature);
 }
 
 // All bytes of the result are sent as they are, so that its maker can say anything.
@@ -347,7 +331,6 @@ Bytes delta_to(const Bytes& base, const Bytes& result, const Digest& root) {
 }
 
 TEST_F(Delta, ToAMapWhoseLayersDoNotHaveTheirDigestsIsRefused) {
-  const Bytes base = encode_map(tiny_map());
   // Tiles of the new map under digests of the old: what mixing two versions comes to.
   const CompiledMap other = changed_map(tiny_map(), 1);
   ContainerParts mixed = parts_of(other);
@@ -356,59 +339,55 @@ TEST_F(Delta, ToAMapWhoseLayersDoNotHaveTheirDigestsIsRefused) {
   mixed.tiles[0].layers = parts_of(tiny_map()).tiles[0].layers;
   const Bytes mixture = assemble(mixed);
   ASSERT_NE(verify_map(mixture)->root_digest, root);
-  expect_refused(base, delta_to(base, mixture, root), ErrorCode::kDigestMismatch);
+  expect_refused(base_, delta_to(base_, mixture, root), ErrorCode::kDigestMismatch);
   // Bytes of one layer in the place of another's, below the digests of the whole map.
   const CompiledMap map = random_map({.seed = 6, .site_count = 1, .nd_count = 200});
   const Bytes whole = encode_map(map);
-  ASSERT_TRUE(apply(base, delta_to(base, whole, verify_map(whole)->root_digest)));
+  ASSERT_TRUE(apply(base_, delta_to(base_, whole, verify_map(whole)->root_digest)));
   Bytes damaged = whole;
   std::swap_ranges(damaged.begin() + 1024, damaged.begin() + 1088, damaged.begin() + 2048);
   const Error error =
-      failure_of(apply(base, delta_to(base, damaged, verify_map(whole)->root_digest)));
+      failure_of(apply(base_, delta_to(base_, damaged, verify_map(whole)->root_digest)));
   EXPECT_EQ(error_class(error.code), ErrorClass::kCorrupt) << to_string(error);
-  expect_map(base, "left alone");
+  expect_map(base_, "left alone");
 }
 
 TEST_F(Delta, IsNotReadFromAnythingButARegularFile) {
-  const Bytes base = encode_map(tiny_map());
-  write(map_, base);
+  write(map_, base_);
   for (const char* endless : {"/dev/zero", "/dev/urandom", "/"}) {
     EXPECT_EQ(failure_of(apply_delta(endless, map_)).code, ErrorCode::kCannotRead) << endless;
   }
 }
 
 TEST_F(Delta, FollowsNoLinkThatSomebodyPutInItsWay) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes delta = make(base, encode_map(changed_map(tiny_map(), 1)));
+  const Bytes delta = make(base_, result_);
   const fs::path precious = folder_ / "precious";
-  write(precious, base);
+  write(precious, base_);
   fs::create_symlink(precious, part_path(map_));
-  EXPECT_EQ(apply(base, delta).error().code, ErrorCode::kCannotOpen);
+  EXPECT_EQ(apply(base_, delta).error().code, ErrorCode::kCannotOpen);
   fs::remove(part_path(map_));
   fs::create_hard_link(precious, part_path(map_));
-  EXPECT_EQ(apply(base, delta).error().code, ErrorCode::kCannotOpen);
+  EXPECT_EQ(apply(base_, delta).error().code, ErrorCode::kCannotOpen);
   fs::remove(part_path(map_));
-  EXPECT_TRUE(*read_file(precious) == base);
+  EXPECT_TRUE(*read_file(precious) == base_);
   // A map that is a link would be replaced by a file, and what it names stay old.
   fs::remove(map_);
   fs::create_symlink(precious, map_);
   EXPECT_EQ(apply_delta(delta_, map_).error().code, ErrorCode::kCannotOpen);
-  EXPECT_TRUE(*read_file(precious) == base);
+  EXPECT_TRUE(*read_file(precious) == base_);
 }
 
 // What an earlier apply left: any number of right bytes, then anything.
 TEST_F(Delta, GoesOnFromAnyByteWhereItWasStopped) {
-  const Bytes base = encode_map(tiny_map());
-  const Bytes result = encode_map(changed_map(tiny_map(), 1));
-  const Bytes delta = make(base, result);
+  const Bytes delta = make(base_, result_);
   Random random(1);
-  for (std::size_t size = 0; size <= result.size(); size += 1 + size % 97) {
-    Bytes part(result.begin(), result.begin() + static_cast<std::ptrdiff_t>(size));
+  for (std::size_t size = 0; size <= result_.size(); size += 1 + size % 97) {
+    Bytes part(result_.begin(), result_.begin() + static_cast<std::ptrdiff_t>(size));
     for (std::uint64_t i = random.below(300); i > 0; --i) part.push_back(std::byte(random.next()));
     write(part_path(map_), part);
-    const Result<ApplyReport> report = apply(base, delta);
+    const Result<ApplyReport> report = apply(base_, delta);
     ASSERT_TRUE(report) << size << ": " << to_string(report.error());
-    ASSERT_TRUE(*read_file(map_) == result) << size;
+    ASSERT_TRUE(*read_file(map_) == result_) << size;
   }
 }
 

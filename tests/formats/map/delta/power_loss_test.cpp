@@ -71,7 +71,6 @@ using Bytes = std::vector<std::byte>;
 class PowerLoss : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = scratch_folder();
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     const CompiledMap map = random_map({.seed = 2, .site_count = 8, .nd_count = 30});
@@ -99,17 +98,11 @@ class PowerLoss : public testing::Test {
     return WEXITSTATUS(status);
   }
 
-  fs::path folder_;
-  fs::path map_;
-  fs::path delta_;
+  fs::path folder_ = scratch_folder();
+  fs::path map_ = folder_ / "town.slmap";
+  fs::path delta_ = folder_ / "town.sldelta";
   Bytes base_;
   Bytes result_;
-
-  PowerLoss() {
-    folder_ = scratch_folder();
-    map_ = folder_ / "town.slmap";
-    delta_ = folder_ / "town.sldelta";
-  }
 };
 
 TEST_F(PowerLoss, AtAnyCallLeavesTheOldMapOrTheNewOneAndApplyGoesOn) {
