@@ -7,10 +7,10 @@
 #include "formats/annotation/rows_of_kind.h"
 #include "formats/base/random.h"
 #include "formats/text/table.h"
+#include "passes/model/choice/own_evidence.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/out_of_fold.h"
 #include "passes/model/forest/training_set.h"
-#include "passes/model/own_evidence_model.h"
 #include "passes/model/training_cards.h"
 
 namespace sightline {

@@ -51,7 +51,7 @@ inline constexpr Pass kTrainModel = Pass{"train-model", 8, "model", "The error m
 // A model from the one place that it is for, without a warning that it knows no other. `measured`
 // is of the drive through that place. Where there are several, they are `drives`: each is a label
 // in its turn, so that a promise is about the next drive. Where the place is too short, or no scan
-// is near a site, the model is that of passes/model/own_evidence_model.h, which a warning says; so
+// is near a site, the model is that of passes/model/choice/own_evidence.h, which a warning says; so
 // it is where errors were simulated, which teach nothing. Errors: those of train_model.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
                                     const Sites& sites, const StoredTable<FactorTable>& factors,

@@ -35,11 +35,6 @@ Evaluation small_evaluation() {
   return evaluation;
 }
 
-ErrorCode code_of(const Evaluation& evaluation) {
-  const Result<void> valid = validate(evaluation);
-  return valid ? ErrorCode{} : valid.error().code;
-}
-
 TEST(Evaluation, SurvivesTheDisk) { expect_survives_disk(small_evaluation()); }
 
 TEST(Evaluation, PrintsEveryTableWithAsManyCellsAsColumns) {
@@ -63,37 +58,19 @@ TEST(Evaluation, IsReadableForPeople) {
   EXPECT_NE(text.find("observed %  80.0"), std::string::npos) << text;
 }
 
-TEST(Evaluation, RefusesScoresOutOfPlace) {
-  Evaluation swapped = small_evaluation();
-  std::swap(swapped.rules[0], swapped.rules[1]);
-  EXPECT_EQ(code_of(swapped), ErrorCode::kInvalidArtifact);
-  Evaluation above_one = small_evaluation();
-  above_one.rules[2].coverage = 1.5;
-  EXPECT_EQ(code_of(above_one), ErrorCode::kInvalidArtifact);
-  Evaluation no_number = small_evaluation();
-  no_number.statics[0].rmse_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(code_of(no_number), ErrorCode::kInvalidArtifact);
-}
-
-TEST(Evaluation, RefusesAStretchOrAStreetThatIsNone) {
-  Evaluation backwards = small_evaluation();
-  backwards.rules[1].worst_begin_site = 2;
-  EXPECT_EQ(code_of(backwards), ErrorCode::kInvalidArtifact);
-  Evaluation unknown = small_evaluation();
-  unknown.streets[0].street = StreetType::kUnknown;
-  EXPECT_EQ(code_of(unknown), ErrorCode::kInvalidArtifact);
-}
-
-TEST(Evaluation, RefusesSitesAndRangesThatAreNotThere) {
-  Evaluation no_site = small_evaluation();
-  no_site.sites[1].site = 3;
-  EXPECT_EQ(code_of(no_site), ErrorCode::kInvalidArtifact);
-  Evaluation no_range = small_evaluation();
-  no_range.chosen_range_index[3] = 1;
-  EXPECT_EQ(code_of(no_range), ErrorCode::kInvalidArtifact);
-  Evaluation fewer = small_evaluation();
-  fewer.error_m.pop_back();
-  EXPECT_EQ(code_of(fewer), ErrorCode::kInvalidArtifact);
+TEST(Evaluation, RefusesWhatIsOutOfPlaceOrMakesNoSense) {
+  expect_refused<Evaluation>(
+      small_evaluation(),
+      {[](Evaluation& swapped) { std::swap(swapped.rules[0], swapped.rules[1]); },
+       [](Evaluation& above_one) { above_one.rules[2].coverage = 1.5; },
+       [](Evaluation& no_number) {
+         no_number.statics[0].rmse_m = std::numeric_limits<double>::quiet_NaN();
+       },
+       [](Evaluation& backwards) { backwards.rules[1].worst_begin_site = 2; },
+       [](Evaluation& unknown) { unknown.streets[0].street = StreetType::kUnknown; },
+       [](Evaluation& no_site) { no_site.sites[1].site = 3; },
+       [](Evaluation& no_range) { no_range.chosen_range_index[3] = 1; },
+       [](Evaluation& fewer) { fewer.error_m.pop_back(); }});
 }
 
 }  // namespace

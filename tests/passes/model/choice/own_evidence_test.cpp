@@ -1,4 +1,4 @@
-#include "passes/model/own_evidence_model.h"
+#include "passes/model/choice/own_evidence.h"
 
 #include <gtest/gtest.h>
 
