@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -118,6 +119,43 @@ inline TestDrive drive_through(const BoxWorld& world, const std::vector<Pose>& T
   TestDrive result = drive_of(std::move(scans), T_map_vehicle);
   result.drive.sensor.azimuth_step_deg = azimuth_step_deg;
   return result;
+}
+
+// The drive of a sensor that measures so many times what is there.
+inline TestDrive scaled(TestDrive test, double scale) {
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    scans.push_back(*test.drive.store->read(i));
+    for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= scale;
+  }
+  test.drive.store = memory_scan_store(std::move(scans));
+  return test;
+}
+
+// Drives of a day each as one, in parts.
+inline TestDrive joined_days(const std::vector<TestDrive>& days) {
+  std::vector<Scan> scans;
+  std::vector<Pose> poses;
+  std::vector<std::uint32_t> parts;
+  for (std::uint32_t day = 0; day < days.size(); ++day) {
+    for (std::size_t i = 0; i < days[day].drive.scans.size(); ++i) {
+      scans.push_back(*days[day].drive.store->read(i));
+      scans.back().stamp_ns += day * std::int64_t{86'400'000'000'000};
+      poses.push_back(days[day].truth.poses[i].T_map_vehicle);
+      parts.push_back(day);
+    }
+  }
+  TestDrive all = drive_of(scans, poses);
+  all.drive.sensor = days.front().drive.sensor;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    all.drive.scans[i].part = parts[i];
+    all.drive.scans[i].stamp_ns = all.truth.poses[i].stamp_ns = scans[i].stamp_ns;
+  }
+  for (std::size_t day = 1; day < days.size(); ++day) {
+    all.drive.later_parts.push_back("day " + std::to_string(day + 1));
+  }
+  all.drive.store = memory_scan_store(std::move(scans));
+  return all;
 }
 
 inline Pose pose_at(double x_m, double y_m, double yaw_rad) {

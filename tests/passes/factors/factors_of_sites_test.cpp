@@ -57,19 +57,18 @@ FactorTable factors_of(PassContext& ctx, const Place& place) {
 // Depth images and virtual scans of all sites at once, which product code no longer makes.
 TEST(FactorsOfSites, AreThoseOfDepthImagesAndVirtualScansOfTheWholeMap) {
   const Place place = street();
-  PassContext ctx;
+  TestContext ctx;
   const DepthImages depth = *cast_rays(ctx, {}, place.surface, place.sites, SensorProfile());
   const VirtualScans scans = *cast_scans(ctx, {}, place.surface, place.sites, place.sensor);
   const FactorWorld world = *make_factor_world(place.map, default_ranges_m());
   const SeenFactors expected = *compute_factors(ctx, world, place.sites, depth, scans);
   ASSERT_GT(expected.unmatched_count, 0U);
-  std::vector<std::string> warnings;
-  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  ctx.warnings.clear();
   EXPECT_EQ(to_bytes(factors_of(ctx, place)), to_bytes(expected.table));
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_EQ(warnings[0], std::to_string(expected.unmatched_count) + " of " +
-                             std::to_string(expected.point_count) +
-                             " virtual points lie in no valid ND and tell nothing of the pose");
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_EQ(ctx.warnings[0], std::to_string(expected.unmatched_count) + " of " +
+                                 std::to_string(expected.point_count) +
+                                 " virtual points lie in no valid ND and tell nothing of the pose");
 }
 
 TEST(FactorsOfSites, AreTheSameForAnyThreadsAndShares) {

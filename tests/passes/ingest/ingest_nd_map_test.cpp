@@ -4,12 +4,13 @@
 #include <gtest/gtest.h>
 #include <cmath>
 
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 
 namespace sightline {
 namespace {
 
-using ::testing::HasSubstr;
+using testing::Contains;
+using testing::HasSubstr;
 
 ForeignNd nd_at(const CellKey& key, std::uint32_t point_count) {
   ForeignNd nd{key, point_count, {0.25, 0.5, 0.75}, Eigen::Matrix3d::Zero()};
@@ -29,11 +30,7 @@ ForeignNds map_of(std::vector<ForeignNd> nds) {
 
 class IngestNdMapTest : public testing::Test {
  protected:
-  IngestNdMapTest() {
-    ctx_.warning_sink = [this](const std::string& message) { warnings_ += message + "\n"; };
-  }
-  std::string warnings_;
-  PassContext ctx_;
+  TestContext ctx_;
 };
 
 TEST_F(IngestNdMapTest, LaysNdsIntoAFrameNearThem) {
@@ -60,8 +57,9 @@ TEST_F(IngestNdMapTest, LeavesOutWhatIsNoNdAndSaysSo) {
   EXPECT_EQ(map.nds.size(), 1U);
   EXPECT_EQ(map.sparse_cell_count, 5U);
   EXPECT_EQ(map.degenerate_cell_count, 1U);
-  EXPECT_THAT(warnings_, HasSubstr("map theirs: has seen better days"));
-  EXPECT_THAT(warnings_, HasSubstr("holds NDs and no points: 1 of its 7 cells of 1 m"));
+  EXPECT_THAT(ctx_.warnings, Contains(HasSubstr("map theirs: has seen better days")));
+  EXPECT_THAT(ctx_.warnings,
+              Contains(HasSubstr("holds NDs and no points: 1 of its 7 cells of 1 m")));
   EXPECT_EQ(ingest_nd_map(ctx_, {.min_points = 9}, theirs)->nds.size(), 2U);
 }
 

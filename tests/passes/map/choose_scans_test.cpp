@@ -14,7 +14,6 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kCount = 50;  // scans of a day, a metre apart
-constexpr std::int64_t kDay_ns = 86'400'000'000'000;
 const TestBox kHouse{{20.0, 5.0, 0.0}, {28.0, 5.8, 7.0}};
 const TestBox kCar{{22.0, 2.2, 0.0}, {26.0, 3.9, 1.5}};
 
@@ -41,25 +40,9 @@ std::vector<Pose> way_of(const Day& day) {
 }
 
 TestDrive drive_on(const std::vector<Day>& days) {
-  std::vector<Scan> scans;
-  std::vector<Pose> poses;
-  for (std::size_t day = 0; day < days.size(); ++day) {
-    const std::vector<Pose> way = way_of(days[day]);
-    const TestDrive one = drive_through(days[day].world, way, 1.0);
-    for (std::size_t i = 0; i < kCount; ++i) {
-      scans.push_back(*one.drive.store->read(i));
-      scans.back().stamp_ns += static_cast<std::int64_t>(day) * kDay_ns;
-      poses.push_back(way[i]);
-    }
-  }
-  TestDrive all = drive_of(scans, poses);
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    all.drive.scans[i].part = static_cast<std::uint32_t>(i / kCount);
-    all.drive.scans[i].stamp_ns = all.truth.poses[i].stamp_ns = scans[i].stamp_ns;
-  }
-  all.drive.later_parts.assign(days.size() - 1, "later");
-  all.drive.store = memory_scan_store(std::move(scans));
-  return all;
+  std::vector<TestDrive> all;
+  for (const Day& day : days) all.push_back(drive_through(day.world, way_of(day), 1.0));
+  return joined_days(all);
 }
 
 // The first days, with what was laid of them.

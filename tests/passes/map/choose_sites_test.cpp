@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <cmath>
 
-#include "formats/base/random.h"
+#include "tests/support/box_world.h"
 #include "tests/support/test_context.h"
 
 namespace sightline {
@@ -21,11 +21,7 @@ struct Journey {
     drive.scans.push_back(scan);
     trajectory.poses.push_back({index, index, T_map_vehicle});
   }
-  void add(double x_m, double y_m, double z_m) {
-    Pose pose = Pose::Identity();
-    pose.translation() = Eigen::Vector3d(x_m, y_m, z_m);
-    add(pose);
-  }
+  void add(double x_m, double y_m, double z_m) { add(Pose(Eigen::Translation3d(x_m, y_m, z_m))); }
 };
 
 Pose random_pose(Random& random, double reach_m) {
@@ -44,9 +40,7 @@ Journey random_journey(std::uint64_t seed) {
   Pose pose = random_pose(random, 100.0);
   for (int i = 0; i < 60; ++i) {
     journey.add(pose);
-    Pose step = Pose::Identity();
-    step.linear() =
-        Eigen::AngleAxisd(random.uniform(-0.3, 0.3), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    Pose step = pose_at(0.0, 0.0, random.uniform(-0.3, 0.3));
     step.translation().x() = random.uniform();
     if (random.below(20) == 0) step.translation().x() = 20.0;
     pose = pose * step;
@@ -77,10 +71,7 @@ TEST(ChooseSites, LieEveryMetreOfAnLShapedRoute) {
 TEST(ChooseSites, TurnHalfWayBetweenTwoPoses) {
   Journey journey;
   journey.add(0.0, 0.0, 0.0);
-  Pose turned = Pose::Identity();
-  turned.linear() = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  turned.translation().x() = 2.0;
-  journey.add(turned);
+  journey.add(pose_at(2.0, 0.0, 1.0));
   const Sites sites = sites_of(journey);
   ASSERT_EQ(sites.sites.size(), 3u);
   const Eigen::AngleAxisd half(sites.sites[1].T_map_vehicle.linear());
@@ -133,10 +124,7 @@ void drive_along(Journey& journey, double from_m, double to_m, double y_m, std::
   const double heading_rad = to_m < from_m ? 3.141592653589793 : 0.0;
   const int count = static_cast<int>(std::abs(to_m - from_m)) + 1;
   for (int i = 0; i < count; ++i) {
-    Pose pose = Pose::Identity();
-    pose.linear() = Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    pose.translation() = Eigen::Vector3d(to_m < from_m ? from_m - i : from_m + i, y_m, 0.0);
-    journey.add(pose);
+    journey.add(pose_at(to_m < from_m ? from_m - i : from_m + i, y_m, heading_rad));
     journey.drive.scans.back().part = part;
   }
 }
@@ -164,11 +152,8 @@ TEST(ChooseSites, LieOnceWhereOneDriveComesBack) {
   const double radius_m = 15.0;  // 94 m around
   for (int i = 0; i < 160; ++i) {
     const double angle_rad = i / radius_m;
-    Pose pose = Pose::Identity();
-    pose.linear() = Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    pose.translation() =
-        radius_m * Eigen::Vector3d(std::sin(angle_rad), 1.0 - std::cos(angle_rad), 0.0);
-    journey.add(pose);
+    journey.add(
+        pose_at(radius_m * std::sin(angle_rad), radius_m * (1.0 - std::cos(angle_rad)), angle_rad));
   }
   const Sites sites = sites_of(journey);
   EXPECT_NEAR(static_cast<double>(sites.sites.size()), 93.0, 2.0);

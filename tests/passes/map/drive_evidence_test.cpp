@@ -124,23 +124,15 @@ TEST(DriveEvidence, StandsAnywayOnlyWhereNoDriveCouldContradict) {
 // Days of standing scans in one street; `add` puts what is there that day.
 template <class Add>
 SurfacePoints days_in_street(std::size_t days, const Add& add) {
-  std::vector<Scan> scans;
   std::vector<Pose> poses;
-  std::vector<std::uint32_t> parts;
-  Pose T_vehicle_lidar = Pose::Identity();
-  T_vehicle_lidar.translation().z() = 2.0;
+  for (int i = 0; i < 12; ++i) poses.push_back(pose_at(i, 0.0, 0.0));
+  std::vector<TestDrive> drives;
   for (std::size_t day = 0; day < days; ++day) {
     BoxWorld world = random_street(1);
     add(day, world);
-    for (int i = 0; i < 12; ++i) {
-      poses.push_back(pose_at(i, 0.0, 0.0));
-      scans.push_back(scan_world(world, poses.back() * T_vehicle_lidar, 0.5));
-      parts.push_back(static_cast<std::uint32_t>(day));
-    }
+    drives.push_back(drive_through(world, poses, 0.5));
   }
-  TestDrive test = drive_of(std::move(scans), poses);
-  for (std::size_t i = 0; i < parts.size(); ++i) test.drive.scans[i].part = parts[i];
-  test.drive.later_parts.assign(days - 1, "later");
+  const TestDrive test = joined_days(drives);
   return value_of(remove_moving(TestContext(), {}, test.drive, test.truth));
 }
 

@@ -194,11 +194,6 @@ TEST(Localizer, AllocatesNothing) {
   }
 }
 
-bool is_finite(const MatchResult& result) {
-  return result.T_map_sensor.matrix().allFinite() && std::isfinite(result.score) &&
-         std::isfinite(result.nearest_voxel_likelihood) && result.hessian.allFinite();
-}
-
 TEST(Localizer, SaysWhatIsWrongWithWhatItIsGiven) {
   const std::vector<Eigen::Vector3d> points_m = voxel_subsample(room_points(22, 8000, 0.02), 1.0);
   std::vector<Eigen::Vector3d> floor_m;

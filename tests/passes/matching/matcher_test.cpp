@@ -23,11 +23,6 @@ const Scene& scene() {
   return kScene;
 }
 
-bool is_finite(const MatchResult& result) {
-  return result.T_map_sensor.matrix().allFinite() && std::isfinite(result.score) &&
-         std::isfinite(result.nearest_voxel_likelihood) && result.hessian.allFinite();
-}
-
 // Minus the score as a function of a motion from `start`, written apart from the matcher and
 // derived by Ceres. Which NDs a point scores in is held as it is at `start`, since the score jumps
 // where a point changes cells.

@@ -7,6 +7,7 @@
 
 #include "formats/base/random.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/matching/matcher.h"
 
 // A room to match in: a floor and four walls with a dent, measured with noise, and the map of it.
 
@@ -73,6 +74,11 @@ inline const NdtMap& room_map() {
 }
 
 // A pose up to `reach_m` and `turn_rad` from identity.
+inline bool is_finite(const MatchResult& result) {
+  return result.T_map_sensor.matrix().allFinite() && std::isfinite(result.score) &&
+         std::isfinite(result.nearest_voxel_likelihood) && result.hessian.allFinite();
+}
+
 inline Pose random_pose(Random& random, double reach_m, double turn_rad) {
   Pose pose = Pose::Identity();
   const Eigen::Vector3d axis = random_vector(random, -1.0, 1.0).normalized();

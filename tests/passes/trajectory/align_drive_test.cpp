@@ -109,13 +109,7 @@ TEST(AlignDrive, WarnsOfADriveThatMeasuresOtherDistancesThanTheMap) {
   const BoxWorld world = random_street(20);
   const Place place = mapped(world);
   for (const double scale : {1.0, 1.001, 1.01, 0.99}) {
-    TestDrive drive = second_drive(world, false);
-    std::vector<Scan> scans;
-    for (std::size_t k = 0; k < drive.drive.scans.size(); ++k) {
-      scans.push_back(*drive.drive.store->read(k));
-      for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= scale;
-    }
-    drive.drive.store = memory_scan_store(std::move(scans));
+    const TestDrive drive = scaled(second_drive(world, false), scale);
     KeptParts kept;
     for (const bool is_found_again : {false, true}) {
       PassContext ctx = kept.context();

@@ -129,23 +129,12 @@ constexpr std::size_t kScansADay = 16;  // scans of each drive
 
 // Drives along one street, a metre a scan; what each measures is so many times what is there.
 TestDrive drives(const std::vector<double>& scales, std::size_t count = kScansADay) {
-  std::vector<Pose> poses;
-  for (std::size_t day = 0; day < scales.size(); ++day) {
-    const std::vector<Pose> way = along_street(0.4 * static_cast<double>(day), count);
-    poses.insert(poses.end(), way.begin(), way.end());
+  std::vector<TestDrive> days;
+  for (const double scale : scales) {
+    const std::vector<Pose> way = along_street(0.4 * static_cast<double>(days.size()), count);
+    days.push_back(scaled(drive_through(random_street(4), way, 0.5), scale));
   }
-  TestDrive all = drive_through(random_street(4), poses, 0.5);
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    scans.push_back(*all.drive.store->read(i));
-    for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= scales[i / count];
-    all.drive.scans[i].part = static_cast<std::uint32_t>(i / count);
-  }
-  for (std::size_t day = 1; day < scales.size(); ++day) {
-    all.drive.later_parts.push_back("day " + std::to_string(day + 1));
-  }
-  all.drive.store = memory_scan_store(scans);
-  return all;
+  return joined_days(days);
 }
 
 std::vector<ScaleDifference> differences(const TestDrive& all, std::size_t from = 0,

@@ -8,6 +8,28 @@
 namespace sightline {
 namespace {
 
+// Odometry of two pieces, the second of which, from scan `first` on, is off by T_off and counts
+// `more_m` more.
+Odometry with_later_piece(const TestDrive& test, std::size_t first, const Pose& T_off,
+                          double more_m) {
+  Odometry odometry;
+  for (std::size_t i = 0; i < test.truth.poses.size(); ++i) {
+    const Pose T_map_lidar = test.truth.poses[i].T_map_vehicle * test.drive.sensor.T_vehicle_lidar;
+    odometry.T_map_lidar.push_back(i >= first ? T_off * T_map_lidar : T_map_lidar);
+    odometry.driven_m.push_back(static_cast<double>(i) + (i >= first ? more_m : 0.0));
+    odometry.piece.push_back(i >= first ? 1 : 0);
+  }
+  return odometry;
+}
+
+// How far a loop is from the truth.
+double off_m(const TestDrive& test, const GraphEdge& edge) {
+  const Pose& T_vehicle_lidar = test.drive.sensor.T_vehicle_lidar;
+  const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
+                      test.truth.poses[edge.to].T_map_vehicle * T_vehicle_lidar;
+  return (edge.T_from_to.translation() - T_true.translation()).norm();
+}
+
 // A drive of two pieces through one street; the second begins where the first ended, and odometry
 // has all of it half a metre off.
 TEST(Loops, BetweenPiecesAreConfirmedByTheEarlierOneAlone) {
@@ -18,26 +40,13 @@ TEST(Loops, BetweenPiecesAreConfirmedByTheEarlierOneAlone) {
     poses.push_back(pose_at(static_cast<double>(kCount - i), 0.3, 0));
   }
   const TestDrive test = drive_through(random_street(4), poses, 0.5);
-  const Pose& T_vehicle_lidar = test.drive.sensor.T_vehicle_lidar;
-  const Eigen::Vector3d off_m(0.4, 0.3, 0.0);
-  Odometry odometry;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const bool is_later = i >= kCount;
-    Pose T_map_lidar = test.truth.poses[i].T_map_vehicle * T_vehicle_lidar;
-    if (is_later) T_map_lidar.translation() += off_m;
-    odometry.T_map_lidar.push_back(T_map_lidar);
-    odometry.driven_m.push_back(static_cast<double>(is_later ? i - 1 : i));
-    odometry.piece.push_back(is_later ? 1 : 0);
-  }
+  const Odometry odometry = with_later_piece(test, kCount, pose_at(0.4, 0.3, 0.0), -1.0);
   const std::vector<GraphEdge> loops = value_of(find_loops(TestContext(), test.drive, odometry));
   ASSERT_FALSE(loops.empty());
   for (const GraphEdge& edge : loops) {
     EXPECT_LT(edge.from, kCount);
     EXPECT_GE(edge.to, kCount);
-    const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
-                        test.truth.poses[edge.to].T_map_vehicle * T_vehicle_lidar;
-    EXPECT_LT((edge.T_from_to.translation() - T_true.translation()).norm(), 0.1)
-        << "scan " << edge.to;
+    EXPECT_LT(off_m(test, edge), 0.1) << "scan " << edge.to;
   }
 }
 
@@ -52,26 +61,14 @@ TEST(Loops, OfAChainAreAllFoundWhereOdometryIsFarOff) {
     }
   }
   const TestDrive test = drive_through(random_street(4), poses, 0.5);
-  const Pose& T_vehicle_lidar = test.drive.sensor.T_vehicle_lidar;
-  Odometry odometry;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const bool is_later = i >= kCount;
-    Pose T_map_lidar = test.truth.poses[i].T_map_vehicle * T_vehicle_lidar;
-    if (is_later) T_map_lidar = pose_at(2.4, 1.6, 0.01) * T_map_lidar;
-    odometry.T_map_lidar.push_back(T_map_lidar);
-    odometry.driven_m.push_back(static_cast<double>(i) + (is_later ? 1000.0 : 0.0));
-    odometry.piece.push_back(is_later ? 1 : 0);
-  }
+  const Odometry odometry = with_later_piece(test, kCount, pose_at(2.4, 1.6, 0.01), 1000.0);
   std::vector<GraphEdge> by_one;
   for (const int threads : {1, 3}) {
     const std::vector<GraphEdge> loops =
         value_of(find_loops(TestContext(threads), test.drive, odometry));
     EXPECT_EQ(loops.size(), kCount / 5);
     for (const GraphEdge& edge : loops) {
-      const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
-                          test.truth.poses[edge.to].T_map_vehicle * T_vehicle_lidar;
-      EXPECT_LT((edge.T_from_to.translation() - T_true.translation()).norm(), 0.05)
-          << "scan " << edge.to;
+      EXPECT_LT(off_m(test, edge), 0.05) << "scan " << edge.to;
     }
     if (threads == 1) by_one = loops;
     for (std::size_t i = 0; i < loops.size(); ++i) {

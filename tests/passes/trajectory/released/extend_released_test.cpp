@@ -17,7 +17,6 @@ namespace {
 using testing::HasSubstr;
 
 constexpr std::size_t kCount = 16;  // scans of each drive
-constexpr std::int64_t kDay_ns = 86'400'000'000'000;
 
 // Drives through streets, one a day; each from a place of its street, measured so many times as
 // large.
@@ -27,29 +26,12 @@ struct DayOf {
   double scale = 1.0;
 };
 TestDrive drives(const std::vector<DayOf>& days) {
-  std::vector<Scan> scans;
-  std::vector<Pose> poses;
-  for (std::size_t day = 0; day < days.size(); ++day) {
-    const std::vector<Pose> way = along_street(days[day].from_m, kCount);
-    const TestDrive one = drive_through(random_street(days[day].street), way, 0.5);
-    for (std::size_t i = 0; i < kCount; ++i) {
-      scans.push_back(*one.drive.store->read(i));
-      scans.back().stamp_ns += static_cast<std::int64_t>(day) * kDay_ns;
-      for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= days[day].scale;
-      poses.push_back(way[i]);
-    }
+  std::vector<TestDrive> all;
+  for (const DayOf& day : days) {
+    const std::vector<Pose> way = along_street(day.from_m, kCount);
+    all.push_back(scaled(drive_through(random_street(day.street), way, 0.5), day.scale));
   }
-  TestDrive all = drive_of(scans, poses);
-  all.drive.sensor.azimuth_step_deg = 0.5;
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    all.drive.scans[i].part = static_cast<std::uint32_t>(i / kCount);
-    all.drive.scans[i].stamp_ns = all.truth.poses[i].stamp_ns = scans[i].stamp_ns;
-  }
-  for (std::size_t day = 1; day < days.size(); ++day) {
-    all.drive.later_parts.push_back("day " + std::to_string(day + 1));
-  }
-  all.drive.store = memory_scan_store(scans);
-  return all;
+  return joined_days(all);
 }
 
 // Of the first `days` of some drives, as they were shipped.
