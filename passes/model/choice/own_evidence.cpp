@@ -175,11 +175,8 @@ PredictedError predictions_of(const RegressionForest& forest, const FeatureRows&
 std::vector<RangeCard> range_cards(const OwnEvidence& evidence) {
   std::vector<RangeCard> cards;
   for (std::size_t range = 0; range < evidence.looks.size(); ++range) {
-    std::vector<double> errors_m;
-    for (std::size_t site = 0; site < evidence.site_count; ++site) {
-      errors_m.push_back(evidence.error_m[evidence.shape().index(site, range)]);
-    }
-    const double mean_m = ordered_sum(errors_m) / static_cast<double>(errors_m.size());
+    const double mean_m =
+        sum_of_errors_m(evidence, range) / static_cast<double>(evidence.site_count);
     cards.push_back({evidence.looks[range].range_m, mean_m});
   }
   return cards;

@@ -12,7 +12,7 @@
 #include "formats/model/error_model.h"
 
 // How well each range localizes in a street by errors measured in that street itself, or simulated
-// there. No error model is used.
+// there, and a model of these errors alone.
 
 namespace sightline {
 
@@ -62,11 +62,10 @@ struct StaticAnswer {
 // equal costs or errors the shortest range.
 StaticAnswer best_static(const OwnEvidence& evidence, double limit_m, double least_coverage);
 
-// For a drive too short to learn from: a model that knows one thing, how the map's own scans end at
-// each range (passes/model/choice/own_evidence.h), and says it of every site. Its labels are their
-// errors; its card has no folds and one block, so that nothing is promised on it, and its R^2 is 0
-// at most: choose-ranges takes the street's static answer. Errors: those of own_evidence_of;
-// no-training-rows where there are no sites.
+// For a drive too short to learn from: a model that predicts the errors of the map's own scans at
+// each range for every site. Its labels are these errors; its card has no folds and one block, so
+// that nothing is promised on it, and its R^2 is 0 at most: choose-ranges takes the street's static
+// answer. Errors: those of own_evidence_of; no-training-rows where there are no sites.
 Result<ErrorModel> model_of_own_evidence(const Sites& sites, const FactorTable& factors,
                                          const MeasuredError& measured,
                                          const RecordingCards& recordings,
