@@ -2,6 +2,7 @@
 
 #include <sstream>
 #include <stdexcept>
+#include <string>
 
 #include "formats/base/result.h"
 
@@ -38,6 +39,12 @@ Error failure_of(const Result<X>& result, const About& about = "",
                  const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
   if (result) end_test("the call succeeded, a failure was expected", about, file, line);
   return result.error();
+}
+
+// "no error", or code and message.
+template <class X>
+std::string outcome_of(const Result<X>& result) {
+  return result ? "no error" : to_string(result.error());
 }
 
 // The error code of a call, 0 where it succeeds.

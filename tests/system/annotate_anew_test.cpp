@@ -7,6 +7,7 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
+#include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
 // A compiled map is annotated anew: along another route or everywhere, for another sensor.
@@ -37,11 +38,7 @@ ProgramResult annotate(const std::string& map, const std::string& options) {
   return run_sightline("annotate " + map + " " + options + kFew);
 }
 
-CompiledMap read(const fs::path& file) {
-  Result<CompiledMap> map = read_map(file);
-  EXPECT_TRUE(map.has_value()) << to_string(map.error());
-  return map ? *std::move(map) : CompiledMap{};
-}
+CompiledMap read(const fs::path& file) { return value_of(read_map(file)); }
 
 TEST(AnnotateAnew, KeepsNdsFrameAndWorldAndTakesTheSensorThatIsNamed) {
   const fs::path output = fresh_folder() / "anew.slmap";

@@ -9,6 +9,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
 // A finished map that was annotated without a drive gets drives one after another: what they
@@ -49,11 +50,7 @@ struct Maps {
   CompiledMap anew_with_second;
 };
 
-CompiledMap read(const fs::path& file) {
-  Result<CompiledMap> map = read_map(file);
-  EXPECT_TRUE(map.has_value()) << to_string(map.error());
-  return map ? *std::move(map) : CompiledMap{};
-}
+CompiledMap read(const fs::path& file) { return value_of(read_map(file)); }
 
 // Made once a process.
 const Maps& maps() {

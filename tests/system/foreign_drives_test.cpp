@@ -26,9 +26,7 @@ Recording mapping_recording() {
   RecordingOptions options;
   options.scans = (small_town() / "mapping" / "scans").string();
   options.poses = (small_town() / "mapping" / "poses.tum").string();
-  const Result<Recording> recording = open_recording(options, 2);
-  EXPECT_TRUE(recording.has_value());
-  return recording ? *recording : Recording{};
+  return value_of(open_recording(options, 2));
 }
 
 std::string config(const std::string& mapping) {

@@ -10,6 +10,7 @@
 #include "formats/base/files/atomic_file.h"
 
 #include "tests/support/scratch_folder.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -75,11 +76,7 @@ const std::filesystem::path& small_town() {
   return kTown;
 }
 
-std::string bytes_of(const std::filesystem::path& path) {
-  const Result<std::string> text = read_text_file(path);
-  EXPECT_TRUE(text.has_value()) << path;
-  return text ? *text : std::string();
-}
+std::string bytes_of(const std::filesystem::path& path) { return value_of(read_text_file(path)); }
 
 std::filesystem::path fresh_folder() {
   const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();

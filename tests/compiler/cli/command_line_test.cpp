@@ -64,8 +64,7 @@ Result<void> parse(const std::vector<std::string>& words, PaintFlags& flags) {
 
 std::string error_of(const std::vector<std::string>& words) {
   PaintFlags flags;
-  const Result<void> parsed = parse(words, flags);
-  return parsed ? "no error" : to_string(parsed.error());
+  return outcome_of(parse(words, flags));
 }
 
 TEST(ParseWords, SetsEveryKindOfTarget) {

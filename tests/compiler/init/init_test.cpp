@@ -126,9 +126,7 @@ class Init : public TestInFolder {
     }
     yaml_ = made->yaml;
     std::ofstream(folder_ / "drive.yaml") << yaml_;
-    const Result<CompileConfig> config = load_compile_config(folder_ / "drive.yaml", {});
-    EXPECT_TRUE(config.has_value()) << to_string(config.error()) << "\n" << yaml_;
-    return config ? *config : CompileConfig{};
+    return value_of(load_compile_config(folder_ / "drive.yaml", {}), yaml_);
   }
   std::string path(const std::string& below) const { return (folder_ / below).string(); }
 
@@ -235,7 +233,7 @@ TEST_F(Init, OffersASecondSensorOfTheVehicleButDoesNotGuessWhereItSits) {
   std::string uncommented = yaml_;
   uncommented.replace(uncommented.find("# mapping-2"), 2, "");
   std::ofstream(folder_ / "drive.yaml") << uncommented;
-  const CompileConfig both = value_of(load_compile_config(folder_ / "drive.yaml", {}));
+  const CompileConfig both = value_of(load_compile_config(folder_ / "drive.yaml", {}), yaml_);
   EXPECT_EQ(both.other_sensors[0].scans, path("rear"));
 }
 
@@ -384,15 +382,26 @@ TEST_F(Init, RefusesAFolderWithoutADriveAndSaysWhatItPassedOver) {
   EXPECT_THAT(pointers.message, HasSubstr("git lfs pull"));
 }
 
+// Two scans, of which what lies outside a sector ahead is left out.
+std::vector<PointCloudFile> scans_with(const std::vector<double>& beams_deg,
+                                       double view_deg = 360.0) {
+  std::vector<PointCloudFile> scans;
+  for (const int place : {3, 9}) {
+    PointCloudFile& scan = scans.emplace_back(scan_with(beams_deg, lidar_on({}, place)));
+    std::erase_if(scan.points_m, [&](const Eigen::Vector3d& point_m) {
+      return std::abs(std::atan2(point_m.y(), point_m.x())) > 0.5 * view_deg * kRadians;
+    });
+  }
+  return scans;
+}
+
 TEST(GuessSensor, TellsEveryBuiltInProfileByItsBeams) {
   for (const std::string& name : sensor_profile_names()) {
     const std::vector<double> beams_deg = sensor_profile(name)->beam_elevations_deg;
     // Beams that see only sky here, or ground that is too near to count, cannot be counted
     // apart.
     if (beams_deg.back() > 35.0 || beams_deg.front() < -50.0) continue;
-    const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
-                                               scan_with(beams_deg, lidar_on({}, 9))};
-    const SensorGuess guess = guess_sensor(scans);
+    const SensorGuess guess = guess_sensor(scans_with(beams_deg));
     ASSERT_FALSE(guess.profile.empty()) << name << ": " << guess.reason;
     EXPECT_EQ(sensor_profile(guess.profile)->beam_elevations_deg, beams_deg) << name;
     ASSERT_TRUE(guess.height_m.has_value()) << name;
@@ -403,9 +412,7 @@ TEST(GuessSensor, TellsEveryBuiltInProfileByItsBeams) {
 TEST(GuessSensor, CountsTheBeamsOfASensorThatIsNotBuiltIn) {
   std::vector<double> beams_deg;
   for (int i = 0; i < 40; ++i) beams_deg.push_back(-25.0 + i);
-  const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
-                                             scan_with(beams_deg, lidar_on({}, 9))};
-  const SensorGuess guess = guess_sensor(scans);
+  const SensorGuess guess = guess_sensor(scans_with(beams_deg));
   EXPECT_EQ(guess.profile, "");
   EXPECT_EQ(guess.rings, 40);
   EXPECT_NEAR(guess.lowest_beam_deg, -25.0, 0.01);
@@ -416,9 +423,7 @@ TEST(GuessSensor, CountsBeamsThatMergeByTheirReturns) {
   std::vector<double> beams_deg;
   for (int i = 0; i < 12; ++i) beams_deg.push_back(-25.0 + i);
   for (int i = 0; i < 60; ++i) beams_deg.push_back(-13.0 + 0.08 * i);
-  const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
-                                             scan_with(beams_deg, lidar_on({}, 9))};
-  const SensorGuess guess = guess_sensor(scans);
+  const SensorGuess guess = guess_sensor(scans_with(beams_deg));
   EXPECT_EQ(guess.profile, "");
   EXPECT_NEAR(guess.rings, 72, 2);
   EXPECT_THAT(guess.reason, HasSubstr("12 distinct beams are found"));
@@ -431,21 +436,8 @@ TEST(GuessSensor, AsksForTheNameWhereNothingTells) {
   EXPECT_FALSE(guess.height_m.has_value());
 }
 
-// What lies within the sector alone.
-PointCloudFile cropped(PointCloudFile scan, double view_deg) {
-  std::erase_if(scan.points_m, [&](const Eigen::Vector3d& point_m) {
-    return std::abs(std::atan2(point_m.y(), point_m.x())) > 0.5 * view_deg * kRadians;
-  });
-  return scan;
-}
-
 std::vector<PointCloudFile> cropped_scans(const std::string& name, double view_deg) {
-  const std::vector<double> beams_deg = sensor_profile(name)->beam_elevations_deg;
-  std::vector<PointCloudFile> scans;
-  for (const int scan : {3, 9}) {
-    scans.push_back(cropped(scan_with(beams_deg, lidar_on({}, scan)), view_deg));
-  }
-  return scans;
+  return scans_with(sensor_profile(name)->beam_elevations_deg, view_deg);
 }
 
 TEST(GuessSensor, KnowsALivoxAviaByWhatItSees) {

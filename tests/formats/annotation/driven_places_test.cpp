@@ -23,24 +23,20 @@ TEST(DrivenPlaces, PrintARowForEachDrive) {
 }
 
 TEST(DrivenPlaces, RefusePartsThatDoNotBelongTogether) {
-  const auto code_of = [](const DrivenPlaces& places) { return validate(places).error().code; };
-  EXPECT_EQ(code_of({}), ErrorCode::kNoTrainingRows);
+  EXPECT_EQ(code_of(validate(DrivenPlaces())), ErrorCode::kNoTrainingRows);
   DrivenPlaces places = places_driven_twice(2, kTiny);
-  places.places[1].drives.clear();
-  EXPECT_EQ(code_of(places), ErrorCode::kMismatchedInputs);
-  places = places_driven_twice(2, kTiny);
-  places.places[1].factors.factors[0] = "another";
-  EXPECT_EQ(code_of(places), ErrorCode::kMismatchedInputs);
-  EXPECT_EQ(validate(places).error().place, "place 'place 2'");
-  places = places_driven_twice(2, kTiny);
-  places.places[0].drives[1].looks[1].range_m = 25.0;
-  EXPECT_EQ(code_of(places), ErrorCode::kMismatchedInputs);
-  places = places_driven_twice(2, kTiny);
-  places.places[0].sites.sites.pop_back();
-  EXPECT_EQ(code_of(places), ErrorCode::kMismatchedInputs);
-  places = places_driven_twice(2, kTiny);
   places.places[1].recordings.cards.clear();
-  EXPECT_EQ(code_of(places), ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(code_of(validate(places)), ErrorCode::kInvalidArtifact);
+  for (const auto& change : std::vector<std::function<void(std::vector<DrivenPlace>&)>>{
+           [](std::vector<DrivenPlace>& all) { all[1].drives.clear(); },
+           [](std::vector<DrivenPlace>& all) { all[0].drives[1].looks[1].range_m = 25.0; },
+           [](std::vector<DrivenPlace>& all) { all[0].sites.sites.pop_back(); },
+           [](std::vector<DrivenPlace>& all) { all[1].factors.factors[0] = "another"; }}) {
+    places = places_driven_twice(2, kTiny);
+    change(places.places);
+    EXPECT_EQ(code_of(validate(places)), ErrorCode::kMismatchedInputs);
+  }
+  EXPECT_EQ(validate(places).error().place, "place 'place 2'");
 }
 
 }  // namespace

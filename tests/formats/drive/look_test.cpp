@@ -1,7 +1,9 @@
 #include "formats/drive/look.h"
 
 #include <gtest/gtest.h>
+
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <set>
 #include <string_view>
@@ -170,19 +172,19 @@ TEST(LookPlan, BeginsWithTheLookOfAPlaceThatIsCheaper) {
 }
 
 TEST(LookPlan, RefusesPlansThatMakeNoSense) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(validate(usual_plan()));
-  const auto expect_refused = [](const auto& change) {
+  for (const auto& change : std::vector<std::function<void(LookPlan&)>>{
+           [](LookPlan& plan) { plan.first.range_m = -1.0; },
+           [](LookPlan& plan) { plan.second.return_count = 0; },
+           [](LookPlan& plan) { plan.doubt_above = std::nan(""); },
+           [](LookPlan& plan) { plan.limit_m = 0.0; },
+           [](LookPlan& plan) { plan.test.constant = std::nan(""); },
+           [](LookPlan& plan) { plan.test.weights[3] = kInfinity; }}) {
     LookPlan plan = usual_plan();
     change(plan);
-    EXPECT_EQ(failure_of(validate(plan)).code, ErrorCode::kBadArgument);
-  };
-  expect_refused([](LookPlan& plan) { plan.first.range_m = -1.0; });
-  expect_refused([](LookPlan& plan) { plan.second.return_count = 0; });
-  expect_refused([](LookPlan& plan) { plan.doubt_above = std::nan(""); });
-  expect_refused([](LookPlan& plan) { plan.limit_m = 0.0; });
-  expect_refused([](LookPlan& plan) { plan.test.constant = std::nan(""); });
-  expect_refused(
-      [](LookPlan& plan) { plan.test.weights[3] = std::numeric_limits<double>::infinity(); });
+    EXPECT_EQ(code_of(validate(plan)), ErrorCode::kBadArgument);
+  }
 }
 
 }  // namespace

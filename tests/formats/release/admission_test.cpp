@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include <filesystem>
 
 #include "formats/base/files/atomic_file.h"
@@ -9,6 +11,7 @@
 #include "formats/release/record_text.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/release/signed_records.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/support/value_of.h"
 
 namespace sightline {
@@ -36,8 +39,7 @@ Offer offer_of(const ReleaseRecord& record, const std::vector<std::uint8_t>& sig
 
 ErrorCode code_of(const Offer& offer, const VehicleFacts& vehicle,
                   const RootRecord& root = root_of({1, 2, 3}, 2)) {
-  const Result<ReleaseRecord> record = admit_release(offer.text, offer.signatures, root, vehicle);
-  return record ? ErrorCode{} : record.error().code;
+  return code_of(admit_release(offer.text, offer.signatures, root, vehicle));
 }
 
 VehicleFacts vehicle_at(std::int64_t now_s = kNow) {
@@ -111,9 +113,7 @@ TEST(Admission, RefusesWhatIsForAnotherFleetMapSensorOrReader) {
 
 ErrorCode rotation_code(const RootRecord& next, const std::vector<std::uint8_t>& signers) {
   const std::string text = encode(next);
-  const Result<RootRecord> root =
-      next_root(root_of({1, 2, 3}, 2, 4), text, signed_by(text, signers));
-  return root ? ErrorCode{} : root.error().code;
+  return code_of(next_root(root_of({1, 2, 3}, 2, 4), text, signed_by(text, signers)));
 }
 
 TEST(Rotation, NeedsTheThresholdOfOldAndOfNewKeys) {
@@ -153,29 +153,21 @@ TEST(Rotation, MakesReleasesOfRetiredKeysWorthless) {
 }
 
 // A map on the disk, and the record that names it.
-class MapOnDisk : public ::testing::Test {
+class MapOnDisk : public TestInFolder {
  protected:
-  void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() / (std::string("release_") + test->name());
-    std::filesystem::remove_all(folder_);
-    file_ = encode_map(random_map({.seed = 3, .site_count = 5, .nd_count = 8}));
+  MapOnDisk() {
     write(file_);
-    const ReleaseRecord record = value_of(release_of_map(path()));
-    record_ = record;
+    record_ = value_of(release_of_map(path()));
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+
   [[nodiscard]] std::filesystem::path path() const { return folder_ / "town.slmap"; }
   void write(const std::vector<std::byte>& bytes) const {
     ASSERT_TRUE(write_file_atomically(path(), bytes, IfExists::kReplace));
   }
-  [[nodiscard]] ErrorCode checked() const {
-    const Result<void> map = check_map(path(), record_);
-    return map ? ErrorCode{} : map.error().code;
-  }
+  [[nodiscard]] ErrorCode checked() const { return code_of(check_map(path(), record_)); }
 
-  std::filesystem::path folder_;
-  std::vector<std::byte> file_;
+  std::vector<std::byte> file_ =
+      encode_map(random_map({.seed = 3, .site_count = 5, .nd_count = 8}));
   ReleaseRecord record_;
 };
 
@@ -193,20 +185,16 @@ TEST_F(MapOnDisk, IsTheReleasedOneOrRefused) {
 
 TEST_F(MapOnDisk, IsRefusedWhenItsManifestIsNotTheOneReleased) {
   const ReleaseRecord right = record_;
-  record_.version = "2027.1";
-  EXPECT_EQ(checked(), ErrorCode::kNotAsReleased);
-  record_ = right;
-  record_.map_id = "other";
-  EXPECT_EQ(checked(), ErrorCode::kNotAsReleased);
-  record_ = right;
-  record_.map_release += 1;
-  EXPECT_EQ(checked(), ErrorCode::kNotAsReleased);
-  record_ = right;
-  record_.root_digest[0] ^= 1;
-  EXPECT_EQ(checked(), ErrorCode::kNotAsReleased);
-  record_ = right;
-  record_.sensor[0] ^= 1;
-  EXPECT_EQ(checked(), ErrorCode::kNotAsReleased);
+  for (const auto& change : std::vector<std::function<void(ReleaseRecord&)>>{
+           [](ReleaseRecord& record) { record.version = "2027.1"; },
+           [](ReleaseRecord& record) { record.map_id = "other"; },
+           [](ReleaseRecord& record) { record.map_release += 1; },
+           [](ReleaseRecord& record) { record.root_digest[0] ^= 1; },
+           [](ReleaseRecord& record) { record.sensor[0] ^= 1; }}) {
+    record_ = right;
+    change(record_);
+    EXPECT_EQ(checked(), ErrorCode::kNotAsReleased);
+  }
 }
 
 TEST_F(MapOnDisk, DecidesWhatToFetch) {

@@ -31,10 +31,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-ErrorCode code_of(const std::string& text) {
-  const Result<ReleaseRecord> record = decode_release_record(text);
-  return record ? ErrorCode{} : record.error().code;
-}
+ErrorCode code_of(const std::string& text) { return code_of(decode_release_record(text)); }
 
 TEST(ReleaseRecordText, ReadsWhatIsWrittenByHand) {
   const ReleaseRecord record = value_of(decode_release_record(kRelease));

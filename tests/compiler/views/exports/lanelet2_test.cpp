@@ -10,6 +10,7 @@
 #include "formats/base/random.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/value_of.h"
 
 // What is written, read by a library of XML, beside what the reader answers when it is asked at
 // every metre.
@@ -199,9 +200,7 @@ Lanelet2Export exported(const OpenMap& open, const std::string& text,
 
 ErrorCode refusal(const OpenMap& open, const std::string& text,
                   const Lanelet2Options& options = {}) {
-  const Result<Lanelet2Export> made = to_lanelet2(open.map, *open.reader, {}, text, options);
-  EXPECT_FALSE(made.has_value());
-  return made ? ErrorCode{} : made.error().code;
+  return failure_of(to_lanelet2(open.map, *open.reader, {}, text, options)).code;
 }
 
 // The tags of one limit, asked for place by place.

@@ -26,9 +26,7 @@ octomap::point3d to_octomap(const Eigen::Vector3d& p_m) {
 }
 
 std::vector<std::byte> exported(const SurfacePoints& surface, int threads = 1) {
-  const Result<std::vector<std::byte>> bytes = octomap_bt(surface, {kVoxel_m, kRange_m, threads});
-  EXPECT_TRUE(bytes.has_value()) << to_string(bytes.error());
-  return *bytes;
+  return value_of(octomap_bt(surface, {kVoxel_m, kRange_m, threads}));
 }
 
 octomap::OcTree read_back(const std::vector<std::byte>& bytes) {
@@ -218,8 +216,7 @@ TEST(Octomap, GivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 ErrorCode error_of(const SurfacePoints& surface, const OctomapOptions& options) {
-  const Result<std::vector<std::byte>> bytes = octomap_bt(surface, options);
-  return bytes ? ErrorCode{} : bytes.error().code;
+  return code_of(octomap_bt(surface, options));
 }
 
 TEST(Octomap, RefusesWhatItCannotHold) {

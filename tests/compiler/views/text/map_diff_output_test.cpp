@@ -20,9 +20,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 MapDiff diff_of(const CompiledMap& before, const CompiledMap& after) {
-  const Result<MapDiff> diff = diff_maps(encode_map(before), encode_map(after), MapDiffOptions());
-  EXPECT_TRUE(diff) << to_string(diff.error());
-  return diff ? *diff : MapDiff();
+  return value_of(diff_maps(encode_map(before), encode_map(after), MapDiffOptions()));
 }
 
 // A street of 60 sites along x from (0, 0) of the map frame; at 20 to 39 m something changed.

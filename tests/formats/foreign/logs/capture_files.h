@@ -44,11 +44,10 @@ inline Result<Recording> open_capture_file(const std::filesystem::path& file,
   return open_recording(options);
 }
 
-// "read", or the code and the text.
+// "no error", or the code and the text.
 inline std::string outcome_of(const std::filesystem::path& file,
                               const std::string& sensor = "generic-16") {
-  const Result<Recording> recording = open_capture_file(file, sensor);
-  return recording ? "read" : to_string(recording.error());
+  return outcome_of(open_capture_file(file, sensor));
 }
 
 // Changes one byte after the other, `step` apart, and cuts there: an error that names the file, or

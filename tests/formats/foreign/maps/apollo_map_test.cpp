@@ -67,12 +67,11 @@ TEST_F(ApolloMapTest, NdsAreThoseOfThePointsWhereTheyLay) {
   for (const double cell_m : {1.0, 0.5}) {
     const std::vector<Eigen::Vector3d> points_m = random_points(7);
     write_points(points_m, cell_m);
-    const Result<ForeignNds> map = open_apollo_map(folder_.path(), 2);
-    ASSERT_TRUE(map.has_value()) << to_string(map.error());
-    ASSERT_TRUE(validate(*map).has_value());
-    EXPECT_EQ(map->world, "utm:10N");
-    EXPECT_EQ(map->cell_m, cell_m);
-    EXPECT_EQ(map->point_count, points_m.size());
+    const ForeignNds map = value_of(open_apollo_map(folder_.path(), 2));
+    ASSERT_TRUE(validate(map).has_value());
+    EXPECT_EQ(map.world, "utm:10N");
+    EXPECT_EQ(map.cell_m, cell_m);
+    EXPECT_EQ(map.point_count, points_m.size());
     // Altitudes are cut towards zero: the cells on both sides of it are one.
     std::map<std::tuple<double, double, double>, std::vector<Eigen::Vector3d>> by_cell;
     for (const Eigen::Vector3d& point_m : points_m) {
@@ -92,9 +91,9 @@ TEST_F(ApolloMapTest, NdsAreThoseOfThePointsWhereTheyLay) {
       expected[{static_cast<int>(cell.x()), static_cast<int>(cell.y()),
                 static_cast<int>(cell.z())}] = moments;
     }
-    EXPECT_EQ(map->single_point_count, single_count);
-    ASSERT_EQ(map->nds.size(), expected.size());
-    for (const ForeignNd& nd : map->nds) {
+    EXPECT_EQ(map.single_point_count, single_count);
+    ASSERT_EQ(map.nds.size(), expected.size());
+    for (const ForeignNd& nd : map.nds) {
       const CellKey& key = nd.key_world;
       const auto found = expected.find({key.x, key.y, key.z});
       ASSERT_NE(found, expected.end());

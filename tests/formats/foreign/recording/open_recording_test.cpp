@@ -13,11 +13,12 @@ class RecordingTest : public testing::Test {
  protected:
   void write_scans(std::initializer_list<const char*> names) {
     float x_m = 1.0F;
-    for (const char* name : names) {
-      const PointXyzi point{x_m, 2.0F, 3.0F, 0.0F};
-      ASSERT_TRUE(write_pcd_binary(folder_ / "scans" / name, std::span(&point, 1)).has_value());
-      x_m += 1.0F;
-    }
+    for (const char* name : names) write_scan(name, x_m++);
+  }
+  void write_scan(const char* name, float x_m) {
+    const PointXyzi point{x_m, 2.0F, 3.0F, 0.0F};
+    ASSERT_TRUE(
+        write_pcd_binary(folder_ / "scans" / name, std::span(&point, 1), IfExists::kReplace));
   }
   // One TUM row a second from `first` on, x = its index.
   static std::string tum(int count, int first = 0) {
@@ -153,10 +154,7 @@ TEST_F(RecordingTest, ItsDigestNamesContentsAndNotPlaces) {
   EXPECT_EQ(open_recording(moved)->digest, digest);
   EXPECT_NE(open_recording(options())->digest, digest);
   EXPECT_NE(open_recording(options(tum(2, 1)))->digest, digest);
-  const PointXyzi point{9.0F, 2.0F, 3.0F, 0.0F};
-  ASSERT_TRUE(
-      write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1), IfExists::kReplace)
-          .has_value());
+  write_scan("1.pcd", 9.0F);
   EXPECT_NE(open_recording(options(tum(2)))->digest, digest);
 }
 
@@ -185,10 +183,7 @@ TEST_F(RecordingTest, ItsStoreReadsScansAndNoticesWhenAFileChanged) {
   const Scan scan = value_of(store->read(1));
   EXPECT_EQ(scan.stamp_ns, 1'000'000'000);
   EXPECT_EQ(scan.points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(2, 2, 3)});
-  const PointXyzi point{9.0F, 2.0F, 3.0F, 0.0F};
-  ASSERT_TRUE(
-      write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1), IfExists::kReplace)
-          .has_value());
+  write_scan("1.pcd", 9.0F);
   EXPECT_EQ(store->read(1).error().code, ErrorCode::kMismatchedInputs);
   EXPECT_TRUE(store->read(0).has_value());
 }
@@ -200,9 +195,8 @@ TEST_F(RecordingTest, TimesOfPointsTooFarBehindTheStampCountFromTheFirstPoint) {
         "VERSION .7\nFIELDS x y z timestamp\nSIZE 4 4 4 8\nTYPE F F F F\nCOUNT 1 1 1 1\n"
         "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n";
     folder_.write("scans/0.pcd", header + "1 2 3 100.0\n4 5 6 101.5\n");
-    const Result<Scan> scan = recorded_scan_store(*open_recording(options("", stamp_s)))->read(0);
-    EXPECT_TRUE(scan.has_value()) << to_string(scan.error());
-    return scan->time_offset_ns;
+    return value_of(recorded_scan_store(*open_recording(options("", stamp_s)))->read(0))
+        .time_offset_ns;
   };
   EXPECT_EQ(offsets_ns("99.5\n"), (std::vector<std::int32_t>{500'000'000, 2'000'000'000}));
   EXPECT_EQ(offsets_ns("98.1\n"), (std::vector<std::int32_t>{0, 1'500'000'000}));
@@ -256,9 +250,7 @@ class HeaderlessRecording : public RecordingTest {
     return made;
   }
   std::size_t count_of(const RecordingOptions& made) {
-    const Result<Recording> recording = open_recording(made);
-    EXPECT_TRUE(recording.has_value()) << to_string(recording.error());
-    return recording ? recording->columns->count : 0;
+    return value_of(open_recording(made)).columns->count;
   }
 };
 

@@ -76,9 +76,7 @@ TEST_F(SameRecording, ContentsNameScansWhateverElseARecordingHas) {
   b.sensor = "vlp-16";
   b.poses = folder_.write("poses.txt", "5 1 2 3 0 0 0 1\n").string();
   const auto digest_of = [](const RecordingOptions& of) {
-    const Result<Recording> recording = open_recording(of);
-    EXPECT_TRUE(recording) << to_string(recording.error());
-    return scans_digest(*recording);
+    return scans_digest(value_of(open_recording(of)));
   };
   EXPECT_EQ(digest_of(options("a")), digest_of(b));
   EXPECT_NE(digest_of(options("a")), digest_of(options("c")));
@@ -110,11 +108,7 @@ class RememberedDigests : public testing::Test {
     options_.scans = (folder_ / "scans").string();
   }
   void write(const char* name, std::size_t count) { folder_.write(name, float_spiral(5, count)); }
-  Recording open() {
-    Result<Recording> recording = open_recording(options_, 1, &memory_);
-    EXPECT_TRUE(recording.has_value()) << to_string(recording.error());
-    return *std::move(recording);
-  }
+  Recording open() { return value_of(open_recording(options_, 1, &memory_)); }
   static void let_files_settle() { std::this_thread::sleep_for(std::chrono::milliseconds(2100)); }
 
   ScratchFolder folder_;

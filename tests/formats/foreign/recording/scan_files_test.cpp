@@ -94,8 +94,7 @@ TEST(ScanFiles, NamesTellNumbersAndTimes) {
 TEST(ScanFiles, AFileOfAFormatThatIsNotReadSaysHowToConvertIt) {
   const ScratchFolder folder;
   const auto said = [](const std::filesystem::path& path) {
-    const auto files = list_scan_files(path);
-    return files ? std::string("read") : to_string(files.error());
+    return outcome_of(list_scan_files(path));
   };
   const std::filesystem::path osf = folder.write("drive.osf", std::string("\0\0\0\x24OSF!", 8));
   EXPECT_THAT(said(osf), HasSubstr("ouster-cli source in.osf save out.pcap"));

@@ -3,8 +3,13 @@
 #include <rosbag/view.h>
 #include <sys/stat.h>
 
+#include <gtest/gtest.h>
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <thread>
 
+#include "formats/base/random.h"
 #include "formats/foreign/ros/files/bag_chunks.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
@@ -46,18 +51,16 @@ std::string text_of(std::span<const std::byte> bytes) {
 }
 
 std::vector<ReadMessage> read_by_us(const std::string& path) {
-  const Result<std::unique_ptr<MessageLog>> bag = open_ros1_bag(path);
-  EXPECT_TRUE(bag.has_value()) << to_string(bag.error());
+  const std::unique_ptr<MessageLog> bag = value_of(open_ros1_bag(path));
   std::set<std::uint32_t> all;
-  for (const auto& [number, channel] : (*bag)->channels()) all.insert(number);
+  for (const auto& [number, channel] : bag->channels()) all.insert(number);
   std::vector<ReadMessage> messages;
-  const Result<void> read = (*bag)->for_each_message(all, [&](const LoggedMessage& message) {
-    const LogChannel& channel = (*bag)->channels().at(message.channel);
+  require(bag->for_each_message(all, [&](const LoggedMessage& message) {
+    const LogChannel& channel = bag->channels().at(message.channel);
     messages.push_back({message.time_ns, channel.topic, channel.type, text_of(message.bytes)});
-    EXPECT_EQ(text_of(*(*bag)->read(message.place)), messages.back().bytes);
+    EXPECT_EQ(text_of(*bag->read(message.place)), messages.back().bytes);
     return Result<void>();
-  });
-  EXPECT_TRUE(read.has_value()) << to_string(read.error());
+  }));
   return messages;
 }
 
@@ -73,8 +76,7 @@ class BagFileTest : public testing::Test {
   // The error of a bag of these bytes, and "no error" where there is none.
   std::string refusal(const std::string& bytes) {
     folder_.write("drive.bag", bytes);
-    const auto scans = open_bag(path(), "");
-    return scans ? "no error" : to_string(scans.error());
+    return outcome_of(open_bag(path(), ""));
   }
   ScratchFolder folder_;
 };
@@ -121,12 +123,11 @@ TEST_F(BagFileTest, KeepsTheOrderOfRosWithinATopicAndItsCounts) {
     for (const ReadMessage& message : read_by_ros(path())) {
       wanted[message.topic].push_back(message.bytes);
     }
-    const auto scans = open_bag(path(), "");
-    ASSERT_TRUE(scans.has_value()) << to_string(scans.error());
+    const auto scans = value_of(open_bag(path(), ""));
     std::vector<std::string> found;
-    for (std::size_t k = 0; k < (*scans)->scans().size(); ++k) {
-      found.push_back(text_of(*(*scans)->read(k)));
-      EXPECT_EQ(sha256(found.back()), (*scans)->scans()[k].content);
+    for (std::size_t k = 0; k < scans->scans().size(); ++k) {
+      found.push_back(text_of(*scans->read(k)));
+      EXPECT_EQ(sha256(found.back()), scans->scans()[k].content);
     }
     EXPECT_EQ(found, wanted["/points"]);
     const Result<std::vector<BagTopic>> topics = list_bag_topics(path());
@@ -253,6 +254,80 @@ TEST(BagCompression, AsksForNoMoreMemoryThanAFileCanFill) {
   for (const BagCompression compression : {BagCompression::kBz2, BagCompression::kLz4}) {
     EXPECT_FALSE(unpack_chunk(compression, nothing, 100).has_value());
   }
+}
+
+using Bytes = std::vector<std::byte>;
+constexpr std::size_t kChunkSize = 100;
+
+// Chunks whose bytes are their number, with a count of how often each was unpacked.
+struct Packed {
+  RecentChunks recent;
+  std::array<std::atomic<int>, 100> times{};
+
+  Result<Bytes> read(std::size_t chunk, std::size_t offset = 10, std::size_t size = 20) {
+    return recent.read({chunk, kChunkSize, offset, size}, [&]() -> Result<Bytes> {
+      ++times.at(chunk);
+      return Bytes(kChunkSize, static_cast<std::byte>(chunk));
+    });
+  }
+};
+
+TEST(RecentChunks, ThreadsThatReadDifferentPartsUnpackEachChunkOnce) {
+  Packed packed;
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < 8; ++t) {
+    threads.emplace_back([&packed, t] {
+      for (std::size_t chunk = 10 * t; chunk < 10 * t + 5; ++chunk) {
+        for (std::size_t scan = 0; scan < 5; ++scan) {
+          EXPECT_EQ(*packed.read(chunk, 20 * scan), Bytes(20, static_cast<std::byte>(chunk)));
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t chunk = 0; chunk < 80; ++chunk) {
+    EXPECT_EQ(packed.times.at(chunk), chunk % 10 < 5 ? 1 : 0) << chunk;
+  }
+}
+
+TEST(RecentChunks, WhatWasNotReadForLongestMakesRoom) {
+  Packed packed{RecentChunks(3 * kChunkSize)};
+  for (const std::size_t chunk : {1U, 2U, 3U, 1U, 4U, 1U, 3U, 4U}) {
+    ASSERT_TRUE(packed.read(chunk));
+  }
+  EXPECT_EQ(packed.times[1], 1);
+  EXPECT_EQ(packed.times[3], 1);
+  EXPECT_EQ(packed.times[4], 1);
+  ASSERT_TRUE(packed.read(2));
+  EXPECT_EQ(packed.times[2], 2);
+}
+
+TEST(RecentChunks, AChunkLargerThanAllIsKeptUntilTheNext) {
+  Packed packed{RecentChunks(kChunkSize / 2)};
+  for (const std::size_t chunk : {1U, 1U, 1U, 2U, 1U}) ASSERT_TRUE(packed.read(chunk));
+  EXPECT_EQ(packed.times[1], 2);
+}
+
+TEST(RecentChunks, GivesTheBytesOfAnyOrderOfReads) {
+  Random random(1);
+  Packed packed{RecentChunks(5 * kChunkSize)};
+  for (int read = 0; read < 2000; ++read) {
+    const std::size_t chunk = random.below(20);
+    const std::size_t offset = random.below(kChunkSize + 1);
+    const std::size_t size = random.below(kChunkSize - offset + 1);
+    EXPECT_EQ(*packed.read(chunk, offset, size), Bytes(size, static_cast<std::byte>(chunk)));
+  }
+}
+
+TEST(RecentChunks, AChunkThatDidNotUnpackIsTriedAgain) {
+  RecentChunks recent;
+  int times = 0;
+  const auto unpack = [&]() -> Result<Bytes> {
+    if (++times == 1) return Error{ErrorCode::kCannotRead, "gone", "", ""};
+    return Bytes(kChunkSize, std::byte{7});
+  };
+  EXPECT_EQ(recent.read({1, kChunkSize, 0, 1}, unpack).error().code, ErrorCode::kCannotRead);
+  EXPECT_EQ(*recent.read({1, kChunkSize, 0, 1}, unpack), Bytes(1, std::byte{7}));
 }
 
 }  // namespace

@@ -136,8 +136,7 @@ TEST(PointCloud2, ReadsTypesByteOrdersAndPaddedRows) {
 
 TEST(PointCloud2, RefusesWhatContradictsItself) {
   const auto code = [](const std::string& message) {
-    const Result<PointCloudFile> cloud = parse_point_cloud2(std::as_bytes(std::span(message)), "m");
-    return cloud ? ErrorCode{} : cloud.error().code;
+    return code_of(parse_point_cloud2(std::as_bytes(std::span(message)), "m"));
   };
   const std::string point = as_bytes({1.0F, 2.0F, 3.0F});
   const std::vector<BagField> xyz = {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}};

@@ -209,8 +209,7 @@ TEST(TransformTree, TakesAStaticTransformOnceHoweverOftenItIsSaid) {
 
 TEST(TransformTree, RefusesWhatIsNoTree) {
   const auto code = [](const TransformTree& tree, const std::string& frame) {
-    const Result<std::vector<PoseRow>> rows = tree.poses_of(frame, "drive.mcap");
-    return rows ? ErrorCode{} : rows.error().code;
+    return code_of(tree.poses_of(frame, "drive.mcap"));
   };
   EXPECT_EQ(code(driving(), "camera"), ErrorCode::kNoPoses);
   EXPECT_EQ(code(TransformTree(), "base_link"), ErrorCode::kNoPoses);

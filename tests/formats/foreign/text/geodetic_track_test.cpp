@@ -25,9 +25,7 @@ TrackInWorld read_in(const fs::path& file, const std::string& world) {
   EXPECT_TRUE(is_geodetic(file)) << file;
   const Result<GeodeticTrack> track = read_geodetic_track(file);
   EXPECT_TRUE(track) << to_string(track.error());
-  const Result<TrackInWorld> found = in_world(*track, world, file.string());
-  EXPECT_TRUE(found) << to_string(found.error());
-  return *found;
+  return value_of(in_world(*track, world, file.string()));
 }
 
 struct Form {
@@ -190,8 +188,7 @@ TEST(GeodeticTrack, RefusesWhatIsNone) {
     EXPECT_TRUE(write_file_atomically(file, text, IfExists::kReplace));
     const Result<GeodeticTrack> track = read_geodetic_track(file);
     if (!track) return to_string(track.error());
-    const Result<TrackInWorld> found = in_world(*track, "local", "track.csv");
-    return found ? std::string("read") : to_string(found.error());
+    return outcome_of(in_world(*track, "local", "track.csv"));
   };
   EXPECT_THAT(error_of("time,lat\n1,49\n"), HasSubstr("SL2008"));
   EXPECT_THAT(error_of("lat,lon\n49\n"), HasSubstr("(line 2): found 1 columns, expected 2"));

@@ -55,13 +55,11 @@ TEST(OutsideErrorsFile, NamesFileAndLineOfWhatItRefuses) {
       {"scan,look,start,error\n4,10,2,0.1\n4,20,2,0.1\n4,10,2,0.3\n", ErrorCode::kMalformedText,
        "line 4", "look 10 m, start 2 again, which line 2 has"}};
   for (const auto& each : kCases) {
-    const Result<std::vector<OutsideError>> errors = read(each.text);
-    ASSERT_FALSE(errors) << each.text;
-    EXPECT_EQ(errors.error().code, each.code) << to_string(errors.error());
-    EXPECT_EQ(errors.error().place, each.place) << each.text;
-    EXPECT_THAT(errors.error().message, testing::HasSubstr(each.message))
-        << to_string(errors.error());
-    EXPECT_TRUE(errors.error().file.ends_with("errors.csv"));
+    const Error error = failure_of(read(each.text), each.text);
+    EXPECT_EQ(error.code, each.code) << to_string(error);
+    EXPECT_EQ(error.place, each.place) << each.text;
+    EXPECT_THAT(error.message, testing::HasSubstr(each.message)) << to_string(error);
+    EXPECT_TRUE(error.file.ends_with("errors.csv"));
   }
   EXPECT_EQ(read_outside_errors("/nowhere.csv").error().code, ErrorCode::kFileNotFound);
 }

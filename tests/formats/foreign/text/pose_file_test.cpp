@@ -19,11 +19,10 @@ Result<std::vector<PoseRow>> read(const ScratchFolder& folder, std::string_view 
 
 void expect_refused(const std::string& text, ErrorCode code, const std::string& place) {
   const ScratchFolder folder;
-  const Result<std::vector<PoseRow>> poses = read(folder, text);
-  ASSERT_FALSE(poses.has_value()) << text;
-  EXPECT_EQ(poses.error().code, code) << to_string(poses.error());
-  EXPECT_EQ(poses.error().place, place) << to_string(poses.error());
-  EXPECT_EQ(poses.error().file, (folder / "poses.txt").string());
+  const Error error = failure_of(read(folder, text), text);
+  EXPECT_EQ(error.code, code) << to_string(error);
+  EXPECT_EQ(error.place, place) << to_string(error);
+  EXPECT_EQ(error.file, (folder / "poses.txt").string());
 }
 
 TEST(PoseFile, ReadsKittiTumAndApolloByTheirColumns) {
@@ -50,10 +49,9 @@ TEST(PoseFile, ReadsWhatSpreadsheetsAndWindowsWrite) {
   for (const char* head :
        {"timestamp,x,y,z,qx,qy,qz,qw\n", "t,pos_x,pos_y,pos_z,q.X,q.Y,q.Z,q.W\r\n", "\xef\xbb\xbf",
         "\xef\xbb\xbf# t x y z qx qy qz qw\n"}) {
-    const auto poses = read(folder, std::string(head) + "1.5,10,20,30,0,0,1,0\r\n");
-    ASSERT_TRUE(poses.has_value()) << head << to_string(poses.error());
-    ASSERT_EQ(poses->size(), 1U) << head;
-    EXPECT_EQ(poses->at(0).stamp_ns, 1'500'000'000);
+    const auto poses = value_of(read(folder, std::string(head) + "1.5,10,20,30,0,0,1,0\r\n"), head);
+    ASSERT_EQ(poses.size(), 1U) << head;
+    EXPECT_EQ(poses.at(0).stamp_ns, 1'500'000'000);
   }
 }
 

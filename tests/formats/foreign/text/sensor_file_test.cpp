@@ -56,8 +56,7 @@ TEST(SensorFile, OfAMakerIsReadAsItIs) {
 
 TEST(SensorFile, RefusesWhatIsNoSensor) {
   const auto error_of = [](const char* name, const std::string& text) {
-    const Result<SensorProfile> profile = read(name, text);
-    return profile ? std::string("read") : to_string(profile.error());
+    return outcome_of(read(name, text));
   };
   EXPECT_THAT(error_of("a.yaml", "beams_deg: [1, x]\n"), HasSubstr("found 'x'"));
   EXPECT_THAT(error_of("a.yaml", "beams_deg: [1, 2]\nrange: 5\n"), HasSubstr("found 'range'"));
