@@ -2,22 +2,17 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <vector>
+
+#include "tests/bench/bench_tools.h"
 
 namespace sightline {
 namespace {
 
-double process_cpu_ms() {
-  timespec now{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
-
 double cpu_ms(const std::function<void()>& run) {
-  const double start_ms = process_cpu_ms();
+  const double start_s = cpu_s();
   run();
-  return process_cpu_ms() - start_ms;
+  return 1e3 * (cpu_s() - start_s);
 }
 
 double median(std::vector<double> values) {

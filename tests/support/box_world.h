@@ -66,6 +66,23 @@ inline Scan scan_world(const BoxWorld& world, const Pose& T_map_lidar,
   return scan;
 }
 
+inline Pose pose_at(double x_m, double y_m, double yaw_rad) {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  pose.translation() = Eigen::Vector3d(x_m, y_m, 0.0);
+  return pose;
+}
+
+// Of the sensor, 2 m above the vehicle's origin.
+inline Pose lidar_at(double x_m, double y_m, double yaw_rad) {
+  return Eigen::Translation3d(0.0, 0.0, 2.0) * pose_at(x_m, y_m, yaw_rad);
+}
+
+// Bare walls on both sides: scans do not show how far the vehicle moved.
+inline BoxWorld bare_street() {
+  return {{{{-200.0, 6.0, 0.0}, {200.0, 8.0, 6.0}}, {{-200.0, -8.0, 0.0}, {200.0, -6.0, 6.0}}}};
+}
+
 // A street along x: houses of differing depth and poles on the left, boxes of all sizes on the
 // right.
 inline BoxWorld random_street(std::uint64_t seed) {
@@ -156,13 +173,6 @@ inline TestDrive joined_days(const std::vector<TestDrive>& days) {
   }
   all.drive.store = memory_scan_store(std::move(scans));
   return all;
-}
-
-inline Pose pose_at(double x_m, double y_m, double yaw_rad) {
-  Pose pose = Pose::Identity();
-  pose.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  pose.translation() = Eigen::Vector3d(x_m, y_m, 0.0);
-  return pose;
 }
 
 // Along x from `from_m` on, swinging a little to both sides.

@@ -73,8 +73,7 @@ TEST(FactorsOfSites, AreThoseOfDepthImagesAndVirtualScansOfTheWholeMap) {
 
 TEST(FactorsOfSites, AreTheSameForAnyThreadsAndShares) {
   const Place place = street();
-  PassContext alone;
-  const std::vector<std::byte> expected = to_bytes(factors_of(alone, place));
+  const std::vector<std::byte> expected = to_bytes(factors_of(TestContext(), place));
   std::map<std::size_t, std::vector<std::byte>> parts;
   PassContext ctx;
   ctx.threads = 3;
@@ -109,9 +108,9 @@ TEST(FactorsOfSites, MakeOnlyTheBlocksAnewThatAChangeReaches) {
   decompose(*nearest);
   const std::vector<std::byte> changed = run();
   EXPECT_EQ(kept.made().size(), 1U) << "the square at the beginning of the street";
-  PassContext anew;
-  EXPECT_EQ(changed, to_bytes(*whole_rows(factors_of_sites(anew, options, place.map, place.surface,
-                                                           place.sites, place.sensor))));
+  EXPECT_EQ(changed,
+            to_bytes(*whole_rows(factors_of_sites(TestContext(), options, place.map, place.surface,
+                                                  place.sites, place.sensor))));
   place.surface.patches.pop_back();
   (void)run();
   EXPECT_EQ(kept.made().size(), 1U);

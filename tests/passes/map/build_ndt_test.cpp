@@ -187,8 +187,7 @@ TEST(BuildNdt, RefusesAPointThatTheGridCannotHold) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e15}) {
     SurfacePoints points = random_points(6, 1000);
     points.points_m[17].z() = bad;
-    PassContext ctx;
-    const Error refused = failure_of(whole_rows(build_ndt(ctx, {}, points)));
+    const Error refused = failure_of(whole_rows(build_ndt(TestContext(), {}, points)));
     EXPECT_EQ(refused.code, ErrorCode::kInvalidArtifact);
     EXPECT_NE(refused.message.find("point 17"), std::string::npos);
   }

@@ -196,9 +196,8 @@ TEST(ChooseScans, RefusesATrajectoryOfAnotherDrive) {
 TEST(ChooseScans, ThreadsDoNotDecide) {
   const TestDrive all = drive_on({{}, {}, {}, with(kHouse)});
   const Trajectory two = chosen(all, 3, {.reach_m = 12.0});
-  PassContext ctx;
-  const Result<Trajectory> one =
-      choose_scans(ctx, {.reach_m = 12.0}, all.drive, all.drive, all.truth, shipped(all, 3));
+  const Result<Trajectory> one = choose_scans(TestContext(), {.reach_m = 12.0}, all.drive,
+                                              all.drive, all.truth, shipped(all, 3));
   EXPECT_EQ(to_bytes(*one), to_bytes(two));
 }
 

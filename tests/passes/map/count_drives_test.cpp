@@ -120,9 +120,9 @@ TEST(CountDrives, GivesTheSameForAnyNumberOfThreadsAndDrivesInAnyOtherPlace) {
 TEST(CountDrives, RefusesPointsOfAnotherDrive) {
   World world = world_of({{0, 0.0, scan_of({5.0, 1.0, 0.0}, 10)}});
   world.points.scans[0].part = 1;
-  PassContext ctx;
-  EXPECT_EQ(count_drives(ctx, {}, world.drive, world.trajectory, world.points).error().code,
-            ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(
+      count_drives(TestContext(), {}, world.drive, world.trajectory, world.points).error().code,
+      ErrorCode::kMismatchedInputs);
 }
 
 }  // namespace

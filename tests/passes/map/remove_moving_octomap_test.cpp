@@ -127,9 +127,7 @@ class OpenWorld {
       const Eigen::Vector3d way_m = at_m - origin_m;
       try_ray({origin_m, at_m + behind_m * way_m.normalized()}, things_[i], ends_m);
     }
-    Pose T_map_lidar = Pose::Identity();
-    T_map_lidar.linear() =
-        Eigen::AngleAxisd(random_.uniform(-3.0, 3.0), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    Pose T_map_lidar = pose_at(0.0, 0.0, random_.uniform(-3.0, 3.0));
     T_map_lidar.translation() = origin_m;
     world_.add(T_map_lidar, ends_m);
   }
@@ -204,8 +202,7 @@ SeenWorld street_with_car() {
   for (int k = 0; k < 14; ++k) {
     BoxWorld world = random_street(1);
     world.boxes.push_back({{25.0 - 2 * k, 2.0, 0.25}, {29.0 - 2 * k, 3.8, 1.6}});
-    Pose T_map_lidar = Pose::Identity();
-    T_map_lidar.translation() = Eigen::Vector3d(0.5 * k, 0.0, 2.0);
+    Pose T_map_lidar = lidar_at(0.5 * k, 0.0, 0.0);
     const Scan scan = scan_world(world, T_map_lidar, 2.0);
     std::vector<Eigen::Vector3d> ends_m;
     for (const Eigen::Vector3d& p_m : scan.points_m) ends_m.push_back(T_map_lidar * p_m + shift_m);

@@ -129,13 +129,11 @@ TEST(RemoveMoving, KeepsAStreetThatItDrivesThrough) {
 TestDrive street_with_car(int scan_count, double azimuth_step_deg) {
   std::vector<Scan> scans;
   std::vector<Pose> poses;
-  Pose T_vehicle_lidar = Pose::Identity();
-  T_vehicle_lidar.translation().z() = 2.0;
   for (int i = 0; i < scan_count; ++i) {
     BoxWorld world = random_street(1);
     world.boxes.push_back({{25.0 - i, 2.0, 0.25}, {29.0 - i, 3.8, 1.6}});
     poses.push_back(pose_at(0.5 * i, 0.0, 0.0));
-    scans.push_back(scan_world(world, poses.back() * T_vehicle_lidar, azimuth_step_deg));
+    scans.push_back(scan_world(world, lidar_at(0.5 * i, 0.0, 0.0), azimuth_step_deg));
   }
   return drive_of(std::move(scans), poses);
 }

@@ -22,8 +22,7 @@ Place mapped(const BoxWorld& world) {
   Place place;
   std::vector<Eigen::Vector3d> points_m;
   for (int i = 0; i < 12; ++i) {
-    Pose T_map_lidar = pose_at(1.5 * i, 0.0, 0.0);
-    T_map_lidar.translation().z() = 2.0;
+    const Pose T_map_lidar = lidar_at(1.5 * i, 0.0, 0.0);
     for (const Eigen::Vector3d& point_m : scan_world(world, T_map_lidar, 0.5).points_m) {
       points_m.push_back(T_map_lidar * point_m);
     }

@@ -15,11 +15,9 @@ namespace {
 
 std::vector<TargetAdvice> advice_of(const CorridorScene& scene, const AdviceOptions& options,
                                     int threads = 1) {
-  PassContext ctx;
-  ctx.threads = threads;
   const std::vector<double> weights = {30.0};
   const std::vector<double> std_m = {std_along_m(crlb(scene.views[0].information), 0.0)};
-  return advise_targets(ctx, options,
+  return advise_targets(TestContext(threads), options,
                         {scene.nds, scene.sites, scene.views, std_m, weights, scene.directions,
                          scene.options, 1, 3, 0.0});
 }

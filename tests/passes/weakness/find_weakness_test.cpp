@@ -42,8 +42,7 @@ WeaknessOptions joined() {
 }
 
 Result<Weakness> find(const CompiledMap& map, const WeaknessOptions& options) {
-  PassContext ctx;
-  return find_weakness(ctx, options, map);
+  return find_weakness(TestContext(), options, map);
 }
 
 TEST(FindWeakness, TellsWhereWhichWayWhyAndWhatWouldHelp) {

@@ -99,8 +99,7 @@ TEST(MeasureSharpness, SeesThatWrongPosesSmearTheMap) {
       test.drive.scans[i].T_world_vehicle = given;
     }
     test.truth.source = PoseSource::kEstimated;
-    PassContext ctx;
-    const Sharpness found = value_of(measure_sharpness(ctx, {}, test.drive, test.truth));
+    const Sharpness found = value_of(measure_sharpness(TestContext(), {}, test.drive, test.truth));
     ASSERT_TRUE(found.of_given.has_value());
     EXPECT_GT(found.of_given->mean_entropy_nat, found.of_map.mean_entropy_nat) << seed;
     expect_survives_disk(found);
@@ -133,8 +132,7 @@ TEST(MeasureSharpness, MakesOnlyTheTilesAnewThatAChangeReaches) {
   const Sharpness after = run();
   EXPECT_GT(kept.made().size(), 0U);
   EXPECT_LT(kept.made().size(), all / 2);
-  PassContext anew;
-  EXPECT_EQ(after, *measure_sharpness(anew, {}, test.drive, test.truth));
+  EXPECT_EQ(after, *measure_sharpness(TestContext(), {}, test.drive, test.truth));
 }
 
 TEST(MeasureSharpness, RefusesTheTrajectoryOfAnotherDrive) {

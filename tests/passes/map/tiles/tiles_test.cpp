@@ -67,9 +67,7 @@ TEST(TiledNdt, HasTheBytesOfTheWholeAtOnce) {
     const std::vector<std::byte> whole =
         to_bytes(ndt_from_points(standing_m(street()), street().frame, options, 1));
     for (const int threads : {1, 3}) {
-      PassContext ctx;
-      ctx.threads = threads;
-      const NdtMap map = value_of(whole_rows(build_ndt(ctx, options, street())));
+      const NdtMap map = value_of(whole_rows(build_ndt(TestContext(threads), options, street())));
       EXPECT_TRUE(to_bytes(map) == whole);
     }
   }
@@ -77,9 +75,8 @@ TEST(TiledNdt, HasTheBytesOfTheWholeAtOnce) {
 
 TEST(TiledSurface, HasTheBytesOfTheWholeAtOnce) {
   const auto expect_same = [](const BuildSurfaceOptions& options, int threads) {
-    PassContext ctx;
-    ctx.threads = threads;
-    const Surface surface = value_of(whole_rows(build_surface(ctx, options, street())));
+    const Surface surface =
+        value_of(whole_rows(build_surface(TestContext(threads), options, street())));
     EXPECT_GT(surface.patches.size(), 5000U);
     EXPECT_TRUE(to_bytes(surface) == to_bytes(whole_surface(street(), options)));
   };
@@ -121,10 +118,9 @@ TEST(TiledSurface, ChoosesBetweenEquallyNearGroundAsTheWholeDoes) {
 }
 
 TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
-  PassContext alone;
   const BuildSurfaceOptions options{1.0, 64.0, 3};
   const std::vector<std::byte> alone_bytes =
-      to_bytes(*whole_rows(build_surface(alone, options, street())));
+      to_bytes(*whole_rows(build_surface(TestContext(), options, street())));
   NumberedParts kept;
   PassContext second = kept.context(2, {1, 2});
   EXPECT_TRUE(to_bytes(*whole_rows(build_surface(second, options, street()))) == alone_bytes);
@@ -139,8 +135,8 @@ TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
 }
 
 TEST(TiledNdt, IsTheSameWhoeverMadeItsParts) {
-  PassContext alone;
-  const std::vector<std::byte> whole = to_bytes(*whole_rows(build_ndt(alone, {}, street())));
+  const std::vector<std::byte> whole =
+      to_bytes(*whole_rows(build_ndt(TestContext(), {}, street())));
   NumberedParts kept;
   for (const std::size_t number : {1U, 0U}) {
     PassContext ctx = kept.context(1, {number, 2});
@@ -164,8 +160,7 @@ TEST(TiledNdt, AndSurfaceMakeOnlyTheTilesAnewThatAChangeReaches) {
     const std::vector<std::byte> after = build(second, moved);
     EXPECT_GT(kept.made().size(), 0U);
     EXPECT_LT(kept.made().size(), all);
-    PassContext anew;
-    EXPECT_TRUE(after == build(anew, moved));
+    EXPECT_TRUE(after == build(TestContext(), moved));
   };
   expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
     return to_bytes(*whole_rows(build_ndt(ctx, {}, points)));
@@ -193,8 +188,7 @@ TEST(TiledNdt, AndSurfaceMakeTheTileAnewInWhichVoxelsMoved) {
     const std::vector<std::byte> after = build(second, changed);
     EXPECT_EQ(kept.made().size(), 1U);
     EXPECT_FALSE(after == before);
-    PassContext anew;
-    EXPECT_TRUE(after == build(anew, changed));
+    EXPECT_TRUE(after == build(TestContext(), changed));
   };
   expect_one_made([](PassContext& ctx, const SurfacePoints& points) {
     return to_bytes(*whole_rows(build_ndt(ctx, {2.0, 64.0, 3}, points)));

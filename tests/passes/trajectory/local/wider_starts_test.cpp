@@ -15,12 +15,6 @@
 namespace sightline {
 namespace {
 
-Pose lidar_at(double x_m, double y_m, double yaw_rad) {
-  Pose pose = pose_at(x_m, y_m, yaw_rad);
-  pose.translation().z() = 2.0;
-  return pose;
-}
-
 std::vector<Eigen::Vector3d> upright_seen(const BoxWorld& world, const Pose& T_map_lidar) {
   return upright_points(scan_world(world, T_map_lidar, 1.0).points_m, Eigen::Matrix3d::Identity());
 }

@@ -171,24 +171,13 @@ TEST(Pieces, OfTwoDrivesWhosePosesContradictEachOtherAreJoinedByWhatTheySee) {
 
 // The second drive was somewhere else: it is not joined, and the warning names it.
 TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
-  TestDrive test = drive_through(random_street(4), along_street(0.0, 8), 0.5);
-  const TestDrive other = drive_through(random_street(9), along_street(0.0, 8), 0.5);
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < 8; ++i) scans.push_back(*test.drive.store->read(i));
-  for (std::size_t i = 0; i < 8; ++i) {
-    ScanInfo& scan = test.drive.scans.emplace_back(other.drive.scans[i]);
-    scan.recording_index += 8;
-    scan.stamp_ns += 3600 * kSecond_ns;
-    scan.part = 1;
-    scans.push_back(*other.drive.store->read(i));
-  }
-  test.drive.later_parts = {"elsewhere"};
-  test.drive.store = memory_scan_store(scans);
+  const TestDrive test = joined_days({drive_through(random_street(4), along_street(0.0, 8), 0.5),
+                                      drive_through(random_street(9), along_street(0.0, 8), 0.5)});
   const Outcome outcome = run(test.drive);
   EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
   ASSERT_EQ(outcome.warnings.size(), 1u);
   EXPECT_THAT(outcome.warnings[0],
-              HasSubstr("drive elsewhere was found nowhere in the drives before it"));
+              HasSubstr("drive day 2 was found nowhere in the drives before it"));
 }
 
 // The second drive begins in a street that looks like that of the first, and continues in another.
@@ -203,14 +192,7 @@ TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
   }
   const TestDrive monday = drive_through(first, along_street(-10.0, kCount), 0.5);
   const TestDrive tuesday = drive_through(alike, along_street(-10.0, kCount), 0.5);
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < kCount; ++i) scans.push_back(*monday.drive.store->read(i));
-  for (std::size_t i = 0; i < kCount; ++i) scans.push_back(*tuesday.drive.store->read(i));
-  TestDrive test =
-      drive_of(scans, joined(along_street(-10.0, kCount), along_street(-10.0, kCount)));
-  test.drive.sensor.azimuth_step_deg = 0.5;
-  begin_tuesday(test.drive, kCount);
-  const Outcome outcome = run(test.drive);
+  const Outcome outcome = run(joined_days({monday, tuesday}).drive);
   EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
 }
 
@@ -232,11 +214,8 @@ TEST(Pieces, OfADriveThatOnlyTouchesAnotherAreNotJoined) {
 // A straight street after a pause: walls without any feature, so that the place along it is not
 // known.
 TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
-  BoxWorld world;
-  world.boxes = {{{-200.0, 6.0, 0.0}, {200.0, 8.0, 6.0}},
-                 {{-200.0, -8.0, 0.0}, {200.0, -6.0, 6.0}}};
-  TestDrive test =
-      drive_through(world, joined(along_street(0.0, 5), along_street(30.0, 5)), kAzimuthStep_deg);
+  TestDrive test = drive_through(bare_street(), joined(along_street(0.0, 5), along_street(30.0, 5)),
+                                 kAzimuthStep_deg);
   for (std::size_t i = 5; i < 10; ++i) test.drive.scans[i].stamp_ns += 60 * kSecond_ns;
   const Outcome outcome = run(test.drive);
   EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
@@ -249,9 +228,8 @@ TEST(Pieces, AreRefusedWhereADriveIsMadeOfThem) {
   std::vector<Pose> poses;
   for (std::uint64_t i = 0; i < 6; ++i) {
     poses.push_back(along_street(0.0, 1).front());
-    Pose lidar = poses.back();
-    lidar.translation().z() = 2.0;
-    scans.push_back(scan_world(random_street(20 + i), lidar, kAzimuthStep_deg));
+    const Pose T_map_lidar = Eigen::Translation3d(0.0, 0.0, 2.0) * poses.back();
+    scans.push_back(scan_world(random_street(20 + i), T_map_lidar, kAzimuthStep_deg));
   }
   const Error refused =
       failure_of(estimate_trajectory(TestContext(2), {}, drive_of(scans, poses).drive));

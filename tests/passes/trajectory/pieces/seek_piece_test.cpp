@@ -1,4 +1,3 @@
-
 #include <gtest/gtest.h>
 #include <algorithm>
 
@@ -10,9 +9,7 @@ namespace sightline {
 namespace {
 
 PlaceKey key_at(const BoxWorld& world, double x_m, double y_m, double yaw_rad) {
-  Pose T_map_lidar = pose_at(x_m, y_m, yaw_rad);
-  T_map_lidar.translation().z() = 2.0;
-  const Scan scan = scan_world(world, T_map_lidar, 0.5);
+  const Scan scan = scan_world(world, lidar_at(x_m, y_m, yaw_rad), 0.5);
   return place_key(upright_points(scan.points_m, Eigen::Matrix3d::Identity()));
 }
 
