@@ -29,8 +29,7 @@ std::vector<std::byte> head_of(std::string_view name, std::uint32_t version, std
 // Whether sealed bytes of this size, which begin so, may be an artifact.
 Result<void> check_magic(std::uint64_t size, std::span<const std::byte> beginning) {
   if (size < kMagic.size() + kChecksumSize) {
-    return Error{ErrorCode::kTruncatedFile,
-                 "an artifact of " + std::to_string(size) + " bytes is too short"};
+    return Error{ErrorCode::kTruncatedFile, concat("an artifact of ", size, " bytes is too short")};
   }
   if (std::memcmp(beginning.data(), kMagic.data(), kMagic.size()) != 0) {
     return Error{ErrorCode::kBadMagic, "not a sightline artifact", "", "byte 0"};
@@ -40,7 +39,7 @@ Result<void> check_magic(std::uint64_t size, std::span<const std::byte> beginnin
 
 Error damaged_artifact(std::uint64_t body_size) {
   return {ErrorCode::kChecksumMismatch, "the artifact is damaged or cut short", "",
-          "byte " + std::to_string(body_size)};
+          concat("byte ", body_size)};
 }
 
 // The size of the head, which lies at the beginning of `bytes`, after its magic was seen;
@@ -55,17 +54,16 @@ Result<std::size_t> check_head(std::span<const std::byte> bytes, std::uint64_t b
   const std::size_t head_size = kMagic.size() + reader.offset();
   if (!reader.ok() || size != body_size - head_size) {
     return Error{ErrorCode::kTruncatedFile, "the artifact's envelope is malformed", "",
-                 "byte " + std::to_string(head_size)};
+                 concat("byte ", head_size)};
   }
   if (found_name != name) {
-    return Error{ErrorCode::kBadLayer,
-                 "found a " + found_name + ", expected a " + std::string(name)};
+    return Error{ErrorCode::kBadLayer, concat("found a ", found_name, ", expected a ", name)};
   }
   if (found_version != version) {
     const bool newer = found_version > version;
     return Error{newer ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
-                 "a " + found_name + " of version " + std::to_string(found_version) +
-                     ", this program reads version " + std::to_string(version)};
+                 concat("a ", found_name, " of version ", found_version,
+                        ", this program reads version ", version)};
   }
   return head_size;
 }

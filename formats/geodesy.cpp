@@ -29,10 +29,10 @@ Error bad(const std::string& found) {
   World zone;
   const std::string hint = read_zone(found, zone) ? "; write utm:" + found : "";
   return {ErrorCode::kBadArgument,
-          "world: found '" + found +
-              "', expected local, utm:ZONE (utm:32N), mgrs:SQUARE (mgrs:32UMV) or "
-              "enu:LATITUDE,LONGITUDE,ALTITUDE" +
-              hint};
+          concat("world: found '", found,
+                 "', expected local, utm:ZONE (utm:32N), mgrs:SQUARE (mgrs:32UMV) or "
+                 "enu:LATITUDE,LONGITUDE,ALTITUDE",
+                 hint)};
 }
 
 // Whether a text names a square of 100 km, "32UMV"; not one of the poles, which have no zone.
@@ -53,9 +53,9 @@ bool is_of_zone(const World& world) {
 }
 
 Error no_point(const Eigen::Vector3d& p_world_m, const std::exception& reason) {
-  return {ErrorCode::kBadArgument, "world: (" + format_double(p_world_m.x()) + ", " +
-                                       format_double(p_world_m.y()) +
-                                       ") m is no point of that frame: " + reason.what()};
+  return {ErrorCode::kBadArgument,
+          concat("world: (", format_double(p_world_m.x()), ", ", format_double(p_world_m.y()),
+                 ") m is no point of that frame: ", reason.what())};
 }
 
 }  // namespace
@@ -90,9 +90,9 @@ Result<World> named_world(std::string_view flag, std::string_view carried) {
   if (flag.empty() || flag == carried) return own;
   SIGHTLINE_ASSIGN(const World named, parse_world(flag));
   if (own.kind == WorldKind::kLocal) return named;
-  return Error{ErrorCode::kBadArgument, "--world " + std::string(flag) +
-                                            ": the map names its world itself, " +
-                                            std::string(carried) + "; leave the flag out"};
+  return Error{ErrorCode::kBadArgument,
+               concat("--world ", flag, ": the map names its world itself, ", carried,
+                      "; leave the flag out")};
 }
 
 Result<Geodetic> to_geodetic(const World& world, const Eigen::Vector3d& p_world_m) {
@@ -144,9 +144,9 @@ Result<Eigen::Isometry3d> enu_axes(const World& world, const Geodetic& at) {
       turn = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix.data());
     }
   } catch (const std::exception& exception) {
-    return Error{ErrorCode::kBadArgument, "world: latitude " + format_double(at.latitude_deg) +
-                                              ", longitude " + format_double(at.longitude_deg) +
-                                              " is no place of it: " + exception.what()};
+    return Error{ErrorCode::kBadArgument,
+                 concat("world: latitude ", format_double(at.latitude_deg), ", longitude ",
+                        format_double(at.longitude_deg), " is no place of it: ", exception.what())};
   }
   if (!place_m.allFinite() || !turn.allFinite()) {
     return Error{ErrorCode::kBadArgument, "world: a place that is not finite"};
@@ -158,8 +158,8 @@ Result<Eigen::Isometry3d> enu_axes(const World& world, const Geodetic& at) {
 }
 
 std::string enu_world_name(const Geodetic& origin) {
-  return "enu:" + format_double(origin.latitude_deg) + "," + format_double(origin.longitude_deg) +
-         "," + format_double(origin.altitude_m);
+  return concat("enu:", format_double(origin.latitude_deg), ",",
+                format_double(origin.longitude_deg), ",", format_double(origin.altitude_m));
 }
 
 int epsg_code(const World& world) {

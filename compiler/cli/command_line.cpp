@@ -22,9 +22,9 @@ Error bad_argument(const std::string& message) { return {ErrorCode::kBadArgument
 Error unknown(const std::string& what, const std::string& name,
               const std::vector<std::string>& known, const std::string& command) {
   const std::string near = nearest_name(name, known);
-  return bad_argument(
-      what + "; " +
-      (near.empty() ? "`" + command + " --help` lists them" : "did you mean '" + near + "'?"));
+  return bad_argument(concat(
+      what, "; ",
+      (near.empty() ? "`" + command + " --help` lists them" : "did you mean '" + near + "'?")));
 }
 
 const Flag* find_flag(const Verb& verb, const std::string& name) {
@@ -45,7 +45,7 @@ bool has_setter(const Flag& flag) { return std::holds_alternative<Setter>(flag.t
 
 CLI::Option* add_flag(CLI::App& app, const Flag& flag) {
   if (!takes_value(flag)) return app.add_flag(flag.names)->disable_flag_override();
-  if (!flag.bare_value.empty()) return app.add_flag(flag.names + "{" + flag.bare_value + "}");
+  if (!flag.bare_value.empty()) return app.add_flag(concat(flag.names, "{", flag.bare_value, "}"));
   CLI::Option* const option = app.add_option(flag.names);
   option->type_size(static_cast<int>(values_each(flag)))->expected(1);
   return option->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -61,8 +61,8 @@ CLI::Option* add_positional(CLI::App& app, const Positional& positional) {
 // The first word too many: a flag that does not exist, or a positional.
 Error unexpected(const std::string& command, const Verb& verb, const std::string& word) {
   if (!word.starts_with('-') || word == "-") {
-    return bad_argument("unexpected word '" + word + "'; `" + command +
-                        " --help` shows what may stand there");
+    return bad_argument(
+        concat("unexpected word '", word, "'; `", command, " --help` shows what may stand there"));
   }
   const std::string name = word.substr(0, word.find('='));
   return unknown("unknown flag " + name, name, long_names(verb), command);
@@ -75,7 +75,7 @@ Error without_value(const Verb& verb, const std::vector<std::string>& words) {
     const std::string name = is_short ? std::string("-") + word->back() : *word;
     const Flag* const flag = find_flag(verb, name);
     if (flag == nullptr || !takes_value(*flag)) continue;
-    return bad_argument(long_name(*flag) + " needs a value: " + flag->value);
+    return bad_argument(concat(long_name(*flag), " needs a value: ", flag->value));
   }
   return bad_argument("a flag has no value");
 }
@@ -103,8 +103,8 @@ Result<void> split(CLI::App& app, const std::string& command, const Verb& verb,
   } catch (const CLI::ArgumentMismatch&) {
     return without_value(verb, words);
   } catch (const CLI::ParseError&) {
-    return bad_argument("the words behind `" + command + "` cannot be read; `" + command +
-                        " --help` shows what may stand there");
+    return bad_argument(concat("the words behind `", command, "` cannot be read; `", command,
+                               " --help` shows what may stand there"));
   }
   return {};
 }
@@ -114,8 +114,8 @@ Result<void> check_values(const Verb& verb, const Flag& flag,
                           const std::vector<std::string>& values) {
   for (const std::string& value : values) {
     if (find_flag(verb, value) == nullptr) continue;
-    return bad_argument(long_name(flag) + " needs a value: " + flag.value + "; found the flag " +
-                        value);
+    return bad_argument(
+        concat(long_name(flag), " needs a value: ", flag.value, "; found the flag ", value));
   }
   return {};
 }
@@ -139,7 +139,7 @@ Result<void> check_exclusions(const Verb& verb, const std::vector<CLI::Option*>&
     if (flag.excludes.empty() || options[i]->count() == 0) continue;
     const auto other = static_cast<std::size_t>(find_flag(verb, flag.excludes) - &verb.flags[0]);
     if (options[other]->count() == 0) continue;
-    return bad_argument(long_name(flag) + " and " + flag.excludes + " exclude each other");
+    return bad_argument(concat(long_name(flag), " and ", flag.excludes, " exclude each other"));
   }
   return {};
 }
@@ -154,7 +154,7 @@ Result<int> run_without_verb(const Program& program, const std::string& flag) {
     std::printf("%s %s\n%s", program.name.c_str(), program.version.c_str(), program.build.c_str());
     return 0;
   }
-  return unknown("flag " + flag + " stands before the verb", flag, {"--help", "--version"},
+  return unknown(concat("flag ", flag, " stands before the verb"), flag, {"--help", "--version"},
                  program.name);
 }
 
@@ -163,9 +163,9 @@ Result<int> run_words(const Program& program, const std::vector<std::string>& wo
   if (name.starts_with('-')) return run_without_verb(program, name);
   const Verb* const verb = find_verb(program, name);
   if (verb == nullptr) {
-    return unknown("unknown verb '" + name + "'", name, verb_names(program), program.name);
+    return unknown(concat("unknown verb '", name, "'"), name, verb_names(program), program.name);
   }
-  const std::string command = program.name + " " + name;
+  const std::string command = concat(program.name, " ", name);
   const std::vector<std::string> rest(words.begin() + 1, words.end());
   if (asks_for_help(rest)) {
     std::fputs(help_text(command, *verb).c_str(), stdout);

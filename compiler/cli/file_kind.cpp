@@ -39,30 +39,32 @@ std::string folder_of(const fs::path& path) {
 std::string description(FileKind kind, const std::string& path) {
   switch (kind) {
     case FileKind::kFolder:
-      return "a folder. Of the recordings in a folder `sightline init " + path +
-             " -o drive.yaml` writes a configuration, and `sightline compile drive.yaml -o "
-             "drive.slmap` makes the map";
+      return concat("a folder. Of the recordings in a folder `sightline init ", path,
+                    " -o drive.yaml` writes a configuration, and `sightline compile drive.yaml -o "
+                    "drive.slmap` makes the map");
     case FileKind::kMap:
-      return "a compiled map: `sightline inspect " + path +
-             "` says what it holds, `sightline evaluate CONFIG --map " + path + "` judges it";
+      return concat("a compiled map: `sightline inspect ", path,
+                    "` says what it holds, `sightline evaluate CONFIG --map ", path, "` judges it");
     case FileKind::kModel:
-      return "an error model: `sightline inspect " + path +
-             "` says what it is, `sightline compile CONFIG --model " + path + "` uses it";
+      return concat("an error model: `sightline inspect ", path,
+                    "` says what it is, `sightline compile CONFIG --model ", path, "` uses it");
     case FileKind::kPoses:
-      return "the poses of a map's drives: `base: " + path +
-             "` in a configuration of these drives and of more keeps them";
+      return concat("the poses of a map's drives: `base: ", path,
+                    "` in a configuration of these drives and of more keeps them");
     case FileKind::kDelta:
       return "a delta between two maps: `sightline apply` brings a map up to date with it";
     case FileKind::kConfiguration:
-      return "a configuration: `sightline compile " + path + " -o drive.slmap` makes a map of it";
+      return concat("a configuration: `sightline compile ", path,
+                    " -o drive.slmap` makes a map of it");
     case FileKind::kRecording:
       if (holds_many_scans(path)) {
-        return "a recording: `sightline init " + path +
-               " -o drive.yaml` writes a configuration of it, and `sightline compile drive.yaml -o "
-               "drive.slmap` makes the map";
+        return concat(
+            "a recording: `sightline init ", path,
+            " -o drive.yaml` writes a configuration of it, and `sightline compile drive.yaml -o "
+            "drive.slmap` makes the map");
       }
-      return "one scan of a recording: `sightline init " + folder_of(path) +
-             " -o drive.yaml` writes a configuration of the folder that it lies in";
+      return concat("one scan of a recording: `sightline init ", folder_of(path),
+                    " -o drive.yaml` writes a configuration of the folder that it lies in");
   }
   return "";
 }
@@ -117,7 +119,7 @@ std::string hint_of_missing(const fs::path& path) {
     return "; patterns stand for nothing here: name the folder";
   }
   const std::string near = nearest_entry(path.parent_path(), path.filename().string());
-  return near.empty() ? "" : "; did you mean " + (path.parent_path() / near).string() + "?";
+  return near.empty() ? "" : concat("; did you mean ", (path.parent_path() / near).string(), "?");
 }
 
 }  // namespace

@@ -72,12 +72,12 @@ Entry entry_of(const Flag& flag) {
   const bool has_letter = names_of(flag).size() > 1;
   const std::string facts = facts_of(flag);
   return {(has_letter ? "" : "    ") + flag_title(flag),
-          flag.help + (facts.empty() ? "" : " (" + facts + ")")};
+          flag.help + (facts.empty() ? "" : concat(" (", facts, ")"))};
 }
 
 std::string indented_lines(const std::vector<std::string>& lines) {
   std::string text;
-  for (const std::string& line : lines) text += "  " + line + "\n";
+  for (const std::string& line : lines) text += concat("  ", line, "\n");
   return text;
 }
 
@@ -89,7 +89,7 @@ std::string verbs_by_group(const Program& program) {
   std::string text;
   std::string group;
   for (const Verb& verb : program.verbs) {
-    if (verb.group != group) text += "\n" + verb.group + ":\n";
+    if (verb.group != group) text += concat("\n", verb.group, ":\n");
     group = verb.group;
     text += two_columns({{verb.name, verb.summary}}, width);
   }
@@ -126,7 +126,7 @@ std::string paragraphs(const std::string& text) {
   std::size_t begin = 0;
   while (begin < text.size()) {
     const std::size_t end = std::min(text.find("\n\n", begin), text.size());
-    result += ".PP\n" + roff(text.substr(begin, end - begin)) + "\n";
+    result += concat(".PP\n", roff(text.substr(begin, end - begin)), "\n");
     begin = end + 2;
   }
   return result;
@@ -142,32 +142,32 @@ std::string literal_lines(const std::vector<std::string>& lines) {
 // Facts stand in parentheses behind the help.
 std::string with_facts(const Flag& flag) {
   const std::string facts = facts_of(flag);
-  return roff(flag.help + (facts.empty() ? "" : " (" + facts + ")")) + ".\n";
+  return roff(flag.help + (facts.empty() ? "" : concat(" (", facts, ")"))) + ".\n";
 }
 
 std::string flag_text(const Flag& flag) {
   std::string names;
   for (const std::string& name : names_of(flag)) {
-    names += (names.empty() ? "" : ", ") + ("\\fB" + roff(name) + "\\fR");
+    names += (names.empty() ? "" : ", ") + (concat("\\fB", roff(name), "\\fR"));
   }
   if (!flag.bare_value.empty()) {
-    names += "[=\\fI" + roff(flag.value) + "\\fR]";
+    names += concat("[=\\fI", roff(flag.value), "\\fR]");
   } else if (takes_value(flag)) {
-    names += " \\fI" + roff(flag.value) + "\\fR";
+    names += concat(" \\fI", roff(flag.value), "\\fR");
   }
-  return ".TP\n" + names + "\n" + with_facts(flag);
+  return concat(".TP\n", names, "\n", with_facts(flag));
 }
 
 std::string verb_text(const Program& program, const Verb& verb) {
-  const std::string command = program.name + " " + verb.name;
-  std::string text = ".SS " + roff(verb.name) + "\n" + roff(usage_text(command, verb)) + "\n.PP\n" +
-                     roff(verb.summary) + ".\n";
+  const std::string command = concat(program.name, " ", verb.name);
+  std::string text = concat(".SS ", roff(verb.name), "\n", roff(usage_text(command, verb)),
+                            "\n.PP\n", roff(verb.summary), ".\n");
   for (const Positional& positional : verb.positionals) {
-    text += ".TP\n\\fI" + roff(positional.name) + "\\fR\n" + with_facts(as_flag(positional));
+    text += concat(".TP\n\\fI", roff(positional.name), "\\fR\n", with_facts(as_flag(positional)));
   }
   for (const Flag& flag : shown_flags(verb)) text += flag_text(flag);
   text += paragraphs(verb.details);
-  return text + ".PP\nExamples:\n" + literal_lines(verb.examples);
+  return concat(text, ".PP\nExamples:\n", literal_lines(verb.examples));
 }
 
 // 64 with the names of its failures, and so on.
@@ -175,8 +175,8 @@ std::string exit_statuses() {
   std::map<int, std::string> names;
   for (const ErrorCodeInfo& info : all_error_codes()) {
     std::string& list = names[exit_status(info.code)];
-    list += (list.empty() ? "" : ", ") +
-            ("SL" + std::to_string(static_cast<int>(info.code)) + " " + std::string(info.name));
+    list +=
+        (list.empty() ? "" : ", ") + (concat("SL", static_cast<int>(info.code), " ", info.name));
   }
   const std::map<int, std::string> meaning = {
       {64, "usage: the command line or the configuration"},
@@ -189,7 +189,7 @@ std::string exit_statuses() {
       {75, "incomplete: stopped before the end; what was done is kept"}};
   std::string text = ".TP\n0\nDone.\n";
   for (const auto& [status, what] : meaning) {
-    text += ".TP\n" + std::to_string(status) + "\n" + roff(what) + ".\n";
+    text += concat(".TP\n", status, "\n", roff(what), ".\n");
     if (names.contains(status)) text += roff(names[status]) + ".\n";
   }
   return text +
@@ -202,8 +202,8 @@ std::string exit_statuses() {
 std::string flag_title(const Flag& flag) {
   std::string text;
   for (const std::string& name : names_of(flag)) text += (text.empty() ? "" : ", ") + name;
-  if (!flag.bare_value.empty()) return text + "[=" + flag.value + "]";
-  return takes_value(flag) ? text + " " + flag.value : text;
+  if (!flag.bare_value.empty()) return concat(text, "[=", flag.value, "]");
+  return takes_value(flag) ? concat(text, " ", flag.value) : text;
 }
 
 std::string facts_of(const Flag& flag) {
@@ -223,17 +223,17 @@ std::string facts_of(const Flag& flag) {
 std::string usage_text(const std::string& command, const Verb& verb) {
   std::string text = command + " [OPTION]...";
   for (const Flag& flag : verb.flags) {
-    if (flag.is_required) text += " " + long_name(flag) + " " + flag.value;
+    if (flag.is_required) text += concat(" ", long_name(flag), " ", flag.value);
   }
   for (const Positional& positional : verb.positionals) {
     const std::string name = positional.name + (is_list(positional.target) ? "..." : "");
-    text += positional.is_required ? " " + name : " [" + name + "]";
+    text += positional.is_required ? " " + name : concat(" [", name, "]");
   }
   return text;
 }
 
 std::string help_text(const std::string& command, const Verb& verb) {
-  std::string text = "Usage: " + usage_text(command, verb) + "\n\n" + verb.summary + "\n";
+  std::string text = concat("Usage: ", usage_text(command, verb), "\n\n", verb.summary, "\n");
   std::vector<Entry> arguments;
   for (const Positional& positional : verb.positionals) {
     arguments.push_back({positional.name, entry_of(as_flag(positional)).text});
@@ -243,29 +243,29 @@ std::string help_text(const std::string& command, const Verb& verb) {
   }
   text += option_list(shown_flags(verb));
   text += filled_paragraphs(verb.details);
-  return text + "\nExamples:\n" + indented_lines(verb.examples);
+  return concat(text, "\nExamples:\n", indented_lines(verb.examples));
 }
 
 std::string help_text(const Program& program) {
-  std::string text = filled(program.summary, 0) + "\nUsage: " + program.name +
-                     " VERB [OPTION]...\n\nBegin with a folder of recordings:\n" +
-                     indented_lines(program.first_steps) + verbs_by_group(program) +
-                     option_list(flags_without_verb());
-  text += "\n`" + program.name + " help VERB` explains a verb with examples, `" + program.name +
-          " man | man -l -` all of them.\n";
+  std::string text = concat(filled(program.summary, 0), "\nUsage: ", program.name,
+                            " VERB [OPTION]...\n\nBegin with a folder of recordings:\n",
+                            indented_lines(program.first_steps), verbs_by_group(program),
+                            option_list(flags_without_verb()));
+  text += concat("\n`", program.name, " help VERB` explains a verb with examples, `", program.name,
+                 " man | man -l -` all of them.\n");
   return text + filled_paragraphs(program.details);
 }
 
 std::string man_page(const Program& program) {
   std::string text =
-      ".TH SIGHTLINE 1 \"\" \"sightline " + program.version + "\" \"User Commands\"\n.ad l\n";
-  text += ".SH NAME\n" + roff(program.name) +
-          " \\- compile recorded drives into a map of how far a vehicle must look\n";
+      concat(".TH SIGHTLINE 1 \"\" \"sightline ", program.version, "\" \"User Commands\"\n.ad l\n");
+  text += concat(".SH NAME\n", roff(program.name),
+                 " \\- compile recorded drives into a map of how far a vehicle must look\n");
   text += ".SH SYNOPSIS\n";
   for (const Verb& verb : program.verbs) {
-    text += roff(usage_text(program.name + " " + verb.name, verb)) + "\n.br\n";
+    text += roff(usage_text(concat(program.name, " ", verb.name), verb)) + "\n.br\n";
   }
-  text += ".SH DESCRIPTION\n" + roff(program.summary) + "\n";
+  text += concat(".SH DESCRIPTION\n", roff(program.summary), "\n");
   text +=
       ".PP\nData goes to stdout, log and progress to stderr. Outputs appear whole or not at all "
       "and are not overwritten without \\fB\\-\\-force\\fR. Finished passes are cached beside the "

@@ -117,8 +117,8 @@ Result<void> check_stop(const RunFlags& flags, const Plan& plan,
     const AnyWire output{later->output};
     if (std::ranges::find(wanted, output) == wanted.end()) continue;
     return Error{ErrorCode::kBadArgument,
-                 "--stop-after " + flags.stop_after + ": '" + plan.artifact(output).name +
-                     "' is made later, by " + later->name,
+                 concat("--stop-after ", flags.stop_after, ": '", plan.artifact(output).name,
+                        "' is made later, by ", later->name),
                  "", ""};
   }
   return {};
@@ -126,7 +126,7 @@ Result<void> check_stop(const RunFlags& flags, const Plan& plan,
 
 void say_stopped(const RunFlags& flags, const std::string& consequence) {
   if (flags.is_quiet || flags.json_progress == STDERR_FILENO) return;
-  std::fputs(("stopped after " + flags.stop_after + ": " + consequence + "\n").c_str(), stderr);
+  std::fputs((concat("stopped after ", flags.stop_after, ": ", consequence, "\n")).c_str(), stderr);
 }
 
 Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,

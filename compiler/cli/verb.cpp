@@ -34,7 +34,8 @@ bool is_within_limits(const Flag& flag, double number) {
 }
 
 Error bad_value(const Flag& flag, const std::string& called, const std::string& word) {
-  return {ErrorCode::kBadValue, called + ": found '" + word + "', expected " + expected_text(flag)};
+  return {ErrorCode::kBadValue,
+          concat(called, ": found '", word, "', expected ", expected_text(flag))};
 }
 
 template <class Number>
@@ -58,8 +59,8 @@ Result<void> check_choice(const Flag& flag, const std::string& called, const std
   }
   const std::string near = nearest_name(word, flag.choices);
   const std::string hint =
-      near.empty() ? "it is one of " + joined(flag.choices) : "did you mean '" + near + "'?";
-  return Error{ErrorCode::kUnknownName, called + ": '" + word + "' is not known; " + hint};
+      near.empty() ? "it is one of " + joined(flag.choices) : concat("did you mean '", near, "'?");
+  return Error{ErrorCode::kUnknownName, concat(called, ": '", word, "' is not known; ", hint)};
 }
 
 // Overloads for each kind of target.
@@ -84,7 +85,7 @@ struct SetTarget {
     const Result<void> set = setter(word);
     if (set) return {};
     Error error = set.error();
-    error.message = called + ": " + error.message;
+    error.message = concat(called, ": ", error.message);
     return error;
   }
   template <class Number>
@@ -161,12 +162,12 @@ Result<void> set_flag(const Flag& flag, const std::string& called,
                       const std::vector<std::string>& words) {
   if (words.empty()) {
     if (!flag.is_required) return {};
-    return Error{ErrorCode::kBadArgument, called + " is required: " + flag.help};
+    return Error{ErrorCode::kBadArgument, concat(called, " is required: ", flag.help)};
   }
   if (takes_value(flag) && !is_list(flag.target) && words.size() > 1) {
-    return Error{ErrorCode::kBadArgument, called + " was given " + std::to_string(words.size()) +
-                                              " times, with '" + words[0] + "' and '" + words[1] +
-                                              "'; it takes one value"};
+    return Error{ErrorCode::kBadArgument,
+                 concat(called, " was given ", words.size(), " times, with '", words[0], "' and '",
+                        words[1], "'; it takes one value")};
   }
   if (is_list(flag.target)) std::get<std::vector<std::string>*>(flag.target)->clear();
   for (const std::string& word : words) {
@@ -194,7 +195,7 @@ std::string expected_text(const Flag& flag) {
   const bool is_number = std::holds_alternative<double*>(flag.target);
   std::string text = is_number ? "a number" : "a whole number";
   if (flag.minimum && flag.maximum) {
-    text += " from " + number_text(*flag.minimum) + " to " + number_text(*flag.maximum);
+    text += concat(" from ", number_text(*flag.minimum), " to ", number_text(*flag.maximum));
   } else if (flag.minimum) {
     text += " of at least " + number_text(*flag.minimum);
   }

@@ -32,20 +32,22 @@ std::string bash_values(const Verb& verb) {
   std::string text;
   for (const Flag& flag : shown_flags(verb)) {
     if (!takes_value(flag) || !flag.bare_value.empty()) continue;
-    text += "        " + joined(names_of(flag), "|") + ") ";
-    text += flag.choices.empty() ? "return ;;\n" : "words='" + joined(flag.choices, " ") + "' ;;\n";
+    text += concat("        ", joined(names_of(flag), "|"), ") ");
+    text += flag.choices.empty() ? "return ;;\n"
+                                 : concat("words='", joined(flag.choices, " "), "' ;;\n");
   }
   if (text.empty()) return text;
-  return "      case $before in\n" + text + "      esac\n";
+  return concat("      case $before in\n", text, "      esac\n");
 }
 
 std::string bash_branch(const Verb& verb) {
-  std::string text = "    " + verb.name + ")\n      flags='" + all_names(shown_flags(verb)) + "'\n";
+  std::string text =
+      concat("    ", verb.name, ")\n      flags='", all_names(shown_flags(verb)), "'\n");
   for (const Positional& positional : verb.positionals) {
     if (positional.choices.empty()) continue;
-    text += "      words='" + joined(positional.choices, " ") + "'\n";
+    text += concat("      words='", joined(positional.choices, " "), "'\n");
   }
-  return text + bash_values(verb) + "      ;;\n";
+  return concat(text, bash_values(verb), "      ;;\n");
 }
 
 // _arguments takes brackets and colons for its own.
@@ -62,7 +64,7 @@ bool names_a_file(const std::string& value) { return value == "FILE" || value ==
 
 // Nothing is offered for a value that is neither a choice nor a file.
 std::string zsh_action(const std::string& value, const std::vector<std::string>& choices) {
-  if (!choices.empty()) return "(" + joined(choices, " ") + ")";
+  if (!choices.empty()) return concat("(", joined(choices, " "), ")");
   return names_a_file(value) ? "_files" : " ";
 }
 
@@ -70,33 +72,34 @@ std::string zsh_action(const std::string& value, const std::vector<std::string>&
 std::string zsh_values(const Flag& flag) {
   std::string text;
   std::istringstream words(flag.value);
-  for (std::string word; words >> word;) text += ":" + word + ":" + zsh_action(word, flag.choices);
+  for (std::string word; words >> word;)
+    text += concat(":", word, ":", zsh_action(word, flag.choices));
   return text;
 }
 
 // '(-o --output)'{-o,--output}'[help]:FILE:_files', '*--set[help]:KEY=VALUE: '
 std::string zsh_flag(const Flag& flag) {
   const std::vector<std::string> names = names_of(flag);
-  const std::string help = "[" + escaped(flag.help) + "]";
+  const std::string help = concat("[", escaped(flag.help), "]");
   if (!flag.bare_value.empty()) {
-    return shell_word(long_name(flag) + "=-" + help + ":" + zsh_values(flag));
+    return shell_word(concat(long_name(flag), "=-", help, ":", zsh_values(flag)));
   }
   const std::string behind = help + zsh_values(flag);
-  if (is_list(flag.target)) return shell_word("*" + long_name(flag) + behind);
+  if (is_list(flag.target)) return shell_word(concat("*", long_name(flag), behind));
   if (names.size() == 1) return shell_word(long_name(flag) + behind);
-  return shell_word("(" + joined(names, " ") + ")") + "{" + joined(names, ",") + "}" +
-         shell_word(behind);
+  return concat(shell_word("(" + joined(names, " ") + ")"), "{", joined(names, ","), "}",
+                shell_word(behind));
 }
 
 std::string zsh_branch(const Verb& verb) {
-  std::string text = "    " + verb.name + ")\n      _arguments -s -S";
+  std::string text = concat("    ", verb.name, ")\n      _arguments -s -S");
   for (const Flag& flag : shown_flags(verb)) text += " \\\n        " + zsh_flag(flag);
   int place = 1;
   for (const Positional& positional : verb.positionals) {
     const std::string where = is_list(positional.target) ? "*" : std::to_string(place++);
     // A positional that is no choice may be a file.
     const std::string action = zsh_action("FILE", positional.choices);
-    text += " \\\n        " + shell_word(where + ":" + escaped(positional.name) + ":" + action);
+    text += " \\\n        " + shell_word(concat(where, ":", escaped(positional.name), ":", action));
   }
   return text + "\n      ;;\n";
 }
@@ -105,9 +108,9 @@ std::string zsh_branch(const Verb& verb) {
 // it leaves the word to readline.
 std::string bash_completion(const Program& program) {
   const std::string function = "_" + program.name;
-  std::string text = "# Completion of " + program.name + " in bash; made by `" + program.name +
-                     " completion bash`.\n" + function + "() {\n";
-  text +=
+  std::string text = concat("# Completion of ", program.name, " in bash; made by `", program.name,
+                            " completion bash`.\n", function, "() {\n");
+  text += concat(
       "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} verb= i\n"
       "  local flags= words=\n"
       "  COMPREPLY=()\n"
@@ -116,27 +119,27 @@ std::string bash_completion(const Program& program) {
       "  done\n"
       "  case $verb in\n"
       "    '')\n"
-      "      flags='" +
-      all_names(flags_without_verb()) + "'\n      words='" + joined(verb_names(program), " ") +
-      "'\n      ;;\n";
+      "      flags='",
+      all_names(flags_without_verb()), "'\n      words='", joined(verb_names(program), " "),
+      "'\n      ;;\n");
   for (const Verb& verb : program.verbs) text += bash_branch(verb);
   text +=
       "  esac\n"
       "  if [[ $word == -* ]]; then words=$flags; fi\n"
       "  if [[ -n $words ]]; then COMPREPLY=($(compgen -W \"$words\" -- \"$word\")); fi\n"
       "}\n";
-  return text + "complete -o default -F " + function + " " + program.name + "\n";
+  return concat(text, "complete -o default -F ", function, " ", program.name, "\n");
 }
 
 // A completion function for zsh, to be sourced after compinit or put into a folder of $fpath as
 // _sightline.
 std::string zsh_completion(const Program& program) {
   const std::string function = "_" + program.name;
-  std::string text = "#compdef " + program.name + "\n# Completion in zsh; made by `" +
-                     program.name + " completion zsh`.\n" + function +
-                     "() {\n  local -a verbs\n  verbs=(\n";
+  std::string text =
+      concat("#compdef ", program.name, "\n# Completion in zsh; made by `", program.name,
+             " completion zsh`.\n", function, "() {\n  local -a verbs\n  verbs=(\n");
   for (const Verb& verb : program.verbs) {
-    text += "    " + shell_word(verb.name + ":" + escaped(verb.summary)) + "\n";
+    text += concat("    ", shell_word(verb.name + ":" + escaped(verb.summary)), "\n");
   }
   text +=
       "  )\n"
@@ -156,15 +159,15 @@ std::string zsh_completion(const Program& program) {
   for (const Verb& verb : program.verbs) text += zsh_branch(verb);
   text += "  esac\n}\n";
   // Loaded from $fpath the file is the body of the function; sourced it must register it.
-  return text + "if [[ $funcstack[1] == " + function + " ]]; then " + function +
-         " \"$@\"; else compdef " + function + " " + program.name + "; fi\n";
+  return concat(text, "if [[ $funcstack[1] == ", function, " ]]; then ", function,
+                " \"$@\"; else compdef ", function, " ", program.name, "; fi\n");
 }
 
 void print_help(const std::string& name) {
   const Program program = sightline_program();
   const Verb* const verb = find_verb(program, name);
   const std::string text =
-      verb == nullptr ? help_text(program) : help_text(program.name + " " + name, *verb);
+      verb == nullptr ? help_text(program) : help_text(concat(program.name, " ", name), *verb);
   std::fputs(text.c_str(), stdout);
 }
 

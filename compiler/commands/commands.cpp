@@ -30,7 +30,7 @@ std::string kernels() {
 std::string line(std::string name, const std::string& value) {
   constexpr std::size_t kWidth = 15;
   name.resize(kWidth, ' ');
-  return name + value + "\n";
+  return concat(name, value, "\n");
 }
 
 }  // namespace

@@ -113,9 +113,8 @@ Result<void> check_lists(const CompileConfig& config) {
     return Error{ErrorCode::kMissingKey, missing + ".scans: no folder of scans is named"};
   }
   if (!is_list || !config.imports_errors()) return {};
-  return Error{ErrorCode::kBadValue, "import-errors.file is of one localization drive, and " +
-                                         std::to_string(1 + config.later_localization.size()) +
-                                         " are named"};
+  return Error{ErrorCode::kBadValue, concat("import-errors.file is of one localization drive, and ",
+                                            1 + config.later_localization.size(), " are named")};
 }
 
 Result<void> check(const CompileConfig& config) {
@@ -161,15 +160,16 @@ std::optional<std::vector<std::pair<std::string, std::string>>> pairs_of(const s
 Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options) {
   const auto parameters = pairs_of(options.parameters);
   if (!parameters) {
-    return Error{ErrorCode::kBadValue, "import-errors.parameters: found '" + options.parameters +
-                                           "', expected \"name=value, ...\", each name once"};
+    return Error{ErrorCode::kBadValue,
+                 concat("import-errors.parameters: found '", options.parameters,
+                        "', expected \"name=value, ...\", each name once")};
   }
   for (const std::string& own : localizer_names()) {
     if (options.localizer != own) continue;
     return Error{ErrorCode::kBadValue,
-                 "import-errors.localizer: " + own +
-                     " is one of this program's own, which measures "
-                     "its errors itself (measure-error.localizer); name yours otherwise"};
+                 concat("import-errors.localizer: ", own,
+                        " is one of this program's own, which measures "
+                        "its errors itself (measure-error.localizer); name yours otherwise")};
   }
   LocalizerProfile profile{options.localizer, static_cast<std::uint32_t>(options.version),
                            *parameters};

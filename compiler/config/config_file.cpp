@@ -22,9 +22,9 @@ Result<ConfigSection*> find_section(std::string_view name, std::vector<ConfigSec
     return std::ranges::find(section.fields, name, &OptionField::name) != section.fields.end();
   });
   if (owner != sections.end()) {
-    error.message = "'" + std::string(name) +
-                    "' stands at the top level; it belongs in a section: " + owner->name + ": {" +
-                    std::string(name) + ": ...}";
+    error.message =
+        concat("'", name, "' stands at the top level; it belongs in a section: ", owner->name,
+               ": {", name, ": ...}");
   }
   return error;
 }
@@ -35,7 +35,7 @@ Result<OptionField*> find_field(std::string_view name, ConfigSection& section) {
     if (field.name == name) return &field;
     known.push_back(field.name);
   }
-  return unknown_key(name, "in section '" + section.name + "'", known);
+  return unknown_key(name, concat("in section '", section.name, "'"), known);
 }
 
 // A map, or a list of such maps.
@@ -49,7 +49,7 @@ Json one_or_several(Json one) {
 }
 
 Result<void> read_section(const YamlNode& node, ConfigSection& section) {
-  const std::string where = "section '" + section.name + "'";
+  const std::string where = concat("section '", section.name, "'");
   if (!section.word.empty() && node.kind == YamlNode::Kind::kScalar) {
     return set_field(node, *std::ranges::find(section.fields, section.word, &OptionField::name));
   }
@@ -62,7 +62,7 @@ Result<void> read_section(const YamlNode& node, ConfigSection& section) {
   }
   for (std::size_t i = 0; i < node.values.size(); ++i) {
     std::vector<OptionField> fields = i == 0 ? section.fields : section.one_more();
-    SIGHTLINE_TRY(set_fields(node.values[i], where + ", drive " + std::to_string(i + 1), fields));
+    SIGHTLINE_TRY(set_fields(node.values[i], concat(where, ", drive ", i + 1), fields));
   }
   return {};
 }
@@ -126,7 +126,7 @@ Result<void> set_override(std::string_view assignment, std::vector<ConfigSection
   const std::size_t dot = assignment.substr(0, equals).find('.');
   if (equals == std::string_view::npos || dot == std::string_view::npos) {
     return Error{ErrorCode::kBadArgument,
-                 "found '" + std::string(assignment) + "', expected section.key=value", "--set"};
+                 concat("found '", assignment, "', expected section.key=value"), "--set"};
   }
   SIGHTLINE_ASSIGN(ConfigSection* const section, find_section(assignment.substr(0, dot), sections));
   SIGHTLINE_ASSIGN(OptionField* const field,
@@ -138,9 +138,9 @@ std::string to_yaml(const std::vector<ConfigSection>& sections) {
   std::string text;
   for (const ConfigSection& section : sections) {
     if (section.fields.empty()) continue;
-    text += "# " + section.help + "\n" + section.name + ":\n";
+    text += concat("# ", section.help, "\n", section.name, ":\n");
     for (const OptionField& field : section.fields) {
-      text += "  # " + field.help + "\n  " + field.name + ": " + json_text(field) + "\n";
+      text += concat("  # ", field.help, "\n  ", field.name, ": ", json_text(field), "\n");
     }
     text += "\n";
   }

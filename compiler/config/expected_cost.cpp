@@ -143,18 +143,17 @@ std::string time_text(double seconds) {
 
 // "  memory  about 560 MiB; 12.0 GiB are free"
 std::string room_line(const char* what, double needed_mib, double free_mib) {
-  std::string line = std::string(what) + "about " + mib_text(needed_mib);
+  std::string line = concat(what, "about ", mib_text(needed_mib));
   if (!std::isfinite(free_mib)) return line + "\n";
-  line += "; " + mib_text(free_mib) + " are free";
+  line += concat("; ", mib_text(free_mib), " are free");
   return line + (needed_mib > free_mib ? ": too little\n" : "\n");
 }
 
 std::string text_of(const ExpectedPlaces& places) {
-  return "time    about " + time_text(places.cpu_s) + " of one core for " +
-         std::to_string(places.count) + " places, of which " + std::to_string(places.tried_count) +
-         " were tried\n" +
-         room_line("memory  ", memory_of_places_mib(static_cast<double>(places.count)),
-                   free_memory_mib());
+  return concat("time    about ", time_text(places.cpu_s), " of one core for ", places.count,
+                " places, of which ", places.tried_count, " were tried\n",
+                room_line("memory  ", memory_of_places_mib(static_cast<double>(places.count)),
+                          free_memory_mib()));
 }
 
 }  // namespace
@@ -207,8 +206,8 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
 std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache_directory) {
   std::string text;
   for (const ExpectedDrive& drive : cost.drives) {
-    text += drive.role + ": " + std::to_string(drive.scan_count) + " scans of about " +
-            about(drive.points_per_scan) + " points\n";
+    text += concat(drive.role, ": ", drive.scan_count, " scans of about ",
+                   about(drive.points_per_scan), " points\n");
   }
   TextGrid grid = {{"pass", "expected"}};
   double wall_s = 0.0;
@@ -221,12 +220,12 @@ std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache
   text += aligned(grid, FirstColumn::kLeft);
   if (cost.places) return text + text_of(*cost.places);
   if (cost.drives.empty()) return text + kOfPlaces;
-  text += "time    about " + time_text(wall_s) + " on " + std::to_string(cost.threads) +
-          " threads, " + time_text(0.4 * wall_s) + " to " + time_text(2.5 * wall_s) + "\n";
+  text += concat("time    about ", time_text(wall_s), " on ", cost.threads, " threads, ",
+                 time_text(0.4 * wall_s), " to ", time_text(2.5 * wall_s), "\n");
   text += room_line("memory  ", cost.memory_mib, free_memory_mib());
   if (cache_directory.empty()) return text + "disk    the map alone: nothing is kept\n";
-  return text + room_line("disk    ", cost.cache_mib, free_disk_mib(cache_directory)) +
-         "        in " + cache_directory.string() + "\n";
+  return concat(text, room_line("disk    ", cost.cache_mib, free_disk_mib(cache_directory)),
+                "        in ", cache_directory.string(), "\n");
 }
 
 }  // namespace sightline

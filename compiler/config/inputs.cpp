@@ -61,8 +61,8 @@ Result<void> check_named_once(const std::vector<NamedDrive>& drives) {
     const auto [other, is_new] = role_of.try_emplace(drive.place.name(), drive.role);
     if (is_new) continue;
     return Error{ErrorCode::kBadValue,
-                 drive.role + ".scans: found the recording of " + other->second +
-                     ", expected another drive: a recording that is listed twice counts twice"};
+                 concat(drive.role, ".scans: found the recording of ", other->second,
+                        ", expected another drive: a recording that is listed twice counts twice")};
   }
   return {};
 }
@@ -138,8 +138,8 @@ Result<void> settle_same_recordings(CompileConfig& config) {
                  "annotation.split is even-odd and a localization drive is named: choose one"};
   }
   if (is_other) return {};
-  const std::string found = localization[static_cast<std::size_t>(first - own.begin())].role +
-                            ".scans: found the recording of " + (*first)->role;
+  const std::string found = concat(localization[static_cast<std::size_t>(first - own.begin())].role,
+                                   ".scans: found the recording of ", (*first)->role);
   if (std::ranges::find(own, nullptr) != own.end()) {
     return Error{ErrorCode::kBadValue,
                  found + ", expected a drive that did not make the map, as the others: remove it"};
@@ -167,9 +167,10 @@ void note_known_evaluation(CompileConfig& config) {
   const NamedDrive* known = same_drive(mapping, place);
   if (known == nullptr) known = same_drive(localization, place);
   if (known == nullptr) return;
-  config.notes.push_back("evaluation.scans: found the recording of " + known->role +
-                         ", which the map is made from: the results are better than those of "
-                         "another drive");
+  config.notes.push_back(
+      concat("evaluation.scans: found the recording of ", known->role,
+             ", which the map is made from: the results are better than those of "
+             "another drive"));
 }
 
 }  // namespace sightline

@@ -33,7 +33,7 @@ Result<std::vector<NamedRecording>> in_folder(const fs::path& folder) {
   if (!named.empty()) return named;
   std::string message = "no recording was found in it";
   for (const PassedOver& passed : search.passed_over) {
-    message += "; " + passed.path.string() + ": " + passed.reason;
+    message += concat("; ", passed.path.string(), ": ", passed.reason);
   }
   return Error{ErrorCode::kEmptyDirectory, message, folder.string()};
 }
@@ -47,10 +47,11 @@ Result<std::vector<NamedRecording>> in_list(const fs::path& file) {
     split_words(line, paths, "\t");
     if (paths.empty() || paths[0].starts_with('#')) continue;
     if (paths.size() > 2) {
-      return Error{ErrorCode::kMalformedText,
-                   "found " + std::to_string(paths.size()) +
-                       " paths, expected that of the scans and, behind a tab, that of their poses",
-                   file.string(), "line " + std::to_string(lines.number())};
+      return Error{
+          ErrorCode::kMalformedText,
+          concat("found ", paths.size(),
+                 " paths, expected that of the scans and, behind a tab, that of their poses"),
+          file.string(), concat("line ", lines.number())};
     }
     const auto from_file = [&](std::string_view path) {
       return (file.parent_path() / fs::path(path)).lexically_normal();
@@ -71,7 +72,8 @@ Result<std::string> companion_of(const fs::path& scans, const std::string& file)
     if (fs::exists(candidate, ignored)) return candidate.string();
   }
   return Error{ErrorCode::kFileNotFound,
-               "found no file '" + file + "' with these scans or beside them", scans.string()};
+               concat("found no file '", file, "' with these scans or beside them"),
+               scans.string()};
 }
 
 Result<RecordingOptions> drive_of(const RecordingOptions& shared, const NamedRecording& named) {
@@ -111,8 +113,8 @@ Result<void> expand_recordings(const std::string& section, const std::string& re
   const std::string key = section + ".recordings: ";
   if (!first.scans.empty() || !first.name.empty() || !more.empty()) {
     return Error{ErrorCode::kBadValue,
-                 key + "found " + (more.empty() ? "scans or a name" : "a list of drives") +
-                     " beside it, which are of one drive: it stands in their place"};
+                 concat(key, "found ", (more.empty() ? "scans or a name" : "a list of drives"),
+                        " beside it, which are of one drive: it stands in their place")};
   }
   Result<std::vector<RecordingOptions>> drives = drives_of(recordings, first);
   if (!drives) {

@@ -53,8 +53,8 @@ Check of_exception(const GateSettings& settings, const std::string& rule, double
 }
 
 std::string named(const GateException& exception) {
-  return "the exception of " + exception.rule + " until " + exception.until + " (" +
-         exception.reason + ")";
+  return concat("the exception of ", exception.rule, " until ", exception.until, " (",
+                exception.reason, ")");
 }
 
 // Turns violations that a valid exception covers into excepted checks, and appends what the
@@ -71,7 +71,7 @@ void apply_exceptions(const GateSettings& settings, const CompiledMap& map,
     const int late_days = days_between(exception.until, report.today);
     if (late_days > 0) {
       add("exception-expired", late_days,
-          named(exception) + " ended " + std::to_string(late_days) + " days ago");
+          concat(named(exception), " ended ", late_days, " days ago"));
       continue;
     }
     bool is_used = false;
@@ -84,7 +84,7 @@ void apply_exceptions(const GateSettings& settings, const CompiledMap& map,
       is_used = true;
       if (check.verdict == Verdict::kExcepted) continue;  // the first exception is named
       check.verdict = Verdict::kExcepted;
-      check.exception = exception.reason + " (until " + exception.until + ")";
+      check.exception = concat(exception.reason, " (until ", exception.until, ")");
     }
     if (!is_used) add("exception-unused", 1.0, named(exception) + " covers no finding");
   }
@@ -99,7 +99,7 @@ GateMapCard card_of(const GateMap& map) {
 Result<void> check_subject(const GateSubject& subject, const std::string& today) {
   if (!is_date(today)) {
     return Error{ErrorCode::kBadArgument,
-                 "today: found '" + today + "', expected a day as YYYY-MM-DD"};
+                 concat("today: found '", today, "', expected a day as YYYY-MM-DD")};
   }
   if (subject.observation == nullptr) return {};
   const CompiledMap& map = subject.map.map;

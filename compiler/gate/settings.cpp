@@ -54,7 +54,7 @@ Result<double> read_number(const YamlNode& node, const std::string& name, double
 Result<std::vector<double>> read_numbers(const YamlNode& node, const std::string& what,
                                          std::size_t count) {
   if (node.kind != YamlNode::Kind::kList || node.values.size() != count) {
-    return refused(node, what + ": expected a list of " + std::to_string(count) + " numbers");
+    return refused(node, concat(what, ": expected a list of ", count, " numbers"));
   }
   std::vector<double> values;
   for (const YamlNode& item : node.values) {
@@ -85,7 +85,8 @@ Result<void> read_at_limits(const YamlNode& node, Threshold& threshold) {
 
 // `rule: 0.9`, `rule: warning`, `rule: off` or `rule: {severity: .., allowed: .., at_limits: ..}`.
 Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting& setting) {
-  if (node.kind == YamlNode::Kind::kNull) return refused(node, "rule '" + id + "' says nothing");
+  if (node.kind == YamlNode::Kind::kNull)
+    return refused(node, concat("rule '", id, "' says nothing"));
   std::string severity(severity_name(setting.severity));
   double allowed = 0.0;
   Fields fields = rule_fields(severity, allowed);
@@ -96,7 +97,7 @@ Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting&
     says_allowed = set.has_value();
     if (!set) set = set_field(node, fields[0]);
   } else {
-    set = set_fields(node, "rule '" + id + "'", fields, {"at_limits"});
+    set = set_fields(node, concat("rule '", id, "'"), fields, {"at_limits"});
   }
   if (!set) return set;
   if (says_allowed) setting.threshold.allowed = allowed;
@@ -174,7 +175,7 @@ Result<GateException> read_exception(const YamlNode& node, const GateSettings& s
        {std::pair("rule", &exception.rule), std::pair("reason", &exception.reason),
         std::pair("until", &exception.until)}) {
     if (!value->empty()) continue;
-    return refused(node, std::string("an exception needs '") + key + "'", ErrorCode::kMissingKey);
+    return refused(node, concat("an exception needs '", key, "'"), ErrorCode::kMissingKey);
   }
   if (exception.rule != "*" && !settings.rules.contains(exception.rule)) {
     return placed(unknown_key(exception.rule, "in rule of an exception", ids_of(settings)),
@@ -182,7 +183,7 @@ Result<GateException> read_exception(const YamlNode& node, const GateSettings& s
   }
   if (!is_date(exception.until)) {
     return refused(*node.find("until"),
-                   "until: found '" + exception.until + "', expected a day as YYYY-MM-DD");
+                   concat("until: found '", exception.until, "', expected a day as YYYY-MM-DD"));
   }
   SIGHTLINE_ASSIGN(exception.place, read_place(node));
   if (node.find("limit_m")) exception.limit_m = limit_m;

@@ -183,13 +183,13 @@ Result<Drives> look_at_all(const fs::path& folder) {
 Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passed_over) {
   constexpr std::size_t kMost = 5;
   std::string message =
-      "no drive was found: a folder of " + scan_endings_text() +
-      " files, a ROS bag (.bag, .db3, .mcap) or a pcap of a Velodyne, Hesai or Ouster";
+      concat("no drive was found: a folder of ", scan_endings_text(),
+             " files, a ROS bag (.bag, .db3, .mcap) or a pcap of a Velodyne, Hesai or Ouster");
   for (std::size_t i = 0; i < std::min(kMost, passed_over.size()); ++i) {
-    message += "; " + passed_over[i].path.string() + ": " + passed_over[i].reason;
+    message += concat("; ", passed_over[i].path.string(), ": ", passed_over[i].reason);
   }
   if (passed_over.size() > kMost) {
-    message += "; and " + std::to_string(passed_over.size() - kMost) + " more";
+    message += concat("; and ", passed_over.size() - kMost, " more");
   }
   return {ErrorCode::kEmptyDirectory, message, folder.string()};
 }
@@ -201,7 +201,7 @@ bool is_path(const GuessedKey& guess) {
 
 std::string length_text(const FoundDrive& drive) {
   if (drive.positions_m.empty()) return "";
-  return ", " + std::to_string(static_cast<int>(std::lround(drive.length_m))) + " m by their poses";
+  return concat(", ", static_cast<int>(std::lround(drive.length_m)), " m by their poses");
 }
 
 void write_other_sensors(const Drives& drives, YamlText& yaml) {
@@ -211,8 +211,8 @@ void write_other_sensors(const Drives& drives, YamlText& yaml) {
   }
   const FoundDrive& first = drives.drives.front();
   for (const std::string& topic : first.other_topics) {
-    others.push_back("scans: " + YamlText::scalar(yaml.path(first.scans)) +
-                     ", topic: " + YamlText::scalar(topic));
+    others.push_back(concat("scans: ", YamlText::scalar(yaml.path(first.scans)),
+                            ", topic: ", YamlText::scalar(topic)));
   }
   if (others.empty()) return;
   yaml.line("");
@@ -220,29 +220,30 @@ void write_other_sensors(const Drives& drives, YamlText& yaml) {
       "The same vehicle has more sensors. Where they sit is unknown: measure it, and take the # "
       "away (mapping-2 to mapping-4).");
   for (std::size_t i = 0; i < others.size(); ++i) {
-    yaml.line("# mapping-" + std::to_string(i + 2) + ": {" + others[i] +
-              ", lidar_x_m: 0, lidar_y_m: 0, lidar_z_m: 0, lidar_yaw_deg: 0}");
+    yaml.line(concat("# mapping-", i + 2, ": {", others[i],
+                     ", lidar_x_m: 0, lidar_y_m: 0, lidar_z_m: 0, lidar_yaw_deg: 0}"));
   }
 }
 
 void write_drive(const FoundDrive& drive, const std::string& role, YamlText& yaml) {
   yaml.line(role + ":");
-  yaml.comment(drive.contents + length_text(drive) + ".", "  ");
+  yaml.comment(concat(drive.contents, length_text(drive), "."), "  ");
   yaml.line("  scans: " + YamlText::scalar(yaml.path(drive.scans)));
   for (const GuessedKey& guess : drive.keys) {
-    if (!guess.reason.empty()) yaml.comment_once(guess.key + ": " + guess.reason + ".", "  ");
-    yaml.line("  " + guess.key + ": " +
-              YamlText::scalar(is_path(guess) ? yaml.path(guess.value) : guess.value));
+    if (!guess.reason.empty()) yaml.comment_once(concat(guess.key, ": ", guess.reason, "."), "  ");
+    yaml.line(concat("  ", guess.key, ": ",
+                     YamlText::scalar(is_path(guess) ? yaml.path(guess.value) : guess.value)));
   }
 }
 
 void write_head(const fs::path& folder, const fs::path& file, YamlText& yaml) {
   const std::string name = file.empty() ? "drive.yaml" : file.filename().string();
-  yaml.comment("Written by `sightline init` from what lies in " + folder.string() +
-               ". Each key says what it was guessed from; check those that you know better.");
+  yaml.comment(
+      concat("Written by `sightline init` from what lies in ", folder.string(),
+             ". Each key says what it was guessed from; check those that you know better."));
   yaml.line("#");
-  yaml.line("#   sightline compile " + name + " -o " + fs::path(name).stem().string() +
-            ".slmap     # makes the map");
+  yaml.line(concat("#   sightline compile ", name, " -o ", fs::path(name).stem().string(),
+                   ".slmap     # makes the map"));
   yaml.line("#   sightline passes --config     # every other key with its default");
   yaml.line("#");
   yaml.comment("Paths are relative to the folder of this file.");
@@ -273,10 +274,9 @@ std::string summary_of(const FoundDrive& drive, const std::string& role) {
     if (guess.key == "sensor") sensor = fs::path(guess.value).filename().string();
     if (guess.key == "rings") sensor = guess.value + " rings";
   }
-  return role + ": " + drive.scans.string() + ", " + std::to_string(drive.scan_count) + " scans, " +
-         sensor + ", " +
-         (drive.poses.empty() ? "poses to be estimated"
-                              : "poses " + fs::path(drive.poses).filename().string());
+  return concat(role, ": ", drive.scans.string(), ", ", drive.scan_count, " scans, ", sensor, ", ",
+                (drive.poses.empty() ? "poses to be estimated"
+                                     : "poses " + fs::path(drive.poses).filename().string()));
 }
 
 namespace fs = std::filesystem;
@@ -310,7 +310,7 @@ Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file) {
   write_shortness(drives.drives.front(), yaml);
   if (!drives.passed_over.empty()) yaml.line("");
   for (const PassedOver& passed : drives.passed_over) {
-    yaml.comment("Not used: " + yaml.path(passed.path) + ": " + passed.reason + ".");
+    yaml.comment(concat("Not used: ", yaml.path(passed.path), ": ", passed.reason, "."));
   }
   draft.yaml = yaml.text();
   return draft;

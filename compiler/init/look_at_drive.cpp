@@ -46,7 +46,7 @@ Result<void> check_reach(const fs::path& scans, const std::vector<PointCloudFile
   if (away_m.empty()) return no_lidar(scans, "no points");
   const auto middle = away_m.begin() + static_cast<std::ptrdiff_t>(away_m.size() / 2);
   std::ranges::nth_element(away_m, middle);
-  const std::string found = "half of the points lie within " + rounded(*middle, 0.01) + " m";
+  const std::string found = concat("half of the points lie within ", rounded(*middle, 0.01), " m");
   if (*middle < kNear_m || *middle > kFar_m) return no_lidar(scans, found);
   return {};
 }
@@ -58,7 +58,7 @@ void add_columns(const std::vector<PointCloudFile>& samples, FoundDrive& drive) 
       samples, [&](const PointCloudFile& sample) { return sample.float_count == count; });
   if (count == 0 || !is_one_count) return;
   drive.keys.push_back({"columns", to_text(columns_of_count(count)),
-                        std::to_string(count) + " floats a point fit, and no header names them"});
+                        concat(count, " floats a point fit, and no header names them")});
 }
 
 void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive& drive) {
@@ -99,8 +99,8 @@ std::string objection(const Candidate& candidate) {
   if (is_mounted && overlap.yaw_deg != 0.0) return "scans fit only when they are turned further";
   if (!overlap.is_z_up) return "its poses do not move level with z up, like a camera's";
   if (overlap.pairs > 0 && overlap.share < kLeast) {
-    return "it lays only " + whole_percent(overlap.share) +
-           " of upright returns on those of other scans";
+    return concat("it lays only ", whole_percent(overlap.share),
+                  " of upright returns on those of other scans");
   }
   return "";
 }
@@ -126,7 +126,7 @@ std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& 
                                       std::string& remarks) {
   std::optional<Candidate> best;
   const auto remark = [&](const Candidate& other, const std::string& what) {
-    remarks += (remarks.empty() ? "" : "; ") + other.source.words() + ": " + what;
+    remarks += concat((remarks.empty() ? "" : "; "), other.source.words(), ": ", what);
   };
   for (const PoseSource& source : pose_sources(found, listed)) {
     Candidate candidate{source, with_poses(source, options), {}, {}};
@@ -187,8 +187,8 @@ void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& 
   const PoseOverlap& overlap = chosen.overlap;
   std::string reason = "fits the scans in number and time";
   if (overlap.pairs > 0) {
-    reason += " and lays " + whole_percent(overlap.share) +
-              " of upright returns on those of scans 2 m away";
+    reason += concat(" and lays ", whole_percent(overlap.share),
+                     " of upright returns on those of scans 2 m away");
   }
   if (!remarks.empty()) reason += ". Not taken: " + remarks;
   drive.keys.push_back({"poses", chosen.source.file, reason});
@@ -205,9 +205,9 @@ void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& 
 
 void add_no_poses(const std::string& remarks, FoundDrive& drive) {
   drive.keys.push_back({"poses_of", "sensor",
-                        "no poses " + std::string(remarks.empty() ? "were found" : "fit") +
-                            ": the compiler estimates those of the sensor" +
-                            (remarks.empty() ? "" : ". Not taken: " + remarks)});
+                        concat("no poses ", remarks.empty() ? "were found" : "fit",
+                               ": the compiler estimates those of the sensor",
+                               (remarks.empty() ? "" : ". Not taken: " + remarks))});
 }
 
 // Times of the scans: those of a file of stamps that fits, where neither names nor poses tell.
@@ -230,7 +230,7 @@ Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
   std::string all;
   for (const BagTopic& topic : topics) {
     const std::string count = std::to_string(topic.message_count);
-    all += (all.empty() ? "" : ", ") + topic.name + " (" + topic.type + ", " + count + ")";
+    all += concat((all.empty() ? "" : ", "), topic.name, " (", topic.type, ", ", count, ")");
     if (!is_scan_message(topic.type)) continue;
     drive.other_topics.push_back(topic.name);
     if (!chosen || topic.message_count > chosen->message_count) chosen = &topic;
@@ -238,9 +238,9 @@ Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
   if (!chosen) return {};
   options.topic = chosen->name;
   std::erase(drive.other_topics, options.topic);
-  drive.keys.push_back({"topic", options.topic,
-                        std::to_string(chosen->message_count) + " messages of " + chosen->type +
-                            "; the bag has: " + all});
+  drive.keys.push_back(
+      {"topic", options.topic,
+       concat(chosen->message_count, " messages of ", chosen->type, "; the bag has: ", all)});
   return {};
 }
 
@@ -251,9 +251,10 @@ Result<void> choose_imu(const RecordingOptions& options, const Recording& record
   SIGHTLINE_ASSIGN(const BagTurns turns,
                    read_bag_turns(options.scans, "", recording.container->frame()));
   if (turns.topic.empty()) return {};
-  drive.keys.push_back({"imu_topic", turns.topic,
-                        std::to_string(turns.of_sensor.size()) +
-                            " turn rates; they are used where they make the scans lie sharper"});
+  drive.keys.push_back(
+      {"imu_topic", turns.topic,
+       concat(turns.of_sensor.size(),
+              " turn rates; they are used where they make the scans lie sharper")});
   return {};
 }
 
@@ -272,7 +273,8 @@ bool has_times(RecordingOptions options) {
 std::string contents_of(const Recording& recording) {
   const std::string count = std::to_string(recording.scans.size());
   if (recording.container) return count + " scans";
-  return count + " scans, " + recording.scans.front().name + " to " + recording.scans.back().name;
+  return concat(count, " scans, ", recording.scans.front().name, " to ",
+                recording.scans.back().name);
 }
 
 }  // namespace

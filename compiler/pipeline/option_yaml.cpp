@@ -119,8 +119,8 @@ class TreeBuilder {
       if (is_new) continue;
       YAML::Mark mark;
       mark.line = key.line - 1;
-      throw YAML::Exception(mark, "a second '" + key.scalar + "', the first stands in line " +
-                                      std::to_string(first->second));
+      throw YAML::Exception(
+          mark, concat("a second '", key.scalar, "', the first stands in line ", first->second));
     }
   }
 
@@ -181,17 +181,17 @@ std::string hint(const YAML::Exception& exception, const std::string& text) {
 
 Error too_large() {
   return {ErrorCode::kMalformedText,
-          "more than " + std::to_string(kLargestYaml) + " bytes, which no configuration has"};
+          concat("more than ", kLargestYaml, " bytes, which no configuration has")};
 }
 
 }  // namespace
 
 Error unknown_key(std::string_view key, std::string_view where,
                   const std::vector<std::string>& known) {
-  std::string message = "unknown key '" + std::string(key) + "' " + std::string(where);
+  std::string message = concat("unknown key '", key, "' ", where);
   const std::string near = nearest_name(key, known);
   if (!near.empty()) {
-    message += "; did you mean '" + near + "'?";
+    message += concat("; did you mean '", near, "'?");
   } else {
     message += "; known are:";
     for (const std::string& name : known) message += " " + name;
@@ -218,7 +218,7 @@ Result<void> set_fields(const YamlNode& node, const std::string& where,
   if (node.kind != YamlNode::Kind::kMap) {
     const auto scans = std::ranges::find(fields, "scans", &OptionField::name);
     const std::string example = scans == fields.end() ? "" : ", such as {scans: FOLDER}";
-    return placed({ErrorCode::kBadValue, where + " must be a map of keys" + example}, node);
+    return placed({ErrorCode::kBadValue, concat(where, " must be a map of keys", example)}, node);
   }
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const YamlNode& key = node.keys[i];
@@ -266,8 +266,9 @@ Result<YamlNode> parse_yaml(const std::string& text) {
     refuse_second_document(text);
     return TreeBuilder().build(YAML::Load(text), 0);
   } catch (const YAML::Exception& exception) {
-    return Error{ErrorCode::kMalformedText, "not YAML: " + exception.msg + hint(exception, text),
-                 "", "line " + std::to_string(exception.mark.line + 1)};
+    return Error{ErrorCode::kMalformedText,
+                 concat("not YAML: ", exception.msg, hint(exception, text)), "",
+                 concat("line ", exception.mark.line + 1)};
   }
 }
 

@@ -25,7 +25,7 @@ Error named(Error error, const std::string& pass) {
   if (error.place.empty())
     error.place = "pass " + pass;
   else
-    error.message += " [pass " + pass + "]";
+    error.message += concat(" [pass ", pass, "]");
   return error;
 }
 
@@ -296,9 +296,9 @@ Result<void> check_names(const Plan& plan, const RunOptions& options) {
   for (const std::string& name : asked) {
     if (std::ranges::find(known, name) != known.end()) continue;
     const std::string near = nearest_name(name, known);
-    return Error{ErrorCode::kUnknownPass, "no pass is called '" + name + "'" +
-                                              (near.empty() ? "; 'sightline passes' lists them"
-                                                            : "; did you mean " + near + "?")};
+    return Error{ErrorCode::kUnknownPass, concat("no pass is called '", name, "'",
+                                                 (near.empty() ? "; 'sightline passes' lists them"
+                                                               : "; did you mean " + near + "?"))};
   }
   return {};
 }

@@ -63,7 +63,7 @@ std::string counts_of_inputs(const PassStep& step) {
   const auto is_one = [](std::size_t count) { return count == 1; };
   if (std::ranges::all_of(step.input_counts, is_one)) return "";
   std::string line = "inputs by parameter =";
-  for (const std::size_t count : step.input_counts) line += " " + std::to_string(count);
+  for (const std::size_t count : step.input_counts) line += concat(" ", count);
   return line + "\n";
 }
 
@@ -131,12 +131,11 @@ StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
                  const std::function<Digest(std::size_t artifact)>& key_of_input) {
   const ArtifactType& output = *plan.artifact({step.output}).type;
   StepKey key;
-  key.record = "pass version = " + std::to_string(step.version) + "\n";
-  key.record += "encoding version of " + std::string(output.name) + " = " +
-                std::to_string(output.version) + "\n";
-  key.record += "seed = " + std::to_string(seed) + "\n";
+  key.record = concat("pass version = ", step.version, "\n");
+  key.record += concat("encoding version of ", output.name, " = ", output.version, "\n");
+  key.record += concat("seed = ", seed, "\n");
   for (const auto& [name, value] : step.options) {
-    key.record += "option " + name + " = " + on_one_line(value) + "\n";
+    key.record += concat("option ", name, " = ", on_one_line(value), "\n");
   }
   DigestBuilder way;
   way.add(pass_of(step));
@@ -144,7 +143,7 @@ StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
   key.way = way.finish();
   for (const std::size_t input : step.inputs) {
     key.record +=
-        "input " + plan.artifact({input}).name + " = " + to_hex(key_of_input(input)) + "\n";
+        concat("input ", plan.artifact({input}).name, " = ", to_hex(key_of_input(input)), "\n");
   }
   key.record += counts_of_inputs(step);
   key.key = digest_of(plan, step, key.way, key_of_input);
@@ -180,8 +179,8 @@ std::string reason_to_run(const std::string& before, const std::string& now) {
     } else if (was == old_lines.end()) {
       reason += "new: " + line;
     } else {
-      reason +=
-          name + " was " + was->substr(name.size() + 3) + ", is " + line.substr(name.size() + 3);
+      reason += concat(name, " was ", was->substr(name.size() + 3), ", is ",
+                       line.substr(name.size() + 3));
     }
   }
   return reason.empty() ? "its result is not in the cache any more" : reason;

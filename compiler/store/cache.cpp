@@ -32,7 +32,7 @@ std::string without_label(const std::string& pass) { return pass.substr(0, pass.
 
 // 128 bits of the key: names stay readable and no two keys ever meet.
 std::string stem_of(const std::string& pass, const Digest& key) {
-  return file_stem(pass) + "-" + to_hex(key).substr(0, 32);
+  return concat(file_stem(pass), "-", to_hex(key).substr(0, 32));
 }
 
 ObjectName artifact_name(const std::string& pass, const Digest& key) {
@@ -58,7 +58,7 @@ ObjectName list_name(const std::string& pass, const Digest& key, std::size_t num
 }
 
 std::string text_of(const ObjectName& name) {
-  return name.kind + " of key " + to_hex(name.key).substr(0, 32);
+  return concat(name.kind, " of key ", to_hex(name.key).substr(0, 32));
 }
 
 Result<std::optional<StoredBytes>> open_object_at(const std::filesystem::path& file,
@@ -73,7 +73,8 @@ Result<std::optional<StoredBytes>> open_object_at(const std::filesystem::path& f
   if (!object) return in_file(object.error(), file.string());
   if (object->name != name) {
     return Error{ErrorCode::kBadLayer,
-                 "found " + text_of(object->name) + ", expected " + text_of(name), file.string()};
+                 concat("found ", text_of(object->name), ", expected ", text_of(name)),
+                 file.string()};
   }
   return std::optional(object->content);
 }

@@ -18,7 +18,7 @@ namespace {
 std::string digest_of(const CompileConfig& config) {
   DigestBuilder builder;
   for (const EffectiveValue& value : effective_values(config)) {
-    builder.add(std::string_view(value.section + "." + value.key + "=" + value.value + "\n"));
+    builder.add(std::string_view(concat(value.section, ".", value.key, "=", value.value, "\n")));
   }
   return to_hex(builder.finish());
 }
@@ -72,13 +72,13 @@ std::string sbatch_name(const std::string& path) {
 }
 
 std::string work_command(const EngineJob& job, Stage stage) {
-  return shell_word(job.program.string()) + " work " + shell_word(job.plan.string()) + " --stage " +
-         std::string(stage_name(stage));
+  return concat(shell_word(job.program.string()), " work ", shell_word(job.plan.string()),
+                " --stage ", stage_name(stage));
 }
 
 std::string link_command(const EngineJob& job) {
-  return shell_word(job.program.string()) + " link " + shell_word(job.plan.string()) + " -o " +
-         shell_word(job.map.string()) + " --force";
+  return concat(shell_word(job.program.string()), " link ", shell_word(job.plan.string()), " -o ",
+                shell_word(job.map.string()), " --force");
 }
 
 int shares_of(const EngineJob& job, Stage stage) { return is_shared(stage) ? job.shares : 1; }
@@ -87,32 +87,32 @@ std::string slurm_script(const EngineJob& job) {
   const std::string threads = " --threads \"${SLURM_CPUS_PER_TASK:-1}\"";
   const std::string folder = (job.plan / "log").string();
   const std::string logs = sbatch_name(folder);
-  std::string text =
+  std::string text = concat(
       "#!/bin/bash\n"
       "# Submits the work of one plan to Slurm: a job array for each stage, then the link. What a\n"
       "# lost node left undone the next stage does first, so that no task has to end well.\n"
       "# usage: bash THIS_SCRIPT [options of sbatch, such as --partition=maps --mem=2G]\n"
       "set -euo pipefail\n"
-      "mkdir -p " +
-      shell_word(folder) +
+      "mkdir -p ",
+      shell_word(folder),
       "\n"
-      "submit() { sbatch --parsable --requeue --open-mode=append \"$@\"; }\n";
+      "submit() { sbatch --parsable --requeue --open-mode=append \"$@\"; }\n");
   std::string before;
   std::string finished;  // commands that finish the stages before
   for (const Stage stage : kWorkStages) {
     const std::string name(stage_name(stage));
     const std::string count = std::to_string(shares_of(job, stage));
-    text += name + "=$(submit \"$@\" --job-name=sightline-" + name + " --array=1-" + count +
-            " --output=" + logs + "/" + name + "-%a.log" +
-            (before.empty() ? "" : " --dependency=afterany:$" + before) + " <<'TASK'\n" +
-            "#!/bin/bash\nset -e\n" + finished + "exec " + work_command(job, stage) +
-            " --share \"$SLURM_ARRAY_TASK_ID/" + count + "\"" + threads + "\nTASK\n)\n";
-    finished += work_command(job, stage) + threads + "\n";
+    text += concat(name, "=$(submit \"$@\" --job-name=sightline-", name, " --array=1-", count,
+                   " --output=", logs, "/", name, "-%a.log",
+                   (before.empty() ? "" : " --dependency=afterany:$" + before), " <<'TASK'\n",
+                   "#!/bin/bash\nset -e\n", finished, "exec ", work_command(job, stage),
+                   " --share \"$SLURM_ARRAY_TASK_ID/", count, "\"", threads, "\nTASK\n)\n");
+    finished += concat(work_command(job, stage), threads, "\n");
     before = name;
   }
-  text += "link=$(submit \"$@\" --job-name=sightline-link --output=" + logs +
-          "/link-%j.log --dependency=afterany:$" + before + " <<'TASK'\n#!/bin/bash\nset -e\n" +
-          finished + "exec " + link_command(job) + "\nTASK\n)\n" + "echo \"$link\"\n";
+  text += concat("link=$(submit \"$@\" --job-name=sightline-link --output=", logs,
+                 "/link-%j.log --dependency=afterany:$", before, " <<'TASK'\n#!/bin/bash\nset -e\n",
+                 finished, "exec ", link_command(job), "\nTASK\n)\n", "echo \"$link\"\n");
   return text;
 }
 
@@ -130,20 +130,21 @@ std::string make_script(const EngineJob& job) {
     std::string stamps;
     for (int share = 1; share <= count; ++share) {
       const std::string number = std::to_string(share);
-      const std::string target = "share-" + std::string(stage_name(stage)) + "-" + number;
-      rules += ".PHONY: " + target + "\n" + target + ":" + before + "\n\t" +
-               for_make(work_command(job, stage)) + " --share " + number + "/" +
-               std::to_string(count) + " --threads 1\n";
+      const std::string target = concat("share-", stage_name(stage), "-", number);
+      rules += concat(".PHONY: ", target, "\n", target, ":", before, "\n\t",
+                      for_make(work_command(job, stage)), " --share ", number, "/", count,
+                      " --threads 1\n");
       stamps += " " + target;
     }
     before = stamps;
   }
-  return "# The work of one plan for GNU make: make -f THIS_FILE -j SHARES\n"
-         "# Run it again after an interruption; what is finished is found.\n"
-         ".DELETE_ON_ERROR:\n"
-         ".PHONY: link\n"
-         "link:" +
-         before + "\n\t" + for_make(link_command(job)) + "\n" + rules;
+  return concat(
+      "# The work of one plan for GNU make: make -f THIS_FILE -j SHARES\n"
+      "# Run it again after an interruption; what is finished is found.\n"
+      ".DELETE_ON_ERROR:\n"
+      ".PHONY: link\n"
+      "link:",
+      before, "\n\t", for_make(link_command(job)), "\n", rules);
 }
 
 // A string of Python.
@@ -174,19 +175,20 @@ std::string snakemake_script(const EngineJob& job) {
     const std::string name(stage_name(stage));
     const std::string count = std::to_string(shares_of(job, stage));
     const std::string done =
-        python_text("done/" + job.plan_digest + "/" + name + "-{share}-of-" + count);
-    rules += "\nrule " + name + ":\n" + (before.empty() ? "" : "    input: " + before + "\n") +
-             "    output: touch(" + done +
-             ")\n    shell: " + rule_text(work_command(job, stage) + " --share ") +
-             " \"{wildcards.share}/" + count + " --threads 1\"\n";
+        python_text(concat("done/", job.plan_digest, "/", name, "-{share}-of-", count));
+    rules += concat("\nrule ", name, ":\n", (before.empty() ? "" : "    input: " + before + "\n"),
+                    "    output: touch(", done,
+                    ")\n    shell: ", rule_text(work_command(job, stage) + " --share "),
+                    " \"{wildcards.share}/", count, " --threads 1\"\n");
     finished += work_command(job, stage) + " && ";
-    before = "expand(" + done + ", share=range(1, " + count + " + 1))";
+    before = concat("expand(", done, ", share=range(1, ", count, " + 1))");
   }
-  return "# The work of one plan for Snakemake 7 and later: snakemake -s THIS_FILE --cores SHARES\n"
-         "# Before it links it finishes what the shares left undone.\n"
-         "workdir: " +
-         python_text(job.plan.string()) + "\nrule link:\n    input: " + before +
-         "\n    shell: " + rule_text(finished + link_command(job)) + "\n" + rules;
+  return concat(
+      "# The work of one plan for Snakemake 7 and later: snakemake -s THIS_FILE --cores SHARES\n"
+      "# Before it links it finishes what the shares left undone.\n"
+      "workdir: ",
+      python_text(job.plan.string()), "\nrule link:\n    input: ", before,
+      "\n    shell: ", rule_text(finished + link_command(job)), "\n", rules);
 }
 
 }  // namespace
@@ -232,7 +234,7 @@ Result<SharedWork> open_work(const std::filesystem::path& plan) {
   if (now.file.values != file.values) return changed("the configuration", here);
   for (const PlannedRecording& recording : file.recordings) {
     if (std::ranges::find(now.file.recordings, recording) == now.file.recordings.end()) {
-      return changed("'" + recording.role + "'", here);
+      return changed(concat("'", recording.role, "'"), here);
     }
   }
   return std::move(now.work);
@@ -311,8 +313,8 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   const Json& version = json["sightline_plan"];
   if (!version.is_number_integer() || version.get<std::int64_t>() != kVersion) {
     return Error{ErrorCode::kFutureVersion,
-                 "found a plan of version " + version.dump() + ", this program reads version " +
-                     std::to_string(kVersion),
+                 concat("found a plan of version ", version.dump(), ", this program reads version ",
+                        kVersion),
                  file.string()};
   }
   Fields fields(json);
@@ -334,8 +336,8 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
     if (!of_recording.missing().empty()) fields.miss("recordings." + of_recording.missing());
   }
   if (fields.missing().empty()) return read;
-  return Error{ErrorCode::kMissingKey, "'" + fields.missing() + "' is missing or is no such value",
-               file.string()};
+  return Error{ErrorCode::kMissingKey,
+               concat("'", fields.missing(), "' is missing or is no such value"), file.string()};
 }
 
 std::vector<std::string> engine_names() { return {"slurm", "make", "snakemake"}; }

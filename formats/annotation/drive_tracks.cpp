@@ -49,7 +49,7 @@ Result<void> validate_rules(const DriveTracks& tracks) {
   }
   for (std::size_t i = 0; i < tracks.rules.size(); ++i) {
     if (!is_in_place(tracks, i)) {
-      return invalid_artifact("a rule is out of place", "rule " + std::to_string(i));
+      return invalid_artifact("a rule is out of place", concat("rule ", i));
     }
   }
   if (tracks.rules.back().is_static() && takes_every_return(tracks.rules.back().look)) return {};
@@ -114,13 +114,13 @@ Result<void> validate(const DriveTracks& tracks) {
     const bool are_usable = std::ranges::all_of(
         numbers, [](double number) { return std::isfinite(number) && number >= 0.0; });
     if (!are_usable || step.flags > (kTrackBegins | kTrackLost | kTrackSecondLook)) {
-      return invalid_artifact("a step makes no sense", "step " + std::to_string(i));
+      return invalid_artifact("a step makes no sense", concat("step ", i));
     }
   }
   for (const TrackedScan& scan : tracks.scans) {
     if (!std::isfinite(scan.p_x_map_m + scan.p_y_map_m)) {
       return invalid_artifact("the place of a scan is not finite",
-                              "scan " + std::to_string(scan.recording_index));
+                              concat("scan ", scan.recording_index));
     }
   }
   return {};
@@ -171,12 +171,14 @@ std::vector<Table> tables(const DriveTracks& tracks) {
 }
 
 std::string to_text(const DriveTracks& tracks) {
-  std::string text = "Continuous localization: " + std::to_string(tracks.scans.size()) +
-                     " scans, each matched from what the poses before it predict; lost beyond " +
-                     fixed(tracks.lost_beyond_m, 1) + " m\n";
+  std::string text =
+      concat("Continuous localization: ", tracks.scans.size(),
+             " scans, each matched from what the poses before it predict; lost beyond ",
+             fixed(tracks.lost_beyond_m, 1), " m\n");
   for (const double limit_m : tracks.limits_m) {
-    TextGrid grid = {{"at " + fixed(100.0 * limit_m, 0) + " cm", "coverage %", "error cm", "p95 cm",
-                      "max cm", "range m", "time ratio", "work ratio", "lost", "second look %"}};
+    TextGrid grid = {{concat("at ", fixed(100.0 * limit_m, 0), " cm"), "coverage %", "error cm",
+                      "p95 cm", "max cm", "range m", "time ratio", "work ratio", "lost",
+                      "second look %"}};
     for (std::size_t i = 0; i < tracks.rules.size(); ++i) {
       const TrackRule& rule = tracks.rules[i];
       if (!is_judged_at(rule, limit_m)) continue;

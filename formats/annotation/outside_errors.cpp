@@ -7,7 +7,7 @@ namespace sightline {
 namespace {
 
 Error invalid_line(const std::string& message, std::uint32_t line) {
-  return {ErrorCode::kInvalidArtifact, message, "", "line " + std::to_string(line)};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("line ", line)};
 }
 
 auto key_of(const OutsideError& error) {
@@ -21,19 +21,18 @@ Result<void> validate(const OutsideErrors& outside) {
   for (std::size_t i = 0; i < outside.errors.size(); ++i) {
     const OutsideError& error = outside.errors[i];
     if (!std::isfinite(error.range_m) || error.range_m <= 0.0) {
-      return invalid_line(
-          "found a range of " + format_double(error.range_m) + " m, expected a finite one above 0",
-          error.line);
+      return invalid_line(concat("found a range of ", format_double(error.range_m),
+                                 " m, expected a finite one above 0"),
+                          error.line);
     }
     if (!std::isfinite(error.error_m) || error.error_m < 0.0) {
-      return invalid_line("found an error of " + format_double(error.error_m) +
-                              " m, expected a finite number that is not negative",
+      return invalid_line(concat("found an error of ", format_double(error.error_m),
+                                 " m, expected a finite number that is not negative"),
                           error.line);
     }
     if (i > 0 && key_of(outside.errors[i - 1]) >= key_of(error)) {
-      return invalid_line("found scan " + std::to_string(error.scan) + ", " +
-                              format_double(error.range_m) + " m, start " +
-                              std::to_string(error.start) + " twice or out of order",
+      return invalid_line(concat("found scan ", error.scan, ", ", format_double(error.range_m),
+                                 " m, start ", error.start, " twice or out of order"),
                           error.line);
     }
   }

@@ -30,7 +30,7 @@ Result<void> validate(const SiteColumn& column) {
   for (std::size_t site = 0; site < column.values.size(); ++site) {
     if (!std::isnan(column.values[site])) continue;
     return Error{ErrorCode::kInvalidArtifact, column.name + " is not a number", "",
-                 "site " + std::to_string(site)};
+                 concat("site ", site)};
   }
   return {};
 }

@@ -10,7 +10,7 @@ namespace sightline {
 namespace {
 
 Error invalid_site(std::size_t site, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "site " + std::to_string(site)};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("site ", site)};
 }
 
 Result<void> validate_order(const Sites& sites, std::size_t i) {
@@ -19,16 +19,16 @@ Result<void> validate_order(const Sites& sites, std::size_t i) {
   if (starts_run) {
     const std::uint32_t expected = i == 0 ? 0 : sites.sites[i - 1].run + 1;
     if (site.run != expected || site.s_m != 0.0) {
-      return invalid_site(i, "found run " + std::to_string(site.run) + " starting at " +
-                                 format_double(site.s_m) + " m, expected run " +
-                                 std::to_string(expected) + " at 0 m");
+      return invalid_site(i,
+                          concat("found run ", site.run, " starting at ", format_double(site.s_m),
+                                 " m, expected run ", expected, " at 0 m"));
     }
     return {};
   }
   if (!(site.s_m > sites.sites[i - 1].s_m) || !std::isfinite(site.s_m)) {
-    return invalid_site(i, "found " + format_double(site.s_m) + " m after " +
-                               format_double(sites.sites[i - 1].s_m) +
-                               " m, expected ascending ones");
+    return invalid_site(
+        i, concat("found ", format_double(site.s_m), " m after ",
+                  format_double(sites.sites[i - 1].s_m), " m, expected ascending ones"));
   }
   return {};
 }

@@ -133,11 +133,11 @@ int exit_status(ErrorCode code) {
 }
 
 std::string to_string(const Error& error) {
-  std::string text = "SL" + std::to_string(static_cast<int>(error.code)) + " ";
+  std::string text = concat("SL", static_cast<int>(error.code), " ");
   text += error_name(error.code);
   text += ": ";
   if (!error.file.empty()) text += error.file;
-  if (!error.place.empty()) text += (error.file.empty() ? "(" : " (") + error.place + ")";
+  if (!error.place.empty()) text += concat((error.file.empty() ? "(" : " ("), error.place, ")");
   if (!error.file.empty() || !error.place.empty()) text += ": ";
   return text + error.message;
 }

@@ -29,7 +29,7 @@ SensorProfile named(const std::string& name, std::vector<double> beams_deg, doub
 }
 
 SensorProfile generic(int rings) {
-  return named("generic-" + std::to_string(rings), even_beams(rings, -15.0, 15.0), 0.2, 1.0, 100.0);
+  return named(concat("generic-", rings), even_beams(rings, -15.0, 15.0), 0.2, 1.0, 100.0);
 }
 
 std::vector<double> joined(std::vector<double> beams, const std::vector<double>& upper) {
@@ -125,7 +125,7 @@ void add_ousters(std::vector<SensorProfile>& all) {
   for (const Series& series : {Series{"os0", 45.0, 0.3, 100.0}, Series{"os1", 22.5, 0.3, 120.0},
                                Series{"os2", 11.25, 1.0, 240.0}}) {
     for (const int rings : {32, 64, 128}) {
-      std::string name = std::string(series.name) + "-" + std::to_string(rings);
+      std::string name = concat(series.name, "-", rings);
       if (name == "os1-64") name += "-gen2";  // the first generation has that name
       all.push_back(named(name, even_beams(rings, -series.half_deg, series.half_deg),
                           360.0 / 1024.0, series.min_range_m, series.max_range_m));
@@ -195,11 +195,11 @@ Result<SensorProfile> sensor_profile(std::string_view name) {
   for (SensorProfile& profile : built_in_sensors()) {
     if (profile.name == name) return std::move(profile);
     known += " " + profile.name;
-    if (is_meant(profile.name, name)) meant = "; did you mean " + profile.name + "?";
+    if (is_meant(profile.name, name)) meant = concat("; did you mean ", profile.name, "?");
   }
   return Error{ErrorCode::kUnknownName,
-               "unknown sensor profile '" + std::string(name) + "', expected one of" + known +
-                   ", or a file (.yaml, .csv, .json) with its beams" + meant};
+               concat("unknown sensor profile '", name, "', expected one of", known,
+                      ", or a file (.yaml, .csv, .json) with its beams", meant)};
 }
 
 }  // namespace sightline

@@ -30,13 +30,13 @@ class MemoryScanStore : public ScanStore {
 };
 
 Error invalid_scan(std::size_t scan, const std::string& what) {
-  return {ErrorCode::kInvalidArtifact, what, "", "scan " + std::to_string(scan)};
+  return {ErrorCode::kInvalidArtifact, what, "", concat("scan ", scan)};
 }
 
 // Errors: time-runs-backwards, invalid-artifact.
 Result<void> check_turn_rates(const std::vector<TurnRate>& rates) {
   for (std::size_t i = 0; i < rates.size(); ++i) {
-    const std::string place = "turn rate " + std::to_string(i);
+    const std::string place = concat("turn rate ", i);
     if (!rates[i].rate_rad_per_s.allFinite()) {
       return Error{ErrorCode::kInvalidArtifact, "it is not finite", "", place};
     }
@@ -57,7 +57,7 @@ Result<void> check_order(const Drive& drive, std::size_t i) {
       (scan.stamp_ns == before.stamp_ns && scan.sensor_index > before.sensor_index);
   if (!is_later) {
     return Error{ErrorCode::kTimeRunsBackwards, "its time is not after that of the scan before it",
-                 scan.source, "scan " + std::to_string(i)};
+                 scan.source, concat("scan ", i)};
   }
   const std::uint32_t step = scan.part - before.part;
   if (step > 1 || (step == 1 && scan.stamp_ns - before.stamp_ns < kPauseBetweenParts_ns)) {
@@ -155,7 +155,7 @@ Table dump(const Drive& drive) {
   if (has_parts) table.columns.emplace_back("part");
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
-      table.columns.push_back("T_world_vehicle_" + std::to_string(row) + std::to_string(column));
+      table.columns.push_back(concat("T_world_vehicle_", row, column));
     }
   }
   for (const ScanInfo& scan : drive.scans) {

@@ -21,18 +21,17 @@ bool is_localizer_name(std::string_view name) {
 Result<void> validate(const LocalizerProfile& profile) {
   if (!is_localizer_name(profile.name)) {
     return invalid_artifact(
-        "found a name of " + std::to_string(profile.name.size()) +
-            " characters, expected 1 to 64 printable ones without a blank or '/'",
+        concat("found a name of ", profile.name.size(),
+               " characters, expected 1 to 64 printable ones without a blank or '/'"),
         "localizer");
   }
   for (std::size_t i = 0; i < profile.parameters.size(); ++i) {
     const auto& [name, value] = profile.parameters[i];
     if (!is_printable(name) || !is_printable(value)) {
-      return invalid_artifact("parameter " + std::to_string(i) + " is not printable ASCII",
-                              "localizer");
+      return invalid_artifact(concat("parameter ", i, " is not printable ASCII"), "localizer");
     }
     if (i > 0 && profile.parameters[i - 1].first >= name) {
-      return invalid_artifact("the names of parameters do not ascend at '" + name + "'",
+      return invalid_artifact(concat("the names of parameters do not ascend at '", name, "'"),
                               "localizer");
     }
   }
@@ -46,20 +45,20 @@ bool took_every_return(const LocalizerProfile& profile) {
 }
 
 std::string localizer_title(const LocalizerProfile& profile) {
-  return profile.name + " v" + std::to_string(profile.version);
+  return concat(profile.name, " v", profile.version);
 }
 
 std::string parameters_text(const LocalizerProfile& profile) {
   std::string text;
   for (const auto& [name, value] : profile.parameters) {
-    text += (text.empty() ? "" : ", ") + name + "=" + value;
+    text += concat((text.empty() ? "" : ", "), name, "=", value);
   }
   return text;
 }
 
 std::string to_text(const LocalizerProfile& profile) {
   const std::string parameters = parameters_text(profile);
-  return localizer_title(profile) + (parameters.empty() ? "" : " (" + parameters + ")");
+  return localizer_title(profile) + (parameters.empty() ? "" : concat(" (", parameters, ")"));
 }
 
 }  // namespace sightline

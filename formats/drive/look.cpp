@@ -73,11 +73,11 @@ constexpr std::string_view kNames[kLookSigns] = {"weak sigma",   "strong sigma",
 
 std::string to_text(const Look& look) {
   std::string text = format_double(look.range_m) + " m";
-  if (look.return_count > 0) text += ", " + std::to_string(look.return_count) + " returns";
+  if (look.return_count > 0) text += concat(", ", look.return_count, " returns");
   if (look.even_beyond_m != 0.0) {
-    text += ", " + std::string(kEven) + format_double(look.even_beyond_m) + " m";
+    text += concat(", ", kEven, format_double(look.even_beyond_m), " m");
   }
-  if (look.point_count > 0) text += ", " + std::to_string(look.point_count) + " points";
+  if (look.point_count > 0) text += concat(", ", look.point_count, " points");
   if (look.is_by_normals) text += kByNormals;
   if (look.mode == LookMode::kSettle) text += ", settle";
   return text;
@@ -94,7 +94,7 @@ Result<Look> parse_look(std::string_view text) {
   const auto part_at = [&](std::size_t begin) {
     return trimmed(text.substr(begin, text.find(',', begin) - begin));
   };
-  const std::string quoted = "'" + std::string(text) + "'";
+  const std::string quoted = concat("'", text, "'");
   Look look;
   const std::optional<double> range_m = number_of<double>(part_at(0), " m");
   if (!range_m) return error_of(quoted + " does not begin with a range");
@@ -104,7 +104,7 @@ Result<Look> parse_look(std::string_view text) {
        comma = text.find(',', comma + 1)) {
     const std::string_view part = part_at(comma + 1);
     if (!read_part(part, last, look)) {
-      return error_of("'" + std::string(part) + "' in " + quoted + " is out of place");
+      return error_of(concat("'", part, "' in ", quoted, " is out of place"));
     }
   }
   const Result<void> valid = validate(look);
@@ -137,14 +137,14 @@ Result<std::vector<Look>> parse_looks(std::string_view text) {
   for (const std::string& each : texts) {
     SIGHTLINE_ASSIGN(const Look look, parse_look(each));
     if (std::ranges::find(looks, look) != looks.end())
-      return error_of("'" + each + "' stands twice");
+      return error_of(concat("'", each, "' stands twice"));
     looks.push_back(look);
   }
   return looks;
 }
 
 Result<void> validate(const Look& look) {
-  const std::string quoted = "'" + to_text(look) + "'";
+  const std::string quoted = concat("'", to_text(look), "'");
   if (!is_length(look.range_m)) {
     return error_of(quoted + ": the range is not above 0 and below 1000 m");
   }
@@ -175,7 +175,7 @@ std::vector<double> ranges_of(const std::vector<Look>& looks) {
 
 Result<void> validate(const std::vector<Look>& looks) {
   const auto invalid = [](const std::string& message, std::size_t number) {
-    return Error{ErrorCode::kInvalidArtifact, message, "", "look " + std::to_string(number)};
+    return Error{ErrorCode::kInvalidArtifact, message, "", concat("look ", number)};
   };
   if (looks.empty()) return invalid("found no look, expected one or more", 0);
   double range_m = 0.0;
@@ -184,12 +184,12 @@ Result<void> validate(const std::vector<Look>& looks) {
     if (!valid) return invalid(valid.error().message, i);
     const auto here = looks.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::find(looks.begin(), here, looks[i]) != here) {
-      return invalid("found '" + to_text(looks[i]) + "' twice", i);
+      return invalid(concat("found '", to_text(looks[i]), "' twice"), i);
     }
     if (!takes_every_return(looks[i])) continue;
     if (looks[i].range_m < range_m) {
-      return invalid("found range " + format_double(looks[i].range_m) + " m after " +
-                         format_double(range_m) + " m, expected ascending ones",
+      return invalid(concat("found range ", format_double(looks[i].range_m), " m after ",
+                            format_double(range_m), " m, expected ascending ones"),
                      i);
     }
     range_m = looks[i].range_m;
@@ -230,8 +230,8 @@ LookPlan plan_at(const LookPlan& plan, const Look& look) {
 }
 
 std::string to_text(const LookPlan& plan) {
-  return "from " + format_double(plan.limit_m) + " m: first " + to_text(plan.first) +
-         "; where the test doubts it, " + to_text(plan.second);
+  return concat("from ", format_double(plan.limit_m), " m: first ", to_text(plan.first),
+                "; where the test doubts it, ", to_text(plan.second));
 }
 
 }  // namespace sightline

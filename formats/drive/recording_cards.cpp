@@ -6,7 +6,7 @@ namespace sightline {
 namespace {
 
 Error invalid_card(const RecordingCard& card, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "recording '" + card.role + "'"};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("recording '", card.role, "'")};
 }
 
 }  // namespace

@@ -8,9 +8,9 @@ Result<void> validate(const Route& route) {
   if (route.lines.empty()) return invalid_artifact("found a route without a line", route.name);
   for (const RouteLine& line : route.lines) {
     if (line.points_world_m.size() < 2) {
-      return invalid_artifact("found " + std::to_string(line.points_world_m.size()) +
-                                  " points of a line, expected two or more",
-                              line.name);
+      return invalid_artifact(
+          concat("found ", line.points_world_m.size(), " points of a line, expected two or more"),
+          line.name);
     }
     for (const Eigen::Vector3d& point_m : line.points_world_m) {
       if (!point_m.allFinite()) {

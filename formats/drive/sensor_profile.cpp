@@ -62,7 +62,7 @@ Table dump(const SensorProfile& profile) {
   }
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
-      table.facts.emplace_back("T_vehicle_lidar_" + std::to_string(row) + std::to_string(column),
+      table.facts.emplace_back(concat("T_vehicle_lidar_", row, column),
                                profile.T_vehicle_lidar(row, column));
     }
   }

@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 Error invalid_pose(std::size_t pose, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "pose " + std::to_string(pose)};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("pose ", pose)};
 }
 
 // Symmetric to the last bit: only one triangle is written.
@@ -111,13 +111,12 @@ Result<void> validate(const Trajectory& trajectory) {
     if (i == 0) continue;
     const TrajectoryPose& before = trajectory.poses[i - 1];
     if (pose.recording_index <= before.recording_index) {
-      return invalid_pose(i, "found recording index " + std::to_string(pose.recording_index) +
-                                 " after " + std::to_string(before.recording_index) +
-                                 ", expected ascending ones");
+      return invalid_pose(i, concat("found recording index ", pose.recording_index, " after ",
+                                    before.recording_index, ", expected ascending ones"));
     }
     if (pose.stamp_ns < before.stamp_ns) {
-      return invalid_pose(i, "found stamp " + std::to_string(pose.stamp_ns) + " after " +
-                                 std::to_string(before.stamp_ns) + " ns, expected ascending ones");
+      return invalid_pose(i, concat("found stamp ", pose.stamp_ns, " after ", before.stamp_ns,
+                                    " ns, expected ascending ones"));
     }
   }
   return {};
@@ -150,16 +149,16 @@ Table dump(const Trajectory& trajectory) {
 Result<void> check_trajectory_of_drive(const Drive& drive, const Trajectory& trajectory) {
   if (trajectory.poses.size() != drive.scans.size()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found " + std::to_string(trajectory.poses.size()) + " poses for " +
-                     std::to_string(drive.scans.size()) + " scans, expected one each",
+                 concat("found ", trajectory.poses.size(), " poses for ", drive.scans.size(),
+                        " scans, expected one each"),
                  "", "drive " + drive.name};
   }
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (trajectory.poses[i].recording_index != drive.scans[i].recording_index) {
       return Error{ErrorCode::kMismatchedInputs,
-                   "found the pose of scan " + std::to_string(trajectory.poses[i].recording_index) +
-                       ", expected that of scan " + std::to_string(drive.scans[i].recording_index),
-                   "", "pose " + std::to_string(i)};
+                   concat("found the pose of scan ", trajectory.poses[i].recording_index,
+                          ", expected that of scan ", drive.scans[i].recording_index),
+                   "", concat("pose ", i)};
     }
   }
   return {};
@@ -172,8 +171,7 @@ Result<ReleasedPoses> release(const Drive& drive, const Trajectory& trajectory) 
     const std::optional<Digest> scan = drive.store->identity(i);
     if (!scan) {
       return Error{ErrorCode::kInvalidArtifact,
-                   "a scan has no name by which it could be known again", "",
-                   "scan " + std::to_string(i)};
+                   "a scan has no name by which it could be known again", "", concat("scan ", i)};
     }
     released.scans.push_back(*scan);
   }
@@ -196,9 +194,8 @@ std::vector<const TrajectoryPose*> poses_of(const Drive& drive, const ReleasedPo
 
 Result<void> validate(const ReleasedPoses& released) {
   if (released.scans.size() != released.trajectory.poses.size()) {
-    return Error{ErrorCode::kInvalidArtifact,
-                 "found " + std::to_string(released.scans.size()) + " scans and " +
-                     std::to_string(released.trajectory.poses.size()) + " poses"};
+    return Error{ErrorCode::kInvalidArtifact, concat("found ", released.scans.size(), " scans and ",
+                                                     released.trajectory.poses.size(), " poses")};
   }
   return validate(released.trajectory);
 }

@@ -19,7 +19,7 @@ constexpr std::uint32_t kFeatureLimit = 0x4000;
 constexpr std::size_t kBytesPerNode = sizeof(std::uint16_t) + sizeof(float);
 
 Error invalid_tree(std::size_t tree, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "tree " + std::to_string(tree)};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("tree ", tree)};
 }
 
 struct Branch {
@@ -78,9 +78,8 @@ Result<void> validate_tree(const RegressionForest& forest, std::size_t t,
   const RegressionTree& tree = forest.trees[t];
   for (const TreeNode& node : tree.nodes) {
     if (node.feature >= forest.feature_count || !std::isfinite(node.threshold)) {
-      return invalid_tree(t, "a split asks feature " + std::to_string(node.feature) + " of " +
-                                 std::to_string(forest.feature_count) +
-                                 ", or has no finite threshold");
+      return invalid_tree(t, concat("a split asks feature ", node.feature, " of ",
+                                    forest.feature_count, ", or has no finite threshold"));
     }
   }
   std::vector<TreeNode> numbered = tree.nodes;
@@ -167,9 +166,8 @@ Result<void> validate(const RegressionForest& forest) {
                  "found a forest without trees, or labels that are not finite and ascending"};
   }
   if (forest.feature_count == 0 || forest.feature_count > kFeatureLimit) {
-    return Error{ErrorCode::kInvalidArtifact, "found " + std::to_string(forest.feature_count) +
-                                                  " features, expected 1 to " +
-                                                  std::to_string(kFeatureLimit)};
+    return Error{ErrorCode::kInvalidArtifact, concat("found ", forest.feature_count,
+                                                     " features, expected 1 to ", kFeatureLimit)};
   }
   const bool are_rows_finite =
       std::ranges::all_of(forest.rows, [](float value) { return std::isfinite(value); });

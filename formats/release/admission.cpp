@@ -21,8 +21,9 @@ Result<std::vector<bool>> signers_of(std::string_view message, std::string_view 
     for (std::size_t k = 0; k < root.keys.size(); ++k) {
       if (root.keys[k].id != signature.key_id) continue;
       if (!is_valid(signature, message, root.keys[k])) {
-        return Error{ErrorCode::kBadSignature,
-                     "the signature by key " + to_hex(signature.key_id) + " is of something else"};
+        return Error{
+            ErrorCode::kBadSignature,
+            concat("the signature by key ", to_hex(signature.key_id), " is of something else")};
       }
       has_signed[k] = true;
     }
@@ -32,22 +33,21 @@ Result<std::vector<bool>> signers_of(std::string_view message, std::string_view 
 
 Error expired(const std::string& what, std::int64_t expires_s, std::int64_t now_s) {
   return {ErrorCode::kExpired,
-          what + " expired at " + utc_text(expires_s) + ", it is " + utc_text(now_s)};
+          concat(what, " expired at ", utc_text(expires_s), ", it is ", utc_text(now_s))};
 }
 
 Result<void> check_counter(std::string_view text, const ReleaseRecord& record,
                            const ReleaseRecord& seen, std::string_view seen_text) {
   if (record.counter > seen.counter || text == seen_text) return {};
-  return Error{ErrorCode::kReplayedRelease, "found counter " + std::to_string(record.counter) +
-                                                ", this vehicle has seen " +
-                                                std::to_string(seen.counter)};
+  return Error{ErrorCode::kReplayedRelease,
+               concat("found counter ", record.counter, ", this vehicle has seen ", seen.counter)};
 }
 
 Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
                             const RootRecord& root, const VehicleFacts& vehicle) {
   if (record.fleet != root.fleet) {
     return Error{ErrorCode::kWrongFleet,
-                 "found a release of fleet " + record.fleet + ", expected " + root.fleet};
+                 concat("found a release of fleet ", record.fleet, ", expected ", root.fleet)};
   }
   std::optional<std::string> map_id = vehicle.map_id;
   if (!vehicle.seen.release.empty() && !begins_anew(root, vehicle.seen)) {
@@ -57,7 +57,7 @@ Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
   }
   if (map_id && record.map_id != *map_id) {
     return Error{ErrorCode::kWrongFleet,
-                 "found a release of map " + record.map_id + ", expected " + *map_id};
+                 concat("found a release of map ", record.map_id, ", expected ", *map_id)};
   }
   return {};
 }
@@ -66,20 +66,20 @@ Result<void> check_fit(const ReleaseRecord& record, const VehicleFacts& vehicle)
   const auto needed = std::pair(record.minimum_major, record.minimum_minor);
   if (needed >
       std::pair(std::uint32_t{kFormatVersion.major}, std::uint32_t{kFormatVersion.minor})) {
-    return Error{ErrorCode::kFutureVersion, "the release needs a reader of format " +
-                                                std::to_string(needed.first) + "." +
-                                                std::to_string(needed.second)};
+    return Error{ErrorCode::kFutureVersion,
+                 concat("the release needs a reader of format ", needed.first, ".", needed.second)};
   }
   if (vehicle.sensor && record.sensor != *vehicle.sensor) {
-    return Error{ErrorCode::kWrongSensor, "the release is for sensor " + to_hex(record.sensor) +
-                                              ", this vehicle has " + to_hex(*vehicle.sensor)};
+    return Error{ErrorCode::kWrongSensor,
+                 concat("the release is for sensor ", to_hex(record.sensor), ", this vehicle has ",
+                        to_hex(*vehicle.sensor))};
   }
   return {};
 }
 
 Error not_as_released(const std::string& what, const std::string& found,
                       const std::string& expected) {
-  return {ErrorCode::kNotAsReleased, what + " is " + found + ", released was " + expected};
+  return {ErrorCode::kNotAsReleased, concat(what, " is ", found, ", released was ", expected)};
 }
 
 // The manifest that a map carries against the record that names the map.
@@ -139,8 +139,8 @@ Result<void> check_signatures(std::string_view message, std::string_view signatu
   if (count >= root.threshold) return {};
   const bool is_foreign = count == 0;
   return Error{is_foreign ? ErrorCode::kWrongKey : ErrorCode::kTooFewSignatures,
-               "found signatures by " + std::to_string(count) + " keys of root " +
-                   std::to_string(root.version) + ", expected " + std::to_string(root.threshold)};
+               concat("found signatures by ", count, " keys of root ", root.version, ", expected ",
+                      root.threshold)};
 }
 
 Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
@@ -150,12 +150,11 @@ Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
   SIGHTLINE_TRY(check_signatures(text, signatures, next));
   if (next.fleet != trusted.fleet) {
     return Error{ErrorCode::kWrongFleet,
-                 "found a root of fleet " + next.fleet + ", expected " + trusted.fleet};
+                 concat("found a root of fleet ", next.fleet, ", expected ", trusted.fleet)};
   }
   if (next.version != trusted.version + 1) {
-    return Error{ErrorCode::kRootOutOfOrder, "found root " + std::to_string(next.version) +
-                                                 ", expected " +
-                                                 std::to_string(trusted.version + 1)};
+    return Error{ErrorCode::kRootOutOfOrder,
+                 concat("found root ", next.version, ", expected ", trusted.version + 1)};
   }
   return next;
 }
@@ -188,10 +187,9 @@ Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& r
   SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(path.string()));
   const std::uint64_t size = file.bytes().size();
   if (size > released.size) {
-    return Error{
-        ErrorCode::kLongerThanReleased,
-        "found " + std::to_string(size) + " bytes, released were " + std::to_string(released.size),
-        path.string(), "byte " + std::to_string(released.size)};
+    return Error{ErrorCode::kLongerThanReleased,
+                 concat("found ", size, " bytes, released were ", released.size), path.string(),
+                 concat("byte ", released.size)};
   }
   if (size < released.size) {
     return in_file(not_as_released("the size", std::to_string(size), std::to_string(released.size)),
@@ -230,8 +228,8 @@ FetchPlan plan_fetch(const std::filesystem::path& present_map, const ReleaseReco
 
 std::string to_text(const FetchPlan& plan) {
   if (plan.kind == FetchPlan::Kind::kNothing) return "nothing";
-  return std::string(plan.kind == FetchPlan::Kind::kDelta ? "delta " : "map ") + plan.file.name +
-         " " + std::to_string(plan.file.size) + " " + to_hex(plan.file.sha256);
+  return concat(plan.kind == FetchPlan::Kind::kDelta ? "delta " : "map ", plan.file.name, " ",
+                plan.file.size, " ", to_hex(plan.file.sha256));
 }
 
 }  // namespace sightline

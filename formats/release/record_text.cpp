@@ -27,13 +27,12 @@ std::optional<std::uint64_t> number_of(std::string_view word) {
 
 RecordReader::RecordReader(std::string_view text) : rest_(text) {
   if (text.size() > kLargestRecord) {
-    fail("found " + std::to_string(text.size()) + " bytes, expected at most " +
-         std::to_string(kLargestRecord));
+    fail(concat("found ", text.size(), " bytes, expected at most ", kLargestRecord));
   }
 }
 
 void RecordReader::fail(const std::string& message, ErrorCode code) {
-  if (!error_) error_ = Error{code, message, "", "line " + std::to_string(line_)};
+  if (!error_) error_ = Error{code, message, "", concat("line ", line_)};
   rest_ = {};
 }
 
@@ -45,7 +44,7 @@ std::string_view RecordReader::take(std::string_view key) {
   line_ += 1;
   const std::size_t end = rest_.find('\n');
   if (!next_is(key) || end == std::string_view::npos) {
-    fail("expected a line \"" + std::string(key) + " ...\"");
+    fail(concat("expected a line \"", key, " ...\""));
     return {};
   }
   const std::string_view value = rest_.substr(key.size() + 1, end - key.size() - 1);
@@ -62,7 +61,7 @@ std::vector<std::string_view> RecordReader::take_words(std::string_view key, std
   }
   words.push_back(value);
   if (words.size() != count) {
-    fail("found " + std::to_string(words.size()) + " words, expected " + std::to_string(count));
+    fail(concat("found ", words.size(), " words, expected ", count));
     words.assign(count, std::string_view());
   }
   return words;
@@ -98,8 +97,8 @@ Digest RecordReader::digest(std::string_view word) {
 
 std::string RecordReader::file_name(std::string_view word) {
   if (!is_safe_file_name(word)) {
-    fail("the file name \"" + std::string(word.substr(0, 100)) +
-             "\" is no plain name of letters, digits and . _ -",
+    fail(concat("the file name \"", word.substr(0, 100),
+                "\" is no plain name of letters, digits and . _ -"),
          ErrorCode::kUnsafeName);
   }
   return std::string(word);

@@ -14,7 +14,7 @@ namespace {
 Error malformed(const std::string& message) { return {ErrorCode::kMalformedRecord, message}; }
 
 std::string text_of(const ReleasedFile& file) {
-  return file.name + " " + std::to_string(file.size) + " " + to_hex(file.sha256);
+  return concat(file.name, " ", file.size, " ", to_hex(file.sha256));
 }
 
 ReleasedFile file_of(RecordReader& reader, const std::vector<std::string_view>& words) {
@@ -27,7 +27,7 @@ ReleasedFile file_of(RecordReader& reader, const std::vector<std::string_view>& 
 
 // The first line.
 void take_kind(RecordReader& reader, const std::string& kind) {
-  if (reader.take(kind) != "1") reader.fail("expected \"" + kind + " 1\"");
+  if (reader.take(kind) != "1") reader.fail(concat("expected \"", kind, " 1\""));
 }
 
 void take_key(RecordReader& reader, std::vector<PublicKey>& keys) {
@@ -38,7 +38,7 @@ void take_key(RecordReader& reader, std::vector<PublicKey>& keys) {
 
 std::string lines_of(const std::vector<PublicKey>& keys) {
   std::string lines;
-  for (const PublicKey& key : keys) lines += "key " + to_base64(key) + "\n";
+  for (const PublicKey& key : keys) lines += concat("key ", to_base64(key), "\n");
   return lines;
 }
 
@@ -56,13 +56,14 @@ void take_reader(RecordReader& reader, ReleaseRecord& record) {
 
 Result<void> check_files(const ReleaseRecord& record) {
   if (!is_safe_file_name(record.map.name)) {
-    return Error{ErrorCode::kUnsafeName, "\"" + record.map.name + "\" is no plain file name"};
+    return Error{ErrorCode::kUnsafeName, concat("\"", record.map.name, "\" is no plain file name")};
   }
   if (record.deltas.size() > kMostDeltas) return malformed("more than 64 deltas");
   for (std::size_t i = 0; i < record.deltas.size(); ++i) {
     const ReleasedDelta& delta = record.deltas[i];
     if (!is_safe_file_name(delta.file.name)) {
-      return Error{ErrorCode::kUnsafeName, "\"" + delta.file.name + "\" is no plain file name"};
+      return Error{ErrorCode::kUnsafeName,
+                   concat("\"", delta.file.name, "\" is no plain file name")};
     }
     if (i > 0 && record.deltas[i - 1].base_sha256 >= delta.base_sha256) {
       return malformed("deltas must ascend by the digest of their base");
@@ -75,12 +76,12 @@ Result<void> check_files(const ReleaseRecord& record) {
 Result<void> check_keys(const std::vector<PublicKey>& keys) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (!is_sound(keys[i])) {
-      return malformed("key " + to_hex(keys[i].id) +
-                       " is no sound point: anybody could sign by it");
+      return malformed(
+          concat("key ", to_hex(keys[i].id), " is no sound point: anybody could sign by it"));
     }
     for (std::size_t k = 0; k < i; ++k) {
       if (keys[i].id == keys[k].id || keys[i].point == keys[k].point) {
-        return malformed("key " + to_hex(keys[i].id) + " is there twice");
+        return malformed(concat("key ", to_hex(keys[i].id), " is there twice"));
       }
     }
     if (i > 0 && to_base64(keys[i - 1]) > to_base64(keys[i])) {
@@ -113,19 +114,18 @@ Result<void> validate(const ReleaseRecord& record) {
 
 std::string encode(const ReleaseRecord& record) {
   std::string text = "sightline-release 1\n";
-  text += "fleet " + record.fleet + "\n";
-  text += "map-id " + record.map_id + "\n";
-  text += "version " + record.version + "\n";
-  text += "counter " + std::to_string(record.counter) + "\n";
-  text += "expires " + utc_text(record.expires_s) + "\n";
-  text += "minimum-reader " + std::to_string(record.minimum_major) + "." +
-          std::to_string(record.minimum_minor) + "\n";
-  text += "sensor " + to_hex(record.sensor) + "\n";
-  text += "map-release " + std::to_string(record.map_release) + "\n";
-  text += "root-digest " + to_hex(record.root_digest) + "\n";
-  text += "map " + text_of(record.map) + "\n";
+  text += concat("fleet ", record.fleet, "\n");
+  text += concat("map-id ", record.map_id, "\n");
+  text += concat("version ", record.version, "\n");
+  text += concat("counter ", record.counter, "\n");
+  text += concat("expires ", utc_text(record.expires_s), "\n");
+  text += concat("minimum-reader ", record.minimum_major, ".", record.minimum_minor, "\n");
+  text += concat("sensor ", to_hex(record.sensor), "\n");
+  text += concat("map-release ", record.map_release, "\n");
+  text += concat("root-digest ", to_hex(record.root_digest), "\n");
+  text += concat("map ", text_of(record.map), "\n");
   for (const ReleasedDelta& delta : record.deltas) {
-    text += "delta " + text_of(delta.file) + " " + to_hex(delta.base_sha256) + "\n";
+    text += concat("delta ", text_of(delta.file), " ", to_hex(delta.base_sha256), "\n");
   }
   return text;
 }
@@ -187,21 +187,21 @@ Result<void> validate(const RootRecord& record) {
     return malformed("the expiry must lie between 1970 and 9999");
   }
   if (record.keys.empty() || record.keys.size() > kMostKeys) {
-    return malformed("found " + std::to_string(record.keys.size()) + " keys, expected 1 to 16");
+    return malformed(concat("found ", record.keys.size(), " keys, expected 1 to 16"));
   }
   if (record.threshold == 0 || record.threshold > record.keys.size()) {
-    return malformed("the threshold is " + std::to_string(record.threshold) + " of " +
-                     std::to_string(record.keys.size()) + " keys");
+    return malformed(
+        concat("the threshold is ", record.threshold, " of ", record.keys.size(), " keys"));
   }
   return check_keys(record.keys);
 }
 
 std::string encode(const RootRecord& record) {
   std::string text = "sightline-root 1\n";
-  text += "fleet " + record.fleet + "\n";
-  text += "version " + std::to_string(record.version) + "\n";
-  text += "expires " + utc_text(record.expires_s) + "\n";
-  text += "threshold " + std::to_string(record.threshold) + "\n";
+  text += concat("fleet ", record.fleet, "\n");
+  text += concat("version ", record.version, "\n");
+  text += concat("expires ", utc_text(record.expires_s), "\n");
+  text += concat("threshold ", record.threshold, "\n");
   return text + lines_of(record.keys);
 }
 
@@ -225,8 +225,8 @@ Result<RootRecord> decode_root_record(std::string_view text) {
 }
 
 std::string encode(const SeenState& state) {
-  return "sightline-seen 1\ntime " + utc_text(state.time_s) + "\n" + lines_of(state.keys) +
-         state.release;
+  return concat("sightline-seen 1\ntime ", utc_text(state.time_s), "\n", lines_of(state.keys),
+                state.release);
 }
 
 Result<SeenState> decode_seen_state(std::string_view text) {

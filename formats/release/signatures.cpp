@@ -56,7 +56,7 @@ class Lines {
   }
   [[nodiscard]] Error wrong(std::string_view expected) const {
     return {ErrorCode::kMalformedSignature, "expected " + std::string(expected), "",
-            "line " + std::to_string(number_)};
+            concat("line ", number_)};
   }
 
  private:
@@ -98,15 +98,14 @@ std::string sign(std::string_view message, const SecretKey& key, std::string_vie
   std::vector<std::uint8_t> first = {'E', 'D'};
   first.insert(first.end(), key.id.begin(), key.id.end());
   first.insert(first.end(), of_message.begin(), of_message.end());
-  return std::string(kUntrusted) + "signature by " + to_hex(key.id) + "\n" + base64_of(first) +
-         "\n" + std::string(kTrusted) + std::string(trusted_comment) + "\n" +
-         base64_of(of_comment) + "\n";
+  return concat(kUntrusted, "signature by ", to_hex(key.id), "\n", base64_of(first), "\n", kTrusted,
+                trusted_comment, "\n", base64_of(of_comment), "\n");
 }
 
 Result<std::vector<Signature>> parse_signatures(std::string_view text) {
   if (text.size() > kLargestSignatureFile) {
     return Error{ErrorCode::kMalformedSignature,
-                 std::to_string(text.size()) + " bytes are too many for signatures"};
+                 concat(text.size(), " bytes are too many for signatures")};
   }
   Lines lines(text);
   std::vector<Signature> signatures;

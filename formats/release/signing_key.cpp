@@ -38,7 +38,7 @@ Error malformed(const std::string& message) { return {ErrorCode::kMalformedSigna
 Result<std::string_view> second_line(std::string_view text) {
   const std::size_t end = text.find('\n');
   if (!text.starts_with(kComment) || end == std::string_view::npos) {
-    return malformed("a key file starts with \"" + std::string(kComment) + "\"");
+    return malformed(concat("a key file starts with \"", kComment, "\""));
   }
   std::string_view line = text.substr(end + 1);
   if (line.ends_with('\n')) line.remove_suffix(1);
@@ -145,8 +145,8 @@ std::string to_base64(const PublicKey& key) {
 Result<PublicKey> public_key_from_base64(std::string_view text) {
   const auto bytes = bytes_of_base64(text, kPublicSize);
   if (!bytes || (*bytes)[0] != 'E' || (*bytes)[1] != 'd') {
-    return malformed("found \"" + std::string(text.substr(0, 60)) +
-                     "\", expected a public key of 56 characters");
+    return malformed(
+        concat("found \"", text.substr(0, 60), "\", expected a public key of 56 characters"));
   }
   PublicKey key;
   std::copy_n(bytes->begin() + 2, key.id.size(), key.id.begin());
@@ -155,8 +155,7 @@ Result<PublicKey> public_key_from_base64(std::string_view text) {
 }
 
 std::string encode_public_key_file(const PublicKey& key) {
-  return std::string(kComment) + "sightline public key " + to_hex(key.id) + "\n" + to_base64(key) +
-         "\n";
+  return concat(kComment, "sightline public key ", to_hex(key.id), "\n", to_base64(key), "\n");
 }
 
 Result<PublicKey> decode_public_key_file(std::string_view text) {
@@ -184,7 +183,7 @@ std::string encode_secret_key_file(const SecretKey& key,
     SIGHTLINE_CHECK(mask(bytes.subspan(kHiddenBegin), *passphrase, bytes.subspan(6, kSaltSize),
                          cost[0], cost[1]));
   }
-  std::string text = std::string(kComment) + "minisign encrypted secret key\n" + base64_of(file);
+  std::string text = concat(kComment, "minisign encrypted secret key\n", base64_of(file));
   sodium_memzero(file.data(), file.size());
   return text + "\n";
 }

@@ -9,7 +9,7 @@
 namespace sightline {
 namespace {
 
-std::string place_of(std::size_t index) { return "nd " + std::to_string(index); }
+std::string place_of(std::size_t index) { return concat("nd ", index); }
 
 Result<void> validate_nd(const Nd& nd, double cell_m, std::size_t index) {
   if (!nd.mean_m.allFinite() || !nd.covariance_m2.allFinite()) {
@@ -86,10 +86,8 @@ int dimension_class(const Nd& nd) {
 
 Result<void> validate(const NdtMap& map) {
   if (!is_tiling(map.cell_m, map.tile_m)) {
-    return invalid_artifact("a tile of " + std::to_string(map.tile_m) +
-                                " m is no multiple of a cell of " + std::to_string(map.cell_m) +
-                                " m",
-                            "");
+    return invalid_artifact(
+        concat("a tile of ", map.tile_m, " m is no multiple of a cell of ", map.cell_m, " m"), "");
   }
   if (!map.frame.origin_world_m.allFinite()) return invalid_artifact("the frame is not finite", "");
   for (std::size_t i = 0; i < map.nds.size(); ++i) {

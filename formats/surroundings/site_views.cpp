@@ -24,14 +24,13 @@ Result<void> validate(const DepthImages& images) {
   if (!numbers_make_sense) return invalid_artifact("elevations or range limits make no sense", "");
   const std::size_t expected = images.site_count * images.cells_per_site();
   if (images.distance_m.size() != expected) {
-    return invalid_artifact("found " + std::to_string(images.distance_m.size()) +
-                                " cells, expected " + std::to_string(expected),
-                            "");
+    return invalid_artifact(
+        concat("found ", images.distance_m.size(), " cells, expected ", expected), "");
   }
   for (std::size_t i = 0; i < images.distance_m.size(); ++i) {
     if (images.distance_m[i] < 0.0F) {
       return invalid_artifact("a distance is negative",
-                              "site " + std::to_string(i / images.cells_per_site()));
+                              concat("site ", i / images.cells_per_site()));
     }
   }
   return {};
@@ -64,18 +63,16 @@ Result<void> validate(const VirtualScans& scans) {
   std::uint64_t before = 0;
   for (std::size_t site = 0; site < scans.end.size(); ++site) {
     if (scans.end[site] < before) {
-      return invalid("a scan ends before it begins", "site " + std::to_string(site));
+      return invalid("a scan ends before it begins", concat("site ", site));
     }
     before = scans.end[site];
   }
   if (before != scans.points_m.size()) {
-    return invalid("found " + std::to_string(scans.points_m.size()) + " points, expected " +
-                       std::to_string(before),
-                   "");
+    return invalid(concat("found ", scans.points_m.size(), " points, expected ", before), "");
   }
   for (std::size_t i = 0; i < scans.points_m.size(); ++i) {
     if (!scans.points_m[i].allFinite()) {
-      return invalid("a point is not finite", "point " + std::to_string(i));
+      return invalid("a point is not finite", concat("point ", i));
     }
   }
   return {};

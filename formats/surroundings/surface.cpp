@@ -11,13 +11,13 @@ Result<void> validate_patch(const SurfacePatch& patch, std::size_t index) {
   const bool is_unit = std::abs(patch.normal.squaredNorm() - 1.0) < 1e-9;
   if (!patch.centre_m.allFinite() || !is_unit) {
     return invalid_artifact("the centre is not finite or the normal not of unit length",
-                            "patch " + std::to_string(index));
+                            concat("patch ", index));
   }
   if (!(patch.half_side_m > 0.0) || !std::isfinite(patch.half_side_m)) {
-    return invalid_artifact("the side is not positive", "patch " + std::to_string(index));
+    return invalid_artifact("the side is not positive", concat("patch ", index));
   }
   if (patch.solid == 0) {
-    return invalid_artifact("none of its squares is solid", "patch " + std::to_string(index));
+    return invalid_artifact("none of its squares is solid", concat("patch ", index));
   }
   return {};
 }
@@ -63,8 +63,7 @@ Result<void> validate(const Surface& surface) {
     SIGHTLINE_TRY(validate_patch(surface.patches[i], i));
     if (i > 0 &&
         !(order_of(surface.patches[i - 1], surface) < order_of(surface.patches[i], surface))) {
-      return invalid_artifact("patches must ascend by tile, key and side",
-                              "patch " + std::to_string(i));
+      return invalid_artifact("patches must ascend by tile, key and side", concat("patch ", i));
     }
   }
   return {};

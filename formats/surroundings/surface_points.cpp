@@ -146,11 +146,10 @@ Result<void> validate(const SurfacePoints& points) {
   }
   for (std::size_t i = 0; i < points.points_m.size(); ++i) {
     if (points.points_m[i].allFinite()) continue;
-    return invalid_artifact("found a point that is not finite",
-                            "standing point " + std::to_string(i));
+    return invalid_artifact("found a point that is not finite", concat("standing point ", i));
   }
   for (std::size_t i = 0; i < points.scans.size(); ++i) {
-    const std::string place = "scan " + std::to_string(i);
+    const std::string place = concat("scan ", i);
     SIGHTLINE_TRY(validate(points.scans[i], place));
     if (i > 0 && points.scans[i].index <= points.scans[i - 1].index) {
       return invalid_artifact("its index is not after that of the scan before it", place);
@@ -158,7 +157,7 @@ Result<void> validate(const SurfacePoints& points) {
   }
   for (std::size_t i = 1; i < points.moved_voxels.size(); ++i) {
     if (points.moved_voxels[i - 1] < points.moved_voxels[i]) continue;
-    return invalid_artifact("the voxels that moved are not in order", "voxel " + std::to_string(i));
+    return invalid_artifact("the voxels that moved are not in order", concat("voxel ", i));
   }
   return {};
 }

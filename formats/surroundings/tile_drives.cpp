@@ -9,7 +9,7 @@ namespace sightline {
 namespace {
 
 Error invalid_row(const std::string& message, std::size_t row) {
-  return {ErrorCode::kInvalidArtifact, message, "", "row " + std::to_string(row)};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("row ", row)};
 }
 
 auto place_of(const TileDrive& row) { return std::tuple(row.tile.x, row.tile.y, row.drive); }
@@ -35,7 +35,7 @@ Result<void> validate(const TileDrives& tiles) {
   for (const MappedDrive& drive : tiles.drives) {
     if (!drive.name.empty() && drive.begin_ns <= drive.end_ns) continue;
     return Error{ErrorCode::kInvalidArtifact, "a drive has no name, or ends before it begins", "",
-                 "drive '" + drive.name + "'"};
+                 concat("drive '", drive.name, "'")};
   }
   for (std::size_t i = 0; i < tiles.rows.size(); ++i) {
     const TileDrive& row = tiles.rows[i];

@@ -34,7 +34,7 @@ std::string joined(const std::vector<T>& items, std::string_view separator, Form
 std::string to_csv(const Table& table) {
   std::string text;
   for (const auto& [name, value] : table.facts)
-    text += "# " + name + ": " + cell_text(value) + "\n";
+    text += concat("# ", name, ": ", cell_text(value), "\n");
   text += joined(table.columns, ",", csv_field) + "\n";
   for (const std::vector<Cell>& row : table.rows) {
     text += joined(row, ",", [](const Cell& cell) { return csv_field(cell_text(cell)); }) + "\n";
@@ -46,8 +46,9 @@ std::string to_csv(const Table& table) {
 std::string to_json(const Table& table) {
   Json facts = Json::object();
   for (const auto& [name, value] : table.facts) facts[name] = json_value(value);
-  std::string text = "{\"name\": " + json_text(table.name) + ", \"facts\": " + json_text(facts);
-  text += ",\n \"columns\": " + json_text(table.columns) + ",\n \"rows\": [";
+  std::string text =
+      concat("{\"name\": ", json_text(table.name), ", \"facts\": ", json_text(facts));
+  text += concat(",\n \"columns\": ", json_text(table.columns), ",\n \"rows\": [");
   text += joined(table.rows, ",", [](const std::vector<Cell>& row) {
     Json cells = Json::array();
     for (const Cell& cell : row) cells.push_back(json_value(cell));
@@ -58,7 +59,7 @@ std::string to_json(const Table& table) {
 
 std::string to_aligned_text(const Table& table) {
   std::string text;
-  for (const auto& [name, value] : table.facts) text += name + ": " + cell_text(value) + "\n";
+  for (const auto& [name, value] : table.facts) text += concat(name, ": ", cell_text(value), "\n");
   TextGrid grid = {table.columns};
   for (const std::vector<Cell>& row : table.rows) {
     std::vector<std::string>& line = grid.emplace_back();
@@ -100,7 +101,7 @@ Result<TableFormat> parse_table_format(std::string_view name) {
   if (name == "json") return TableFormat::kJson;
   if (name == "text") return TableFormat::kText;
   return Error{ErrorCode::kUnknownName,
-               "unknown format '" + std::string(name) + "', expected csv, json or text"};
+               concat("unknown format '", name, "', expected csv, json or text")};
 }
 
 std::string aligned(const TextGrid& grid, FirstColumn first) {

@@ -158,14 +158,14 @@ Result<void> check_inputs(const NdtMap& map, const Sites& sites, const DepthImag
   if (map.frame != sites.frame) return mismatched("map and sites lie in different frames");
   const std::size_t expected = sites.sites.size();
   if (depth.site_count != expected || scans.site_count() != expected) {
-    return mismatched("found depth images of " + std::to_string(depth.site_count) +
-                      " sites and virtual scans of " + std::to_string(scans.site_count()) +
-                      ", expected " + std::to_string(expected));
+    return mismatched(concat("found depth images of ", depth.site_count,
+                             " sites and virtual scans of ", scans.site_count(), ", expected ",
+                             expected));
   }
   const double reach_m = std::min(depth.longest_range_m, scans.longest_range_m);
   if (reach_m < longest_m) {
-    return mismatched("depth images or virtual scans end at " + std::to_string(reach_m) +
-                      " m, before the longest range of " + std::to_string(longest_m) + " m");
+    return mismatched(concat("depth images or virtual scans end at ", reach_m,
+                             " m, before the longest range of ", longest_m, " m"));
   }
   return {};
 }

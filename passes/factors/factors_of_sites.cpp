@@ -137,8 +137,8 @@ Result<FactorTable> table_without_sites(const PassContext& ctx,
 
 void warn_of_unmatched(const PassContext& ctx, const BlockRows& sum) {
   if (sum.unmatched_count == 0) return;
-  ctx.warn(std::to_string(sum.unmatched_count) + " of " + std::to_string(sum.point_count) +
-           " virtual points lie in no valid ND and tell nothing of the pose");
+  ctx.warn(concat(sum.unmatched_count, " of ", sum.point_count,
+                  " virtual points lie in no valid ND and tell nothing of the pose"));
 }
 
 }  // namespace

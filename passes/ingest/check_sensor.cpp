@@ -161,21 +161,21 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
   if (are_other_beams(elevations, sensor, guess)) return "the returns stand at other beams";
   const double per_ray = returns_per_ray(scans, sensor);
   if (per_ray > kMostReturnsPerRay) {
-    return "a scan has " + format_double(std::round(per_ray * 10.0) / 10.0) +
-           " times as many returns as these have rays";
+    return concat("a scan has ", format_double(std::round(per_ray * 10.0) / 10.0),
+                  " times as many returns as these have rays");
   }
   const double beyond = share_beyond_range(scans, sensor);
   if (beyond < kBeyondRange) return "";
-  return whole_percent(beyond) + " of the returns lie beyond its range of " +
-         format_double(sensor.max_range_m) + " m and are left out of the map";
+  return concat(whole_percent(beyond), " of the returns lie beyond its range of ",
+                format_double(sensor.max_range_m), " m and are left out of the map");
 }
 
 std::string guess_text(const SensorGuess& guess) {
   const std::string view =
       guess.azimuth_view_deg
-          ? ", `azimuth_view_deg: " + format_double(*guess.azimuth_view_deg) + "`"
+          ? concat(", `azimuth_view_deg: ", format_double(*guess.azimuth_view_deg), "`")
           : "";
-  if (!guess.profile.empty()) return "`sensor: " + guess.profile + "`" + view;
+  if (!guess.profile.empty()) return concat("`sensor: ", guess.profile, "`", view);
   return fmt::format("`rings: {}`, `lowest_beam_deg: {}`, `highest_beam_deg: {}`{}", guess.rings,
                      format_double(guess.lowest_beam_deg), format_double(guess.highest_beam_deg),
                      view);

@@ -29,8 +29,8 @@ bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) 
     guess.profile = name;
   }
   if (guess.profile.empty()) return false;
-  guess.reason = whole_percent(best.hit) + " of its beams are hit, and returns lie " +
-                 whole_percent(best.off) + " of a gap beside a beam (25 % by chance)";
+  guess.reason = concat(whole_percent(best.hit), " of its beams are hit, and returns lie ",
+                        whole_percent(best.off), " of a gap beside a beam (25 % by chance)");
   return true;
 }
 
@@ -73,9 +73,9 @@ bool choose_by_span(const std::vector<double>& elevations, SensorGuess& guess) {
     guess.profile = name;
   }
   if (guess.profile.empty()) return false;
-  guess.reason = "returns span " +
-                 to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}) +
-                 " like its beams, which cannot be distinguished in these scans";
+  guess.reason =
+      concat("returns span ", to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}),
+             " like its beams, which cannot be distinguished in these scans");
   return true;
 }
 
@@ -225,7 +225,7 @@ BeamSpan span_of(const std::vector<double>& elevations) {
 }
 
 std::string to_text(const BeamSpan& span) {
-  return fixed(span.lowest_deg, 1) + " to " + fixed(span.highest_deg, 1) + " degrees";
+  return concat(fixed(span.lowest_deg, 1), " to ", fixed(span.highest_deg, 1), " degrees");
 }
 
 double azimuth_view_deg(std::span<const PointCloudFile> scans) {

@@ -52,11 +52,11 @@ Result<void> check_times(const Recording& recording) {
   for (std::size_t i = 1; i < recording.scans.size(); ++i) {
     const std::int64_t before_ns = recording.scans[i - 1].stamp_ns;
     if (recording.scans[i].stamp_ns > before_ns) continue;
-    return Error{ErrorCode::kTimeRunsBackwards,
-                 "found time " + format_stamp(recording.scans[i].stamp_ns) +
-                     " s, expected one after " + format_stamp(before_ns) + " s of " +
-                     recording.scans[i - 1].name,
-                 recording.file_of(recording.scans[i]).string(), "scan " + std::to_string(i)};
+    return Error{
+        ErrorCode::kTimeRunsBackwards,
+        concat("found time ", format_stamp(recording.scans[i].stamp_ns), " s, expected one after ",
+               format_stamp(before_ns), " s of ", recording.scans[i - 1].name),
+        recording.file_of(recording.scans[i]).string(), concat("scan ", i)};
   }
   return {};
 }
@@ -118,7 +118,7 @@ Result<void> check_reach(const Recording& recording, const std::vector<ScanCount
                            "expected coordinates in metres, seen from the sensor, and these look "
                            "like world coordinates or millimetres",
                            far_scans, counts.size()),
-               recording.file_of(recording.scans[index]).string(), "scan " + std::to_string(index)};
+               recording.file_of(recording.scans[index]).string(), concat("scan ", index)};
 }
 
 void warn_of(const PassContext& ctx, const Recording& recording,
@@ -137,7 +137,7 @@ void warn_of(const PassContext& ctx, const Recording& recording,
     far_scans += scan.is_far_away ? 1 : 0;
     unclear_scans += scan.has_unclear_times ? 1 : 0;
   }
-  const std::string drive = "drive " + recording.name + ": ";
+  const std::string drive = concat("drive ", recording.name, ": ");
   if (sum.nonfinite_count + sum.zero_count > 0) {
     ctx.warn(fmt::format("{}dropped {} NaN or infinite points and {} at (0,0,0), kept {}", drive,
                          sum.nonfinite_count, sum.zero_count, sum.point_count));
@@ -147,7 +147,7 @@ void warn_of(const PassContext& ctx, const Recording& recording,
                          sum.withheld_count, sum.point_count));
   }
   const auto warn_of_some = [&](std::size_t scans, const char* what) {
-    if (scans > 0) ctx.warn(drive + std::to_string(scans) + what);
+    if (scans > 0) ctx.warn(concat(drive, scans, what));
   };
   warn_of_some(cut_scans, " text scans end without a line end; their last number may be cut");
   warn_of_some(far_scans, " scans have most of their points beyond 2 km, where no LiDAR sees");
@@ -217,7 +217,8 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
       text("stamps", options.stamps, "file with one time a line; empty: from names or poses"),
       number("rate_hz", options.rate_hz, "scans a second, where their times are unknown", 0.01,
              1000.0),
-      text("sensor", options.sensor, "sensor: " + sensor_names() + ", or a file with its beams"),
+      text("sensor", options.sensor,
+           concat("sensor: ", sensor_names(), ", or a file with its beams")),
       integer("rings", options.rings, "number of evenly spaced beams; 0: the profile's own", 0,
               1024),
       number("lowest_beam_deg", options.lowest_beam_deg, "elevation of the lowest, degrees", -90.0,
@@ -244,7 +245,7 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
 
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording) {
   if (recording.scans.empty()) {
-    return Error{ErrorCode::kDriveTooShort, "drive " + recording.name + " has no scans"};
+    return Error{ErrorCode::kDriveTooShort, concat("drive ", recording.name, " has no scans")};
   }
   SIGHTLINE_TRY(check_times(recording));
   SIGHTLINE_ASSIGN(const std::vector<ScanCounts> counts, count_all(ctx, recording));

@@ -16,7 +16,7 @@ Result<Eigen::AlignedBox3d> box_of(const PointMap& map) {
   for (const PointMapFile& file : map.files) box_m.extend(file.box_m);
   if (box_m.sizes().maxCoeff() <= kWidest_m) return box_m;
   return Error{ErrorCode::kInvalidArtifact,
-               "map " + map.name + " is wider than " + format_double(kWidest_m) + " m", "",
+               concat("map ", map.name, " is wider than ", format_double(kWidest_m), " m"), "",
                "pass ingest-map"};
 }
 
@@ -39,23 +39,23 @@ Result<double> points_per_m2(PassContext& ctx, const SurfacePoints& points) {
 void warn_of_density(const PassContext& ctx, const PointMap& map, double density) {
   if (density >= kDenseForSurface) return;
   const bool is_too_thin = density < kDenseForNds;
-  ctx.warn("map " + map.name + " has " + fixed(density, 1) +
-           " points on a square metre of surface: " +
-           (is_too_thin ? "most cells of 2 m hold fewer than the 10 points that an ND needs (" +
-                              fixed(kDenseForNds, 1) + "), and are lost; "
-                        : "") +
-           "below " + fixed(kDenseForSurface, 1) +
-           " the surface that is simulated has gaps, and looks through them find less than there "
-           "is; a finer export of the map costs nothing else");
+  ctx.warn(
+      concat("map ", map.name, " has ", fixed(density, 1), " points on a square metre of surface: ",
+             (is_too_thin ? "most cells of 2 m hold fewer than the 10 points that an ND needs (" +
+                                fixed(kDenseForNds, 1) + "), and are lost; "
+                          : ""),
+             "below ", fixed(kDenseForSurface, 1),
+             " the surface that is simulated has gaps, and looks through them find less than there "
+             "is; a finer export of the map costs nothing else"));
 }
 
 void warn_of_files(const PassContext& ctx, const PointMap& map) {
-  for (const std::string& warning : map.warnings) ctx.warn("map " + map.name + ": " + warning);
+  for (const std::string& warning : map.warnings) ctx.warn(concat("map ", map.name, ": ", warning));
   std::uint64_t dropped = 0;
   for (const PointMapFile& file : map.files) dropped += file.dropped_count;
   if (dropped == 0) return;
-  ctx.warn("map " + map.name + ": " + std::to_string(dropped) +
-           " points are not finite, at (0,0,0) or withheld, and were left out");
+  ctx.warn(concat("map ", map.name, ": ", dropped,
+                  " points are not finite, at (0,0,0) or withheld, and were left out"));
 }
 
 }  // namespace

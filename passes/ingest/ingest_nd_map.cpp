@@ -64,7 +64,7 @@ std::vector<Nd> valid_nds(const ForeignNds& map, const CellKey& origin, int min_
 }
 
 void warn(const PassContext& ctx, const ForeignNds& map, const NdtMap& ndt, int min_points) {
-  for (const std::string& warning : map.warnings) ctx.warn("map " + map.name + ": " + warning);
+  for (const std::string& warning : map.warnings) ctx.warn(concat("map ", map.name, ": ", warning));
   const std::uint64_t all = ndt.nds.size() + ndt.sparse_cell_count + ndt.degenerate_cell_count;
   ctx.warn(fmt::format(
       "map {} holds NDs and no points: {} of its {} cells of {} m are taken as they are; {} have "
@@ -86,16 +86,16 @@ std::vector<OptionField> option_fields(IngestNdMapOptions& options) {
 Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options,
                              const ForeignNds& map) {
   if (!is_tiling(map.cell_m, options.tile_m)) {
-    return Error{ErrorCode::kBadValue,
-                 "annotation.tile_m: found " + format_double(options.tile_m) +
-                     " m, expected a multiple of the map's cell of " + format_double(map.cell_m) +
-                     " m",
-                 "", kPlace};
+    return Error{
+        ErrorCode::kBadValue,
+        concat("annotation.tile_m: found ", format_double(options.tile_m),
+               " m, expected a multiple of the map's cell of ", format_double(map.cell_m), " m"),
+        "", kPlace};
   }
-  const Error is_empty{ErrorCode::kEmptyMap,
-                       "map " + map.name + " has no cell of " + std::to_string(options.min_points) +
-                           " points or more",
-                       "", kPlace};
+  const Error is_empty{
+      ErrorCode::kEmptyMap,
+      concat("map ", map.name, " has no cell of ", options.min_points, " points or more"), "",
+      kPlace};
   if (map.nds.empty()) return is_empty;
   const Eigen::Vector3d lowest_m = lowest_corner_m(map);
   NdtMap ndt;
@@ -106,7 +106,7 @@ Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options
   ndt.sparse_cell_count = map.single_point_count;
   const Eigen::Vector3d origin_cells = ndt.frame.origin_world_m / map.cell_m;
   if (origin_cells.cwiseAbs().maxCoeff() > kWidest_cells) {
-    return Error{ErrorCode::kInvalidArtifact, "map " + map.name + " is wider than a grid", "",
+    return Error{ErrorCode::kInvalidArtifact, concat("map ", map.name, " is wider than a grid"), "",
                  kPlace};
   }
   const CellKey origin{static_cast<std::int32_t>(std::llround(origin_cells.x())),

@@ -18,7 +18,7 @@ constexpr std::int64_t kEarliestClock_ns = 100'000'000'000'000'000;
 
 // What is the matter with its sensor; empty: it is that of `drive`.
 std::string difference_of_sensors(const SensorProfile& first, const SensorProfile& later) {
-  if (later.name != first.name) return "its sensor is " + later.name + ", not " + first.name;
+  if (later.name != first.name) return concat("its sensor is ", later.name, ", not ", first.name);
   if (to_bytes(later) == to_bytes(first)) return "";
   return "its sensor sits elsewhere on the vehicle, or has other beams";
 }
@@ -45,7 +45,7 @@ Drive with_part(const PassContext& ctx, const Drive& drive, const Drive& later) 
   if (drive.scans.empty()) return later;
   const std::string difference = difference_of_sensors(drive.sensor, later.sensor);
   if (!difference.empty()) {
-    ctx.warn("drive " + later.name + " is left out: " + difference);
+    ctx.warn(concat("drive ", later.name, " is left out: ", difference));
     return drive;
   }
   Drive joined = drive;
@@ -94,12 +94,12 @@ bool is_between(const std::vector<std::int64_t>& stamps_ns, std::int64_t stamp_n
 Error no_common_time(const Drive& drive, const Drive& other) {
   const auto span = [](const Drive& d) {
     return d.scans.empty() ? std::string("none")
-                           : format_stamp(d.scans.front().stamp_ns) + " to " +
-                                 format_stamp(d.scans.back().stamp_ns) + " s";
+                           : concat(format_stamp(d.scans.front().stamp_ns), " to ",
+                                    format_stamp(d.scans.back().stamp_ns), " s");
   };
   return {ErrorCode::kMismatchedInputs,
-          "no scan of sensor " + other.name + " (" + span(other) + ") is within the time of " +
-              drive.name + " (" + span(drive) + "); give both the times of one clock",
+          concat("no scan of sensor ", other.name, " (", span(other), ") is within the time of ",
+                 drive.name, " (", span(drive), "); give both the times of one clock"),
           "", "drive " + drive.name};
 }
 
@@ -119,9 +119,9 @@ Result<Drive> with_sensor(const PassContext& ctx, const Drive& drive, const Driv
   const std::size_t left_out = drive.scans.size() + other.scans.size() - scans.size();
   if (left_out == other.scans.size()) return no_common_time(drive, other);
   if (left_out > 0) {
-    ctx.warn("drive " + drive.name + ": " + std::to_string(left_out) + " of " +
-             std::to_string(other.scans.size()) + " scans of sensor " + other.name +
-             " are not between two scans of the first sensor; they are left out");
+    ctx.warn(concat("drive ", drive.name, ": ", left_out, " of ", other.scans.size(),
+                    " scans of sensor ", other.name,
+                    " are not between two scans of the first sensor; they are left out"));
   }
   std::ranges::sort(scans, {}, [](const std::pair<ScanInfo, ScanOrigin>& scan) {
     return std::tuple(scan.first.stamp_ns, scan.first.sensor_index);

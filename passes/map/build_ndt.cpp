@@ -131,8 +131,8 @@ NdtGrid grid_of(const BuildNdtOptions& options) {
 
 Error outside_grid(std::size_t point) {
   return {ErrorCode::kInvalidArtifact,
-          "surface point " + std::to_string(point) +
-              " is not finite or lies more than 2^30 cells from the origin",
+          concat("surface point ", point,
+                 " is not finite or lies more than 2^30 cells from the origin"),
           "", "pass build-ndt"};
 }
 
@@ -205,19 +205,19 @@ NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame
 Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                            const SurfacePoints& points) {
   if (!is_tiling(options.cell_m, options.tile_m)) {
-    return Error{ErrorCode::kBadValue,
-                 "tile_m is " + std::to_string(options.tile_m) +
-                     ", expected a multiple of cell_m " + std::to_string(options.cell_m),
-                 "", "pass build-ndt"};
+    return Error{
+        ErrorCode::kBadValue,
+        concat("tile_m is ", options.tile_m, ", expected a multiple of cell_m ", options.cell_m),
+        "", "pass build-ndt"};
   }
   SIGHTLINE_ASSIGN(TiledNds nds, points.scans.empty() ? map_of_points(ctx, options, points)
                                                       : map_of_scans(ctx, options, points));
   const NdtMap& head = nds.head();
   if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap,
-                 "none of " + std::to_string(head.sparse_cell_count + head.degenerate_cell_count) +
-                     " cells has " + std::to_string(options.min_points) +
-                     " points and an extent: is the drive too short or the cell too small?",
+                 concat("none of ", head.sparse_cell_count + head.degenerate_cell_count,
+                        " cells has ", options.min_points,
+                        " points and an extent: is the drive too short or the cell too small?"),
                  "", "pass build-ndt"};
   }
   warn_of_invalid_cells(ctx, {head.sparse_cell_count, head.degenerate_cell_count, nds.row_count()},

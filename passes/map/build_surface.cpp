@@ -148,10 +148,10 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options) {
 Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                                    const SurfacePoints& points) {
   if (!is_tiling(options.cell_m, options.tile_m)) {
-    return Error{ErrorCode::kBadValue,
-                 "tile_m is " + std::to_string(options.tile_m) +
-                     ", expected a multiple of cell_m " + std::to_string(options.cell_m),
-                 "", "pass build-surface"};
+    return Error{
+        ErrorCode::kBadValue,
+        concat("tile_m is ", options.tile_m, ", expected a multiple of cell_m ", options.cell_m),
+        "", "pass build-surface"};
   }
   const Surface order{points.frame, options.cell_m, options.tile_m, {}};
   PatchesByTile patches(options.cell_m, options.tile_m);
@@ -165,8 +165,8 @@ Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& 
   SIGHTLINE_ASSIGN(TiledSurface surface, writer.take());
   if (surface.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap,
-                 "no cell of " + std::to_string(cells.valid) + " holds " +
-                     std::to_string(options.min_points) + " points that rays do not pass through",
+                 concat("no cell of ", cells.valid, " holds ", options.min_points,
+                        " points that rays do not pass through"),
                  "", "pass build-surface"};
   }
   return surface;

@@ -251,8 +251,8 @@ Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& opti
   std::size_t left_out = 0;
   for (const std::size_t scan : others) left_out += chosen.poses[scan].is_laid ? 0 : 1;
   if (left_out > 0) {
-    ctx.warn(std::to_string(left_out) + " of " + std::to_string(others.size()) +
-             " scans beside the earlier map show nothing new and are not laid into it");
+    ctx.warn(concat(left_out, " of ", others.size(),
+                    " scans beside the earlier map show nothing new and are not laid into it"));
   }
   return chosen;
 }

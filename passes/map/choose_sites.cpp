@@ -171,9 +171,9 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
   if (poses.empty()) {
     return Error{
         ErrorCode::kDriveTooShort,
-        "none of the drive's " + std::to_string(drive.scans.size()) + " scans is " +
-            (selection == ScanSelection::kAll ? "there" : std::string(name_of(selection))) +
-            ", expected at least one",
+        concat("none of the drive's ", drive.scans.size(), " scans is ",
+               (selection == ScanSelection::kAll ? "there" : std::string(name_of(selection))),
+               ", expected at least one"),
         "", "pass choose-sites"};
   }
   Sites sites;

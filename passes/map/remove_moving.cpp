@@ -140,12 +140,12 @@ Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions&
   points.store = drive.store;
   SIGHTLINE_TRY(search(ctx, options, points));
   if (points.standing_count == 0) {
-    return Error{ErrorCode::kEmptyMap,
-                 "none of " + std::to_string(points.out_of_range_count) +
-                     " returns is within the sensor's range of " +
-                     format_double(drive.sensor.min_range_m) + " to " +
-                     format_double(drive.sensor.max_range_m) + " m",
-                 "", "pass remove-moving"};
+    return Error{
+        ErrorCode::kEmptyMap,
+        concat("none of ", points.out_of_range_count, " returns is within the sensor's range of ",
+               format_double(drive.sensor.min_range_m), " to ",
+               format_double(drive.sensor.max_range_m), " m"),
+        "", "pass remove-moving"};
   }
   points.standing_count -= points.moving_count;
   if (options.enabled) points.voxel_m = options.voxel_m;

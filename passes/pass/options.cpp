@@ -18,8 +18,7 @@ std::string_view trimmed(std::string_view text) {
 }
 
 Error bad_value(const OptionField& field, std::string_view found, const std::string& expected) {
-  return {ErrorCode::kBadValue,
-          field.name + ": found '" + std::string(found) + "', expected " + expected};
+  return {ErrorCode::kBadValue, concat(field.name, ": found '", found, "', expected ", expected)};
 }
 
 // " (metres)": of numbers, by the end of their name.
@@ -27,22 +26,22 @@ std::string unit_of(const OptionField& field) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kUnits = {
       {{"_m", "metres"}, {"_deg", "degrees"}, {"_s", "seconds"}, {"_hz", "a second"}}};
   for (const auto& [end, unit] : kUnits) {
-    if (field.name.ends_with(end)) return " (" + std::string(unit) + ")";
+    if (field.name.ends_with(end)) return concat(" (", unit, ")");
   }
   return "";
 }
 
 std::string interval(const OptionField& field) {
-  return "a number in [" + format_double(field.minimum) + ", " + format_double(field.maximum) +
-         "]" + unit_of(field);
+  return concat("a number in [", format_double(field.minimum), ", ", format_double(field.maximum),
+                "]", unit_of(field));
 }
 
 // A number written with a decimal comma.
 std::string hint_of_comma(std::string_view text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string_view::npos) return "";
-  return "; decimals are written with a point: " + std::string(text.substr(0, comma)) + "." +
-         std::string(text.substr(comma + 1));
+  return concat("; decimals are written with a point: ", text.substr(0, comma), ".",
+                text.substr(comma + 1));
 }
 
 template <class T>
@@ -85,7 +84,7 @@ Error unknown_choice(const OptionField& field, std::string_view text) {
   std::string expected = "one of";
   for (const std::string& known : field.choices) expected += " " + known;
   const std::string near = nearest_name(text, field.choices);
-  if (!near.empty()) expected += "; did you mean " + near + "?";
+  if (!near.empty()) expected += concat("; did you mean ", near, "?");
   return bad_value(field, text, expected);
 }
 
@@ -142,8 +141,8 @@ Result<void> set(const OptionField& field, std::vector<Look>* value, std::string
     const Look& here = (*looks)[i];
     if (expected_cost(here) >= expected_cost(before)) continue;
     return bad_value(field, text,
-                     "looks from the cheapest to the dearest: '" + to_text(here) +
-                         "' costs less than '" + to_text(before) + "' before it");
+                     concat("looks from the cheapest to the dearest: '", to_text(here),
+                            "' costs less than '", to_text(before), "' before it"));
   }
   *value = *looks;
   return {};

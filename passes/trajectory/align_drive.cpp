@@ -299,8 +299,8 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
   Result<Trajectory> aligned = align_pieces(ctx, options, drive, own, nds, sites);
   const bool is_elsewhere = !aligned && aligned.error().code == ErrorCode::kNoOverlap;
   if (!is_elsewhere || !options.may_be_elsewhere || own.poses.empty()) return aligned;
-  ctx.warn("drive '" + drive.name + "' is found nowhere in the map (" + aligned.error().message +
-           ") and laid aside");
+  ctx.warn(concat("drive '", drive.name, "' is found nowhere in the map (", aligned.error().message,
+                  ") and laid aside"));
   return placed_aside(own, nds.head().frame, sites);
 }
 

@@ -7,8 +7,7 @@ namespace sightline {
 namespace {
 
 Error mismatch(const Drive& drive, std::size_t scan, const std::string& message) {
-  return {ErrorCode::kMismatchedInputs, message, "",
-          "drive " + drive.name + " scan " + std::to_string(scan)};
+  return {ErrorCode::kMismatchedInputs, message, "", concat("drive ", drive.name, " scan ", scan)};
 }
 
 Result<void> check_first_sensor(const Drive& drive, const Trajectory& trajectory) {

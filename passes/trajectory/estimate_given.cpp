@@ -76,8 +76,7 @@ std::string sharpening_text(const Sharpening& found, const std::vector<WayStretc
 
 Error refused(const std::string& text, const Drive& drive, std::uint32_t scan) {
   const ScanInfo& worst = drive.scans[scan];
-  return {ErrorCode::kMismatchedInputs, text, worst.source,
-          "scan " + std::to_string(worst.recording_index)};
+  return {ErrorCode::kMismatchedInputs, text, worst.source, concat("scan ", worst.recording_index)};
 }
 
 // Error: mismatched-inputs, at the worst scan.
@@ -133,7 +132,7 @@ Result<Trajectory> trajectory_as_given(const Drive& drive) {
   for (const ScanInfo& scan : drive.scans) {
     if (!scan.T_world_vehicle) {
       return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
-                   "scan " + std::to_string(scan.recording_index)};
+                   concat("scan ", scan.recording_index)};
     }
     trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
                                 rebase(*scan.T_world_vehicle, MapFrame{}, drive.frame)});

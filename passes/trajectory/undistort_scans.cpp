@@ -35,8 +35,8 @@ Result<std::optional<Drive>> undistorted_part(PassContext& ctx, const Drive& dri
   if (!has_point_times(drive)) return undistorted_by_order(ctx, drive, trajectory);
   const std::size_t still = scans_without_motion(drive, trajectory);
   if (still > 0) {
-    ctx.warn("drive " + drive.name + ": " + std::to_string(still) +
-             " scans have no other pose within 1.5 s; they are taken to stand still");
+    ctx.warn(concat("drive ", drive.name, ": ", still,
+                    " scans have no other pose within 1.5 s; they are taken to stand still"));
   }
   SIGHTLINE_ASSIGN(const Drive turned, with_imu_if_sharper(ctx, drive, trajectory));
   return std::optional(undistorted(turned, trajectory));
@@ -55,8 +55,8 @@ Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& opt
   if (!options.enabled) {
     const std::size_t timed = timed_scans(drive);
     if (timed > 0) {
-      ctx.warn("drive " + drive.name + ": " + std::to_string(timed) +
-               " scans have point times that are not used: undistort-scans is off");
+      ctx.warn(concat("drive ", drive.name, ": ", timed,
+                      " scans have point times that are not used: undistort-scans is off"));
     }
     return drive;
   }

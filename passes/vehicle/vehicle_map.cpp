@@ -78,9 +78,8 @@ Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMa
       options.threads);
   if (!map.ndt.nds.empty()) return map;
   return Error{ErrorCode::kEmptyMap,
-               "none of " + std::to_string(map.ndt.sparse_cell_count) + " cells of " +
-                   std::to_string(options.cell_m) + " m has " + std::to_string(options.min_points) +
-                   " points: was the cloud thinned?",
+               concat("none of ", map.ndt.sparse_cell_count, " cells of ", options.cell_m,
+                      " m has ", options.min_points, " points: was the cloud thinned?"),
                path.string()};
 }
 

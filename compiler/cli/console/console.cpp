@@ -63,12 +63,12 @@ class ProgressLine {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (seconds_since(drawn_) < 0.1) return;
     drawn_ = Clock::now();
-    std::string line = head_ + "  " + std::to_string(done) + "/" + std::to_string(total);
+    std::string line = concat(head_, "  ", done, "/", total);
     if (done > 0) {
       const double left_s = seconds_left(seconds_since(begin_), done, total);
-      line += "  " + clock_text(left_s) + " left";
+      line += concat("  ", clock_text(left_s), " left");
       const std::optional<double> run_s = remaining_.of_run_s(left_s);
-      if (run_s && *run_s > left_s) line += ", " + clock_text(*run_s) + " of the whole run";
+      if (run_s && *run_s > left_s) line += concat(", ", clock_text(*run_s), " of the whole run");
     }
     draw(line);
   }
@@ -274,7 +274,7 @@ std::string time_table(const std::vector<StepReport>& reports) {
   for (const StepReport& report : reports) {
     text += fmt::format("{:28} {:>9.2f} {:>8.2f} {:>10.0f}", report.name, report.wall_s,
                         report.cpu_s, report.peak_memory_mib);
-    text += report.from_cache ? "  (" + std::string(origin(report)) + ")\n" : "\n";
+    text += report.from_cache ? concat("  (", origin(report), ")\n") : "\n";
     wall_s += report.wall_s;
     cpu_s += report.cpu_s;
   }
@@ -284,7 +284,8 @@ std::string time_table(const std::vector<StepReport>& reports) {
 std::string explanation(const std::vector<StepReport>& reports) {
   std::string text;
   for (const StepReport& report : reports) {
-    text += (report.from_cache ? "kept  " : "ran   ") + report.name + ": " + report.reason + "\n";
+    text +=
+        concat((report.from_cache ? "kept  " : "ran   "), report.name, ": ", report.reason, "\n");
   }
   return text;
 }
@@ -340,7 +341,7 @@ Result<void> check_progress_descriptor(int descriptor) {
   const int mode = ::fcntl(descriptor, F_GETFL);
   if (mode >= 0 && (mode & O_ACCMODE) != O_RDONLY) return {};
   return Error{ErrorCode::kBadArgument,
-               "file descriptor " + std::to_string(descriptor) + " is not open for writing", "",
+               concat("file descriptor ", descriptor, " is not open for writing"), "",
                "--json-progress"};
 }
 

@@ -66,9 +66,8 @@ Result<void> check_counter(const ReleaseFlags& flags) {
   const bool is_greater = flags.counter > before;
   if (is_greater && flags.counter - before <= kLargestStep) return {};
   return Error{ErrorCode::kBadValue,
-               "--counter: found " + std::to_string(flags.counter) + " after " +
-                   std::to_string(before) + ", expected a step of 1 to " +
-                   std::to_string(kLargestStep) + "; --any-step allows others"};
+               concat("--counter: found ", flags.counter, " after ", before,
+                      ", expected a step of 1 to ", kLargestStep, "; --any-step allows others")};
 }
 
 Result<void> make_release(const ReleaseFlags& flags) {

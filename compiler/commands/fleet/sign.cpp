@@ -57,9 +57,9 @@ struct SignFlags {
 // not.
 Result<std::string> title_of(const std::string& text) {
   const Result<ReleaseRecord> release = decode_release_record(text);
-  if (release) return "release " + std::to_string(release->counter) + " of " + release->fleet;
+  if (release) return concat("release ", release->counter, " of ", release->fleet);
   const Result<RootRecord> root = decode_root_record(text);
-  if (root) return "root " + std::to_string(root->version) + " of " + root->fleet;
+  if (root) return concat("root ", root->version, " of ", root->fleet);
   return text.starts_with("sightline-root ") ? root.error() : release.error();
 }
 

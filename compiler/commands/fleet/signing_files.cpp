@@ -32,10 +32,9 @@ Result<std::optional<std::string>> first_line_of_stdin() {
   std::string line;
   for (char c = 0; std::cin.get(c) && c != '\n';) {
     if (line.size() == kLargestRecord) {
-      return Error{
-          ErrorCode::kTooLarge,
-          "more than " + std::to_string(kLargestRecord) + " bytes, which no passphrase has",
-          "stdin"};
+      return Error{ErrorCode::kTooLarge,
+                   concat("more than ", kLargestRecord, " bytes, which no passphrase has"),
+                   "stdin"};
     }
     line += c;
   }
@@ -81,7 +80,7 @@ Result<std::int64_t> read_time(const std::string& text) {
   const std::optional<std::int64_t> seconds = utc_seconds(text);
   if (seconds) return *seconds;
   return Error{ErrorCode::kBadArgument,
-               "found \"" + text + "\", expected a time as 2026-12-01T00:00:00Z or +30d"};
+               concat("found \"", text, "\", expected a time as 2026-12-01T00:00:00Z or +30d")};
 }
 
 }  // namespace sightline

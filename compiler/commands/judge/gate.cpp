@@ -117,10 +117,9 @@ Result<void> gate(const GateFlags& flags) {
   SIGHTLINE_TRY(write_report(flags, report));
   if (report.passes()) return {};
   return Error{ErrorCode::kGateFailed,
-               "found " + std::to_string(report.violations(Severity::kError)) + " errors and " +
-                   std::to_string(report.violations(Severity::kWarning)) +
-                   " warnings; the gate fails at any " +
-                   std::string(severity_name(settings.fails_at)),
+               concat("found ", report.violations(Severity::kError), " errors and ",
+                      report.violations(Severity::kWarning), " warnings; the gate fails at any ",
+                      severity_name(settings.fails_at)),
                flags.map};
 }
 

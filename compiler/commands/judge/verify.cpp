@@ -53,10 +53,10 @@ Result<void> check_against_drives(const VerifyFlags& flags) {
     return {};
   }
   return Error{ErrorCode::kDigestMismatch,
-               "compiled again without a cache it is another map, of SHA-256 " +
-                   to_hex(sha256(expected)) +
-                   ": other drives, options or program, or a cache that "
-                   "somebody else wrote to",
+               concat("compiled again without a cache it is another map, of SHA-256 ",
+                      to_hex(sha256(expected)),
+                      ": other drives, options or program, or a cache that "
+                      "somebody else wrote to"),
                flags.map};
 }
 

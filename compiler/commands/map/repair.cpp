@@ -36,7 +36,7 @@ Result<void> recover(const RepairFlags& flags) {
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(
       write_file_atomically(flags.output, encode_map(result->map), if_exists(flags.force)));
-  for (const std::string& line : result->lost) print_text("lost " + line + "\n");
+  for (const std::string& line : result->lost) print_text(concat("lost ", line, "\n"));
   if (result->lost.empty()) std::printf("nothing was lost\n");
   return {};
 }

@@ -46,11 +46,11 @@ std::string next_steps(const PlanFlags& flags) {
   const std::string shares = std::to_string(flags.shares);
   std::string text = "\nNext, one stage after the other, its shares on any machines:\n";
   for (const Stage stage : kWorkStages) {
-    text += "  sightline work " + flags.output + " --stage " + std::string(stage_name(stage));
-    if (is_shared(stage)) text += " --share K/" + shares + "    # K = 1 to " + shares;
+    text += concat("  sightline work ", flags.output, " --stage ", stage_name(stage));
+    if (is_shared(stage)) text += concat(" --share K/", shares, "    # K = 1 to ", shares);
     text += "\n";
   }
-  return text + "  sightline link " + flags.output + " -o map.slmap\n";
+  return concat(text, "  sightline link ", flags.output, " -o map.slmap\n");
 }
 
 Result<void> plan(const PlanFlags& flags) {

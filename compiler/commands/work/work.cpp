@@ -26,7 +26,7 @@ struct WorkFlags {
 // "7/64": the seventh of 64.
 Result<WorkShare> parse_share(const std::string& text) {
   const Error wrong{ErrorCode::kBadArgument,
-                    "found '" + text + "', expected K/N with 1 <= K <= N, such as 7/64"};
+                    concat("found '", text, "', expected K/N with 1 <= K <= N, such as 7/64")};
   const std::size_t slash = text.find('/');
   if (slash == std::string::npos) return wrong;
   const auto number_in = [](std::string_view digits) -> std::size_t {
@@ -80,7 +80,7 @@ struct StatusFlags {
 std::string state_text(const StepState& state) {
   if (state.is_done) return "done";
   if (state.parts == 0) return "-";
-  return std::to_string(state.parts_there) + " of " + std::to_string(state.parts) + " parts";
+  return concat(state.parts_there, " of ", state.parts, " parts");
 }
 
 std::string to_text(const std::vector<StepState>& states) {

@@ -11,8 +11,8 @@ namespace sightline {
 namespace {
 
 std::string map_line(const std::string& what, const GateMapCard& card) {
-  return what + card.file + " (map " + card.map_id + ", version " + card.version + ", release " +
-         std::to_string(card.release) + ")\n";
+  return concat(what, card.file, " (map ", card.map_id, ", version ", card.version, ", release ",
+                card.release, ")\n");
 }
 
 template <class Wanted>
@@ -20,7 +20,7 @@ std::string lines_of(const GateReport& report, const Wanted& wanted) {
   std::string text;
   for (const Check& check : report.checks) {
     if (!wanted(check)) continue;
-    text += "  [" + check.rule + "] " + check.message;
+    text += concat("  [", check.rule, "] ", check.message);
     if (!check.exception.empty()) text += "\n    excepted: " + check.exception;
     text += "\n";
   }
@@ -28,7 +28,7 @@ std::string lines_of(const GateReport& report, const Wanted& wanted) {
 }
 
 std::string section(const std::string& title, const std::string& lines) {
-  return lines.empty() ? "" : title + "\n" + lines;
+  return lines.empty() ? "" : concat(title, "\n", lines);
 }
 
 // Text in a cell of a table.
@@ -51,17 +51,16 @@ std::string cell(const std::string& text) {
 std::string place_of(const Check& check) {
   if (!check.place) return "map";
   const RouteStretch& place = *check.place;
-  return std::string(place.is_of_old ? "old " : "") + "sites " + std::to_string(place.first_site) +
-         " to " + std::to_string(place.last_site);
+  return concat(place.is_of_old ? "old " : "", "sites ", place.first_site, " to ", place.last_site);
 }
 
 std::string row(const Check& check) {
   const std::string limit = check.limit_m ? format_double(*check.limit_m) + " m" : "";
   const std::string allowed = check.allowed ? in_words(*check.allowed, check.unit) : "";
-  return "| " + std::string(severity_name(check.severity)) + " | `" + check.rule + "` | " + limit +
-         " | " + place_of(check) + " | " + in_words(check.found, check.unit) + " | " + allowed +
-         " | " + cell(check.message) +
-         (check.exception.empty() ? "" : "; excepted: " + cell(check.exception)) + " |\n";
+  return concat("| ", severity_name(check.severity), " | `", check.rule, "` | ", limit, " | ",
+                place_of(check), " | ", in_words(check.found, check.unit), " | ", allowed, " | ",
+                cell(check.message),
+                (check.exception.empty() ? "" : "; excepted: " + cell(check.exception)), " |\n");
 }
 
 std::string table(const std::string& rows) {
@@ -72,7 +71,7 @@ std::string table(const std::string& rows) {
 
 std::string folded(const std::string& title, const std::string& rows) {
   if (rows.empty()) return "";
-  return "\n<details><summary>" + title + "</summary>\n\n" + table(rows) + "\n</details>\n";
+  return concat("\n<details><summary>", title, "</summary>\n\n", table(rows), "\n</details>\n");
 }
 
 std::string rows_of(const GateReport& report, Verdict verdict) {
@@ -104,7 +103,7 @@ std::string in_message(const std::string& text) { return escaped(text, "%\r\n");
 std::string in_property(const std::string& text) { return escaped(text, "%\r\n:,"); }
 
 std::string name_of(const Check& check) {
-  return check.limit_m ? check.rule + " within " + format_double(*check.limit_m) + " m"
+  return check.limit_m ? concat(check.rule, " within ", format_double(*check.limit_m), " m")
                        : check.rule;
 }
 
@@ -137,8 +136,8 @@ std::vector<Case> cases_of(const GateReport& report) {
 }
 
 std::string to_xml(const Case& test, Severity fails_at) {
-  const std::string head =
-      "    <testcase classname=\"sightline.gate\" name=\"" + xml_text(test.name) + "\" time=\"0\"";
+  const std::string head = concat("    <testcase classname=\"sightline.gate\" name=\"",
+                                  xml_text(test.name), "\" time=\"0\"");
   if (!test.fails(fails_at)) {
     return head + (test.is_skipped() ? "><skipped/></testcase>\n" : "/>\n");
   }
@@ -149,12 +148,12 @@ std::string to_xml(const Case& test, Severity fails_at) {
     if (first.empty()) first = check->message;
     all += check->message + "\n";
   }
-  return head + "><failure type=\"" + xml_text(test.checks.front()->rule) + "\" message=\"" +
-         xml_text(first) + "\">" + xml_text(all) + "</failure></testcase>\n";
+  return concat(head, "><failure type=\"", xml_text(test.checks.front()->rule), "\" message=\"",
+                xml_text(first), "\">", xml_text(all), "</failure></testcase>\n");
 }
 
 std::string property(const std::string& name, const std::string& value) {
-  return "      <property name=\"" + name + "\" value=\"" + xml_text(value) + "\"/>\n";
+  return concat("      <property name=\"", name, "\" value=\"", xml_text(value), "\"/>\n");
 }
 
 std::string properties_of(const GateReport& report) {
@@ -174,7 +173,7 @@ std::string warnings_of(const GateReport& report) {
     if (check.verdict == Verdict::kMet || is_failure) continue;
     text += std::string(check.verdict == Verdict::kViolated ? severity_name(check.severity)
                                                             : verdict_name(check.verdict));
-    text += " [" + check.rule + "] " + check.message;
+    text += concat(" [", check.rule, "] ", check.message);
     if (!check.exception.empty()) text += "; excepted: " + check.exception;
     text += "\n";
   }
@@ -198,22 +197,21 @@ std::string to_text(const GateReport& report) {
                     lines_of(report, [&](const Check& check) { return check.verdict == verdict; }));
   }
   text += report.passes() ? "passed: " : "failed: ";
-  return text + std::to_string(report.violations(Severity::kError)) + " errors, " +
-         std::to_string(report.violations(Severity::kWarning)) + " warnings, " +
-         std::to_string(report.violations(Severity::kNote)) + " notes; " +
-         std::to_string(report.count(Verdict::kExcepted)) + " excepted, " +
-         std::to_string(report.count(Verdict::kMet)) + " met, " +
-         std::to_string(report.count(Verdict::kNotJudged)) + " not judged\n";
+  return concat(text, report.violations(Severity::kError), " errors, ",
+                report.violations(Severity::kWarning), " warnings, ",
+                report.violations(Severity::kNote), " notes; ", report.count(Verdict::kExcepted),
+                " excepted, ", report.count(Verdict::kMet), " met, ",
+                report.count(Verdict::kNotJudged), " not judged\n");
 }
 
 std::string to_markdown(const GateReport& report) {
-  std::string text = std::string("### sightline gate: ") + (report.passes() ? "passed" : "failed") +
-                     "\n\n`" + report.map.file + "` (version " + cell(report.map.version) +
-                     ", release " + std::to_string(report.map.release) + ")";
-  if (report.old_map) text += " against `" + report.old_map->file + "`";
-  text += ": " + std::to_string(report.violations(Severity::kError)) + " errors, " +
-          std::to_string(report.violations(Severity::kWarning)) + " warnings, " +
-          std::to_string(report.violations(Severity::kNote)) + " notes.\n";
+  std::string text = concat("### sightline gate: ", (report.passes() ? "passed" : "failed"),
+                            "\n\n`", report.map.file, "` (version ", cell(report.map.version),
+                            ", release ", report.map.release, ")");
+  if (report.old_map) text += concat(" against `", report.old_map->file, "`");
+  text += concat(": ", report.violations(Severity::kError), " errors, ",
+                 report.violations(Severity::kWarning), " warnings, ",
+                 report.violations(Severity::kNote), " notes.\n");
   const std::string violated = rows_of(report, Verdict::kViolated);
   if (!violated.empty()) text += "\n" + table(violated);
   return text + folded("Excepted", rows_of(report, Verdict::kExcepted)) +
@@ -227,14 +225,14 @@ std::string to_github(const GateReport& report) {
   for (const Check& check : report.checks) {
     if (check.verdict != Verdict::kViolated) continue;
     const bool is_of_old = check.place && check.place->is_of_old && report.old_map;
-    text += std::string("::") + kCommands[static_cast<std::size_t>(check.severity)] +
-            " file=" + in_property(is_of_old ? report.old_map->file : report.map.file) +
-            ",title=" + in_property(check.rule) + "::" + in_message(check.message) + "\n";
+    text += concat("::", kCommands[static_cast<std::size_t>(check.severity)],
+                   " file=", in_property(is_of_old ? report.old_map->file : report.map.file),
+                   ",title=", in_property(check.rule), "::", in_message(check.message), "\n");
   }
   const char* verdict = report.passes() ? "::notice title=sightline gate::passed"
                                         : "::error title=sightline gate::failed";
-  return text + verdict + ", " + std::to_string(report.violations(Severity::kError)) +
-         " errors and " + std::to_string(report.violations(Severity::kWarning)) + " warnings\n";
+  return concat(text, verdict, ", ", report.violations(Severity::kError), " errors and ",
+                report.violations(Severity::kWarning), " warnings\n");
 }
 
 std::string to_junit(const GateReport& report) {
@@ -242,16 +240,16 @@ std::string to_junit(const GateReport& report) {
   const std::string failures = std::to_string(
       std::ranges::count_if(cases, [&](const Case& test) { return test.fails(report.fails_at); }));
   const std::string skipped = std::to_string(std::ranges::count_if(cases, &Case::is_skipped));
-  std::string xml =
+  std::string xml = concat(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n"
       "  <testsuite id=\"0\" package=\"sightline\" name=\"gate\" hostname=\"localhost\" time=\"0\" "
-      "timestamp=\"" +
-      report.today + "T00:00:00\" tests=\"" + std::to_string(cases.size()) + "\" failures=\"" +
-      failures + "\" errors=\"0\" skipped=\"" + skipped + "\">\n    <properties>\n" +
-      properties_of(report) + "    </properties>\n";
+      "timestamp=\"",
+      report.today, "T00:00:00\" tests=\"", cases.size(), "\" failures=\"", failures,
+      "\" errors=\"0\" skipped=\"", skipped, "\">\n    <properties>\n", properties_of(report),
+      "    </properties>\n");
   for (const Case& test : cases) xml += to_xml(test, report.fails_at);
-  return xml + "    <system-out>" + xml_text(warnings_of(report)) +
-         "</system-out>\n    <system-err></system-err>\n  </testsuite>\n</testsuites>\n";
+  return concat(xml, "    <system-out>", xml_text(warnings_of(report)),
+                "</system-out>\n    <system-err></system-err>\n  </testsuite>\n</testsuites>\n");
 }
 
 }  // namespace sightline

@@ -68,7 +68,7 @@ const Json& cell(const Json& table, const Json& row, const std::string& column) 
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i] == column) return row.at(i);
   }
-  throw std::invalid_argument("there is no column \"" + column + "\"");
+  throw std::invalid_argument(concat("there is no column \"", column, "\""));
 }
 
 ObservedLimit read_limit(const Json& table, const Json& row) {
@@ -111,10 +111,10 @@ std::string in_words(double value, std::string_view unit) {
     return fixed(value, 3) + (unit == "deg" ? " degrees" : " nat");
   }
   if (unit.empty()) return fixed(value, 2);
-  return fixed(value, 0) + " " + std::string(unit);
+  return concat(fixed(value, 0), " ", unit);
 }
 
-std::string within(double limit_m) { return " within " + format_double(limit_m) + " m"; }
+std::string within(double limit_m) { return concat(" within ", format_double(limit_m), " m"); }
 
 std::vector<Found> of_whole_map(double value, std::string message) {
   return {{std::nullopt, std::nullopt, value, std::move(message)}};
@@ -133,9 +133,9 @@ std::string rules_table() {
   std::string text = "| rule | severity | allowed | what is judged |\n|---|---|---|---|\n";
   for (const GateRule& rule : gate_rules()) {
     const std::string side = rule.bound == Bound::kAtMost ? "at most " : "at least ";
-    text += "| `" + std::string(rule.id) + "` | " + std::string(severity_name(rule.severity)) +
-            " | " + (rule.allowed ? side + in_words(*rule.allowed, rule.unit) : "no bound") +
-            " | " + std::string(rule.summary) + " |\n";
+    text += concat("| `", rule.id, "` | ", severity_name(rule.severity), " | ",
+                   (rule.allowed ? side + in_words(*rule.allowed, rule.unit) : "no bound"), " | ",
+                   rule.summary, " |\n");
   }
   return text;
 }

@@ -72,8 +72,8 @@ std::vector<Found> find_sharpness_loss(const GateInput& input, const Threshold&)
   }
   const double now = input.map->sharpness->of_map.mean_entropy_nat;
   const double old = input.old_map->sharpness->of_map.mean_entropy_nat;
-  return of_whole_map(now - old, "mean map entropy was " + in_words(old, "nat") + " and is " +
-                                     in_words(now, "nat"));
+  return of_whole_map(now - old, concat("mean map entropy was ", in_words(old, "nat"), " and is ",
+                                        in_words(now, "nat")));
 }
 
 // Before and after, at a site of the new map and its place in the old one.
@@ -235,15 +235,15 @@ std::vector<Found> find_route_lost(const GateInput& input, const Threshold& thre
                       [&](RouteStretch place, double length_m) {
                         place.is_of_old = true;
                         found.push_back({std::nullopt, place, length_m,
-                                         in_words(place) + ": " + in_words(length_m, "m") +
-                                             " of route are not in the new map"});
+                                         concat(in_words(place), ": ", in_words(length_m, "m"),
+                                                " of route are not in the new map")});
                       });
   if (!found.empty()) return found;
-  return of_whole_map(longest_m, longest_m == 0.0
-                                     ? "the new map holds all of the old map's route"
-                                     : "at most " + in_words(longest_m, "m") +
+  return of_whole_map(
+      longest_m, longest_m == 0.0 ? "the new map holds all of the old map's route"
+                                  : concat("at most ", in_words(longest_m, "m"),
                                            " of the old map's route at a time are not in the new "
-                                           "map");
+                                           "map"));
 }
 
 using enum Severity;

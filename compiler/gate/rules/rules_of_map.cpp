@@ -40,8 +40,8 @@ std::vector<Found> find_promise(const GateInput& input, const Threshold&) {
   for (const LimitPromise& promise : input.map->ranges.promises) {
     const double value = promise.is_earned ? 1.0 : 0.0;
     found.push_back({promise.limit_m, std::nullopt, value,
-                     std::string("the promise") + within(promise.limit_m) + " is " +
-                         (promise.is_earned ? "earned: " : "not earned: ") + promise.statement});
+                     concat("the promise", within(promise.limit_m), " is ",
+                            (promise.is_earned ? "earned: " : "not earned: "), promise.statement)});
   }
   return found;
 }
@@ -55,7 +55,7 @@ std::vector<Found> find_measured_coverage(const GateInput& input, const Threshol
 
 std::vector<Found> find_measured_sites(const GateInput& input, const Threshold&) {
   const double share = share_of_sites(*input.map, input.map->measurement.measured_site_count);
-  return of_whole_map(share, "errors were measured at " + percent(share) + " of the sites");
+  return of_whole_map(share, concat("errors were measured at ", percent(share), " of the sites"));
 }
 
 std::vector<Found> find_expected_work(const GateInput& input, const Threshold& threshold) {
@@ -95,8 +95,8 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
     const auto tell = [&](const LongStretch& stretch) {
       const RouteStretch place = stretch_between(input.map->sites, stretch.first, stretch.last);
       found.push_back({limit_m, place, stretch.length_m,
-                       in_words(place) + ": no range is good enough" + within(limit_m) + " for " +
-                           in_words(stretch.length_m, "m") + " of route"});
+                       concat(in_words(place), ": no range is good enough", within(limit_m),
+                              " for ", in_words(stretch.length_m, "m"), " of route")});
     };
     const double allowed = threshold.at(limit_m).value_or(std::numeric_limits<double>::infinity());
     const std::size_t before = found.size();
@@ -109,7 +109,7 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
       tell(*longest);
     } else {
       found.push_back({limit_m, std::nullopt, 0.0,
-                       "some range is good enough" + within(limit_m) + " at every site"});
+                       concat("some range is good enough", within(limit_m), " at every site")});
     }
   }
   return found;
@@ -182,12 +182,12 @@ std::vector<Found> find_pieces(const GateInput& input, const Threshold&) {
     return not_judged("the map does not say of how many pieces its trajectory is");
   }
   const std::size_t count = trajectory->pieces.size();
-  std::string text = "the trajectory is of " + std::to_string(count) +
-                     " pieces; how they lie to each other is not known";
+  std::string text =
+      concat("the trajectory is of ", count, " pieces; how they lie to each other is not known");
   if (count == 1) text = "the trajectory is of one piece";
   for (std::size_t i = 1; i < count; ++i) {
-    text += (i == 1 ? "; one begins at scan " : ", at scan ") +
-            std::to_string(trajectory->pieces[i].first_scan);
+    text +=
+        concat((i == 1 ? "; one begins at scan " : ", at scan "), trajectory->pieces[i].first_scan);
   }
   return of_whole_map(static_cast<double>(count), text);
 }

@@ -21,7 +21,7 @@ int corner_m(float coordinate_m) {
 
 std::string metadata_of(const std::vector<AutowareSquare>& squares) {
   const std::string edge = "20.0";
-  std::string yaml = "x_resolution: " + edge + "\ny_resolution: " + edge + "\n";
+  std::string yaml = concat("x_resolution: ", edge, "\ny_resolution: ", edge, "\n");
   for (const AutowareSquare& square : squares) {
     yaml += fmt::format("{}: [{}, {}]\n", square.file, square.x_m, square.y_m);
   }
@@ -29,8 +29,9 @@ std::string metadata_of(const std::vector<AutowareSquare>& squares) {
 }
 
 std::string origin_yaml(const Geodetic& origin) {
-  return "vertical_datum: WGS84\nmap_origin:\n  latitude: " + format_double(origin.latitude_deg) +
-         "\n  longitude: " + format_double(origin.longitude_deg) + "\n  altitude: 0.0\n";
+  return concat(
+      "vertical_datum: WGS84\nmap_origin:\n  latitude: ", format_double(origin.latitude_deg),
+      "\n  longitude: ", format_double(origin.longitude_deg), "\n  altitude: 0.0\n");
 }
 
 // The square that the exported coordinates count from, also where the frame's origin, a tile at
@@ -60,7 +61,7 @@ Result<std::string> projector_of(const MapFrame& frame, const World& world) {
                  "an origin near the route"};
   }
   SIGHTLINE_ASSIGN(const std::string square, square_of(frame, world));
-  return comment + "projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: " + square + "\n";
+  return concat(comment, "projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: ", square, "\n");
 }
 
 }  // namespace

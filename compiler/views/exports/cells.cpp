@@ -36,7 +36,7 @@ Result<std::set<ColumnPlace>> cells_near(const MapReader& map, double cell_m) {
 std::vector<std::string> columns_of(const MapInfo& info) {
   std::vector<std::string> columns = {"x_m", "y_m", "z_m", "site", "distance_m"};
   for (const double limit_m : info.limits_m) {
-    const std::string within = "_within_" + format_double(limit_m) + "_m";
+    const std::string within = concat("_within_", format_double(limit_m), "_m");
     for (const char* name : {"range_m", "p", "unmet", "reason"}) columns.push_back(name + within);
     if (info.looks.empty()) continue;
     for (const char* name : {"look", "look_p", "look_unmet", "look_reason"})

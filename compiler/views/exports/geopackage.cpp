@@ -198,9 +198,9 @@ struct Layer {
 
 void create_layer(const Layer& layer, const Crs& crs, const Eigen::AlignedBox2d& bounds,
                   Database& database) {
-  database.run("CREATE TABLE " + layer.name +
-               " (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom " + layer.geometry_type +
-               layer.columns + ")");
+  database.run(concat("CREATE TABLE ", layer.name,
+                      " (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom ",
+                      layer.geometry_type, layer.columns, ")"));
   database.insert("INSERT INTO gpkg_contents VALUES (?, 'features', ?, '', ?, ?, ?, ?, ?, ?)",
                   {layer.name, layer.name, std::string(kNoTime), bounds.min().x(), bounds.min().y(),
                    bounds.max().x(), bounds.max().y(), std::int64_t{crs.id}});
@@ -234,14 +234,14 @@ void add_sites(const CompiledMap& map, const Positions& positions, const Crs& cr
   std::string marks = "?";
   std::string names = "geom";
   for (const auto& [name, value] : site_properties(map, 0)) {
-    columns += ", " + quoted_name(name) + " " + sql_type(value);
+    columns += concat(", ", quoted_name(name), " ", sql_type(value));
     names += ", " + quoted_name(name);
     marks += ", ?";
   }
   create_layer({"sites", "POINT", columns,
                 qgis_range_style(range_property(map, 0), ranges_of(map.ranges.looks))},
                crs, bounds, database);
-  const std::string sql = "INSERT INTO sites (" + names + ") VALUES (" + marks + ")";
+  const std::string sql = concat("INSERT INTO sites (", names, ") VALUES (", marks, ")");
   for (std::size_t i = 0; i < positions.size(); ++i) {
     std::vector<Database::Value> row = {geometry({positions[i]}, /*is_line=*/false, crs.id)};
     for (const auto& [name, value] : site_properties(map, i)) row.push_back(sql_value(value));
@@ -289,9 +289,10 @@ std::string rgba(const Colour& colour) {
 }
 
 std::string document(const std::string& renderer) {
-  return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-         "<qgis version=\"3.22\" styleCategories=\"Symbology\">\n" +
-         renderer + "</qgis>\n";
+  return concat(
+      "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+      "<qgis version=\"3.22\" styleCategories=\"Symbology\">\n",
+      renderer, "</qgis>\n");
 }
 
 }  // namespace
@@ -328,23 +329,23 @@ std::string qgis_range_style(const std::string& attribute, const std::vector<dou
                        {"size", "2"},
                        {"size_unit", "MM"}});
   }
-  return document("<renderer-v2 type=\"categorizedSymbol\" attr=\"" + attribute +
-                  "\" symbollevels=\"0\" enableorderby=\"0\" forceraster=\"0\">\n<categories>\n" +
-                  categories + "</categories>\n<symbols>\n" + symbols +
-                  "</symbols>\n</renderer-v2>\n");
+  return document(
+      concat("<renderer-v2 type=\"categorizedSymbol\" attr=\"", attribute,
+             "\" symbollevels=\"0\" enableorderby=\"0\" forceraster=\"0\">\n<categories>\n",
+             categories, "</categories>\n<symbols>\n", symbols, "</symbols>\n</renderer-v2>\n"));
 }
 
 std::string qgis_line_style() {
   return document(
-      "<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\" "
-      "forceraster=\"0\">\n<symbols>\n" +
-      symbol("line", "0", "SimpleLine",
-             {{"line_color", "120,120,120,255"},
-              {"line_style", "solid"},
-              {"line_width", "0.6"},
-              {"line_width_unit", "MM"},
-              {"capstyle", "round"}}) +
-      "</symbols>\n</renderer-v2>\n");
+      concat("<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\" "
+             "forceraster=\"0\">\n<symbols>\n",
+             symbol("line", "0", "SimpleLine",
+                    {{"line_color", "120,120,120,255"},
+                     {"line_style", "solid"},
+                     {"line_width", "0.6"},
+                     {"line_width_unit", "MM"},
+                     {"capstyle", "round"}}),
+             "</symbols>\n</renderer-v2>\n"));
 }
 
 }  // namespace sightline

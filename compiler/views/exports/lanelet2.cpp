@@ -54,7 +54,7 @@ class AreaMaker {
     area.refs = cut(lanelet.left, stretch);
     const std::vector<std::string> right = cut(lanelet.right, stretch);
     area.refs.insert(area.refs.end(), right.rbegin(), right.rend());  // clockwise
-    area.head = "way id=\"" + std::to_string(next_id_++) + "\"";
+    area.head = concat("way id=\"", next_id_++, "\"");
     area.tags = {{"type", "degenerate_area"},
                  {"subtype", subtype},
                  {"area", "yes"},
@@ -93,9 +93,9 @@ class AreaMaker {
     const std::string id = std::to_string(next_id_++);
     OsmElement node;
     // Eleven decimals of a degree are a micrometre.
-    node.head = "node id=\"" + id + "\" lat=\"" +
-                between(&LaneletNode::latitude_deg, 11).value_or("") + "\" lon=\"" +
-                between(&LaneletNode::longitude_deg, 11).value_or("") + "\"";
+    node.head =
+        concat("node id=\"", id, "\" lat=\"", between(&LaneletNode::latitude_deg, 11).value_or(""),
+               "\" lon=\"", between(&LaneletNode::longitude_deg, 11).value_or(""), "\"");
     if (const auto x_m = between(&LaneletNode::local_x_m, 4))
       node.tags.emplace_back("local_x", *x_m);
     if (const auto y_m = between(&LaneletNode::local_y_m, 4))
@@ -144,7 +144,7 @@ Result<std::size_t> limit_of(const MapInfo& info, double limit_m) {
   std::string known;
   for (const double said_m : info.limits_m) known += " " + format_double(said_m);
   return Error{ErrorCode::kBadArgument,
-               "--area-limit " + format_double(limit_m) + ": the map has the limits" + known};
+               concat("--area-limit ", format_double(limit_m), ": the map has the limits", known)};
 }
 
 }  // namespace
@@ -194,11 +194,11 @@ Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& read
   }
   made.lanelet_count = lanes.lanelets.size();
   if (made.outside.size() == made.lanelet_count) {
-    return Error{ErrorCode::kNoOverlap,
-                 "no lanelet lies on the map's route: in the plane the nearest is " +
-                     rounded(distance_m(lanes, asker)) +
-                     " m away; look whether both lie in the world " + std::string(info.world) +
-                     " and have heights above the same datum"};
+    return Error{
+        ErrorCode::kNoOverlap,
+        concat("no lanelet lies on the map's route: in the plane the nearest is ",
+               rounded(distance_m(lanes, asker)), " m away; look whether both lie in the world ",
+               info.world, " and have heights above the same datum")};
   }
   SIGHTLINE_ASSIGN(made.text, with_additions(clean, additions));
   return made;

@@ -120,15 +120,14 @@ struct Voxel {
 Result<void> write_nd_ellipsoids(const NdtMap& map, const ByteSink& sink) {
   constexpr std::size_t kNdsAtOnce = 1024;  // a mebibyte
   const Sphere sphere = divided(icosahedron());
-  const std::string header =
+  const std::string header = concat(
       "ply\nformat binary_little_endian 1.0\n"
       "comment NDs at two standard deviations; line orange, plane blue, volume grey\n"
-      "element vertex " +
-      std::to_string(map.nds.size() * kEllipsoidVertices) +
+      "element vertex ",
+      map.nds.size() * kEllipsoidVertices,
       "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
-      "property uchar green\nproperty uchar blue\nelement face " +
-      std::to_string(map.nds.size() * kEllipsoidFaces) +
-      "\nproperty list uchar int vertex_indices\nend_header\n";
+      "property uchar green\nproperty uchar blue\nelement face ",
+      map.nds.size() * kEllipsoidFaces, "\nproperty list uchar int vertex_indices\nend_header\n");
   SIGHTLINE_TRY(sink(std::as_bytes(std::span(header))));
   const Eigen::Vector3d shift_m = export_shift_m(map.frame);
   // Hands over what `put` writes of each ND.
@@ -171,10 +170,10 @@ Result<std::vector<Eigen::Vector3d>> thinned_points(const SurfacePoints& surface
 }
 
 std::vector<std::byte> points_ply(const std::vector<Eigen::Vector3d>& points_m) {
-  const std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                             std::to_string(points_m.size()) +
-                             "\nproperty double x\nproperty double y\nproperty double z\n"
-                             "end_header\n";
+  const std::string header =
+      concat("ply\nformat binary_little_endian 1.0\nelement vertex ", points_m.size(),
+             "\nproperty double x\nproperty double y\nproperty double z\n"
+             "end_header\n");
   ByteWriter writer;
   writer.append(header.data(), header.size());
   for (const Eigen::Vector3d& p_m : points_m) {

@@ -122,8 +122,8 @@ Result<std::string> png_text(const Raster& raster) {
 Result<std::string> draw_depth(const PictureRequest& request, const DepthImages& depth) {
   if (request.format != PictureFormat::kPng) return bad("--format: a depth image is drawn as png");
   if (request.site < 0 || static_cast<std::uint32_t>(request.site) >= depth.site_count) {
-    return bad("--site: a depth image needs one of 0 to " +
-               std::to_string(static_cast<std::int64_t>(depth.site_count) - 1));
+    return bad(concat("--site: a depth image needs one of 0 to ",
+                      static_cast<std::int64_t>(depth.site_count) - 1));
   }
   return png_text(depth_picture(depth, static_cast<std::size_t>(request.site)));
 }
@@ -187,7 +187,7 @@ Result<MapBox> parse_box(const std::string& text) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%c", &box.low_x_m, &box.low_y_m, &box.high_x_m,
                   &box.high_y_m, &rest) != 4) {
-    return bad("--box: found \"" + text + "\", expected x0,y0,x1,y1 in m");
+    return bad(concat("--box: found \"", text, "\", expected x0,y0,x1,y1 in m"));
   }
   return box;
 }
@@ -197,10 +197,10 @@ Result<std::string> draw_picture(const PictureRequest& request, const PictureSou
   if (request.what == "nds" && sources.ndt) return draw_nds(request, *sources.ndt, sources.sites);
   if (request.what == "points" && sources.points) return draw_points(request, *sources.points);
   if (request.what == "ranges" && sources.ranges) return draw_ranges(request, sources);
-  return bad(
+  return bad(concat(
       "--format: pictures are made of depth and points (of a configuration), of nds and of ranges, "
-      "not of \"" +
-      request.what + "\" here");
+      "not of \"",
+      request.what, "\" here"));
 }
 
 }  // namespace sightline

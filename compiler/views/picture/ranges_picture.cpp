@@ -148,15 +148,16 @@ std::string ranges_picture_svg(const NdtMap& map, const Sites& sites, const Rang
   for (std::size_t i = 0; i < sites.sites.size(); ++i) has_unmet |= is_unmet(ranges, i);
   const Scale scale = scale_of(ranges);
   const auto colour_of = [&](std::size_t range) { return scale.colour(range); };
-  return fmt::format(
-             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{0:.2f} {1:.2f} {2:.2f} "
-             "{3:.2f}\" width=\"{4:.0f}\" height=\"{5:.0f}\" font-family=\"sans-serif\">\n<rect "
-             "x=\"{0:.2f}\" y=\"{1:.2f}\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-             box.low_x_m, -box.high_y_m, box.width_m(), height_m, kWidth_px,
-             kWidth_px * height_m / box.width_m()) +
-         nd_path(map, box) + route_svg(sites, ranges, kLimit, sizes.route_m, colour_of) +
-         unmet_dots(sites, ranges, 0.25 * sizes.route_m) + scale_bar_svg(box, "#222") +
-         legend(ranges, box, scale, has_unmet) + "</svg>\n";
+  return concat(
+      fmt::format(
+          "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{0:.2f} {1:.2f} {2:.2f} "
+          "{3:.2f}\" width=\"{4:.0f}\" height=\"{5:.0f}\" font-family=\"sans-serif\">\n<rect "
+          "x=\"{0:.2f}\" y=\"{1:.2f}\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+          box.low_x_m, -box.high_y_m, box.width_m(), height_m, kWidth_px,
+          kWidth_px * height_m / box.width_m()),
+      nd_path(map, box), route_svg(sites, ranges, kLimit, sizes.route_m, colour_of),
+      unmet_dots(sites, ranges, 0.25 * sizes.route_m), scale_bar_svg(box, "#222"),
+      legend(ranges, box, scale, has_unmet), "</svg>\n");
 }
 
 MapBox box_of_route(const Sites& sites, double margin_m) {

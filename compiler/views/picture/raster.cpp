@@ -45,8 +45,8 @@ Result<std::vector<std::byte>> encode(const void* pixels, std::uint32_t width, s
     if (width == 0 || height == 0 ||
         png_image_write_to_memory(&image, is_asking ? nullptr : file.data(), &size, kAsIs, pixels,
                                   kPacked, nullptr) == 0) {
-      return Error{ErrorCode::kBadArgument, "no PNG can be made of " + std::to_string(width) +
-                                                " x " + std::to_string(height) + " pixels"};
+      return Error{ErrorCode::kBadArgument,
+                   concat("no PNG can be made of ", width, " x ", height, " pixels")};
     }
   }
   file.resize(size);

@@ -79,7 +79,7 @@ std::string answer_text(const Stretch& stretch, const StretchLimit& limit) {
   if (stretch.is_of_old_map) return "no longer there";
   if (limit.mean_range_after_m == 0.0) return "new";
   std::string text =
-      fixed(limit.mean_range_before_m, 1) + " -> " + fixed(limit.mean_range_after_m, 1) + " m";
+      concat(fixed(limit.mean_range_before_m, 1), " -> ", fixed(limit.mean_range_after_m, 1), " m");
   if (limit.newly_unmet > 0) text += fmt::format(", {} newly unmet", limit.newly_unmet);
   if (limit.no_longer_unmet > 0) {
     text += fmt::format(", {} no longer", limit.no_longer_unmet);
@@ -97,7 +97,7 @@ std::vector<std::string> stretch_row(const Stretch& stretch) {
   std::vector<std::string> row = {
       fmt::format("{}{}, {:.0f} - {:.0f} m", stretch.is_of_old_map ? "old run " : "run ",
                   stretch.run, stretch.begin_s_m, stretch.end_s_m),
-      fixed(middle_m.x(), 0) + ", " + fixed(middle_m.y(), 0),
+      concat(fixed(middle_m.x(), 0), ", ", fixed(middle_m.y(), 0)),
       stretch.has_changed_place ? counts(stretch.nds_added, stretch.nds_removed, stretch.nds_moved)
                                 : "",
       sites_text(stretch)};
@@ -114,9 +114,9 @@ Section stretches_section(const MapDiff& diff) {
   const std::vector<std::size_t> shown = shown_stretches(diff);
   for (const std::size_t i : shown) section.grid.push_back(stretch_row(diff.stretches[i]));
   const std::size_t hidden = diff.stretches.size() - shown.size();
-  section.remark = "NDs: + new, - gone, ~ moved by more than " +
-                   format_double(diff.options.tolerance_m) +
-                   " m; where none are listed the place is the same and its ranges are not.";
+  section.remark =
+      concat("NDs: + new, - gone, ~ moved by more than ", format_double(diff.options.tolerance_m),
+             " m; where none are listed the place is the same and its ranges are not.");
   if (hidden > 0) section.remark += fmt::format(" {} lesser stretches not shown.", hidden);
   if (diff.nds_scattered > 0) {
     section.remark +=
@@ -252,7 +252,7 @@ std::string markdown_table(const TextGrid& grid) {
   for (std::size_t row = 0; row < grid.size(); ++row) {
     text += "|";
     for (std::size_t i = 0; i < grid[0].size(); ++i) {
-      text += " " + (i < grid[row].size() ? escaped(grid[row][i]) : "") + " |";
+      text += concat(" ", (i < grid[row].size() ? escaped(grid[row][i]) : ""), " |");
     }
     text += "\n";
     if (row > 0) continue;
@@ -268,17 +268,17 @@ std::string markdown_table(const TextGrid& grid) {
 std::string to_text(const MapDiff& diff) {
   std::string text = headline(diff) + "\n";
   for (const Section& section : sections_of(diff)) {
-    text += "\n" + section.title + "\n" + aligned(section.grid);
+    text += concat("\n", section.title, "\n", aligned(section.grid));
     if (!section.remark.empty()) text += section.remark + "\n";
   }
   return text;
 }
 
 std::string to_markdown(const MapDiff& diff) {
-  std::string text = "### Map diff: " + headline(diff) + "\n";
+  std::string text = concat("### Map diff: ", headline(diff), "\n");
   for (const Section& section : sections_of(diff)) {
-    text += "\n**" + escaped(section.title) + "**\n\n" + markdown_table(section.grid);
-    if (!section.remark.empty()) text += "\n" + escaped(section.remark) + "\n";
+    text += concat("\n**", escaped(section.title), "**\n\n", markdown_table(section.grid));
+    if (!section.remark.empty()) text += concat("\n", escaped(section.remark), "\n");
   }
   return text;
 }

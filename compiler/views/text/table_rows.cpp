@@ -26,7 +26,7 @@ bool is_sample(const Cell& look) {
 Result<void> keep_site(int site, Table& table) {
   const auto column = std::ranges::find(table.columns, "site");
   if (column == table.columns.end()) {
-    return Error{ErrorCode::kBadArgument, "--site: table '" + table.name + "' has no sites"};
+    return Error{ErrorCode::kBadArgument, concat("--site: table '", table.name, "' has no sites")};
   }
   const auto index = static_cast<std::size_t>(column - table.columns.begin());
   std::erase_if(table.rows, [&](const std::vector<Cell>& row) {

@@ -28,7 +28,7 @@ Error output_exists(const fs::path& path) {
 }
 
 Error out_of_memory(const fs::path& path, std::uint64_t size) {
-  return {ErrorCode::kOutOfMemory, "not enough memory for its " + std::to_string(size) + " bytes",
+  return {ErrorCode::kOutOfMemory, concat("not enough memory for its ", size, " bytes"),
           path.string()};
 }
 
@@ -96,7 +96,7 @@ Result<void> read_all(const RegularFile& file, const fs::path& path, FileContent
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       return Error{ErrorCode::kCannotRead, count < 0 ? std::strerror(errno) : "the file shrank",
-                   path.string(), "byte " + std::to_string(done)};
+                   path.string(), concat("byte ", done)};
     }
     done += static_cast<std::size_t>(count);
   }
@@ -119,7 +119,7 @@ Error write_failure(const fs::path& path, const std::string& what, int number) {
   // A limit on the size of files (ulimit -f) is met as a full disk is.
   const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
   return {is_full ? ErrorCode::kDiskFull : ErrorCode::kCannotWrite,
-          what + ": " + std::strerror(number), path.string()};
+          concat(what, ": ", std::strerror(number)), path.string()};
 }
 
 Result<void> check_output(const fs::path& path, IfExists if_exists) {
@@ -207,8 +207,7 @@ Result<std::string> read_short_text(const fs::path& path, std::size_t most_bytes
   SIGHTLINE_ASSIGN(std::string text, read_beginning(path.string(), most_bytes + 1));
   if (text.size() <= most_bytes) return text;
   return Error{ErrorCode::kTooLarge,
-               "more than " + std::to_string(most_bytes) + " bytes, which no such file has",
-               path.string()};
+               concat("more than ", most_bytes, " bytes, which no such file has"), path.string()};
 }
 
 }  // namespace sightline

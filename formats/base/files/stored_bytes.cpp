@@ -71,7 +71,7 @@ Result<void> StoredBytes::read(std::uint64_t offset, std::span<std::byte> into) 
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       return Error{ErrorCode::kCannotRead, count < 0 ? std::strerror(errno) : "the file shrank", "",
-                   "byte " + std::to_string(at)};
+                   concat("byte ", at)};
     }
     done += static_cast<std::size_t>(count);
   }

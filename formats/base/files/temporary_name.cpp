@@ -47,7 +47,7 @@ std::string host() {
   if (::readlink("/proc/self/ns/pid", space.data(), space.size() - 1) < 0) space[0] = '?';
   std::string digits(space.data());
   std::erase_if(digits, [](char c) { return c < '0' || c > '9'; });
-  return plain(std::string(name.data()).substr(0, 64)) + "." + digits;
+  return concat(plain(std::string(name.data()).substr(0, 64)), ".", digits);
 }
 
 // 32 hexadecimal digits; empty where the system does not tell.
@@ -59,7 +59,7 @@ std::string boot_id() {
 
 // Field 22 of /proc/PID/stat; the second one is in brackets and may hold anything.
 std::string start_time(pid_t pid) {
-  const std::string stat = system_text("/proc/" + std::to_string(pid) + "/stat");
+  const std::string stat = system_text(concat("/proc/", pid, "/stat"));
   std::size_t begin = stat.rfind(')');
   if (begin == std::string::npos) return {};
   for (int field = 2; field < 22; ++field) {
@@ -98,8 +98,8 @@ bool is_gone(pid_t pid, const std::string& started) {
 std::string temporary_name() {
   static std::atomic<unsigned long> serial = 0;
   const pid_t pid = ::getpid();
-  return std::string(kPrefix) + "-" + host() + "-" + boot_id() + "-" + std::to_string(pid) + "-" +
-         start_time(pid) + "-" + std::to_string(serial++);
+  return concat(kPrefix, "-", host(), "-", boot_id(), "-", pid, "-", start_time(pid), "-",
+                serial++);
 }
 
 TemporaryOwner owner_of(std::string_view file_name) {

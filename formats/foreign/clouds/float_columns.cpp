@@ -256,9 +256,9 @@ constexpr std::size_t kMostColumns = 64;
 
 Error bad_columns(const std::string& what) {
   return {ErrorCode::kBadValue,
-          "columns: " + what +
-              ", expected how many floats a point has (3 to 64) or their names with x, y and z "
-              "among them, such as x y z intensity ring"};
+          concat("columns: ", what,
+                 ", expected how many floats a point has (3 to 64) or their names with x, y and z "
+                 "among them, such as x y z intensity ring")};
 }
 
 Result<FloatColumns> named_columns(const std::vector<std::string_view>& names) {
@@ -335,7 +335,7 @@ std::string counts_text(FloatCounts counts) {
   std::string text;
   for (std::size_t count = kLeastFloats; count <= kMostFloats; ++count) {
     if ((counts & only(count)) == 0) continue;
-    text += (text.empty() ? "" : " or ") + std::to_string(count);
+    text += concat((text.empty() ? "" : " or "), count);
   }
   return text.empty() ? "none" : text;
 }
@@ -354,8 +354,8 @@ Result<std::size_t> the_one_count(FloatCounts fitting, FloatCounts dividing) {
                      " floats a point fit, and which is unknown; say how many there are with "
                      "`columns`, such as columns: 4"};
   }
-  return Error{ErrorCode::kTruncatedScan,
-               "found no whole number of points; " + counts_text(fitting) + " float32 a point fit"};
+  return Error{ErrorCode::kTruncatedScan, concat("found no whole number of points; ",
+                                                 counts_text(fitting), " float32 a point fit")};
 }
 
 FloatColumns columns_of_count(std::size_t count) {
@@ -376,7 +376,7 @@ Result<FloatColumns> parse_float_columns(std::string_view text) {
     return columns_of_count(*count);
   }
   if (words.size() > kMostColumns) {
-    return bad_columns("found " + std::to_string(words.size()) + " names");
+    return bad_columns(concat("found ", words.size(), " names"));
   }
   return named_columns(words);
 }
@@ -411,9 +411,8 @@ Result<PointCloudFile> parse_float_bin(const FileBytes& file,
   const std::size_t point_size = columns.count * sizeof(float);
   if (file.bytes.size() % point_size != 0) {
     return file.error(ErrorCode::kTruncatedScan,
-                      "found " + std::to_string(file.bytes.size()) +
-                          " bytes, expected a multiple of " + std::to_string(point_size) +
-                          " (float32 " + to_text(columns) + ")",
+                      concat("found ", file.bytes.size(), " bytes, expected a multiple of ",
+                             point_size, " (float32 ", to_text(columns), ")"),
                       at_byte(file.bytes.size() / point_size * point_size));
   }
   const std::size_t count = file.bytes.size() / point_size;
@@ -430,8 +429,8 @@ Result<PointCloudFile> parse_float_bin(const FileBytes& file,
     const Eigen::Vector3d point_m(value(i, x), value(i, y), value(i, z));
     if (is_too_far(point_m)) {
       return file.error(ErrorCode::kUnsupportedFormat,
-                        "found a coordinate beyond 100 km with float32 " + to_text(columns) +
-                            "; name the columns with `columns`, or convert it to binary PCD",
+                        concat("found a coordinate beyond 100 km with float32 ", to_text(columns),
+                               "; name the columns with `columns`, or convert it to binary PCD"),
                         at_byte(i * point_size));
     }
     const float intensity = columns.intensity ? value(i, *columns.intensity) : 0.0F;

@@ -80,8 +80,8 @@ Result<std::vector<std::byte>> unpack_gzip(const FileBytes& file) {
   } while (is_gzip(unpacker.rest()));
   if (!is_padding(unpacker.rest())) {
     return file.error(ErrorCode::kMalformedHeader,
-                      "found " + std::to_string(unpacker.rest().size()) +
-                          " bytes behind the gzip stream that are none; points may be missing",
+                      concat("found ", unpacker.rest().size(),
+                             " bytes behind the gzip stream that are none; points may be missing"),
                       at_byte(file.bytes.size() - unpacker.rest().size()));
   }
   return unpacker.take();

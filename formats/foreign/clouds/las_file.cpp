@@ -76,12 +76,13 @@ std::vector<Record> records_of(const FileBytes& file, const LasRecordPlaces& pla
 }
 
 Error no_metres(const FileBytes& file, const Record& record, const std::string& found) {
-  return file.error(ErrorCode::kUnsupportedFormat,
-                    "found coordinates " + found +
-                        ", expected metres with z up; convert it with `pdal translate in.las "
-                        "out.las reprojection --filters.reprojection.out_srs=EPSG:32632` (the UTM "
-                        "zone of the place, heights in metres)",
-                    at_byte(record.offset));
+  return file.error(
+      ErrorCode::kUnsupportedFormat,
+      concat("found coordinates ", found,
+             ", expected metres with z up; convert it with `pdal translate in.las "
+             "out.las reprojection --filters.reprojection.out_srs=EPSG:32632` (the UTM "
+             "zone of the place, heights in metres)"),
+      at_byte(record.offset));
 }
 
 // EPSG's codes of lengths: 9001 is the metre, the others up to 9099 are feet, chains and the like.
@@ -105,7 +106,7 @@ Result<void> check_geo_keys(const FileBytes& file, const Record& record) {
     if (key == kModelType && value == kGeocentric)
       return no_metres(file, record, "from Earth's centre");
     if ((key == kLinearUnits || key == kVerticalUnits) && is_other_length(value)) {
-      return no_metres(file, record, "in the unit EPSG:" + std::to_string(value));
+      return no_metres(file, record, concat("in the unit EPSG:", value));
     }
   }
   return {};
@@ -293,8 +294,7 @@ Error malformed(const FileBytes& file, std::size_t at, std::string message) {
 
 Error too_short(const FileBytes& file, std::uint64_t expected) {
   return file.error(ErrorCode::kTruncatedScan,
-                    "found " + std::to_string(file.bytes.size()) + " bytes, the header asks for " +
-                        std::to_string(expected),
+                    concat("found ", file.bytes.size(), " bytes, the header asks for ", expected),
                     at_byte(file.bytes.size()));
 }
 
@@ -311,14 +311,14 @@ Result<PointFormat> point_format(const FileBytes& file) {
                       at_byte(kFormatAt));
   }
   if (major != 1 || minor > 4) {
-    return file.error(ErrorCode::kUnsupportedFormat,
-                      "found LAS " + std::to_string(major) + "." + std::to_string(minor) +
-                          ", expected 1.0 to 1.4; convert it with `pdal translate in.las out.pcd`",
-                      at_byte(kVersionAt));
+    return file.error(
+        ErrorCode::kUnsupportedFormat,
+        concat("found LAS ", major, ".", minor,
+               ", expected 1.0 to 1.4; convert it with `pdal translate in.las out.pcd`"),
+        at_byte(kVersionAt));
   }
   if (id >= kFormats.size()) {
-    return malformed(file, kFormatAt,
-                     "found point format " + std::to_string(id) + ", expected 0 to 10");
+    return malformed(file, kFormatAt, concat("found point format ", id, ", expected 0 to 10"));
   }
   PointFormat format = kFormats[id];
   if (minor == 0) format.withheld = 0;  // 1.1 brought the flag
@@ -367,8 +367,8 @@ Result<LasHeader> parse_header(const FileBytes& file) {
   if (file.bytes.size() < header.data_offset) return too_short(file, header.data_offset);
   if (header.record_length < header.format.length) {
     return malformed(file, kRecordLengthAt,
-                     "found records of " + std::to_string(header.record_length) +
-                         " bytes, expected at least " + std::to_string(header.format.length));
+                     concat("found records of ", header.record_length, " bytes, expected at least ",
+                            header.format.length));
   }
   // 1.4 may leave the older, shorter count at 0, and careless writers of 1.4 the newer one.
   header.count = is_14 ? read_at<std::uint64_t>(file.bytes, kCount14At) : 0;
@@ -386,16 +386,16 @@ Result<void> check_size(const FileBytes& file, const LasHeader& header) {
   }
   const std::uint64_t room = (file.bytes.size() - header.data_offset) / header.record_length;
   if (header.count > room) {
-    return file.error(ErrorCode::kTruncatedScan,
-                      "found room for " + std::to_string(room) + " points, the header speaks of " +
-                          std::to_string(header.count),
-                      at_byte(file.bytes.size()));
+    return file.error(
+        ErrorCode::kTruncatedScan,
+        concat("found room for ", room, " points, the header speaks of ", header.count),
+        at_byte(file.bytes.size()));
   }
   const std::size_t end = header.data_offset + header.count * header.record_length;
   if (header.has_more || is_padding(file.text().substr(end))) return {};
   return malformed(file, end,
-                   "found " + std::to_string(file.bytes.size() - end) + " bytes behind the " +
-                       std::to_string(header.count) + " points that the header speaks of");
+                   concat("found ", file.bytes.size() - end, " bytes behind the ", header.count,
+                          " points that the header speaks of"));
 }
 
 }  // namespace

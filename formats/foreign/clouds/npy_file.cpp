@@ -30,8 +30,8 @@ constexpr const char* kWanted = "expected rows of x y z (and intensity), or fiel
 
 Error unsupported(const FileBytes& file, const std::string& found) {
   return file.error(ErrorCode::kUnsupportedFormat,
-                    "found " + found + ", " + kWanted +
-                        "; write it with numpy.save(name, points.astype('float32'))",
+                    concat("found ", found, ", ", kWanted,
+                           "; write it with numpy.save(name, points.astype('float32'))"),
                     at_byte(0));
 }
 
@@ -64,7 +64,7 @@ std::optional<Field> field_of(std::string_view type) {
 
 // What stands behind 'key': in the head, up to its end.
 std::optional<std::string_view> value_of(std::string_view head, std::string_view key) {
-  const std::string quoted = "'" + std::string(key) + "':";
+  const std::string quoted = concat("'", key, "':");
   const std::size_t at = head.find(quoted);
   if (at == std::string_view::npos) return std::nullopt;
   std::string_view value = head.substr(at + quoted.size());
@@ -206,9 +206,8 @@ Result<PointCloudFile> parse_npy(const FileBytes& file) {
   const std::size_t there = file.bytes.size() - head.data_begin;
   if (layout.rows > there / layout.row_size) {
     return file.error(ErrorCode::kTruncatedScan,
-                      "found " + std::to_string(there) + " bytes of numbers, expected " +
-                          std::to_string(layout.rows) + " rows of " +
-                          std::to_string(layout.row_size),
+                      concat("found ", there, " bytes of numbers, expected ", layout.rows,
+                             " rows of ", layout.row_size),
                       at_byte(head.data_begin));
   }
   const auto* data = reinterpret_cast<const std::uint8_t*>(file.bytes.data()) + head.data_begin;

@@ -75,8 +75,9 @@ Result<Entries> read_entries(const FileBytes& file, PcdHeader& header) {
     std::string_view keyword = words.front();
     if (!reader.last_has_end() && keyword != "DATA") break;
     if (!is_keyword(keyword)) {
-      return malformed(file, reader.number(),
-                       "found " + in_quotes(keyword) + ", expected a keyword of a PCD header");
+      return malformed(
+          file, reader.number(),
+          concat("found ", in_quotes(keyword), ", expected a keyword of a PCD header"));
     }
     if (keyword == "COLUMNS") keyword = "FIELDS";
     Entry entry{{words.begin() + 1, words.end()}, reader.number()};
@@ -104,8 +105,8 @@ Result<void> check_version(const FileBytes& file, const Entries& entries) {
     }
   }
   return file.error(ErrorCode::kUnsupportedFormat,
-                    "PCD version " + (values.empty() ? "''" : in_quotes(values.front())) +
-                        " is not known, expected 0.7 or earlier",
+                    concat("PCD version ", (values.empty() ? "''" : in_quotes(values.front())),
+                           " is not known, expected 0.7 or earlier"),
                     at_line(entry->second.line));
 }
 
@@ -114,16 +115,15 @@ Result<std::vector<std::size_t>> numbers_per_field(const FileBytes& file, const 
                                                    std::size_t field_count, std::size_t most) {
   if (entry.values.size() != field_count) {
     return malformed(file, entry.line,
-                     "found " + std::to_string(entry.values.size()) + " values for " +
-                         std::to_string(field_count) + " fields");
+                     concat("found ", entry.values.size(), " values for ", field_count, " fields"));
   }
   std::vector<std::size_t> numbers;
   for (const std::string_view word : entry.values) {
     const std::optional<std::size_t> number = to_number<std::size_t>(word);
     if (!number || *number < 1 || *number > most) {
-      return malformed(file, entry.line,
-                       "found " + in_quotes(word) + ", expected a whole number from 1 to " +
-                           std::to_string(most));
+      return malformed(
+          file, entry.line,
+          concat("found ", in_quotes(word), ", expected a whole number from 1 to ", most));
     }
     numbers.push_back(*number);
   }
@@ -132,9 +132,9 @@ Result<std::vector<std::size_t>> numbers_per_field(const FileBytes& file, const 
 
 Result<void> read_types(const FileBytes& file, const Entry& entry, PcdHeader& header) {
   if (entry.values.size() != header.fields.size()) {
-    return malformed(file, entry.line,
-                     "found " + std::to_string(entry.values.size()) + " types for " +
-                         std::to_string(header.fields.size()) + " fields");
+    return malformed(
+        file, entry.line,
+        concat("found ", entry.values.size(), " types for ", header.fields.size(), " fields"));
   }
   for (std::size_t i = 0; i < entry.values.size(); ++i) {
     PcdField& field = header.fields[i];
@@ -145,11 +145,10 @@ Result<void> read_types(const FileBytes& file, const Entry& entry, PcdHeader& he
         (field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8);
     // Padding has no type worth the name: it is skipped.
     if (entry.values[i].size() != 1 || (!is_float && !is_whole && field.name != "_")) {
-      return malformed(file, entry.line,
-                       "found type " + in_quotes(entry.values[i]) + " of " +
-                           std::to_string(field.size) + " bytes for field " +
-                           in_quotes(field.name) +
-                           ", expected F of 4 or 8, or I or U of 1, 2, 4 or 8");
+      return malformed(
+          file, entry.line,
+          concat("found type ", in_quotes(entry.values[i]), " of ", field.size, " bytes for field ",
+                 in_quotes(field.name), ", expected F of 4 or 8, or I or U of 1, 2, 4 or 8"));
     }
   }
   return {};
@@ -212,8 +211,7 @@ Result<void> read_point_count(const FileBytes& file, const Entries& entries, Pcd
       product > static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max())) {
     return malformed(file,
                      entries.contains("POINTS") ? entries.at("POINTS").line : header.header_lines,
-                     "WIDTH " + std::to_string(width) + " x HEIGHT " + std::to_string(height) +
-                         " is not POINTS " + std::to_string(given));
+                     concat("WIDTH ", width, " x HEIGHT ", height, " is not POINTS ", given));
   }
   if (product == 0) {
     return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
@@ -234,7 +232,7 @@ Result<void> read_encoding(const FileBytes& file, const Entry& entry, PcdHeader&
   } else {
     return malformed(
         file, entry.line,
-        "found DATA " + in_quotes(word) + ", expected ascii, binary or binary_compressed");
+        concat("found DATA ", in_quotes(word), ", expected ascii, binary or binary_compressed"));
   }
   return {};
 }
@@ -248,10 +246,9 @@ Result<void> check_position_fields(const FileBytes& file, const PcdHeader& heade
     if (field != nullptr && field->count == 1) continue;
     std::string found;
     for (const PcdField& other : header.fields) found += (found.empty() ? "" : " ") + other.name;
-    return file.error(
-        ErrorCode::kMissingField,
-        "found fields " + in_quotes(found) + ", expected one named " + std::string(name),
-        at_line(header.header_lines));
+    return file.error(ErrorCode::kMissingField,
+                      concat("found fields ", in_quotes(found), ", expected one named ", name),
+                      at_line(header.header_lines));
   }
   return {};
 }
@@ -301,17 +298,17 @@ ElementType element_type(const PcdField& field) {
 Result<void> read_words(const FileBytes& file, std::size_t line_number, std::size_t expected,
                         const std::vector<std::string_view>& words, std::vector<double>& numbers) {
   if (words.size() != expected) {
-    return file.error(
-        ErrorCode::kTruncatedScan,
-        "found " + std::to_string(words.size()) + " numbers, expected " + std::to_string(expected),
-        at_line(line_number));
+    return file.error(ErrorCode::kTruncatedScan,
+                      concat("found ", words.size(), " numbers, expected ", expected),
+                      at_line(line_number));
   }
   numbers.clear();
   for (const std::string_view word : words) {
     const std::optional<double> number = to_number<double>(word);
     if (!number) {
       return file.error(ErrorCode::kMalformedText,
-                        "found " + in_quotes(word) + ", expected a number", at_line(line_number));
+                        concat("found ", in_quotes(word), ", expected a number"),
+                        at_line(line_number));
     }
     numbers.push_back(*number);
   }
@@ -337,7 +334,7 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
     if (words.empty() || is_padding(line)) continue;
     if (count == header.point_count) {
       return file.error(ErrorCode::kMalformedHeader,
-                        "more points than the " + std::to_string(count) + " of the header",
+                        concat("more points than the ", count, " of the header"),
                         at_line(reader.number()));
     }
     SIGHTLINE_TRY(read_words(file, reader.number(), header.element_count, words, numbers));
@@ -349,10 +346,10 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
     cloud.may_be_cut = !reader.last_has_end();
   }
   if (count < header.point_count) {
-    return file.error(ErrorCode::kTruncatedScan,
-                      "found " + std::to_string(count) + " points, expected the header's " +
-                          std::to_string(header.point_count),
-                      at_line(reader.number()));
+    return file.error(
+        ErrorCode::kTruncatedScan,
+        concat("found ", count, " points, expected the header's ", header.point_count),
+        at_line(reader.number()));
   }
   if (time) set_point_times(times, cloud);
   return cloud;
@@ -378,15 +375,14 @@ PointColumns columns_of(const std::uint8_t* body, const PcdHeader& header, bool 
 Result<void> check_rest(const FileBytes& file, std::size_t end) {
   if (is_padding(file.text().substr(end))) return {};
   return file.error(ErrorCode::kMalformedHeader,
-                    "found " + std::to_string(file.bytes.size() - end) +
-                        " bytes behind the last point that the header speaks of",
+                    concat("found ", file.bytes.size() - end,
+                           " bytes behind the last point that the header speaks of"),
                     at_byte(end));
 }
 
 Error too_short(const FileBytes& file, std::size_t expected) {
   return file.error(ErrorCode::kTruncatedScan,
-                    "found " + std::to_string(file.bytes.size()) + " bytes, the header asks for " +
-                        std::to_string(expected),
+                    concat("found ", file.bytes.size(), " bytes, the header asks for ", expected),
                     at_byte(file.bytes.size()));
 }
 
@@ -433,8 +429,8 @@ Result<CompressedBody> check_compressed(const FileBytes& file, const PcdHeader& 
       static_cast<std::uint64_t>(header.point_count) * body.header.point_size;
   if (size != needed || needed > packed_size * kMostExpansion) {
     return file.error(ErrorCode::kMalformedHeader,
-                      "found " + std::to_string(packed_size) + " bytes that unpack to " +
-                          std::to_string(size) + ", the header asks for " + std::to_string(needed),
+                      concat("found ", packed_size, " bytes that unpack to ", size,
+                             ", the header asks for ", needed),
                       at_byte(header.data_offset));
   }
   return body;

@@ -228,8 +228,8 @@ class PlyBody {
     const std::string place =
         encoding_ == PlyEncoding::kAscii ? at_line(lines_.number()) : at_byte(file_.bytes.size());
     return file_.error(ErrorCode::kTruncatedScan,
-                       "fewer or other numbers than the " + std::to_string(element.count) +
-                           " rows of element " + element.name + " need",
+                       concat("fewer or other numbers than the ", element.count,
+                              " rows of element ", element.name, " need"),
                        place);
   }
 

@@ -114,8 +114,8 @@ Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& e
     return file.error(ErrorCode::kUnsupportedFormat, std::string(kind.what), at_byte(0));
   }
   return file.error(ErrorCode::kUnsupportedFormat,
-                    "not known by name or content as " + scan_endings_text() +
-                        "; convert the scan to one of them",
+                    concat("not known by name or content as ", scan_endings_text(),
+                           "; convert the scan to one of them"),
                     at_byte(0));
 }
 
@@ -190,11 +190,11 @@ std::string scan_endings_text() {
 Result<PointCloudFile> with_returns(PointCloudFile cloud, const std::string& file,
                                     const std::string& place) {
   if (!cloud.points_m.empty()) return cloud;
-  return Error{ErrorCode::kNoFinitePoints,
-               "none of the points is a return: " + std::to_string(cloud.nonfinite_count) +
-                   " are NaN or infinite, " + std::to_string(cloud.zero_count) + " are (0,0,0), " +
-                   std::to_string(cloud.withheld_count) + " are withheld",
-               file, place};
+  return Error{
+      ErrorCode::kNoFinitePoints,
+      concat("none of the points is a return: ", cloud.nonfinite_count, " are NaN or infinite, ",
+             cloud.zero_count, " are (0,0,0), ", cloud.withheld_count, " are withheld"),
+      file, place};
 }
 
 bool is_without_header(const std::filesystem::path& path) {

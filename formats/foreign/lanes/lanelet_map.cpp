@@ -29,8 +29,8 @@ std::string_view tag(const XMLElement& element, std::string_view key) {
 }
 
 std::string place_of(const XMLElement& element) {
-  return std::string(element.Name()) + " " + std::string(attribute(element, "id")).substr(0, 40) +
-         ", line " + std::to_string(element.GetLineNum());
+  return concat(element.Name(), " ", std::string(attribute(element, "id")).substr(0, 40), ", line ",
+                element.GetLineNum());
 }
 
 // By its subtype, unless it says itself.
@@ -127,9 +127,8 @@ class LaneletReader {
     for (const XMLElement* ref = way.FirstChildElement("nd"); ref != nullptr;
          ref = ref->NextSiblingElement("nd")) {
       if (++side_node_count_ > kMostSideNodes) {
-        return file_.error(
-            ErrorCode::kMalformedText,
-            "its lanelets have more than " + std::to_string(kMostSideNodes) + " nodes");
+        return file_.error(ErrorCode::kMalformedText,
+                           concat("its lanelets have more than ", kMostSideNodes, " nodes"));
       }
       SIGHTLINE_ASSIGN(const std::size_t node, read_node(attribute(*ref, "ref"), way));
       side.nodes.push_back(node);
@@ -146,8 +145,8 @@ class LaneletReader {
       if (attribute(*member, "role") != role || attribute(*member, "type") != "way") continue;
       const auto way = ways_.find(attribute(*member, "ref"));
       if (way == ways_.end()) {
-        return file_.error(ErrorCode::kMalformedText,
-                           "its " + std::string(role) + " way is not there", place_of(lanelet));
+        return file_.error(ErrorCode::kMalformedText, concat("its ", role, " way is not there"),
+                           place_of(lanelet));
       }
       SIGHTLINE_TRY(append_way(*way->second, side));
     }
@@ -206,7 +205,7 @@ Result<LaneletMap> read_lanelets(const RouteText& file, LaneletsRead which) {
   tinyxml2::XMLDocument document;
   if (document.Parse(file.text.data(), file.text.size()) != tinyxml2::XML_SUCCESS) {
     return file.error(ErrorCode::kMalformedText, "this is no XML",
-                      "line " + std::to_string(document.ErrorLineNum()));
+                      concat("line ", document.ErrorLineNum()));
   }
   const XMLElement* root = document.FirstChildElement("osm");
   if (root == nullptr) return file.error(ErrorCode::kMalformedText, "found no element osm");
@@ -285,9 +284,8 @@ Result<void> parse_lanelets(const RouteText& file, Route& route) {
     route.lines.push_back(std::move(line));
   }
   if (!route.lines.empty()) return {};
-  return file.error(
-      ErrorCode::kMissingField,
-      "found no lanelet for vehicles among " + std::to_string(map.relation_count) + " relations");
+  return file.error(ErrorCode::kMissingField, concat("found no lanelet for vehicles among ",
+                                                     map.relation_count, " relations"));
 }
 
 }  // namespace sightline

@@ -171,12 +171,12 @@ struct Manner {
   [[nodiscard]] std::string line(int depth, const std::string& content) const {
     std::string blanks = indent;
     for (int i = 1; i < depth; ++i) blanks += indent.empty() ? "  " : indent;
-    return blanks + "<" + content + ">" + line_end;
+    return concat(blanks, "<", content, ">", line_end);
   }
   [[nodiscard]] std::string tags(const OsmTags& tags) const {
     std::string lines;
     for (const auto& [key, value] : tags) {
-      lines += line(2, "tag k=\"" + escaped(key) + "\" v=\"" + escaped(value) + "\"/");
+      lines += line(2, concat("tag k=\"", escaped(key), "\" v=\"", escaped(value), "\"/"));
     }
     return lines;
   }
@@ -185,7 +185,7 @@ struct Manner {
     all.emplace_back(kAddedBy);
     std::string lines = line(1, element.head);
     for (const std::string& ref : element.refs) {
-      lines += line(2, "nd ref=\"" + escaped(ref) + "\"/");
+      lines += line(2, concat("nd ref=\"", escaped(ref), "\"/"));
     }
     return lines + tags(all) + line(1, "/" + element.head.substr(0, element.head.find(' ')));
   }
@@ -267,8 +267,8 @@ Result<std::string> with_additions(std::string_view text, const OsmAdditions& ad
         before(text, child.content_end, manner.tags(additions.of_relations[number]), manner));
   }
   if (relation != additions.of_relations.size()) {
-    return malformed("found " + std::to_string(relation) + " relations, expected " +
-                     std::to_string(additions.of_relations.size()));
+    return malformed(
+        concat("found ", relation, " relations, expected ", additions.of_relations.size()));
   }
   std::ranges::stable_sort(insertions, {}, &Insertion::at);
   std::string made;

@@ -46,10 +46,11 @@ Result<Columns> columns_of_head(const RouteText& file, const std::vector<std::st
 Result<Columns> columns_of_numbers(const RouteText& file, std::size_t count,
                                    const std::string& place) {
   if (count != 2 && count != 3) {
-    return file.error(ErrorCode::kMalformedText,
-                      "found " + std::to_string(count) +
-                          " columns without a head that names them, expected x, y and z or none",
-                      place);
+    return file.error(
+        ErrorCode::kMalformedText,
+        concat("found ", count,
+               " columns without a head that names them, expected x, y and z or none"),
+        place);
   }
   Columns columns;
   columns.count = count;
@@ -62,9 +63,7 @@ Result<Eigen::Vector3d> point_of(const RouteText& file, const Columns& columns,
                                  const std::string& place) {
   if (words.size() != columns.count) {
     return file.error(ErrorCode::kMalformedText,
-                      "found " + std::to_string(words.size()) + " columns, expected " +
-                          std::to_string(columns.count),
-                      place);
+                      concat("found ", words.size(), " columns, expected ", columns.count), place);
   }
   const std::array<std::optional<std::size_t>, 3> of_axis = {columns.x, columns.y, columns.z};
   Eigen::Vector3d point_m(0.0, 0.0, kNoHeight);
@@ -74,7 +73,7 @@ Result<Eigen::Vector3d> point_of(const RouteText& file, const Columns& columns,
     const std::optional<double> number = finite_number(words[*column]);
     if (!number) {
       return file.error(ErrorCode::kMalformedText,
-                        "found " + in_quotes(words[*column]) + ", expected a number", place);
+                        concat("found ", in_quotes(words[*column]), ", expected a number"), place);
     }
     point_m[axis] = *number;
   }
@@ -92,7 +91,7 @@ class LineGatherer {
     points_m_.push_back(point_m);
   }
   void end() {
-    RouteLine line = line_of_points("line " + std::to_string(++count_), points_m_);
+    RouteLine line = line_of_points(concat("line ", ++count_), points_m_);
     if (line.points_world_m.size() > 1) route_.lines.push_back(std::move(line));
     if (points_m_.empty()) --count_;
     points_m_.clear();
@@ -112,7 +111,7 @@ struct Reading {
   Route& route;
   std::size_t line_count = 0;
 
-  [[nodiscard]] std::string place() const { return "line " + std::to_string(line_count); }
+  [[nodiscard]] std::string place() const { return concat("line ", line_count); }
 };
 
 Result<Eigen::Vector3d> place_of(const Reading& reading, const Json& position) {
@@ -196,7 +195,7 @@ Result<void> read_trajectory(const std::filesystem::path& path, Route& route) {
     if (!is_first && step_m < kSmallestStep_m) continue;
     if (is_first || step_m > kLargestGap_m) {
       lines.emplace_back();
-      lines.back().name = "line " + std::to_string(lines.size());
+      lines.back().name = concat("line ", lines.size());
       lines.back().heights = RouteHeights::kVehicle;
     }
     lines.back().points_world_m.push_back(place_m);
@@ -238,7 +237,7 @@ Result<void> parse_csv_lines(const RouteText& file, Route& route) {
   LineReader lines(file.text);
   std::vector<std::string_view> words;
   for (std::string_view text; lines.next(text);) {
-    const std::string place = "line " + std::to_string(lines.number());
+    const std::string place = concat("line ", lines.number());
     if (text.starts_with('#')) continue;
     split_words(text, words, kSeparators);
     if (words.empty()) {

@@ -266,8 +266,8 @@ Result<void> HesaiLidar::check(std::span<const std::byte> bytes) const {
     is_right = is_right && azimuth_cdeg(bytes, block) < kTurn_cdeg;
   }
   if (!is_right) {
-    return Error{ErrorCode::kMalformedHeader, "found a packet of a " + std::string(model_.name) +
-                                                  " whose azimuths, unit or time are none"};
+    return Error{ErrorCode::kMalformedHeader, concat("found a packet of a ", model_.name,
+                                                     " whose azimuths, unit or time are none")};
   }
   if (returns(bytes) > 0) return {};
   return Error{ErrorCode::kUnsupportedFormat,
@@ -354,8 +354,8 @@ Result<std::vector<HesaiAngles>> angles_of(const HesaiModel& model, std::string_
     return Error{ErrorCode::kBadValue, message, file};
   };
   if (rows.size() != model.channels) {
-    return error("found " + std::to_string(rows.size()) + " channels, expected the " +
-                 std::to_string(model.channels) + " of a " + std::string(model.name));
+    return error(concat("found ", rows.size(), " channels, expected the ", model.channels, " of a ",
+                        model.name));
   }
   std::vector<HesaiAngles> angles(model.channels);
   std::vector<bool> is_there(model.channels);
@@ -363,12 +363,12 @@ Result<std::vector<HesaiAngles>> angles_of(const HesaiModel& model, std::string_
     const BeamRow& row = rows[i];
     const auto channel = static_cast<std::size_t>(row.channel.value_or(static_cast<int>(i) + 1));
     if (channel < 1 || channel > model.channels || is_there[channel - 1]) {
-      return error("found channel " + std::to_string(channel) + ", expected each of 1 to " +
-                   std::to_string(model.channels) + " once");
+      return error(
+          concat("found channel ", channel, ", expected each of 1 to ", model.channels, " once"));
     }
     if (!row.azimuth_deg || std::abs(*row.azimuth_deg) > 360.0 ||
         std::abs(row.elevation_deg) > 90.0) {
-      return error("channel " + std::to_string(channel) + ": expected an elevation and an azimuth");
+      return error(concat("channel ", channel, ": expected an elevation and an azimuth"));
     }
     is_there[channel - 1] = true;
     angles[channel - 1] = {row.elevation_deg, *row.azimuth_deg};
@@ -377,13 +377,14 @@ Result<std::vector<HesaiAngles>> angles_of(const HesaiModel& model, std::string_
 }
 
 Error another_model(std::span<const std::byte> packet) {
-  return {ErrorCode::kUnsupportedFormat,
-          "found packets of another model of Hesai (" + std::to_string(byte_at(packet, 2)) + "." +
-              std::to_string(byte_at(packet, 3)) + ", " + std::to_string(packet.size()) +
-              " bytes), expected Pandar64, Pandar128 (1.4), PandarXT-32 or PandarXT-16; replay the "
-              "capture to "
-              "Hesai's ROS driver "
-              "and record its points in a bag, or export the scans as PCD with PandarView"};
+  return {
+      ErrorCode::kUnsupportedFormat,
+      concat("found packets of another model of Hesai (", byte_at(packet, 2), ".",
+             byte_at(packet, 3), ", ", packet.size(),
+             " bytes), expected Pandar64, Pandar128 (1.4), PandarXT-32 or PandarXT-16; replay the "
+             "capture to "
+             "Hesai's ROS driver "
+             "and record its points in a bag, or export the scans as PCD with PandarView")};
 }
 
 }  // namespace
@@ -399,20 +400,20 @@ Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::by
   const HesaiModel* model = hesai_model_of(first_packet);
   if (model == nullptr) return another_model(first_packet);
   if (model->needs_correction && correction.empty()) {
-    return Error{ErrorCode::kMissingField,
-                 "packets of a " + std::string(model->name) +
-                     " need the unit's angle correction file, which the sensor's web page saves: "
-                     "put it beside the capture with its name and the ending .csv, or name it as "
-                     "`sensor`"};
+    return Error{
+        ErrorCode::kMissingField,
+        concat("packets of a ", model->name,
+               " need the unit's angle correction file, which the sensor's web page saves: "
+               "put it beside the capture with its name and the ending .csv, or name it as "
+               "`sensor`")};
   }
   std::vector<HesaiAngles> angles = hesai_nominal_angles(*model);
   std::vector<std::string> warnings;
   if (correction.empty()) {
-    warnings.push_back(
-        "no angle correction file lies beside the capture: the nominal angles of a " +
-        std::string(model->name) +
+    warnings.push_back(concat(
+        "no angle correction file lies beside the capture: the nominal angles of a ", model->name,
         " are assumed, which a unit's own miss by degrees; save its file (CSV) from "
-        "the sensor's web page");
+        "the sensor's web page"));
   } else {
     SIGHTLINE_ASSIGN(const std::string text, read_short_text(correction, kLargestHesaiCorrection));
     SIGHTLINE_ASSIGN(angles, angles_of(*model, text, correction.string()));

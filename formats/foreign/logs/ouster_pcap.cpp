@@ -141,8 +141,8 @@ Result<OusterLayout> layout_of(const std::string& profile) {
     if (layout.profile == profile) return layout;
   }
   return Error{ErrorCode::kUnsupportedFormat,
-               "found the profile " + profile + ", expected one of " + ouster_profile_names() +
-                   "; convert it with `ouster-cli source CAPTURE save scans.bag`"};
+               concat("found the profile ", profile, ", expected one of ", ouster_profile_names(),
+                      "; convert it with `ouster-cli source CAPTURE save scans.bag`")};
 }
 
 OusterPackets::OusterPackets(OusterMetadata metadata, OusterLayout layout)
@@ -181,7 +181,7 @@ Result<OusterPackets> OusterPackets::of(const OusterMetadata& metadata) {
   OusterPackets packets(metadata, std::move(layout));
   if (packets.size_ <= kLargestDatagram) return packets;
   return Error{ErrorCode::kBadValue,
-               "packets of " + std::to_string(packets.size_) + " bytes are longer than UDP allows"};
+               concat("packets of ", packets.size_, " bytes are longer than UDP allows")};
 }
 
 bool OusterPackets::is_data(std::span<const std::byte> datagram) const {
@@ -342,7 +342,7 @@ class FrameFinder {
   Result<void> close();
   void warn();
   [[nodiscard]] Error error(ErrorCode code, std::string message, std::uint64_t offset) const {
-    return {code, std::move(message), path_.string(), "byte " + std::to_string(offset)};
+    return {code, std::move(message), path_.string(), concat("byte ", offset)};
   }
 
   std::filesystem::path path_;
@@ -364,11 +364,11 @@ Result<void> FrameFinder::check(const PcapPacket& packet) {
   for (std::size_t column = 0; column < packets_.column_count(); ++column) {
     const std::size_t id = packets_.measurement_id(packet.datagram, column);
     if (id < packets_.columns_per_frame()) continue;
-    return error(ErrorCode::kMismatchedInputs,
-                 "found column " + std::to_string(id) + ", but the metadata has " +
-                     std::to_string(packets_.columns_per_frame()) +
-                     " a frame: it is of another sensor or another mode",
-                 packet.offset);
+    return error(
+        ErrorCode::kMismatchedInputs,
+        concat("found column ", id, ", but the metadata has ", packets_.columns_per_frame(),
+               " a frame: it is of another sensor or another mode"),
+        packet.offset);
   }
   return {};
 }
@@ -384,8 +384,8 @@ Result<void> FrameFinder::close() {
     const std::int64_t stamp_ns = clock_.absolute_ns(span_->first_ns, captured_ns_);
     if (!index_.scans.empty() && stamp_ns <= index_.scans.back().stamp_ns) {
       return error(ErrorCode::kTimeRunsBackwards,
-                   "the sensor's clock goes back by " +
-                       std::to_string((index_.scans.back().stamp_ns - stamp_ns) / 1000) + " us",
+                   concat("the sensor's clock goes back by ",
+                          (index_.scans.back().stamp_ns - stamp_ns) / 1000, " us"),
                    open_->offset);
     }
     if (collected_->count() < whole) missing_ += whole - collected_->count();
@@ -430,14 +430,12 @@ Result<void> FrameFinder::add(const PcapPacket& packet) {
 
 void FrameFinder::warn() {
   const std::string name = path_.filename().string();
-  index_.warnings.push_back(
-      name + ": " + std::to_string(index_.frames.size()) + " frames in " +
-      std::to_string(data_packets_) + " data packets; " + std::to_string(left_out_) +
-      " frames of which over a tenth is missing were left out, and " +
-      std::to_string(other_packets_) + " packets of other kinds, late or twice");
+  index_.warnings.push_back(concat(name, ": ", index_.frames.size(), " frames in ", data_packets_,
+                                   " data packets; ", left_out_,
+                                   " frames of which over a tenth is missing were left out, and ",
+                                   other_packets_, " packets of other kinds, late or twice"));
   if (missing_ > 0) {
-    index_.warnings.push_back(name + ": " + std::to_string(missing_) +
-                              " packets of the frames are missing");
+    index_.warnings.push_back(concat(name, ": ", missing_, " packets of the frames are missing"));
   }
   if (clock_.is_shifted()) {
     index_.warnings.push_back(name +
@@ -450,11 +448,10 @@ Result<OusterFrameIndex> FrameFinder::finish() {
   SIGHTLINE_TRY(close());
   if (index_.frames.empty()) {
     return error(ErrorCode::kDriveTooShort,
-                 "no whole frame of an Ouster sensor among " + std::to_string(data_packets_) +
-                     " data packets of " + std::to_string(packets_.size()) + " bytes and " +
-                     std::to_string(other_packets_) +
-                     " others; of several sensors in one capture none is read: keep one, for "
-                     "example with `tshark -r in.pcap -Y \"ip.src == ADDRESS\" -w out.pcap`",
+                 concat("no whole frame of an Ouster sensor among ", data_packets_,
+                        " data packets of ", packets_.size(), " bytes and ", other_packets_,
+                        " others; of several sensors in one capture none is read: keep one, for "
+                        "example with `tshark -r in.pcap -Y \"ip.src == ADDRESS\" -w out.pcap`"),
                  0);
   }
   warn();
@@ -502,7 +499,7 @@ Result<std::vector<std::byte>> OusterPcap::read(std::size_t index) const {
     SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
     if (!more) {
       return Error{ErrorCode::kCannotRead, "the file has become shorter since it was opened",
-                   path_.string(), "byte " + std::to_string(frame.offset)};
+                   path_.string(), concat("byte ", frame.offset)};
     }
     if (!packets_.is_data(packet.datagram)) continue;
     if (packets_.frame_id(packet.datagram) == frame.frame_id) collected.add(packet.datagram);

@@ -93,7 +93,7 @@ std::uint32_t PcapReader::number(const char* bytes) const {
 }
 
 Error PcapReader::error(ErrorCode code, std::string message) const {
-  return {code, std::move(message), path_.string(), "byte " + std::to_string(offset_)};
+  return {code, std::move(message), path_.string(), concat("byte ", offset_)};
 }
 
 Result<PcapReader> PcapReader::open(const std::filesystem::path& path) {
@@ -135,9 +135,9 @@ Result<void> PcapReader::check_link_type(std::uint32_t link_type) const {
   if (link_size(link_type)) return {};
   return error(
       ErrorCode::kUnsupportedFormat,
-      "found link type " + std::to_string(link_type) +
-          ", expected Ethernet (1), Linux cooked (113 or 276), loopback (0) or raw IP (101 "
-          "or 228)");
+      concat("found link type ", link_type,
+             ", expected Ethernet (1), Linux cooked (113 or 276), loopback (0) or raw IP (101 "
+             "or 228)"));
 }
 
 // The head of the section and the interfaces behind it, up to the first packet.
@@ -210,8 +210,7 @@ Result<bool> PcapReader::next_block(Block& block) {
   block.type = number(head.data());
   const std::uint32_t length = number(head.data() + 4);
   if (length < kBlockFrame || length % 4 != 0 || length > 2 * kMostFrame) {
-    return error(ErrorCode::kMalformedHeader,
-                 "found a block of " + std::to_string(length) + " bytes");
+    return error(ErrorCode::kMalformedHeader, concat("found a block of ", length, " bytes"));
   }
   block.body.resize(length - 8);
   file_.read(block.body.data(), static_cast<std::streamsize>(block.body.size()));
@@ -276,9 +275,8 @@ Result<bool> PcapReader::next_classic(PcapPacket& packet) {
   }
   const std::uint32_t size = number(header.data() + 8);
   if (size > kMostFrame) {
-    return error(ErrorCode::kMalformedHeader, "found a packet of " + std::to_string(size) +
-                                                  " bytes, expected at most " +
-                                                  std::to_string(kMostFrame));
+    return error(ErrorCode::kMalformedHeader,
+                 concat("found a packet of ", size, " bytes, expected at most ", kMostFrame));
   }
   // No packet, but a hole in the file, which may be of any length.
   if (size == 0 && number(header.data() + 12) == 0) {

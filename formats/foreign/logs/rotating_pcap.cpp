@@ -69,7 +69,7 @@ class RevolutionFinder {
   void store(const PcapPacket& packet);
   void warn();
   [[nodiscard]] Error error(ErrorCode code, std::string message, std::uint64_t offset) const {
-    return {code, std::move(message), path_.string(), "byte " + std::to_string(offset)};
+    return {code, std::move(message), path_.string(), concat("byte ", offset)};
   }
 
   std::filesystem::path path_;
@@ -95,18 +95,18 @@ Result<void> RevolutionFinder::check(const PcapPacket& packet) {
   const int model = lidar_.model(packet.datagram);
   if (model != model_.value_or(model)) {
     return error(ErrorCode::kUnsupportedFormat,
-                 "found packets of two models of " + lidar_.maker() +
-                     "; keep those of one, for example with `tshark -r in.pcap -Y \"ip.src == "
-                     "ADDRESS\" -w out.pcap`",
+                 concat("found packets of two models of ", lidar_.maker(),
+                        "; keep those of one, for example with `tshark -r in.pcap -Y \"ip.src == "
+                        "ADDRESS\" -w out.pcap`"),
                  packet.offset);
   }
   model_ = model;
   time_ns_ = clock_.absolute_ns(lidar_.time_ns(packet.datagram), packet.time_ns);
   if (time_before_ns_ && time_ns_ < *time_before_ns_) {
-    return error(ErrorCode::kTimeRunsBackwards,
-                 "the sensor's clock goes back by " +
-                     std::to_string((*time_before_ns_ - time_ns_) / 1000) + " us",
-                 packet.offset);
+    return error(
+        ErrorCode::kTimeRunsBackwards,
+        concat("the sensor's clock goes back by ", (*time_before_ns_ - time_ns_) / 1000, " us"),
+        packet.offset);
   }
   return {};
 }
@@ -173,16 +173,15 @@ Result<void> RevolutionFinder::add(const PcapPacket& packet) {
 
 void RevolutionFinder::warn() {
   const std::string name = path_.filename().string();
-  index_.warnings.push_back(name + ": " + std::to_string(index_.revolutions.size()) +
-                            " whole revolutions in " + std::to_string(data_packets_) +
-                            " data packets; the parts before the first and behind the last were "
-                            "left out, and " +
-                            std::to_string(other_packets_) + " packets of other kinds");
+  index_.warnings.push_back(
+      concat(name, ": ", index_.revolutions.size(), " whole revolutions in ", data_packets_,
+             " data packets; the parts before the first and behind the last were "
+             "left out, and ",
+             other_packets_, " packets of other kinds"));
   if (gaps_ > 0) {
-    index_.warnings.push_back(name + ": " + std::to_string(gaps_) +
-                              " gaps of more than 10 ms between packets, the first at byte " +
-                              std::to_string(first_gap_offset_) +
-                              "; their revolutions were left out");
+    index_.warnings.push_back(concat(name, ": ", gaps_,
+                                     " gaps of more than 10 ms between packets, the first at byte ",
+                                     first_gap_offset_, "; their revolutions were left out"));
   }
   if (clock_.is_shifted()) {
     index_.warnings.push_back(name +
@@ -195,9 +194,8 @@ void RevolutionFinder::warn() {
 Result<RevolutionIndex> RevolutionFinder::finish() {
   if (index_.revolutions.empty()) {
     return error(ErrorCode::kDriveTooShort,
-                 "no whole revolution of a " + lidar_.maker() + " sensor among " +
-                     std::to_string(data_packets_) + " data packets and " +
-                     std::to_string(other_packets_) + " others",
+                 concat("no whole revolution of a ", lidar_.maker(), " sensor among ",
+                        data_packets_, " data packets and ", other_packets_, " others"),
                  0);
   }
   warn();
@@ -248,7 +246,7 @@ Result<std::vector<std::byte>> RotatingPcap::read(std::size_t index) const {
     SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
     if (!more) {
       return Error{ErrorCode::kCannotRead, "the file has become shorter since it was opened",
-                   path_.string(), "byte " + std::to_string(revolution.offset)};
+                   path_.string(), concat("byte ", revolution.offset)};
     }
     if (!lidar_->is_data(packet.datagram)) continue;
     const std::int64_t time_ns =

@@ -101,9 +101,9 @@ Result<void> VelodyneLidar::check(std::span<const std::byte> bytes) const {
   }
   if (packet.model()) return {};
   return Error{ErrorCode::kUnsupportedFormat,
-               "found product id " + std::to_string(packet.product_id()) +
-                   ", expected packets of one HDL-32E (33) or VLP-16 (34); export the scans as "
-                   "PCD with the sensor's own tools"};
+               concat("found product id ", packet.product_id(),
+                      ", expected packets of one HDL-32E (33) or VLP-16 (34); export the scans as "
+                      "PCD with the sensor's own tools")};
 }
 
 }  // namespace

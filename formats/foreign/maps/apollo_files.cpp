@@ -20,9 +20,7 @@ constexpr std::uint32_t kInverseFrom_points = 6;
 constexpr std::size_t kLeastCellSize = 17 * sizeof(float);  // number, and what every cell has
 constexpr std::size_t kMostCellSize = 27 * sizeof(float);   // with the inverse covariance
 
-std::string at_byte_of_body(std::size_t offset) {
-  return "byte " + std::to_string(offset) + " of the body";
-}
+std::string at_byte_of_body(std::size_t offset) { return concat("byte ", offset, " of the body"); }
 
 // Bytes that the body of a node may have, which a packed one does not say itself.
 std::size_t most_bytes(const ApolloConfig& config) {
@@ -52,17 +50,15 @@ Result<std::vector<std::byte>> unpack(std::span<const std::byte> packed, std::si
   inflateEnd(&stream);
   if (body.size() > most) {
     return Error{ErrorCode::kUnsupportedFormat,
-                 "unpacks to more than " + std::to_string(most) + " bytes, expected a node", file,
-                 "byte 20"};
+                 concat("unpacks to more than ", most, " bytes, expected a node"), file, "byte 20"};
   }
   if (status != Z_STREAM_END) {
     return Error{ErrorCode::kTruncatedScan, "the zlib stream is cut or damaged", file,
-                 "byte " + std::to_string(20 + packed.size() - rest)};
+                 concat("byte ", 20 + packed.size() - rest)};
   }
   if (rest == 0) return body;
-  return Error{ErrorCode::kMalformedHeader,
-               "found " + std::to_string(rest) + " bytes behind the zlib stream", file,
-               "byte " + std::to_string(20 + packed.size() - rest)};
+  return Error{ErrorCode::kMalformedHeader, concat("found ", rest, " bytes behind the zlib stream"),
+               file, concat("byte ", 20 + packed.size() - rest)};
 }
 
 // Checks the header, and returns what stands behind it.
@@ -78,24 +74,23 @@ Result<std::span<const std::byte>> packed_body(std::span<const std::byte> bytes,
   const auto body_size = reader.get<std::uint32_t>();
   if (!reader.ok()) {
     return Error{ErrorCode::kTruncatedScan,
-                 "found " + std::to_string(bytes.size()) + " bytes, expected a header of 20", file,
-                 "byte 0"};
+                 concat("found ", bytes.size(), " bytes, expected a header of 20"), file, "byte 0"};
   }
   const auto text_of = [](const ApolloNodeIndex& node) {
-    return "resolution " + std::to_string(node.resolution) + ", zone " + std::to_string(node.zone) +
-           ", m " + std::to_string(node.m) + ", n " + std::to_string(node.n);
+    return concat("resolution ", node.resolution, ", zone ", node.zone, ", m ", node.m, ", n ",
+                  node.n);
   };
   if (!(found == index)) {
-    return Error{ErrorCode::kMalformedHeader,
-                 "found " + text_of(found) + ", expected " + text_of(index) + " as its folders say",
-                 file, "byte 0"};
+    return Error{
+        ErrorCode::kMalformedHeader,
+        concat("found ", text_of(found), ", expected ", text_of(index), " as its folders say"),
+        file, "byte 0"};
   }
   if (body_size == reader.remaining()) return bytes.subspan(reader.offset());
   return Error{
       body_size > reader.remaining() ? ErrorCode::kTruncatedScan : ErrorCode::kMalformedHeader,
-      "found a body of " + std::to_string(reader.remaining()) + " bytes, expected " +
-          std::to_string(body_size),
-      file, "byte 16"};
+      concat("found a body of ", reader.remaining(), " bytes, expected ", body_size), file,
+      "byte 16"};
 }
 
 // Along one axis: the cell of a coordinate that is relative to the corner of cell `key`.
@@ -135,9 +130,8 @@ class BodyReader {
     if (!reader_.ok()) return cut();
     if (rows != config_.node_rows || columns != config_.node_columns) {
       return Error{ErrorCode::kMalformedHeader,
-                   "found " + std::to_string(rows) + " rows of " + std::to_string(columns) +
-                       ", expected " + std::to_string(config_.node_rows) + " of " +
-                       std::to_string(config_.node_columns) + " as config.xml says",
+                   concat("found ", rows, " rows of ", columns, ", expected ", config_.node_rows,
+                          " of ", config_.node_columns, " as config.xml says"),
                    file_, at_byte_of_body(0)};
     }
     for (std::uint32_t row = 0; row < rows; ++row) {
@@ -150,8 +144,8 @@ class BodyReader {
     }
     if (reader_.at_end()) return std::move(node_);
     return Error{ErrorCode::kMalformedHeader,
-                 "found " + std::to_string(reader_.remaining()) + " bytes behind the last column",
-                 file_, at_byte_of_body(reader_.offset())};
+                 concat("found ", reader_.remaining(), " bytes behind the last column"), file_,
+                 at_byte_of_body(reader_.offset())};
   }
 
  private:
@@ -276,8 +270,8 @@ class ConfigReader {
     SIGHTLINE_ASSIGN(config.heights_m, numbers("resolutions_z"));
     if (config.cells_m.size() == config.heights_m.size()) return config;
     return error(ErrorCode::kMalformedText,
-                 "found " + std::to_string(config.cells_m.size()) + " resolutions and " +
-                     std::to_string(config.heights_m.size()) + " of z, expected as many");
+                 concat("found ", config.cells_m.size(), " resolutions and ",
+                        config.heights_m.size(), " of z, expected as many"));
   }
 
  private:
@@ -293,10 +287,11 @@ class ConfigReader {
   [[nodiscard]] Result<void> check_version() const {
     const std::string_view version = text_of(config_.FirstChildElement("version"));
     if (version.starts_with("map_ndt")) return {};
-    return error(ErrorCode::kUnsupportedFormat,
-                 "found an Apollo map of version '" + std::string(version.substr(0, 40)) +
-                     "', expected map_ndt_v01: other maps of Apollo hold intensities and heights, "
-                     "and no distributions to match with");
+    return error(
+        ErrorCode::kUnsupportedFormat,
+        concat("found an Apollo map of version '", version.substr(0, 40),
+               "', expected map_ndt_v01: other maps of Apollo hold intensities and heights, "
+               "and no distributions to match with"));
   }
 
   [[nodiscard]] Result<double> number_of(std::string_view text, const std::string& name,
@@ -304,18 +299,18 @@ class ConfigReader {
     const std::optional<double> found = finite_number(text);
     if (!found) {
       return error(text.empty() ? ErrorCode::kMissingField : ErrorCode::kMalformedText,
-                   name + ": found '" + std::string(text.substr(0, 40)) + "', expected a number");
+                   concat(name, ": found '", text.substr(0, 40), "', expected a number"));
     }
     if (*found >= least && *found <= most) return *found;
     return error(ErrorCode::kUnsupportedFormat,
-                 name + ": found " + std::string(text.substr(0, 40)) + ", which no map has");
+                 concat(name, ": found ", text.substr(0, 40), ", which no map has"));
   }
 
   [[nodiscard]] Result<double> number(const char* group, const char* name, double least,
                                       double most) const {
     const XMLElement* parent = config_.FirstChildElement(group);
     const XMLElement* child = parent == nullptr ? nullptr : parent->FirstChildElement(name);
-    return number_of(text_of(child), std::string(group) + "." + name, least, most);
+    return number_of(text_of(child), concat(group, ".", name), least, most);
   }
 
   [[nodiscard]] Result<std::vector<double>> numbers(const char* group) const {
@@ -351,7 +346,7 @@ Result<ApolloConfig> parse_apollo_config(std::string_view text, const std::strin
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     return Error{ErrorCode::kMalformedText, std::string("found no XML: ") + document.ErrorName(),
-                 file, "line " + std::to_string(document.ErrorLineNum())};
+                 file, concat("line ", document.ErrorLineNum())};
   }
   const XMLElement* root = document.FirstChildElement("map");
   const XMLElement* config = root == nullptr ? nullptr : root->FirstChildElement("map_config");

@@ -88,7 +88,7 @@ Result<std::vector<NodeFile>> nodes_of(const fs::path& folder, std::uint32_t res
       constexpr std::uint32_t kMostZone = 60;
       if (zone < 1 || zone > kMostZone) {
         return Error{ErrorCode::kUnsupportedFormat,
-                     "found zone " + std::to_string(zone) + ", expected one of UTM, 1 to 60",
+                     concat("found zone ", zone, ", expected one of UTM, 1 to 60"),
                      of_zone.string()};
       }
       const auto number = static_cast<std::int32_t>(zone);
@@ -99,8 +99,8 @@ Result<std::vector<NodeFile>> nodes_of(const fs::path& folder, std::uint32_t res
   }
   if (!nodes.empty()) return nodes;
   return Error{ErrorCode::kEmptyDirectory,
-               "found no node, expected files like " + std::string(kNodes) + "/" + name +
-                   "/north/10/00032353/00004596",
+               concat("found no node, expected files like ", kNodes, "/", name,
+                      "/north/10/00032353/00004596"),
                folder.string()};
 }
 
@@ -125,15 +125,15 @@ Result<void> check_grid(const ApolloFiles& files) {
   const double height_m = files.config.heights_m[files.resolution];
   if (cell_m != height_m) {
     return Error{ErrorCode::kUnsupportedFormat,
-                 "found cells of " + format_double(cell_m) + " m, " + format_double(height_m) +
-                     " m high, expected cubes; write the map with a resolution_z like its "
-                     "resolution",
+                 concat("found cells of ", format_double(cell_m), " m, ", format_double(height_m),
+                        " m high, expected cubes; write the map with a resolution_z like its "
+                        "resolution"),
                  files.config_file.string()};
   }
   if (is_whole(files.config.min_x_m / cell_m) && is_whole(files.config.min_y_m / cell_m)) return {};
   return Error{
       ErrorCode::kUnsupportedFormat,
-      "found a range that begins at no multiple of a cell of " + format_double(cell_m) + " m",
+      concat("found a range that begins at no multiple of a cell of ", format_double(cell_m), " m"),
       files.config_file.string()};
 }
 
@@ -152,8 +152,8 @@ Result<ApolloFiles> find_files(const fs::path& path) {
   const auto other = std::ranges::find_if(files.nodes, is_elsewhere);
   if (other == files.nodes.end()) return files;
   return Error{ErrorCode::kUnsupportedFormat,
-               "found nodes of two zones of UTM, " + std::to_string(zone) + " and " +
-                   std::to_string(other->index.zone) + ", expected one plane",
+               concat("found nodes of two zones of UTM, ", zone, " and ", other->index.zone,
+                      ", expected one plane"),
                folder.string()};
 }
 
@@ -185,18 +185,20 @@ std::size_t sort_once(std::vector<ForeignNd>& nds) {
 void warn(const ApolloFiles& files, std::uint64_t damaged, std::size_t shared, ForeignNds& map) {
   const std::size_t resolutions = files.config.cells_m.size();
   if (resolutions > 1) {
-    map.warnings.push_back("has " + std::to_string(resolutions) + " resolutions; cells of " +
-                           format_double(map.cell_m) + " m are taken");
+    map.warnings.push_back(concat("has ", resolutions, " resolutions; cells of ",
+                                  format_double(map.cell_m), " m are taken"));
   }
   if (damaged > 0) {
-    map.warnings.push_back(std::to_string(damaged) +
-                           " cells hold numbers that no points have (not finite, out of their "
-                           "cell, or no covariance), and were left out");
+    map.warnings.push_back(
+        concat(damaged,
+               " cells hold numbers that no points have (not finite, out of their "
+               "cell, or no covariance), and were left out"));
   }
   if (shared > 0) {
-    map.warnings.push_back(std::to_string(shared) +
-                           " cells share the cell of their mean with one of more points, and were "
-                           "left out");
+    map.warnings.push_back(
+        concat(shared,
+               " cells share the cell of their mean with one of more points, and were "
+               "left out"));
   }
 }
 
@@ -226,7 +228,7 @@ Result<ForeignNds> open_apollo_map(const fs::path& path, int threads) {
   map.name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
   map.cell_m = files.config.cells_m[files.resolution];
   const std::int32_t zone = files.nodes.front().index.zone;
-  map.world = "utm:" + std::to_string(std::abs(zone)) + (zone > 0 ? "N" : "S");
+  map.world = concat("utm:", std::abs(zone), (zone > 0 ? "N" : "S"));
   DigestBuilder digest;
   digest.add("sightline map of Apollo's NDs");
   digest.add(files.config_text);

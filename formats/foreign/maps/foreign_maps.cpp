@@ -97,8 +97,8 @@ Result<void> open_files(const std::vector<fs::path>& paths, int threads, PointMa
     const OpenedFile& of = **file;
     map.files.push_back(of.file);
     if (!of.may_be_cut) continue;
-    map.warnings.push_back("the last line of " + of.file.name +
-                           " has no end: its last number may have lost digits");
+    map.warnings.push_back(concat("the last line of ", of.file.name,
+                                  " has no end: its last number may have lost digits"));
   }
   return {};
 }
@@ -112,11 +112,12 @@ Result<void> check_extent(const PointMap& map, const fs::path& path) {
   if (extent_m.x() >= kLeast_m || extent_m.y() >= kLeast_m) return {};
   const bool may_be_degrees = box_m.max().head<2>().cwiseAbs().maxCoeff() <= 180.0 &&
                               box_m.min().head<2>().cwiseAbs().maxCoeff() <= 180.0;
-  return Error{ErrorCode::kUnsupportedFormat,
-               "the points span " + format_double(extent_m.x()) + " by " +
-                   format_double(extent_m.y()) + ", expected a map in metres" +
-                   (may_be_degrees ? "; these look like degrees, project them (UTM) first" : ""),
-               path.string()};
+  return Error{
+      ErrorCode::kUnsupportedFormat,
+      concat("the points span ", format_double(extent_m.x()), " by ", format_double(extent_m.y()),
+             ", expected a map in metres",
+             (may_be_degrees ? "; these look like degrees, project them (UTM) first" : "")),
+      path.string()};
 }
 
 Digest digest_of(const PointMap& map) {
@@ -216,7 +217,7 @@ Result<void> validate(const ForeignNds& map) {
     return Error{ErrorCode::kInvalidArtifact,
                  "a mean outside its cell, a cell out of order or without 2 points, or a "
                  "covariance that is not finite",
-                 "", "nd " + std::to_string(i)};
+                 "", concat("nd ", i)};
   }
   return {};
 }
@@ -224,7 +225,7 @@ Result<void> validate(const ForeignNds& map) {
 Table dump(const ForeignNds& map) {
   Table table{"foreign-nds", {"key_x", "key_y", "key_z", "point_count"}, {}, {}};
   for (const char axis : {'x', 'y', 'z'}) {
-    table.columns.push_back(std::string("mean_in_cell_") + axis + "_m");
+    table.columns.push_back(concat("mean_in_cell_", axis, "_m"));
   }
   table.facts = {{"name", map.name},
                  {"world", map.world},

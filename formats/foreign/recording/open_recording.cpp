@@ -29,11 +29,10 @@ Error of_scan(Error error, const Recording& recording, std::size_t index) {
 Result<void> check_given(const std::vector<FloatEvidence>& evidence, const Recording& recording) {
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!evidence[i].refutes) continue;
-    return of_scan(
-        {ErrorCode::kUnsupportedFormat,
-         "its floats are not " + std::to_string(recording.columns->count) + " a point (" +
-             to_text(*recording.columns) + "); take `columns` away to see what fits"},
-        recording, i);
+    return of_scan({ErrorCode::kUnsupportedFormat,
+                    concat("its floats are not ", recording.columns->count, " a point (",
+                           to_text(*recording.columns), "); take `columns` away to see what fits")},
+                   recording, i);
   }
   return {};
 }
@@ -42,9 +41,9 @@ Result<void> check_given(const std::vector<FloatEvidence>& evidence, const Recor
 Error mixed(const std::vector<FloatEvidence>& evidence, const Recording& recording,
             std::size_t index, FloatCounts before) {
   return {ErrorCode::kMixedFormats,
-          "scans of different numbers of floats a point: " + counts_text(before) + " fit up to " +
-              recording.scans[index - 1].name + ", " + counts_text(evidence[index].fitting) +
-              " fit " + recording.scans[index].name,
+          concat("scans of different numbers of floats a point: ", counts_text(before),
+                 " fit up to ", recording.scans[index - 1].name, ", ",
+                 counts_text(evidence[index].fitting), " fit ", recording.scans[index].name),
           recording.file_of(recording.scans[index]).parent_path().string()};
 }
 
@@ -81,9 +80,9 @@ Result<void> settle_columns(const std::vector<FloatEvidence>& evidence, Recordin
   if (!count) return of_scan(count.error(), recording, 0);
   recording.columns = columns_of_count(*count);
   if (*count != kKitti) {
-    recording.warnings.push_back("scans without a header: " + std::to_string(*count) +
-                                 " floats a point fit, they are read as `columns: " +
-                                 to_text(*recording.columns) + "` (_ is left out)");
+    recording.warnings.push_back(concat("scans without a header: ", *count,
+                                        " floats a point fit, they are read as `columns: ",
+                                        to_text(*recording.columns), "` (_ is left out)"));
   }
   return {};
 }
@@ -153,9 +152,8 @@ Result<void> take_turn_rates(const RecordingOptions& options, Recording& recordi
     recording.turn_rates.push_back({rate.stamp_ns, of_vehicle});
   }
   if (!turns.of_sensor.empty() && recording.turn_rates.empty()) {
-    recording.warnings.push_back(options.scans + ": turn rates are not used: none of the " +
-                                 std::to_string(turns.of_sensor.size()) +
-                                 " is at the time of a scan");
+    recording.warnings.push_back(concat(options.scans, ": turn rates are not used: none of the ",
+                                        turns.of_sensor.size(), " is at the time of a scan"));
   }
   return {};
 }
@@ -195,7 +193,7 @@ Result<PointCloudFile> read_contained(const Recording& recording, const ScanInFi
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
   if (sha256(bytes) != scan.content) return changed(path);
   SIGHTLINE_ASSIGN(PointCloudFile cloud, recording.container->parse(bytes, index));
-  return with_returns(std::move(cloud), path.string(), "scan " + std::to_string(index));
+  return with_returns(std::move(cloud), path.string(), concat("scan ", index));
 }
 
 Result<PointCloudFile> read_alone(const Recording& recording, const ScanInFile& scan) {

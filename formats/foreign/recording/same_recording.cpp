@@ -141,7 +141,7 @@ void remember_digests(const DigestMemory& memory, const Digest& state, const Rec
   memory.store(state, written(contents, contents_xxh3, columns, warnings).bytes());
 }
 
-std::string RecordingPlace::name() const { return path.string() + "\n" + topic; }
+std::string RecordingPlace::name() const { return concat(path.string(), "\n", topic); }
 
 RecordingPlace place_of(const RecordingOptions& options) {
   RecordingPlace place{without_links(options.scans), options.topic, {}, {}};

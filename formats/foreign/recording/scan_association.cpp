@@ -40,12 +40,11 @@ RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& t
     }
   }
   if (rows > files.size()) {
-    choice.warning = table + " has " + std::to_string(rows) + " rows for " +
-                     std::to_string(files.size()) + " scans: " + files.front().filename().string() +
-                     " takes row " + std::to_string(choice.row_of_scan.front()) + " (from 0), " +
-                     files.back().filename().string() + " row " +
-                     std::to_string(choice.row_of_scan.back()) +
-                     (names_are_rows ? ", by the number in its name" : ", by its position");
+    choice.warning = concat(table, " has ", rows, " rows for ", files.size(),
+                            " scans: ", files.front().filename().string(), " takes row ",
+                            choice.row_of_scan.front(), " (from 0), ",
+                            files.back().filename().string(), " row ", choice.row_of_scan.back(),
+                            (names_are_rows ? ", by the number in its name" : ", by its position"));
   }
   return choice;
 }
@@ -55,18 +54,16 @@ using Poses = std::vector<std::optional<PoseRow>>;
 
 void warn_of_unit(const std::string& path, const std::string& unit, Recording& recording) {
   if (unit.empty()) return;
-  recording.warnings.push_back(path +
-                               ": as seconds its times are 20 s and more apart; they are read as " +
-                               unit + " (seconds are written with a point)");
+  recording.warnings.push_back(
+      concat(path, ": as seconds its times are 20 s and more apart; they are read as ", unit,
+             " (seconds are written with a point)"));
 }
 
 Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Recording& recording) {
   SIGHTLINE_ASSIGN(std::vector<std::int64_t> rows, read_stamps(path));
   if (rows.size() < files.size()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found " + std::to_string(rows.size()) + " times for " +
-                     std::to_string(files.size()) + " scans",
-                 path};
+                 concat("found ", rows.size(), " times for ", files.size(), " scans"), path};
   }
   warn_of_unit(path, take_finer_unit(rows), recording);
   const RowChoice choice = choose_rows(files, rows.size(), path);
@@ -99,9 +96,9 @@ Error fewer_poses(const std::string& path, const std::string& what) {
 Result<Poses> poses_by_row(const std::string& path, const Files& files,
                            const std::vector<PoseRow>& rows, Recording& recording) {
   if (rows.size() < files.size()) {
-    return fewer_poses(path, "found " + std::to_string(rows.size()) + " poses for " +
-                                 std::to_string(files.size()) +
-                                 " scans; supply all, or name no poses so that they are estimated");
+    return fewer_poses(path,
+                       concat("found ", rows.size(), " poses for ", files.size(),
+                              " scans; supply all, or name no poses so that they are estimated"));
   }
   const RowChoice choice = choose_rows(files, rows.size(), path);
   if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
@@ -119,7 +116,8 @@ Result<Poses> poses_by_id(const std::string& path, const Files& files,
     const std::optional<std::int64_t> number = scan_number(file);
     const auto row = number ? row_of.find(number) : row_of.end();
     if (row == row_of.end()) {
-      return fewer_poses(path, "no pose has the number of " + file.filename().string() + " as id");
+      return fewer_poses(path,
+                         concat("no pose has the number of ", file.filename().string(), " as id"));
     }
     poses.push_back(*row->second);
   }
@@ -150,7 +148,8 @@ std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   constexpr std::int64_t kLeastOff_s = 600;
   const std::int64_t first_ns = *rows.front().stamp_ns;
   const std::int64_t last_ns = *rows.back().stamp_ns;
-  std::string text = "; they run from " + format_stamp(first_ns) + " to " + format_stamp(last_ns);
+  std::string text =
+      concat("; they run from ", format_stamp(first_ns), " to ", format_stamp(last_ns));
   if (stamp_ns >= first_ns && stamp_ns <= last_ns) return text + ", with a gap of over 1 s there";
   const std::int64_t off_s = (stamp_ns - first_ns) / kSecond_ns;
   const std::int64_t hours = (off_s + (off_s < 0 ? -kHour_s : kHour_s) / 2) / kHour_s;
@@ -158,7 +157,7 @@ std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   text += ", so the clocks of scans and poses differ";
   const bool is_zone =
       hours != 0 && std::abs(hours) <= 14 && std::abs(off_s - hours * kHour_s) < kLeastOff_s;
-  if (is_zone) text += " by " + std::to_string(std::abs(hours)) + " h, as time zones do";
+  if (is_zone) text += concat(" by ", std::abs(hours), " h, as time zones do");
   return text + ": write both in one";
 }
 
@@ -168,8 +167,9 @@ Result<Poses> poses_by_time(const std::string& path, const Files& files,
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::optional<PoseRow> pose = pose_at(rows, *stamps_ns[i]);
     if (!pose) {
-      return fewer_poses(path, "no poses around time " + format_stamp(*stamps_ns[i]) + " s of " +
-                                   files[i].filename().string() + span_of(rows, *stamps_ns[i]));
+      return fewer_poses(path,
+                         concat("no poses around time ", format_stamp(*stamps_ns[i]), " s of ",
+                                files[i].filename().string(), span_of(rows, *stamps_ns[i])));
     }
     poses.push_back(pose);
   }
@@ -206,13 +206,12 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
     missing += poses.back() ? 0 : 1;
   }
   if (missing == stamps_ns.size()) {
-    return fewer_poses(options.poses, "none of the " + std::to_string(rows.size()) +
-                                          " poses is at the time of a scan");
+    return fewer_poses(options.poses,
+                       concat("none of the ", rows.size(), " poses is at the time of a scan"));
   }
   if (missing > 0) {
-    recording.warnings.push_back(options.poses + ": " + std::to_string(missing) + " of " +
-                                 std::to_string(stamps_ns.size()) +
-                                 " scans have no poses around them in time");
+    recording.warnings.push_back(concat(options.poses, ": ", missing, " of ", stamps_ns.size(),
+                                        " scans have no poses around them in time"));
   }
   return poses;
 }
@@ -303,7 +302,7 @@ Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files
 std::string name_of(const Recording& recording, const Files& files, std::size_t index) {
   const std::filesystem::path& file = files[index];
   const std::string name = (file.has_filename() ? file : file.parent_path()).filename().string();
-  return recording.container ? name + "#" + std::to_string(index) : name;
+  return recording.container ? concat(name, "#", index) : name;
 }
 
 }  // namespace

@@ -50,8 +50,8 @@ Result<void> check_is_file(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_symlink(path, ignored) && !std::filesystem::exists(status)) {
     return Error{ErrorCode::kFileNotFound,
-                 "a link to " + std::filesystem::read_symlink(path, ignored).string() +
-                     ", which is not there; take the link away or bring the scan back",
+                 concat("a link to ", std::filesystem::read_symlink(path, ignored).string(),
+                        ", which is not there; take the link away or bring the scan back"),
                  path.string()};
   }
   return Error{ErrorCode::kCannotRead,
@@ -98,7 +98,7 @@ std::string hint_of_folders(const std::vector<std::filesystem::path>& folders) {
   for (const std::filesystem::path& folder : folders) {
     const Result<Candidates> inner = list_candidates(folder);
     if (inner && !inner->files.empty()) {
-      return "; its folder " + folder.filename().string() + " does";
+      return concat("; its folder ", folder.filename().string(), " does");
     }
   }
   return "";
@@ -145,8 +145,8 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
   const std::vector<std::filesystem::path>& files = candidates.files;
   if (files.empty()) {
     return Error{ErrorCode::kEmptyDirectory,
-                 "the folder holds no scans (" + scan_endings_text() + ")" +
-                     hint_of_folders(candidates.folders),
+                 concat("the folder holds no scans (", scan_endings_text(), ")",
+                        hint_of_folders(candidates.folders)),
                  folder.string()};
   }
   for (const std::filesystem::path& file : files) SIGHTLINE_TRY(check_is_file(file));
@@ -157,8 +157,8 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
   for (const std::filesystem::path& file : files) {
     if (lower_extension(file) != extension) {
       return Error{ErrorCode::kMixedFormats,
-                   "scans of several formats, such as " + files.front().filename().string() +
-                       " and " + file.filename().string() + "; expected one",
+                   concat("scans of several formats, such as ", files.front().filename().string(),
+                          " and ", file.filename().string(), "; expected one"),
                    folder.string()};
     }
   }
@@ -201,7 +201,7 @@ Result<std::shared_ptr<const ScanContainer>> open_scan_container(
     const std::filesystem::path& sensor) {
   if (is_ros_bag(path)) return open_bag(path, topic);
   if (topic.empty()) return open_capture(path, sensor);
-  return Error{ErrorCode::kBadValue, "a pcap has no topics, found topic '" + topic + "'",
+  return Error{ErrorCode::kBadValue, concat("a pcap has no topics, found topic '", topic, "'"),
                path.string()};
 }
 

@@ -21,8 +21,8 @@ TopicChoice topics_of(const MessageLog& log, TypeTest is_type) {
   for (const auto& [number, channel] : log.channels()) {
     if (channel.message_count == 0) continue;
     if (channel.encoding && is_type(channel.type)) choice.fitting.insert(channel.topic);
-    choice.all += " " + channel.topic + " (" + channel.type +
-                  (channel.encoding ? ")" : ", neither in CDR nor in the form of ROS 1)");
+    choice.all += concat(" ", channel.topic, " (", channel.type,
+                         (channel.encoding ? ")" : ", neither in CDR nor in the form of ROS 1)"));
   }
   return choice;
 }
@@ -34,15 +34,15 @@ Result<std::string> choose_topic(const fs::path& path, const TopicChoice& topics
   if (!wanted.empty()) {
     return error_of(
         path, ErrorCode::kUnknownName,
-        "no topic '" + wanted + "' of a type that is read here; the bag has:" + topics.all);
+        concat("no topic '", wanted, "' of a type that is read here; the bag has:", topics.all));
   }
   if (topics.fitting.size() == 1) return *topics.fitting.begin();
   if (topics.fitting.empty()) {
     return error_of(
         path, ErrorCode::kUnsupportedFormat,
-        "no topic of a type that is read here; the bag has:" + topics.all +
-            "; play it to the sensor's driver and record the sensor_msgs/PointCloud2 that "
-            "comes out (packets and single lines of a scan are not read)");
+        concat("no topic of a type that is read here; the bag has:", topics.all,
+               "; play it to the sensor's driver and record the sensor_msgs/PointCloud2 that "
+               "comes out (packets and single lines of a scan are not read)"));
   }
   return error_of(path, ErrorCode::kBadValue,
                   "several topics to choose from, name one of them; the bag has:" + topics.all);
@@ -104,7 +104,7 @@ std::optional<Pose> TransformTree::pose_at(const Edge& edge, std::int64_t stamp_
 
 Error TransformTree::error(ErrorCode code, const std::string& message,
                            const std::string& file) const {
-  return {code, message + "; frames with a parent:" + frames(), file};
+  return {code, concat(message, "; frames with a parent:", frames()), file};
 }
 
 // From the frame upwards.
@@ -115,12 +115,13 @@ Result<std::vector<const TransformTree::Edge*>> TransformTree::chain_above(
   for (auto at = edges_.find(frame); at != edges_.end() && top != "map"; at = edges_.find(top)) {
     const Edge& edge = at->second;
     if (chain.size() == edges_.size()) {
-      return error(ErrorCode::kMalformedPose, "frame " + top + " lies within itself", file);
+      return error(ErrorCode::kMalformedPose, concat("frame ", top, " lies within itself"), file);
     }
     if (!edge.other_parent.empty()) {
       return error(
           ErrorCode::kMalformedPose,
-          "frame " + top + " has two parents, " + edge.parent + " and " + edge.other_parent, file);
+          concat("frame ", top, " has two parents, ", edge.parent, " and ", edge.other_parent),
+          file);
     }
     chain.push_back(&edge);
     top = edge.parent;
@@ -134,7 +135,7 @@ Result<std::vector<PoseRow>> TransformTree::poses_of(const std::string& frame,
   const auto fastest = std::ranges::max_element(
       chain, {}, [](const Edge* edge) { return edge->moves() ? edge->poses.size() : 0; });
   if (fastest == chain.end() || !(*fastest)->moves()) {
-    return error(ErrorCode::kNoPoses, "nothing moves above frame '" + frame + "'", file);
+    return error(ErrorCode::kNoPoses, concat("nothing moves above frame '", frame, "'"), file);
   }
   std::vector<PoseRow> rows;
   for (const auto& [stamp_ns, unused] : (*fastest)->poses) {
@@ -149,7 +150,8 @@ Result<std::vector<PoseRow>> TransformTree::poses_of(const std::string& frame,
     if (is_known) rows.push_back(row);
   }
   if (!rows.empty()) return rows;
-  return error(ErrorCode::kNoPoses, "transforms above frame '" + frame + "' share no time", file);
+  return error(ErrorCode::kNoPoses, concat("transforms above frame '", frame, "' share no time"),
+               file);
 }
 
 std::optional<Pose> TransformTree::fixed_pose(const std::string& ancestor,

@@ -39,7 +39,7 @@ class BagScans : public ScanContainer {
     ContainedScan scan;
   };
   [[nodiscard]] std::string name_of(std::size_t index) const {
-    return path_.string() + "#" + std::to_string(index);
+    return concat(path_.string(), "#", index);
   }
   Result<void> add(const LoggedMessage& message);
 
@@ -100,9 +100,9 @@ Result<std::vector<PoseRow>> poses_of_topic(const fs::path& path, const MessageL
     if (!rows.empty() && *row.stamp_ns == *rows.back().stamp_ns) continue;  // said twice
     if (!rows.empty() && *row.stamp_ns < *rows.back().stamp_ns) {
       return Error{ErrorCode::kTimeRunsBackwards,
-                   "found time " + format_stamp(*row.stamp_ns) + " s after " +
-                       format_stamp(*rows.back().stamp_ns) + " s",
-                   path.string(), topic + " message " + std::to_string(rows.size())};
+                   concat("found time ", format_stamp(*row.stamp_ns), " s after ",
+                          format_stamp(*rows.back().stamp_ns), " s"),
+                   path.string(), concat(topic, " message ", rows.size())};
     }
     rows.push_back(row);
   }
@@ -175,8 +175,8 @@ void take_samples(const ImuTopic& topic, const Eigen::Matrix3d& R_sensor_imu, Ba
   const std::size_t twice = all - turns.of_sensor.size();
   const auto warn = [&](std::size_t count, const std::string& what) {
     if (count == 0) return;
-    turns.warnings.push_back(topic.name + ": " + std::to_string(count) + " of " +
-                             std::to_string(all + topic.unusable) + " messages " + what);
+    turns.warnings.push_back(
+        concat(topic.name, ": ", count, " of ", all + topic.unusable, " messages ", what));
   };
   warn(topic.unusable, "are damaged or have no angular velocity and are skipped");
   warn(backwards, "are stamped before the one recorded before them; they are put in order");
@@ -186,8 +186,8 @@ void take_samples(const ImuTopic& topic, const Eigen::Matrix3d& R_sensor_imu, Ba
 std::string names_of(const std::vector<ImuTopic>& topics) {
   std::string names;
   for (const ImuTopic& topic : topics) {
-    names += (names.empty() ? "" : ", ") + topic.name + " (frame '" + topic.frame + "', " +
-             std::to_string(topic.samples.size()) + " messages)";
+    names += concat((names.empty() ? "" : ", "), topic.name, " (frame '", topic.frame, "', ",
+                    topic.samples.size(), " messages)");
   }
   return names;
 }
@@ -203,13 +203,14 @@ BagTurns choose(const std::vector<ImuTopic>& topics, const TransformTree& tree,
     }
   }
   if (!chosen) {
-    turns.warnings.push_back("turn rates are not used: no transforms that do not move tell how " +
-                             names_of(topics) + " lies to the scans' frame '" + sensor_frame + "'");
+    turns.warnings.push_back(
+        concat("turn rates are not used: no transforms that do not move tell how ",
+               names_of(topics), " lies to the scans' frame '", sensor_frame, "'"));
     return turns;
   }
   if (topics.size() > 1) {
-    turns.warnings.push_back("turn rates are those of " + chosen->name + "; the bag has " +
-                             names_of(topics) + ": name another as imu_topic");
+    turns.warnings.push_back(concat("turn rates are those of ", chosen->name, "; the bag has ",
+                                    names_of(topics), ": name another as imu_topic"));
   }
   turns.topic = chosen->name;
   take_samples(*chosen, *R_sensor_imu(tree, sensor_frame, chosen->frame), turns);
@@ -293,8 +294,8 @@ Result<std::optional<GeodeticTrack>> read_bag_fixes(const fs::path& path,
       }));
   sort_once(track.fixes, [](const GeodeticFix& fix) { return *fix.stamp_ns; });
   if (without > 0) {
-    track.warnings.push_back(path.string() + ": " + std::to_string(without) + " messages of " +
-                             chosen + " have no fix and are skipped");
+    track.warnings.push_back(concat(path.string(), ": ", without, " messages of ", chosen,
+                                    " have no fix and are skipped"));
   }
   return std::optional<GeodeticTrack>(std::move(track));
 }

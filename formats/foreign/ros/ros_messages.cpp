@@ -18,9 +18,10 @@ Result<Pose> take_pose(MessageReader& reader, std::int64_t stamp_ns, const std::
   }
   const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
   if (!(std::abs(rotation.norm() - 1.0) <= kTolerance)) {
-    return Error{ErrorCode::kNotARotation,
-                 "the norm of the quaternion is " + format_double(rotation.norm()) + ", expected 1",
-                 file, "time " + format_stamp(stamp_ns) + " s"};
+    return Error{
+        ErrorCode::kNotARotation,
+        concat("the norm of the quaternion is ", format_double(rotation.norm()), ", expected 1"),
+        file, concat("time ", format_stamp(stamp_ns), " s")};
   }
   Pose pose = Pose::Identity();
   pose.linear() = rotation.normalized().toRotationMatrix();

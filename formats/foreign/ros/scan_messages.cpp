@@ -98,11 +98,11 @@ Result<void> check_layout(const CloudLayout& layout, const FileBytes& file) {
   }
   const std::uint64_t left = file.bytes.size() - layout.data_offset;
   if (layout.data_size > left || layout.height > layout.data_size / layout.row_step) {
-    return file.error(ErrorCode::kTruncatedScan,
-                      "found " + std::to_string(std::min(left, layout.data_size)) +
-                          " bytes of points, expected " + std::to_string(layout.height) +
-                          " rows of " + std::to_string(layout.row_step),
-                      at_byte(layout.data_offset));
+    return file.error(
+        ErrorCode::kTruncatedScan,
+        concat("found ", std::min(left, layout.data_size), " bytes of points, expected ",
+               layout.height, " rows of ", layout.row_step),
+        at_byte(layout.data_offset));
   }
   return {};
 }
@@ -142,7 +142,7 @@ Result<PointCloudFile> parse_livox(const FileBytes& file, MessageEncoding encodi
   }
   if (!reader.ok()) {
     return file.error(ErrorCode::kTruncatedScan,
-                      "the message ends within its " + std::to_string(count) + " points",
+                      concat("the message ends within its ", count, " points"),
                       at_byte(reader.offset()));
   }
   if (count == 0) {
@@ -159,11 +159,12 @@ Result<void> check_packet(const VelodynePacket& packet, const FileBytes& file, s
                       "found 1206 bytes that are no Velodyne data packet", at_byte(offset));
   }
   if (packet.model()) return {};
-  return file.error(ErrorCode::kUnsupportedFormat,
-                    "found packets of product id " + std::to_string(packet.product_id()) +
-                        ", expected those of an HDL-32E (33) or VLP-16 (34); record the driver's "
-                        "sensor_msgs/PointCloud2",
-                    at_byte(offset));
+  return file.error(
+      ErrorCode::kUnsupportedFormat,
+      concat("found packets of product id ", packet.product_id(),
+             ", expected those of an HDL-32E (33) or VLP-16 (34); record the driver's "
+             "sensor_msgs/PointCloud2"),
+      at_byte(offset));
 }
 
 // velodyne_msgs, msg/VelodyneScan.msg and VelodynePacket.msg.

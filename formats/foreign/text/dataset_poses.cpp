@@ -33,7 +33,7 @@ Result<Entries> entries_of(const FileBytes& file) {
       const std::optional<double> number = finite_number(word);
       if (!number) {
         return file.error(ErrorCode::kMalformedText,
-                          "found " + in_quotes(word) + ", expected a finite number",
+                          concat("found ", in_quotes(word), ", expected a finite number"),
                           at_line(lines.number()));
       }
       numbers.push_back(*number);
@@ -129,7 +129,7 @@ class PoseTable : public nlohmann::json_sax<nlohmann::json> {
   }
 
   bool fail(ErrorCode code, const std::string& what) {
-    failure_ = Error{code, what, file_, "pose " + std::to_string(rows_.size())};
+    failure_ = Error{code, what, file_, concat("pose ", rows_.size())};
     return false;
   }
 

@@ -140,9 +140,9 @@ Result<void> check_times(const GeodeticTrack& track, const std::filesystem::path
     const std::optional<std::int64_t>& now = track.fixes[i].stamp_ns;
     if (before && now && *now <= *before) {
       return Error{ErrorCode::kTimeRunsBackwards,
-                   "found time " + format_stamp(*now) + " s, expected one after " +
-                       format_stamp(*before) + " s",
-                   path.string(), "pose " + std::to_string(i)};
+                   concat("found time ", format_stamp(*now), " s, expected one after ",
+                          format_stamp(*before), " s"),
+                   path.string(), concat("pose ", i)};
     }
   }
   return {};
@@ -213,9 +213,8 @@ Result<GeodeticTrack> read_oxts(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(beside, failure)) return track;
   SIGHTLINE_ASSIGN(const std::vector<std::int64_t> stamps_ns, read_stamps(beside));
   if (stamps_ns.size() != files.size()) {
-    track.warnings.push_back(beside.string() + " has " + std::to_string(stamps_ns.size()) +
-                             " times for " + std::to_string(files.size()) +
-                             " poses and is not used");
+    track.warnings.push_back(concat(beside.string(), " has ", stamps_ns.size(), " times for ",
+                                    files.size(), " poses and is not used"));
     return track;
   }
   for (std::size_t i = 0; i < files.size(); ++i) track.fixes[i].stamp_ns = stamps_ns[i];
@@ -231,12 +230,12 @@ Result<void> check_fix(const FileBytes& file, std::size_t line, const GeodeticFi
   const bool is_finite = std::isfinite(fix.yaw_rad.value_or(0.0)) && std::isfinite(fix.pitch_rad) &&
                          std::isfinite(fix.roll_rad);
   if (is_on_earth && is_finite) return {};
-  return file.error(ErrorCode::kMalformedPose,
-                    "found latitude " + format_double(at.latitude_deg) + ", longitude " +
-                        format_double(at.longitude_deg) + ", height " +
-                        format_double(at.altitude_m) +
-                        " m and its angles, expected a place on Earth in degrees and metres",
-                    at_line(line));
+  return file.error(
+      ErrorCode::kMalformedPose,
+      concat("found latitude ", format_double(at.latitude_deg), ", longitude ",
+             format_double(at.longitude_deg), ", height ", format_double(at.altitude_m),
+             " m and its angles, expected a place on Earth in degrees and metres"),
+      at_line(line));
 }
 
 bool is_geodetic(const std::filesystem::path& path) {
@@ -271,10 +270,10 @@ Result<TrackInWorld> in_world(const GeodeticTrack& track, const std::string& wor
   std::string name = world;
   if (name == "local") {
     name = enu_world_name(track.fixes.front().at);
-    found.warnings.push_back(path +
-                             ": coordinates are metres from its first pose; name the world "
-                             "of all drives under annotation: \"world: " +
-                             name + "\"");
+    found.warnings.push_back(concat(path,
+                                    ": coordinates are metres from its first pose; name the world "
+                                    "of all drives under annotation: \"world: ",
+                                    name, "\""));
   }
   SIGHTLINE_ASSIGN(const World parsed, parse_world(name));
   bool has_headings = true;

@@ -106,8 +106,7 @@ Result<GeodeticFix> fix_of(const FileBytes& file, std::size_t line, const Header
                            const std::vector<std::string_view>& cells) {
   if (cells.size() < header.columns.size()) {
     return file.error(ErrorCode::kMalformedPose,
-                      "found " + std::to_string(cells.size()) + " columns, expected " +
-                          std::to_string(header.columns.size()),
+                      concat("found ", cells.size(), " columns, expected ", header.columns.size()),
                       at_line(line));
   }
   GeodeticFix fix;
@@ -119,13 +118,13 @@ Result<GeodeticFix> fix_of(const FileBytes& file, std::size_t line, const Header
       fix.stamp_ns = parse_stamp_ns(cells[i]);
       if (fix.stamp_ns) continue;
       return file.error(ErrorCode::kMalformedPose,
-                        "found " + in_quotes(cells[i]) + ", expected a time in seconds",
+                        concat("found ", in_quotes(cells[i]), ", expected a time in seconds"),
                         at_line(line));
     }
     const std::optional<double> value = finite_number(cells[i]);
     if (!value) {
       return file.error(ErrorCode::kMalformedPose,
-                        "found " + in_quotes(cells[i]) + ", expected a finite number",
+                        concat("found ", in_quotes(cells[i]), ", expected a finite number"),
                         at_line(line));
     }
     take(column, *value, is_aviation, fix);

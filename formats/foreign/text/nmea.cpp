@@ -81,10 +81,10 @@ class NmeaReader {
 
   GeodeticTrack finish(std::size_t wrong_sentences) {
     if (wrong_sentences > 0) {
-      warn(std::to_string(wrong_sentences) + " lines are no sentence with a right checksum");
+      warn(concat(wrong_sentences, " lines are no sentence with a right checksum"));
     }
     if (without_fix_ > 0) {
-      warn(std::to_string(without_fix_) + " places without a fix are skipped");
+      warn(concat(without_fix_, " places without a fix are skipped"));
     }
     if (!date_ns_) warn("no date is given (RMC, ZDA); times count from midnight");
     for (GeodeticFix& fix : track_.fixes) *fix.stamp_ns += date_ns_.value_or(0);
@@ -92,7 +92,7 @@ class NmeaReader {
   }
 
  private:
-  void warn(const std::string& what) { track_.warnings.push_back(file_.file + ": " + what); }
+  void warn(const std::string& what) { track_.warnings.push_back(concat(file_.file, ": ", what)); }
 
   Result<void> take_place(std::size_t line, const Cells& cells) {
     if (cells.size() < 12 || cells[6].empty() || cells[6] == "0") {

@@ -70,8 +70,8 @@ class Reader {
     const bool is_right = value >= static_cast<double>(least) &&
                           value <= static_cast<double>(most) && value == std::floor(value);
     if (is_right) return static_cast<std::size_t>(value);
-    fail(ErrorCode::kBadValue, name + ": expected a whole number from " + std::to_string(least) +
-                                   " to " + std::to_string(most));
+    fail(ErrorCode::kBadValue,
+         concat(name, ": expected a whole number from ", least, " to ", most));
     return least;
   }
 

@@ -20,7 +20,7 @@ using Words = std::vector<std::string_view>;
 using Places = std::array<std::size_t, kColumnCount>;  // of each column among the words
 
 Error error_at_line(ErrorCode code, const std::string& message, std::size_t line) {
-  return {code, message, "", "line " + std::to_string(line)};
+  return {code, message, "", concat("line ", line)};
 }
 
 Error malformed(const std::string& message, std::size_t line) {
@@ -42,26 +42,27 @@ Result<Places> places_of(const Words& words, std::size_t line) {
     const std::optional<Column> column = column_named(words[i]);
     if (!column) {
       return malformed(
-          "found a column " + in_quotes(words[i]) + ", expected scan, look, start and error", line);
+          concat("found a column ", in_quotes(words[i]), ", expected scan, look, start and error"),
+          line);
     }
     if (places[*column] != words.size()) {
-      return malformed("found the column " + std::string(kNames[*column]) + " twice", line);
+      return malformed(concat("found the column ", kNames[*column], " twice"), line);
     }
     places[*column] = i;
   }
   const auto missing = std::ranges::find(places, words.size());
   if (missing == places.end()) return places;
   const auto column = static_cast<std::size_t>(missing - places.begin());
-  return error_at_line(ErrorCode::kMissingField,
-                       "no column " + std::string(kNames[column]) +
-                           ": the first line names scan, look, start and error",
-                       line);
+  return error_at_line(
+      ErrorCode::kMissingField,
+      concat("no column ", kNames[column], ": the first line names scan, look, start and error"),
+      line);
 }
 
 Result<OutsideError> error_of(const Words& words, const Places& places, std::size_t line) {
   const auto bad = [&](Column column, const char* expected) {
-    return malformed("found " + std::string(kNames[column]) + " " +
-                         in_quotes(words[places[column]]) + ", expected " + expected,
+    return malformed(concat("found ", kNames[column], " ", in_quotes(words[places[column]]),
+                            ", expected ", expected),
                      line);
   };
   const auto scan = to_number<std::uint32_t>(words[places[kScan]]);
@@ -86,9 +87,8 @@ Result<void> sort_once(std::vector<OutsideError>& errors) {
   const auto twice = std::ranges::adjacent_find(errors, {}, key);
   if (twice == errors.end()) return {};
   const OutsideError& again = *(twice + 1);
-  return malformed("found scan " + std::to_string(again.scan) + ", look " +
-                       format_double(again.range_m) + " m, start " + std::to_string(again.start) +
-                       " again, which line " + std::to_string(twice->line) + " has",
+  return malformed(concat("found scan ", again.scan, ", look ", format_double(again.range_m),
+                          " m, start ", again.start, " again, which line ", twice->line, " has"),
                    again.line);
 }
 
@@ -106,8 +106,7 @@ Result<std::vector<OutsideError>> parse(std::string_view text) {
       continue;
     }
     if (words.size() != kColumnCount) {
-      return malformed("found " + std::to_string(words.size()) + " columns, expected 4",
-                       lines.number());
+      return malformed(concat("found ", words.size(), " columns, expected 4"), lines.number());
     }
     SIGHTLINE_ASSIGN(const OutsideError error, error_of(words, *places, lines.number()));
     errors.push_back(error);

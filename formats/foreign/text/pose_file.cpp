@@ -46,7 +46,7 @@ Result<PoseFormat> format_of(const Row& row, PoseFormat expected) {
                                  ? "9 (Apollo: id t x y z qx qy qz qw)"
                                  : "12 (KITTI), 8 (TUM) or 9 (Apollo)";
   return row.error(ErrorCode::kMalformedPose,
-                   "found " + std::to_string(columns) + " columns, expected " + wanted);
+                   concat("found ", columns, " columns, expected ", wanted));
 }
 
 // The numbers from column `first` on.
@@ -56,7 +56,7 @@ Result<std::vector<double>> finite_numbers(const Row& row, std::size_t first) {
     const std::optional<double> number = finite_number(row.words[i]);
     if (!number) {
       return row.error(ErrorCode::kMalformedPose,
-                       "found " + in_quotes(row.words[i]) + ", expected a finite number");
+                       concat("found ", in_quotes(row.words[i]), ", expected a finite number"));
     }
     numbers.push_back(*number);
   }
@@ -67,10 +67,10 @@ Result<Eigen::Matrix3d> rotation_of(const Row& row, const Eigen::Matrix3d& matri
   const Eigen::Matrix3d excess = matrix * matrix.transpose() - Eigen::Matrix3d::Identity();
   const double deviation = excess.cwiseAbs().maxCoeff();
   if (!(deviation <= kRotationTolerance) || matrix.determinant() <= 0.0) {
-    return row.error(ErrorCode::kNotARotation, "the 3x3 part is no rotation: its rows are off by " +
-                                                   format_double(deviation) +
-                                                   ", its determinant is " +
-                                                   format_double(matrix.determinant()));
+    return row.error(
+        ErrorCode::kNotARotation,
+        concat("the 3x3 part is no rotation: its rows are off by ", format_double(deviation),
+               ", its determinant is ", format_double(matrix.determinant())));
   }
   return nearest_rotation(matrix);
 }
@@ -94,14 +94,15 @@ Result<PoseRow> stamped_row(const Row& row, std::size_t first) {
   pose.stamp_ns = parse_stamp_ns(row.words[first]);
   if (!pose.stamp_ns) {
     return row.error(ErrorCode::kMalformedPose,
-                     "found " + in_quotes(row.words[first]) + ", expected a time in seconds");
+                     concat("found ", in_quotes(row.words[first]), ", expected a time in seconds"));
   }
   SIGHTLINE_ASSIGN(const std::vector<double> numbers, finite_numbers(row, first + 1));
   const std::vector<double>& n = numbers;
   const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
   if (!(std::abs(rotation.norm() - 1.0) <= kRotationTolerance)) {
-    return row.error(ErrorCode::kNotARotation, "the norm of the quaternion is " +
-                                                   format_double(rotation.norm()) + ", expected 1");
+    return row.error(
+        ErrorCode::kNotARotation,
+        concat("the norm of the quaternion is ", format_double(rotation.norm()), ", expected 1"));
   }
   pose.T_world_vehicle.linear() = rotation.normalized().toRotationMatrix();
   pose.T_world_vehicle.translation() = Eigen::Vector3d(n[0], n[1], n[2]);
@@ -115,7 +116,7 @@ Result<PoseRow> parse_row(const Row& row, PoseFormat format) {
   pose.id = to_number<std::int64_t>(row.words[0]);
   if (!pose.id) {
     return row.error(ErrorCode::kMalformedPose,
-                     "found " + in_quotes(row.words[0]) + ", expected a whole number as id");
+                     concat("found ", in_quotes(row.words[0]), ", expected a whole number as id"));
   }
   return pose;
 }
@@ -123,8 +124,8 @@ Result<PoseRow> parse_row(const Row& row, PoseFormat format) {
 Error backwards(const FileBytes& file, std::size_t line, std::int64_t before_ns,
                 std::int64_t stamp_ns) {
   return file.error(ErrorCode::kTimeRunsBackwards,
-                    "found time " + format_stamp(stamp_ns) + " s, expected one after " +
-                        format_stamp(before_ns) + " s",
+                    concat("found time ", format_stamp(stamp_ns), " s, expected one after ",
+                           format_stamp(before_ns), " s"),
                     at_line(line));
 }
 
@@ -215,8 +216,8 @@ Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path)
     if (!stamp_ns && words.size() > 1) stamp_ns = parse_date_time_ns(words[0], words[1]);
     if (!stamp_ns) {
       return file.error(ErrorCode::kMalformedText,
-                        "found " + in_quotes(words.front()) +
-                            ", expected a time in seconds, or as 2011-09-26 13:02:25.594",
+                        concat("found ", in_quotes(words.front()),
+                               ", expected a time in seconds, or as 2011-09-26 13:02:25.594"),
                         at_line(line));
     }
     if (!stamps_ns.empty() && *stamp_ns <= stamps_ns.back()) {

@@ -18,7 +18,7 @@ constexpr std::size_t kLargestFile = kLargestOusterMetadata;
 Result<double> number_of(const FileBytes& file, std::size_t line, std::string_view word) {
   if (const std::optional<double> number = finite_number(word)) return *number;
   return file.error(ErrorCode::kMalformedText,
-                    "found " + in_quotes(word) + ", expected a finite number", at_line(line));
+                    concat("found ", in_quotes(word), ", expected a finite number"), at_line(line));
 }
 
 // `beams` evenly from `lowest_deg` to `highest_deg`, where no table is given.
@@ -45,8 +45,7 @@ struct YamlReader {
     }
     if (words.size() != 1) {
       return file.error(ErrorCode::kMalformedText,
-                        "found " + std::to_string(words.size()) + " values of " + std::string(key) +
-                            ", expected one",
+                        concat("found ", words.size(), " values of ", key, ", expected one"),
                         at_line(line));
     }
     if (key == "name") {
@@ -76,10 +75,10 @@ struct YamlReader {
                                            "height_m"};
     if (std::ranges::find(kKnown, key) != std::end(kKnown)) return {};
     return file.error(ErrorCode::kUnknownKey,
-                      "found " + in_quotes(key) +
-                          ", expected name, beams_deg (or beams, lowest_beam_deg, "
-                          "highest_beam_deg), azimuth_step_deg, azimuth_view_deg, min_range_m, "
-                          "max_range_m or height_m",
+                      concat("found ", in_quotes(key),
+                             ", expected name, beams_deg (or beams, lowest_beam_deg, "
+                             "highest_beam_deg), azimuth_step_deg, azimuth_view_deg, min_range_m, "
+                             "max_range_m or height_m"),
                       at_line(line));
   }
 };
@@ -197,10 +196,10 @@ class TableReader {
   Result<double> number(std::size_t column) const {
     const std::size_t at = column - std::min(column, shift_);
     if (at >= words_.size()) {
-      return error("found " + std::to_string(words_.size()) + " columns, expected more");
+      return error(concat("found ", words_.size(), " columns, expected more"));
     }
     if (const std::optional<double> value = finite_number(words_[at])) return *value;
-    return error("found " + in_quotes(words_[at]) + ", expected a finite number");
+    return error(concat("found ", in_quotes(words_[at]), ", expected a finite number"));
   }
 
   Result<void> take_row() {

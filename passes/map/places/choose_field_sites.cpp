@@ -46,10 +46,10 @@ Result<std::vector<double>> numbers_of(const std::string& name, const std::strin
     at = read.ptr;
   }
   if (at == end && values.size() == count) return values;
-  return Error{ErrorCode::kBadValue,
-               name + ": found '" + text + "', expected " + std::to_string(count) +
-                   " numbers with commas between",
-               "", kPlace};
+  return Error{
+      ErrorCode::kBadValue,
+      concat(name, ": found '", text, "', expected ", count, " numbers with commas between"), "",
+      kPlace};
 }
 
 struct Grid {
@@ -89,8 +89,8 @@ Result<std::uint32_t> nearest_place(const FreeGround& free, const Eigen::Vector2
   }
   if (best) return *best;
   return Error{ErrorCode::kNoGround,
-               "choose-field-sites.from: a vehicle can stand nowhere within " + metres(kNear_m) +
-                   " of it: is it in the map's own coordinates?",
+               concat("choose-field-sites.from: a vehicle can stand nowhere within ",
+                      metres(kNear_m), " of it: is it in the map's own coordinates?"),
                "", kPlace};
 }
 
@@ -99,8 +99,8 @@ Result<std::uint32_t> wanted_stretch(const ChooseFieldSitesOptions& options, con
                                      const FreeGround& free) {
   if (free.places().empty()) {
     return Error{ErrorCode::kNoGround,
-                 "nowhere on the map is ground with room for a vehicle of " +
-                     metres(options.width_m) + " by " + metres(options.height_m),
+                 concat("nowhere on the map is ground with room for a vehicle of ",
+                        metres(options.width_m), " by ", metres(options.height_m)),
                  "", kPlace};
   }
   if (!options.from.empty()) {
@@ -126,7 +126,7 @@ Result<Eigen::AlignedBox2d> wanted_box(const ChooseFieldSitesOptions& options,
                                   Eigen::Vector2d(box[2], box[3]) - origin_m);
   if (!box_m.isEmpty()) return box_m;
   return Error{ErrorCode::kBadValue,
-               "within: found '" + options.within + "', expected the lower corner first", "",
+               concat("within: found '", options.within, "', expected the lower corner first"), "",
                kPlace};
 }
 
@@ -292,16 +292,17 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
   const std::vector<std::uint32_t> rows = rows_of(free, grid, stretch, box_m);
   if (rows.empty()) {
     return Error{ErrorCode::kNoGround,
-                 "no place of the grid of " + metres(options.spacing_m) +
-                     " is on ground that a vehicle reaches" +
-                     (options.within.empty() ? "" : " in " + options.within),
+                 concat("no place of the grid of ", metres(options.spacing_m),
+                        " is on ground that a vehicle reaches",
+                        (options.within.empty() ? "" : " in " + options.within)),
                  "", kPlace};
   }
   SIGHTLINE_TRY(check_places(rows.size(), options));
   warn_of_places(ctx, options, free, stretch, rows.size());
   if (!sensor.sees_all_round()) {
-    ctx.warn("the sensor " + sensor.name + " sees " + format_double(sensor.azimuth_view_deg) +
-             " degrees of a turn, and a place is annotated for one heading alone: name a route");
+    ctx.warn(
+        concat("the sensor ", sensor.name, " sees ", format_double(sensor.azimuth_view_deg),
+               " degrees of a turn, and a place is annotated for one heading alone: name a route"));
   }
   Sites sites = sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
   sites.frame = surface.head().frame;

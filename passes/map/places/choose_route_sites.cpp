@@ -208,9 +208,9 @@ constexpr std::array<const char*, kFateCount> kReasons = {
 void warn_of_left_out(const PassContext& ctx, const Route& route, const Tally& tally) {
   for (std::size_t fate = 1; fate < kFateCount; ++fate) {
     if (tally.counts[fate] == 0) continue;
-    ctx.warn(std::to_string(tally.counts[fate]) + " of " + std::to_string(tally.total) +
-             " places of route " + route.name + " are " + kReasons[fate] +
-             " and were left out, the first of them " + tally.first[fate]);
+    ctx.warn(concat(tally.counts[fate], " of ", tally.total, " places of route ", route.name,
+                    " are ", kReasons[fate], " and were left out, the first of them ",
+                    tally.first[fate]));
   }
 }
 
@@ -223,17 +223,16 @@ std::string metres(double length_m) {
 // Where no place was kept.
 Error nowhere(const Route& route, const Tally& tally, const PointGrid& patches,
               const Eigen::Vector3d& first_map_m) {
-  const std::string all =
-      "none of the " + std::to_string(tally.total) + " places of route " + route.name;
+  const std::string all = concat("none of the ", tally.total, " places of route ", route.name);
   const char* const place = "pass choose-route-sites";
   const std::size_t off_map = tally.count(Fate::kOffMap);
   if (off_map == tally.total) {
     const std::optional<NearPoint> nearest =
         patches.nearest(first_map_m, std::numeric_limits<double>::infinity());
     return {ErrorCode::kNoOverlap,
-            all + " lies on the map; the first is " +
-                (nearest ? metres(nearest->distance_m) : "nowhere") +
-                " away from it: are both in the same coordinates (route.world)?",
+            concat(all, " lies on the map; the first is ",
+                   (nearest ? metres(nearest->distance_m) : "nowhere"),
+                   " away from it: are both in the same coordinates (route.world)?"),
             "", place};
   }
   if (tally.count(Fate::kTwoFloors) >
@@ -242,8 +241,8 @@ Error nowhere(const Route& route, const Tally& tally, const PointGrid& patches,
             all + " tells on which of the map's floors it is; give the route heights", "", place};
   }
   return {ErrorCode::kNoGround,
-          all + " has ground: " + std::to_string(tally.count(Fate::kNoGround)) + " see none, " +
-              std::to_string(tally.count(Fate::kOffGround)) + " are more than 3 m from it",
+          concat(all, " has ground: ", tally.count(Fate::kNoGround), " see none, ",
+                 tally.count(Fate::kOffGround), " are more than 3 m from it"),
           "", place};
 }
 

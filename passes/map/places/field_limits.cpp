@@ -51,10 +51,10 @@ Result<void> check_ground(double ground_m2, const ChooseFieldSitesOptions& optio
 Result<void> check_places(std::size_t count, const ChooseFieldSitesOptions& options) {
   const double places = static_cast<double>(count);
   if (places <= most_places(options)) return {};
-  const std::string asked_for =
-      options.most_places > 0
-          ? "were asked for (choose-field-sites.most_places)"
-          : "fit in " + format_double(options.memory_gib) + " GiB (choose-field-sites.memory_gib)";
+  const std::string asked_for = options.most_places > 0
+                                    ? "were asked for (choose-field-sites.most_places)"
+                                    : concat("fit in ", format_double(options.memory_gib),
+                                             " GiB (choose-field-sites.memory_gib)");
   char text[320];
   std::snprintf(text, sizeof text,
                 "found %zu places, %.4g m apart, and at most %.0f %s: they would take about %.1f "

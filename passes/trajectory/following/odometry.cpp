@@ -272,7 +272,7 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
   const std::size_t count = drive.scans.size();
   if (count < 2) {
     return Error{ErrorCode::kDriveTooShort,
-                 "found " + std::to_string(count) + " scans, expected at least 2 to match", "",
+                 concat("found ", count, " scans, expected at least 2 to match"), "",
                  "drive " + drive.name};
   }
   const Upright upright = lead_to_all(given) ? Upright::kLeftOut : Upright::kComputed;

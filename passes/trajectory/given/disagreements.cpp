@@ -237,10 +237,10 @@ Result<std::vector<PoseJump>> find_jumps(const Drive& drive, const JumpLimits& l
 
 std::string to_text(const PoseJump& jump, const Drive& drive) {
   const ScanInfo& worst = drive.scans[jump.worst];
-  const std::string off =
-      fmt::format("scan {}{} lies {:.2f} m and {:.1f} degrees from where the scans put it",
-                  worst.recording_index, worst.source.empty() ? "" : " (" + worst.source + ")",
-                  jump.off_m, jump.off_rad * 180.0 / std::numbers::pi);
+  const std::string off = fmt::format(
+      "scan {}{} lies {:.2f} m and {:.1f} degrees from where the scans put it",
+      worst.recording_index, worst.source.empty() ? "" : concat(" (", worst.source, ")"),
+      jump.off_m, jump.off_rad * 180.0 / std::numbers::pi);
   if (jump.first == jump.last) return off;
   return fmt::format("scans {} to {}, of which {}", drive.scans[jump.first].recording_index,
                      drive.scans[jump.last].recording_index, off);

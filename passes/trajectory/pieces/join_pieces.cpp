@@ -207,15 +207,15 @@ constexpr double kMostLost = 0.25;
 
 std::string scan_text(const Drive& drive, std::uint32_t k) {
   const ScanInfo& scan = drive.scans[k];
-  std::string text = "scan " + std::to_string(scan.recording_index);
-  if (!scan.source.empty()) text += " (" + scan.source + ")";
+  std::string text = concat("scan ", scan.recording_index);
+  if (!scan.source.empty()) text += concat(" (", scan.source, ")");
   return text;
 }
 
 std::string reason_text(const Drive& drive, const PieceStart& start) {
   const std::uint32_t part = drive.scans[start.scan].part;
   if (part != drive.scans[start.scan - 1].part) {
-    return "drive " + drive.name_of_part(part) + " was found nowhere in the drives before it";
+    return concat("drive ", drive.name_of_part(part), " was found nowhere in the drives before it");
   }
   if (start.is_time_jump) {
     const double pause_s = 1e-9 * static_cast<double>(drive.scans[start.scan].stamp_ns -
@@ -260,7 +260,7 @@ Result<void> check_following(const Drive& drive, const Odometry& odometry) {
                fmt::format("{} of {} scans do not follow those before them, expected at most a "
                            "quarter; of the first, {}",
                            lost, odometry.piece.size() - 1, reason_text(drive, *first)),
-               scan.source, "scan " + std::to_string(scan.recording_index)};
+               scan.source, concat("scan ", scan.recording_index)};
 }
 
 void warn_of_pieces(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
@@ -282,8 +282,8 @@ void warn_of_unmatched(const PassContext& ctx, const Odometry& odometry) {
   const auto unmatched = std::ranges::count(odometry.is_matched, false) -
                          static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
   if (unmatched > 0) {
-    ctx.warn(std::to_string(unmatched) +
-             " scans could not be matched to those before them and follow the given poses");
+    ctx.warn(concat(unmatched,
+                    " scans could not be matched to those before them and follow the given poses"));
   }
 }
 

@@ -44,14 +44,15 @@ Result<std::size_t> count_released(const Drive& drive,
     count += all[part];
     if (part > 0 && known[part - 1] == 0) {
       return Error{ErrorCode::kBadValue,
-                   "it is released and named behind drive " + drive.name_of_part(part - 1) +
-                       ", which is not; name new drives last",
+                   concat("it is released and named behind drive ", drive.name_of_part(part - 1),
+                          ", which is not; name new drives last"),
                    "", "drive " + name};
     }
   }
   if (count > 0) return count;
   return Error{ErrorCode::kMismatchedInputs,
-               "none of the drives " + drive.names_of_parts() + " has released poses", "", kPlace};
+               concat("none of the drives ", drive.names_of_parts(), " has released poses"), "",
+               kPlace};
 }
 
 // The parts of a drive from a scan on that begins one.

@@ -214,16 +214,16 @@ Drive without_turns(Drive drive) {
 Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
                                   const Trajectory& trajectory) {
   if (drive.turn_rates.empty()) return drive;
-  const std::string name = "drive " + drive.name + ": ";
+  const std::string name = concat("drive ", drive.name, ": ");
   Drive turned = drive;
   const TurnClock clock = turn_clock(poses_of_first_sensor(drive, trajectory), drive.turn_rates);
   const std::int64_t moved_ns = ahead_ns(clock);
   if (moved_ns != 0) {
     turned.turn_rates = moved_by(drive.turn_rates, moved_ns);
-    ctx.warn(name + "the clock of the turn rates is " +
-             thousandths(1e-9 * static_cast<double>(std::abs(moved_ns))) + " s " +
-             (moved_ns > 0 ? "ahead of" : "behind") +
-             " that of the scans, by the turning of the poses; the rates are moved");
+    ctx.warn(concat(name, "the clock of the turn rates is ",
+                    thousandths(1e-9 * static_cast<double>(std::abs(moved_ns))), " s ",
+                    (moved_ns > 0 ? "ahead of" : "behind"),
+                    " that of the scans, by the turning of the poses; the rates are moved"));
   }
   const Stretch stretch = most_bent(bends_rad(turned, trajectory));
   if (stretch.bend_rad < kLeastBend_rad) {
@@ -234,9 +234,9 @@ Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
   SIGHTLINE_ASSIGN(const double even_nat, entropy_nat(ctx, even, trajectory, stretch));
   SIGHTLINE_ASSIGN(const double turned_nat, entropy_nat(ctx, turned, trajectory, stretch));
   const bool is_sharper = turned_nat < even_nat - kSharper_nat;
-  ctx.warn(name + "turn rates are " + (is_sharper ? "used" : "not used") +
-           ": where they change most, scans lie at an entropy of " + thousandths(turned_nat) +
-           " nat with them and of " + thousandths(even_nat) + " nat without");
+  ctx.warn(concat(name, "turn rates are ", (is_sharper ? "used" : "not used"),
+                  ": where they change most, scans lie at an entropy of ", thousandths(turned_nat),
+                  " nat with them and of ", thousandths(even_nat), " nat without"));
   return is_sharper ? turned : even;
 }
 

@@ -196,14 +196,14 @@ std::string draw_line(const ChartSeries& series, const Plot& plot) {
       continue;
     }
     if (is_drawing && series.mark == Mark::kSteps) {
-      path += "H" + px(point.x) + "V" + px(point.y);
+      path += concat("H", px(point.x), "V", px(point.y));
     } else {
-      path += (is_drawing ? "L" : "M") + px(point.x) + " " + px(point.y);
+      path += concat((is_drawing ? "L" : "M"), px(point.x), " ", px(point.y));
     }
     is_drawing = true;
   }
-  return "<path d=\"" + path + "\" " + stroke(series.colour, series.size_px, series.is_dashed) +
-         "/>\n";
+  return concat("<path d=\"", path, "\" ", stroke(series.colour, series.size_px, series.is_dashed),
+                "/>\n");
 }
 
 std::string draw_points(const ChartSeries& series, const Plot& plot) {
@@ -341,21 +341,22 @@ Axis axis_of(AxisSpan span, int tick_count, bool is_rounded) {
 std::string chart_svg(const Chart& chart) {
   const Legend legend = legend_of(chart);
   const Plot plot = plot_of(chart, legend.height_px);
-  return fmt::format(R"(<svg class="chart" role="img" viewBox="0 0 {:.1f} {:.1f}" data-plot="{}" )"
-                     "font-size=\"12\" fill=\"currentColor\"><title>{}</title>\n",
-                     chart.width_px, chart.height_px, plot_text(plot), xml_text(chart.title)) +
-         draw_bands(chart, plot) + draw_axes(chart, plot) + draw_series(chart, plot) + legend.svg +
-         "</svg>\n";
+  return concat(
+      fmt::format(R"(<svg class="chart" role="img" viewBox="0 0 {:.1f} {:.1f}" data-plot="{}" )"
+                  "font-size=\"12\" fill=\"currentColor\"><title>{}</title>\n",
+                  chart.width_px, chart.height_px, plot_text(plot), xml_text(chart.title)),
+      draw_bands(chart, plot), draw_axes(chart, plot), draw_series(chart, plot), legend.svg,
+      "</svg>\n");
 }
 
 std::string chart_file_svg(const Chart& chart) {
   const std::string width = px(chart.width_px);
   const std::string height = px(chart.height_px);
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
-         "\" font-family=\"sans-serif\">\n<style>.grid{fill:none;stroke:#dddddd}"
-         ".axis{fill:none;stroke:#555555}.small{font-size:11px}</style>\n"
-         "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
-         chart_svg(chart) + "</svg>\n";
+  return concat("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"", width, "\" height=\"", height,
+                "\" font-family=\"sans-serif\">\n<style>.grid{fill:none;stroke:#dddddd}"
+                ".axis{fill:none;stroke:#555555}.small{font-size:11px}</style>\n"
+                "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+                chart_svg(chart), "</svg>\n");
 }
 
 }  // namespace sightline

@@ -33,16 +33,16 @@ std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
                     "its sites"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
-    grid.push_back(
-        {words_of(score.rule), in_percent(score.coverage), in_centimetres(score.mean_error_m),
-         in_centimetres(score.p95_error_m), fixed(score.mean_range_m, 1),
-         fixed(score.time_ratio, 3), fixed(score.work_ratio, 3), in_percent(score.unmet_share),
-         in_percent(score.worst_coverage),
-         std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site)});
+    grid.push_back({words_of(score.rule), in_percent(score.coverage),
+                    in_centimetres(score.mean_error_m), in_centimetres(score.p95_error_m),
+                    fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
+                    fixed(score.work_ratio, 3), in_percent(score.unmet_share),
+                    in_percent(score.worst_coverage),
+                    concat(score.worst_begin_site, " to ", score.worst_end_site)});
   }
-  return html_table(grid, "Rules at a limit of " + limit_text(evaluation.limits_m[limit]) +
-                              "; ratios are to the longest static range, the worst stretch is " +
-                              metres(evaluation.stretch_m) + " of route");
+  return html_table(grid, concat("Rules at a limit of ", limit_text(evaluation.limits_m[limit]),
+                                 "; ratios are to the longest static range, the worst stretch is ",
+                                 metres(evaluation.stretch_m), " of route"));
 }
 
 // "93.1 (12.4 m)"
@@ -56,8 +56,8 @@ std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
       grid[0].emplace_back(name_of(score.street));
       grid[1].push_back(in_percent(score.site_share));
     }
-    grid[2 + static_cast<std::size_t>(score.rule)].push_back(in_percent(score.coverage) + " (" +
-                                                             fixed(score.mean_range_m, 1) + " m)");
+    grid[2 + static_cast<std::size_t>(score.rule)].push_back(
+        concat(in_percent(score.coverage), " (", fixed(score.mean_range_m, 1), " m)"));
   }
   return html_table(grid, "By type of street: coverage in % and, in brackets, mean range");
 }
@@ -77,7 +77,7 @@ std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::si
   range.band_name = "error above " + limit_words;
   const std::string number = std::to_string(limit);
   return html_figure(
-      {"figure-10-" + number, "Figure 10, limit " + limit_words + ".",
+      {"figure-10-" + number, concat("Figure 10, limit ", limit_words, "."),
        "Above: matching time with the longest static range and with the ranges of this map. Below: "
        "the ranges of this map; bars mark places where the selected range did not keep the error "
        "within the limit on this drive.",
@@ -110,7 +110,7 @@ std::string pareto(const Evaluation& evaluation, std::size_t limit) {
   const std::string limit_words = limit_text(evaluation.limits_m[limit]);
   Chart chart = {"Coverage against matching time at " + limit_words,
                  "mean matching time / that of the longest static range",
-                 "sites within " + limit_words + " (%)", 640.0, 360.0};
+                 concat("sites within ", limit_words, " (%)"), 640.0, 360.0};
   const ChartSeries points = static_ranges(evaluation, limit);
   chart.series = {{"", kGrey, Mark::kLine, 1.2, true, points.x, points.y}, points};
   const auto add_point = [&](Rule rule, const std::string& colour, double size_px) {
@@ -131,7 +131,7 @@ std::string pareto(const Evaluation& evaluation, std::size_t limit) {
   chart.least_x = 0.0;
   chart.greatest_x = 1.1;
   return html_figure(
-      {"pareto-" + std::to_string(limit), "Coverage against time, " + limit_words + ".",
+      {concat("pareto-", limit), concat("Coverage against time, ", limit_words, "."),
        "Each static range is a grey point. A rule is worth its trouble where it lies "
        "above the dashed line: more of the route within the limit for the same time.",
        chart_svg(chart), ""});
@@ -141,16 +141,15 @@ std::string pareto(const Evaluation& evaluation, std::size_t limit) {
 
 Section choice_section(const Evaluation& evaluation, const Sites& sites) {
   Section section = {"choice", "What this map says, and how it fares", ""};
-  section.html = paragraph(
-      std::to_string(evaluation.out_of_fold_count) + " of the " +
-      std::to_string(evaluation.sites.size()) +
+  section.html = paragraph(concat(
+      evaluation.out_of_fold_count, " of the ", evaluation.sites.size(),
       " judged sites were predicted by trees that never saw their place. Coverage is the share of "
       "judged sites whose error at the selected range is within the limit; it stands beside time, "
-      "because a shorter range buys time with misses.");
+      "because a shorter range buys time with misses."));
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
-    section.html += "<h3>Limit " + limit_text(evaluation.limits_m[limit]) + "</h3>\n" +
-                    rules_table(evaluation, limit) + figure_ten(evaluation, sites, limit) +
-                    pareto(evaluation, limit) + streets_table(evaluation, limit);
+    section.html += concat("<h3>Limit ", limit_text(evaluation.limits_m[limit]), "</h3>\n",
+                           rules_table(evaluation, limit), figure_ten(evaluation, sites, limit),
+                           pareto(evaluation, limit), streets_table(evaluation, limit));
   }
   return section;
 }

@@ -45,8 +45,8 @@ std::vector<std::string> number_row(const LimitDiff& limit, const LimitNumber& n
       limit.is_common()
           ? signed_text(number.value(*limit.after) - number.value(*limit.before), number.decimals)
           : "–";
-  return {limit_text(limit.limit_m) + ", " + number.name, cell(limit.before), cell(limit.after),
-          difference};
+  return {concat(limit_text(limit.limit_m), ", ", number.name), cell(limit.before),
+          cell(limit.after), difference};
 }
 
 std::string limits_table(const MapDiff& diff) {
@@ -66,7 +66,7 @@ std::string limits_table(const MapDiff& diff) {
 std::string link_to_site(const Stretch& stretch) {
   const std::string sites = fmt::format("{} to {}", stretch.first_site, stretch.last_site);
   if (stretch.is_of_old_map) return sites + " of the old map";
-  return "<a href=\"#site=" + std::to_string(stretch.first_site) + "\">" + sites + "</a>";
+  return concat("<a href=\"#site=", stretch.first_site, "\">", sites, "</a>");
 }
 
 std::string stretch_row(const Stretch& stretch) {
@@ -109,8 +109,8 @@ std::string facts_table(const MapDiff& diff) {
   if (diff.facts.empty()) return "";
   TextGrid grid = {{"property", "before", "after"}};
   for (const FactDiff& fact : diff.facts) grid.push_back({fact.name, fact.before, fact.after});
-  return "<details><summary>Properties that differ</summary>\n" +
-         html_table(grid, "Properties of the map as a whole") + "</details>\n";
+  return concat("<details><summary>Properties that differ</summary>\n",
+                html_table(grid, "Properties of the map as a whole"), "</details>\n");
 }
 
 }  // namespace

@@ -36,11 +36,11 @@ std::string correlation_table(const FactorReport& report) {
       "(Spearman) of each factor with the measured mean error, strongest first</caption>\n"
       "<thead><tr><th scope=\"col\">factor</th>";
   for (const FactorsAtRange& range : report.ranges) {
-    html += "<th scope=\"col\">" + metres(range.range_m) + "</th>";
+    html += concat("<th scope=\"col\">", metres(range.range_m), "</th>");
   }
   html += "</tr></thead><tbody>\n";
   for (const std::size_t factor : order) {
-    html += "<tr><th scope=\"row\">" + xml_text(report.factors[factor]) + "</th>";
+    html += concat("<tr><th scope=\"row\">", xml_text(report.factors[factor]), "</th>");
     for (const FactorsAtRange& range : report.ranges) {
       html += correlation_cell(range.rank_correlation[factor]);
     }
@@ -58,8 +58,8 @@ std::string expectation_table(const FactorReport& report) {
                     fixed(range.expected_time_ms, 2), fixed(range.measured_time_ms, 2)});
   }
   return html_table(transposed(rows),
-                    "Points and time predicted from the map alone, and measured; r = " +
-                        fixed(report.point_correlation, 3) + " over all ranges");
+                    concat("Points and time predicted from the map alone, and measured; r = ",
+                           fixed(report.point_correlation, 3), " over all ranges"));
 }
 
 // Of the model's card: factors by how much worse held-out places are predicted without them.

@@ -37,10 +37,11 @@ std::string pieces_table(const TrajectoryQuality& quality) {
   for (std::size_t i = 0; i < quality.pieces.size(); ++i) {
     const TrajectoryPiece& piece = quality.pieces[i];
     const Eigen::Vector3d& at_m = piece.begin_map_m;
-    grid.push_back({std::to_string(i), std::to_string(piece.first_scan),
-                    fixed(1e-9 * static_cast<double>(piece.stamp_ns), 3),
-                    std::to_string(piece.scan_count), fixed(piece.way_m, 1),
-                    fixed(at_m.x(), 1) + ", " + fixed(at_m.y(), 1) + ", " + fixed(at_m.z(), 1)});
+    grid.push_back(
+        {std::to_string(i), std::to_string(piece.first_scan),
+         fixed(1e-9 * static_cast<double>(piece.stamp_ns), 3), std::to_string(piece.scan_count),
+         fixed(piece.way_m, 1),
+         concat(fixed(at_m.x(), 1), ", ", fixed(at_m.y(), 1), ", ", fixed(at_m.z(), 1))});
   }
   return html_table(grid,
                     "Pieces of the trajectory. How they lie to each other is not known: they are "
@@ -178,44 +179,46 @@ std::string configuration_table(const Json& configuration) {
   TextGrid grid = {{"key", "value"}};
   for (const auto& [section, keys] : configuration.items()) {
     for (const auto& [key, value] : keys.items()) {
-      grid.push_back({section + "." + key, text_of(value)});
+      grid.push_back({concat(section, ".", key), text_of(value)});
     }
   }
-  return "<details><summary>The effective configuration</summary>\n" +
-         html_table(grid, "Every key, with the value that this compile used") + "</details>\n";
+  return concat("<details><summary>The effective configuration</summary>\n",
+                html_table(grid, "Every key, with the value that this compile used"),
+                "</details>\n");
 }
 
 std::string model_table(const CompiledMap& map) {
   TextGrid grid = {{"fact", "value"}};
   for (const auto& [name, value] : map.model.card) grid.push_back({name, value});
-  return "<details><summary>The error model's card</summary>\n" +
-         html_table(grid, "What the error model was trained on, and what it is worth") +
-         "</details>\n";
+  return concat("<details><summary>The error model's card</summary>\n",
+                html_table(grid, "What the error model was trained on, and what it is worth"),
+                "</details>\n");
 }
 
 Facts map_facts(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   std::string definitions;
   for (const NamedVersion& definition : map.definitions) {
-    definitions += (definitions.empty() ? "" : ", ") + definition.name + " v" +
-                   std::to_string(definition.version);
+    definitions +=
+        concat((definitions.empty() ? "" : ", "), definition.name, " v", definition.version);
   }
   const bool is_simulated = map.measurement.reference == ErrorReference::kSimulated;
-  return {{"map file", sources.map_file},
-          {"map", map.map_id},
-          {"version", map.version + ", release " + std::to_string(map.release)},
-          {"written by", map.writer + ", format " + sources.summary.format},
-          {"root digest", to_hex(sources.summary.root_digest)},
-          {"model digest", to_hex(sources.summary.model_digest)},
-          {is_simulated ? "finished map" : "mapping drive",
-           map.measurement.mapping_drive + ", " + map.measurement.mapping_scans + " scans"},
-          {"localization drive", is_simulated ? "none: errors were simulated"
-                                              : map.measurement.localization_drive + ", " +
-                                                    map.measurement.localization_scans + " scans"},
-          {"localizing sensor", map.sensor.name},
-          {"localizer that ranges and probabilities are for", to_text(map.model.localizer)},
-          {"localizer that was measured", to_text(map.measurement.localizer)},
-          {"definitions", definitions}};
+  return {
+      {"map file", sources.map_file},
+      {"map", map.map_id},
+      {"version", concat(map.version, ", release ", map.release)},
+      {"written by", concat(map.writer, ", format ", sources.summary.format)},
+      {"root digest", to_hex(sources.summary.root_digest)},
+      {"model digest", to_hex(sources.summary.model_digest)},
+      {is_simulated ? "finished map" : "mapping drive",
+       concat(map.measurement.mapping_drive, ", ", map.measurement.mapping_scans, " scans")},
+      {"localization drive", is_simulated ? "none: errors were simulated"
+                                          : concat(map.measurement.localization_drive, ", ",
+                                                   map.measurement.localization_scans, " scans")},
+      {"localizing sensor", map.sensor.name},
+      {"localizer that ranges and probabilities are for", to_text(map.model.localizer)},
+      {"localizer that was measured", to_text(map.measurement.localizer)},
+      {"definitions", definitions}};
 }
 
 }  // namespace

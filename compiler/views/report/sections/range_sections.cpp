@@ -21,9 +21,10 @@ std::string table_one(const Evaluation& evaluation) {
                     fixed(ratio(score.mean_time_ms, longest.mean_time_ms), 2),
                     fixed(ratio(score.mean_work, longest.mean_work), 2)});
   }
-  return html_table(transposed(rows),
-                    "Table I. Error and matching time for different static ranges, means over " +
-                        std::to_string(evaluation.sites.size()) + " sites");
+  return html_table(
+      transposed(rows),
+      concat("Table I. Error and matching time for different static ranges, means over ",
+             evaluation.sites.size(), " sites"));
 }
 
 // Lines right across at the limits, and room above them: what errs farther lies on the upper edge.
@@ -145,14 +146,14 @@ Section ranges_section(const Evaluation& evaluation, const Sites& sites) {
   const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
   const bool is_simulated = evaluation.reference == ErrorReference::kSimulated;
   Section section = {"ranges", "What range does to error and time", ""};
-  section.html = paragraph(
-      "Drive " + evaluation.drive + " was matched against the map at " +
-      std::to_string(evaluation.sites.size()) + " of " + std::to_string(evaluation.site_count) +
+  section.html = paragraph(concat(
+      "Drive ", evaluation.drive, " was matched against the map at ", evaluation.sites.size(),
+      " of ", evaluation.site_count,
       " sites and at every range, from several starts around the reference pose. The error is the "
-      "distance from " +
+      "distance from ",
       (is_known       ? "the known pose."
        : is_simulated ? "the place at which its scan was simulated: no drive was there."
-                      : "the match at the sensor's full range."));
+                      : "the match at the sensor's full range.")));
   section.html += table_one(evaluation) + figure_five(evaluation, sites) + figure_six(evaluation);
   return section;
 }

@@ -18,17 +18,17 @@ enum class Sign { kGood, kOpen, kBad };
 // Words say it too: the colour alone never does.
 std::string status(Sign sign, const std::string& words) {
   const char* name = sign == Sign::kGood ? "good" : sign == Sign::kBad ? "bad" : "open";
-  return std::string("<p class=\"status is-") + name + "\">" + xml_text(words) + "</p>\n";
+  return concat("<p class=\"status is-", name, "\">", xml_text(words), "</p>\n");
 }
 
 std::string card(const std::string& title, const std::string& html) {
-  return "<div class=\"verdict\">\n<h3>" + xml_text(title) + "</h3>\n" + html + "</div>\n";
+  return concat("<div class=\"verdict\">\n<h3>", xml_text(title), "</h3>\n", html, "</div>\n");
 }
 
 std::string promise_status(const CompiledMap& map, const LimitPromise& promise) {
   if (promise.is_earned) {
-    return status(Sign::kGood,
-                  "Promised: at least " + in_percent(1.0 - promise.alpha) + " % of the next drive");
+    return status(Sign::kGood, concat("Promised: at least ", in_percent(1.0 - promise.alpha),
+                                      " % of the next drive"));
   }
   if (map.measurement.reference == ErrorReference::kSimulated) {
     return status(Sign::kOpen, "No promise: no drive was here, errors were simulated");
@@ -39,7 +39,7 @@ std::string promise_status(const CompiledMap& map, const LimitPromise& promise) 
 }
 
 std::string asked_words(const LimitPromise& promise) {
-  return promise.alpha > 0.0 ? "; asked: " + in_percent(1.0 - promise.alpha) + " %" : "";
+  return promise.alpha > 0.0 ? concat("; asked: ", in_percent(1.0 - promise.alpha), " %") : "";
 }
 
 // "96.7 % of 151 judged sites; asked: 95.0 %", and whether that is enough.
@@ -47,16 +47,16 @@ std::string share_status(const ReportSources& sources, std::size_t limit) {
   const LimitPromise& promise = sources.map->ranges.promises[limit];
   const std::string within = " within " + limit_text(promise.limit_m);
   const auto not_judged = [&](const std::string& share) {
-    return status(Sign::kOpen, share + " of the sites" + asked_words(promise) +
-                                   ". No drive has judged the map here");
+    return status(Sign::kOpen, concat(share, " of the sites", asked_words(promise),
+                                      ". No drive has judged the map here"));
   };
   if (!sources.evaluation) {
     const double expected = sources.map->quality[limit].expected_coverage;
-    return not_judged("Expected" + within + ": " + in_percent(expected) + " %");
+    return not_judged(concat("Expected", within, ": ", in_percent(expected), " %"));
   }
   const double coverage = sources.evaluation->score(limit, Rule::kMap).coverage;
   if (sources.evaluation->reference == ErrorReference::kSimulated) {
-    return not_judged("In simulation" + within + ": " + percent(coverage));
+    return not_judged(concat("In simulation", within, ": ", percent(coverage)));
   }
   const bool is_enough = coverage >= 1.0 - promise.alpha;
   return status(is_enough ? Sign::kGood : Sign::kBad,
@@ -74,11 +74,11 @@ std::string lost_status(const DriveTracks& tracks, double limit_m) {
     if (each.is_static() || !is_judged_at(each, limit_m)) continue;
     const std::uint32_t lost = score_track(tracks, rule, limit_m).lost_count;
     most = std::max(most, lost);
-    words += (words.empty() ? "" : ", ") + name_of(each) + " " + std::to_string(lost);
+    words += concat((words.empty() ? "" : ", "), name_of(each), " ", lost);
   }
   if (words.empty()) return "";
   return status(most == 0 ? Sign::kGood : Sign::kBad,
-                "Tracks lost over " + std::to_string(tracks.scans.size()) + " scans: " + words);
+                concat("Tracks lost over ", tracks.scans.size(), " scans: ", words));
 }
 
 std::string limit_card(const ReportSources& sources, std::size_t limit) {
@@ -86,7 +86,7 @@ std::string limit_card(const ReportSources& sources, std::size_t limit) {
   std::string html = promise_status(*sources.map, promise) + share_status(sources, limit);
   if (sources.tracks) html += lost_status(*sources.tracks, promise.limit_m);
   if (!promise.statement.empty()) {
-    html += "<p class=\"why\">" + xml_text(promise.statement) + "</p>\n";
+    html += concat("<p class=\"why\">", xml_text(promise.statement), "</p>\n");
   }
   return card("Within " + limit_text(promise.limit_m), html);
 }
@@ -96,19 +96,19 @@ std::string violations_of(const GateResult& gate) {
   const std::size_t shown = std::min(gate.violations.size(), kMostViolations);
   for (std::size_t i = 0; i < shown; ++i) {
     const GateResult::Violation& each = gate.violations[i];
-    html += "<li>" + xml_text(each.severity + ", " + each.rule + ": " + each.message);
+    html += "<li>" + xml_text(concat(each.severity, ", ", each.rule, ": ", each.message));
     if (each.first_site) {
       const std::string site = std::to_string(*each.first_site);
-      html += " (<a href=\"#site=" + site + "\">site " + site + "</a>)";
+      html += concat(" (<a href=\"#site=", site, "\">site ", site, "</a>)");
     }
     html += "</li>\n";
   }
   if (shown < gate.violations.size()) {
-    html += "<li>and " + std::to_string(gate.violations.size() - shown) + " more</li>\n";
+    html += concat("<li>and ", gate.violations.size() - shown, " more</li>\n");
   }
   if (html.empty()) return "";
-  return "<details><summary>Rules that are violated</summary>\n<ul class=\"why\">\n" + html +
-         "</ul></details>\n";
+  return concat("<details><summary>Rules that are violated</summary>\n<ul class=\"why\">\n", html,
+                "</ul></details>\n");
 }
 
 std::string gate_card(const GateResult& gate) {
@@ -128,7 +128,7 @@ std::string tile(const std::string& value, const std::string& unit, const std::s
 std::string tiles_of_map(const CompiledMap& map) {
   const std::vector<double> route_m = route_of_sites_m(map.sites);
   return tile(fixed(route_m.empty() ? 0.0 : route_m.back(), 0), "m",
-              "of route, " + std::to_string(map.sites.sites.size()) + " sites") +
+              concat("of route, ", map.sites.sites.size(), " sites")) +
          tile(std::to_string(map.ndt.nds.size()), "NDs",
               fmt::format("of {}, from {} points", metres(map.ndt.cell_m), map.ndt.point_count));
 }

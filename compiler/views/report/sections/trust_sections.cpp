@@ -49,8 +49,8 @@ std::string calibration_table(const Evaluation& evaluation) {
     grid.push_back({limit_text(bin.limit_m), in_percent(bin.promised), in_percent(bin.observed),
                     std::to_string(bin.count)});
   }
-  return "<details><summary>The calibration curve's numbers</summary>\n" +
-         html_table(grid, "Promised and observed, by tenths") + "</details>\n";
+  return concat("<details><summary>The calibration curve's numbers</summary>\n",
+                html_table(grid, "Promised and observed, by tenths"), "</details>\n");
 }
 
 std::string prediction_table(const Evaluation& evaluation) {
@@ -76,8 +76,8 @@ std::string scores_table(const DriveTracks& tracks, double limit_m) {
                     fixed(score.work_ratio, 3), std::to_string(score.lost_count),
                     each.choice == TrackChoice::kPlan ? in_percent(score.second_share) : ""});
   }
-  return html_table(grid, "Continuous localization at a limit of " + limit_text(limit_m) +
-                              "; ratios are to the longest static range");
+  return html_table(grid, concat("Continuous localization at a limit of ", limit_text(limit_m),
+                                 "; ratios are to the longest static range"));
 }
 
 ChartSeries error_of(const DriveTracks& tracks, std::size_t rule, const std::string& colour) {
@@ -114,8 +114,8 @@ std::string advice_text(const ExplainedStretch& one, const Sites& sites) {
   if (one.advice.empty()) return "no place found";
   const TargetAdvice& best = one.advice.front();
   const Eigen::Vector3d p_m = best.target.foot_map_m + sites.frame.origin_world_m;
-  return "at (" + fixed(p_m.x(), 1) + ", " + fixed(p_m.y(), 1) + "), facing " +
-         fixed(facing_deg(best.target), 0) + " degrees: " + percent(best.gain) + " less";
+  return concat("at (", fixed(p_m.x(), 1), ", ", fixed(p_m.y(), 1), "), facing ",
+                fixed(facing_deg(best.target), 0), " degrees: ", percent(best.gain), " less");
 }
 
 std::string stretches_table(const Weakness& weakness, const Sites& sites) {
@@ -139,7 +139,7 @@ Section trust_section(const ReportSources& sources) {
   section.html = promises_table(*sources.map);
   for (const LimitPromise& promise : sources.map->ranges.promises) {
     if (promise.statement.empty()) continue;
-    section.html += paragraph(limit_text(promise.limit_m) + ": " + promise.statement);
+    section.html += paragraph(concat(limit_text(promise.limit_m), ": ", promise.statement));
   }
   if (sources.evaluation) {
     section.html += calibration(*sources.evaluation) + calibration_table(*sources.evaluation) +
@@ -152,9 +152,9 @@ Section trust_section(const ReportSources& sources) {
 
 Section tracks_section(const DriveTracks& tracks) {
   Section section = {"driving", "Driven continuously", ""};
-  section.html = paragraph("Drive " + tracks.drive + ", " + std::to_string(tracks.scans.size()) +
-                           " scans. A match that ends more than " + metres(tracks.lost_beyond_m) +
-                           " off is lost, and the next one begins anew.");
+  section.html = paragraph(concat(
+      "Drive ", tracks.drive, ", ", tracks.scans.size(), " scans. A match that ends more than ",
+      metres(tracks.lost_beyond_m), " off is lost, and the next one begins anew."));
   for (const double limit_m : tracks.limits_m) section.html += scores_table(tracks, limit_m);
   section.html += error_figure(tracks);
   return section;
@@ -167,8 +167,7 @@ Section weak_section(const Weakness& weakness, const Sites& sites) {
   if (weakness.stretches.empty()) return {"weak", "Where it is weak", html};
   html += stretches_table(weakness, sites);
   for (const ExplainedStretch& one : weakness.stretches) {
-    html +=
-        paragraph("Site " + std::to_string(one.stretch.worst_site) + ": " + cause_sentence(one));
+    html += paragraph(concat("Site ", one.stretch.worst_site, ": ", cause_sentence(one)));
   }
   return {"weak", "Where it is weak", html};
 }

@@ -115,11 +115,11 @@ Result<std::uint32_t> read_length(const RandomAccessFile& file, std::uint64_t of
   }
   SIGHTLINE_TRY(file.read(offset, std::as_writable_bytes(std::span(&length, 1))));
   if (length > most) {
-    return file.error_at(offset, "found a record of " + std::to_string(length) +
-                                     " bytes, expected at most " + std::to_string(most));
+    return file.error_at(offset,
+                         concat("found a record of ", length, " bytes, expected at most ", most));
   }
   if (length > file.size() - offset - sizeof length) {
-    return cut(file, offset, "a record of " + std::to_string(length) + " bytes");
+    return cut(file, offset, concat("a record of ", length, " bytes"));
   }
   return length;
 }
@@ -187,9 +187,8 @@ Result<BagChunk> chunk_of(const RandomAccessFile& file, const Outline& record) {
   }
   const bool is_packed = *compression != BagCompression::kNone;
   if (is_packed ? *size > most_unpacked(record.data_size) : *size != record.data_size) {
-    return file.error_at(record.offset, "found a chunk of " + std::to_string(*size) + " bytes in " +
-                                            std::to_string(record.data_size) + " bytes of " +
-                                            *name);
+    return file.error_at(record.offset, concat("found a chunk of ", *size, " bytes in ",
+                                               record.data_size, " bytes of ", *name));
   }
   return BagChunk{record.offset, record.data_offset, record.data_size, *size, *compression, {}};
 }
@@ -215,8 +214,7 @@ Result<void> add_connection(const RandomAccessFile& file, const Outline& record,
   }
   const bool is_new = index.connections.emplace(found->number, std::move(found->connection)).second;
   if (!is_new) {
-    return file.error_at(record.offset,
-                         "found connection " + std::to_string(found->number) + " twice");
+    return file.error_at(record.offset, concat("found connection ", found->number, " twice"));
   }
   return {};
 }
@@ -227,8 +225,8 @@ Result<void> set_counts(const RandomAccessFile& file, const Outline& record, Bag
   const auto count = record.fields.number<std::uint32_t>("count");
   if (!count || data.size() != std::uint64_t{*count} * 2 * kNumberSize) {
     return file.error_at(record.offset,
-                         "found " + std::to_string(data.size()) +
-                             " bytes of counts, expected 8 for each connection of the chunk");
+                         concat("found ", data.size(),
+                                " bytes of counts, expected 8 for each connection of the chunk"));
   }
   for (std::size_t i = 0; i < data.size(); i += 2 * kNumberSize) {
     std::uint32_t pair[2] = {};
@@ -286,8 +284,8 @@ Result<void> join(const RandomAccessFile& file, BagIndex& index) {
     for (const auto& [number, count] : chunk.message_counts) {
       const auto found = index.connections.find(number);
       if (found == index.connections.end()) {
-        return file.error_at(chunk.offset, "found a chunk of connection " + std::to_string(number) +
-                                               ", which is not in the index");
+        return file.error_at(chunk.offset, concat("found a chunk of connection ", number,
+                                                  ", which is not in the index"));
       }
       found->second.message_count += count;
     }
@@ -311,9 +309,8 @@ Result<BagIndex> read_index(const RandomAccessFile& file, const BagHeader& heade
   }
   SIGHTLINE_TRY(join(file, index));
   if (offset == file.size()) return index;
-  return file.error_at(offset, "found " + std::to_string(file.size() - offset) +
-                                   " bytes behind the index of " +
-                                   std::to_string(header.chunk_count) + " chunks");
+  return file.error_at(offset, concat("found ", file.size() - offset, " bytes behind the index of ",
+                                      header.chunk_count, " chunks"));
 }
 
 // Of a bag that was not closed: every chunk that there is.
@@ -401,8 +398,8 @@ using Bytes = std::vector<std::byte>;
 // Where in an unpacked chunk; a packed one has no bytes of the file for it.
 Error damaged_chunk(const RandomAccessFile& file, const BagChunk& chunk, std::size_t offset,
                     const std::string& message) {
-  return file.error_at(chunk.offset, message + " at byte " + std::to_string(offset) +
-                                         " of this chunk's " + std::to_string(chunk.unpacked_size));
+  return file.error_at(
+      chunk.offset, concat(message, " at byte ", offset, " of this chunk's ", chunk.unpacked_size));
 }
 
 // The record of a message, and where its bytes lie.
@@ -447,9 +444,8 @@ Result<void> check_counts(const RandomAccessFile& file, const BagChunk& chunk,
                           std::map<std::uint32_t, std::uint32_t> found) {
   for (const auto& [number, count] : chunk.message_counts) {
     if (found[number] == count) continue;
-    return file.error_at(chunk.offset, "found " + std::to_string(found[number]) +
-                                           " messages of connection " + std::to_string(number) +
-                                           " in this chunk, expected " + std::to_string(count));
+    return file.error_at(chunk.offset, concat("found ", found[number], " messages of connection ",
+                                              number, " in this chunk, expected ", count));
   }
   if (found.size() == chunk.message_counts.size()) return {};
   return file.error_at(chunk.offset,
@@ -487,9 +483,8 @@ Result<Bytes> BagFile::unpack(const BagChunk& chunk) const {
   if (chunk.compression == BagCompression::kNone) return bytes;
   std::optional<Bytes> unpacked = unpack_chunk(chunk.compression, bytes, chunk.unpacked_size);
   if (unpacked) return *std::move(unpacked);
-  return file_.error_at(chunk.offset, "found a chunk that does not unpack to the " +
-                                          std::to_string(chunk.unpacked_size) +
-                                          " bytes that it promises");
+  return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
+                                             chunk.unpacked_size, " bytes that it promises"));
 }
 
 // What the index would have said.

@@ -99,10 +99,10 @@ Result<void> check_size(const RandomAccessFile& file) {
   // Older writers leave the count alone, and then the two counters of changes differ.
   const bool is_count_valid = big_endian(bytes.subspan(24, 4)) == big_endian(bytes.subspan(92, 4));
   if (!is_count_valid || pages * page_size <= file.size()) return {};
-  return file.error_at(file.size(),
-                       "found " + std::to_string(file.size()) + " bytes of a database, expected " +
-                           std::to_string(pages * page_size),
-                       ErrorCode::kTruncatedScan);
+  return file.error_at(
+      file.size(),
+      concat("found ", file.size(), " bytes of a database, expected ", pages * page_size),
+      ErrorCode::kTruncatedScan);
 }
 
 Result<void> check_was_closed(const std::filesystem::path& path) {
@@ -112,9 +112,9 @@ Result<void> check_was_closed(const std::filesystem::path& path) {
     const std::uintmax_t size = std::filesystem::file_size(beside, failure);
     if (failure || size == 0) continue;
     return Error{ErrorCode::kMalformedHeader,
-                 "the recording was not closed, a part of it lies in " +
-                     beside.filename().string() + "; `sqlite3 " + path.filename().string() +
-                     " 'PRAGMA journal_mode=DELETE'` brings both together",
+                 concat("the recording was not closed, a part of it lies in ",
+                        beside.filename().string(), "; `sqlite3 ", path.filename().string(),
+                        " 'PRAGMA journal_mode=DELETE'` brings both together"),
                  path.string()};
   }
   return {};
@@ -362,7 +362,7 @@ Result<void> Db3File::add_topics() {
     if (is_there) continue;
     return Error{
         ErrorCode::kUnsupportedFormat,
-        std::string("a database without a table '") + table + "', expected a recording of ros2 bag",
+        concat("a database without a table '", table, "', expected a recording of ros2 bag"),
         database_.path().string()};
   }
   return database_.for_each_row(
@@ -397,8 +397,7 @@ Result<void> Db3File::count_messages() {
         before = id;
         const auto found = channel_of_topic_.find(topic.value_or(0));
         if (!topic || found == channel_of_topic_.end()) {
-          return database_.damaged("found message " + std::to_string(*id) +
-                                   " of a topic that is not there");
+          return database_.damaged(concat("found message ", *id, " of a topic that is not there"));
         }
         ++channels_[found->second].message_count;
         return {};
@@ -415,12 +414,12 @@ Result<void> Db3File::for_each_message(const std::set<std::uint32_t>& channels,
   std::string topics;
   for (const auto& [topic, channel] : channel_of_topic_) {
     if (!channels.contains(channel)) continue;
-    topics += (topics.empty() ? "" : ",") + std::to_string(topic);
+    topics += concat((topics.empty() ? "" : ","), topic);
   }
-  const std::string select =
+  const std::string select = concat(
       "SELECT rowid, topic_id, timestamp, data FROM messages "
-      "WHERE topic_id IN (" +
-      topics + ") ORDER BY rowid";
+      "WHERE topic_id IN (",
+      topics, ") ORDER BY rowid");
   const std::scoped_lock lock(mutex_);
   return database_.for_each_row(select, [&](const SqliteRow& row) -> Result<void> {
     const auto id = row.integer(0);
@@ -429,8 +428,7 @@ Result<void> Db3File::for_each_message(const std::set<std::uint32_t>& channels,
     const auto bytes = row.bytes(3);
     const auto channel = channel_of_topic_.find(topic.value_or(0));
     if (!id || !topic || !time_ns || !bytes || channel == channel_of_topic_.end()) {
-      return database_.damaged("found no time or no bytes of message " +
-                               std::to_string(id.value_or(0)));
+      return database_.damaged(concat("found no time or no bytes of message ", id.value_or(0)));
     }
     const MessagePlace place{0, 0, static_cast<std::uint64_t>(*id), bytes->size()};
     return body({channel->second, *time_ns, place, *bytes});
@@ -450,7 +448,7 @@ Result<std::vector<std::byte>> Db3File::read(const MessagePlace& place) const {
                                          return {};
                                        }));
   if (is_there) return message;
-  return database_.damaged("found message " + id + " in one table and not again");
+  return database_.damaged(concat("found message ", id, " in one table and not again"));
 }
 
 }  // namespace

@@ -138,9 +138,9 @@ std::optional<T> if_whole(const ByteReader& reader, T value) {
 // Errors: cannot-read, truncated-scan (the file ends within it).
 Result<McapOutline> read_mcap_outline(const RandomAccessFile& file, std::uint64_t offset) {
   const auto cut = [&](const std::string& what) {
-    return file.error_at(offset,
-                         "the file ends within " + what + "; `mcap recover` saves what there is",
-                         ErrorCode::kTruncatedScan);
+    return file.error_at(
+        offset, concat("the file ends within ", what, "; `mcap recover` saves what there is"),
+        ErrorCode::kTruncatedScan);
   };
   if (offset > file.size() || file.size() - offset < kMcapPrefixSize) return cut("a record");
   std::array<std::byte, kMcapPrefixSize> prefix{};
@@ -152,7 +152,7 @@ Result<McapOutline> read_mcap_outline(const RandomAccessFile& file, std::uint64_
   outline.data_offset = offset + kMcapPrefixSize;
   outline.data_size = reader.get<std::uint64_t>();
   if (outline.data_size <= file.size() - outline.data_offset) return outline;
-  return cut("a record of " + std::to_string(outline.data_size) + " bytes");
+  return cut(concat("a record of ", outline.data_size, " bytes"));
 }
 
 // Each gives nothing for data that are cut or contradict themselves. Further fields at the end are
@@ -260,8 +260,8 @@ Result<std::vector<std::byte>> IndexReader::first_bytes(const McapOutline& recor
 
 Result<void> IndexReader::add_description(const McapOutline& record) {
   if (record.data_size > kMostDescription) {
-    return damaged(record, "found a schema or channel of " + std::to_string(record.data_size) +
-                               " bytes, expected at most " + std::to_string(kMostDescription));
+    return damaged(record, concat("found a schema or channel of ", record.data_size,
+                                  " bytes, expected at most ", kMostDescription));
   }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kMostDescription));
   if (index_.add({record.op, data})) return {};
@@ -298,8 +298,8 @@ Result<void> IndexReader::add_chunk(const McapOutline& record) {
   if (is_packed
           ? header->unpacked_size > most_unpacked(header->size)
           : header->unpacked_size != header->size || header->size > most_unpacked(header->size)) {
-    return damaged(record, "found a chunk of " + std::to_string(header->unpacked_size) +
-                               " bytes in " + std::to_string(header->size) + " bytes");
+    return damaged(record, concat("found a chunk of ", header->unpacked_size, " bytes in ",
+                                  header->size, " bytes"));
   }
   index_.chunks.push_back({record.offset,
                            record.data_offset + header->header_size,
@@ -437,9 +437,8 @@ class McapFile : public MessageLog {
 // Where in an unpacked chunk; a packed one has no bytes of the file for it.
 Error McapFile::damaged(const McapChunk& chunk, std::size_t offset,
                         const std::string& message) const {
-  return file_.error_at(chunk.offset, message + " at byte " + std::to_string(offset) +
-                                          " of this chunk's " +
-                                          std::to_string(chunk.unpacked_size));
+  return file_.error_at(
+      chunk.offset, concat(message, " at byte ", offset, " of this chunk's ", chunk.unpacked_size));
 }
 
 // Calls on_message(message, its bytes, their offset) and on_description(record of a schema or
@@ -470,9 +469,8 @@ Result<Bytes> McapFile::unpack(const McapChunk& chunk) const {
     std::optional<Bytes> unpacked =
         unpack_chunk(chunk.compression, bytes, static_cast<std::size_t>(chunk.unpacked_size));
     if (!unpacked) {
-      return file_.error_at(chunk.offset, "found a chunk that does not unpack to the " +
-                                              std::to_string(chunk.unpacked_size) +
-                                              " bytes that it promises");
+      return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
+                                                 chunk.unpacked_size, " bytes that it promises"));
     }
     bytes = *std::move(unpacked);
   }
@@ -522,8 +520,8 @@ Result<void> McapFile::name_channels() {
     const auto schema = index_.schemas.find(channel.schema_id);
     if (schema == index_.schemas.end() && channel.schema_id != 0) {
       return Error{ErrorCode::kMalformedHeader,
-                   "found topic " + channel.topic + " of schema " +
-                       std::to_string(channel.schema_id) + ", which is not in the file",
+                   concat("found topic ", channel.topic, " of schema ", channel.schema_id,
+                          ", which is not in the file"),
                    file_.path().string()};
     }
     const std::string type = schema == index_.schemas.end() ? "" : schema->second.name;
@@ -547,8 +545,8 @@ void McapFile::warn() {
   std::uint64_t found = 0;
   for (const auto& [id, channel] : channels_) found += channel.message_count;
   if (index_.said_messages.value_or(found) == found) return;
-  warnings_.push_back(name + ": found " + std::to_string(found) + " messages, expected " +
-                      std::to_string(*index_.said_messages) + "; a part of it may be damaged");
+  warnings_.push_back(concat(name, ": found ", found, " messages, expected ", *index_.said_messages,
+                             "; a part of it may be damaged"));
 }
 
 Result<void> McapFile::build_index() {

@@ -52,8 +52,8 @@ Result<void> check_compression(const BagMetadata& metadata, const fs::path& file
   }
   if (format.empty() || format == "zstd") return {};
   return Error{ErrorCode::kUnsupportedFormat,
-               "found compression " + metadata.compression_format +
-                   ", expected zstd; `ros2 bag convert` writes the recording without",
+               concat("found compression ", metadata.compression_format,
+                      ", expected zstd; `ros2 bag convert` writes the recording without"),
                file.string()};
 }
 
@@ -70,14 +70,13 @@ Result<fs::path> find_file(const fs::path& folder, const std::string& name) {
     if (fs::is_regular_file(plain, failure)) return plain;
     if (!is_packed || !fs::is_regular_file(candidate, failure)) continue;
     return Error{ErrorCode::kUnsupportedFormat,
-                 "the file is packed as a whole; unpack it with `zstd -d " +
-                     candidate.filename().string() + " -o " + plain.filename().string() + "`",
+                 concat("the file is packed as a whole; unpack it with `zstd -d ",
+                        candidate.filename().string(), " -o ", plain.filename().string(), "`"),
                  candidate.string()};
   }
-  return Error{
-      ErrorCode::kFileNotFound,
-      "the recording's " + std::string(kBagMetadata) + " names this file, and it is not there",
-      file.string()};
+  return Error{ErrorCode::kFileNotFound,
+               concat("the recording's ", kBagMetadata, " names this file, and it is not there"),
+               file.string()};
 }
 
 // Whether a folder holds the metadata of ros2 bag.
