@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstdint>
 
 #include "formats/base/bytes.h"
 #include "formats/base/result.h"

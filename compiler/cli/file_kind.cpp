@@ -1,7 +1,6 @@
 #include "compiler/cli/file_kind.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <string_view>
 #include <vector>

@@ -4,9 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <sstream>
-#include <type_traits>
 
 #include "passes/pass/options.h"
 

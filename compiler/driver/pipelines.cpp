@@ -1,7 +1,5 @@
 #include "compiler/driver/pipelines.h"
 
-#include <utility>
-
 #include "compiler/driver/evaluate_plan.h"
 #include "passes/emit/emit_map.h"
 #include "passes/emit/pack_layers.h"

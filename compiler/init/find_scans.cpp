@@ -6,7 +6,6 @@
 #include <numbers>
 #include <optional>
 #include <sstream>
-#include <utility>
 #include <vector>
 
 #include "formats/base/files/regular_file.h"

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <concepts>
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>

@@ -1,7 +1,6 @@
 #include "formats/drive/drive.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace sightline {
 namespace {

@@ -1,7 +1,6 @@
 #include "formats/grid/cell_index.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 

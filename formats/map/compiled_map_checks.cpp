@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "formats/map/compiled_map.h"
 #include "formats/map/factor_layer.h"

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string_view>
-
 #include "formats/artifact.h"
 #include "formats/base/files/stored_bytes.h"
 #include "formats/drive/localizer_profile.h"

@@ -2,7 +2,6 @@
 
 #include <numeric>
 #include <string>
-#include <utility>
 
 #include "formats/map/layers.h"
 #include "formats/reader/map_layout.h"

@@ -1,7 +1,6 @@
 #include "formats/model/error_model.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "formats/annotation/of_samples.h"
 #include "formats/record/fields.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <span>
-#include <utility>
 
 #include "formats/base/files/stored_bytes.h"
 #include "formats/base/hash.h"

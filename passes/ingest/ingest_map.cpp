@@ -1,6 +1,5 @@
 #include "passes/ingest/ingest_map.h"
 
-#include <cmath>
 #include <limits>
 
 #include "formats/text/numbers.h"

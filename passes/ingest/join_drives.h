@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "formats/drive/drive.h"
 #include "passes/pass/pass.h"
 

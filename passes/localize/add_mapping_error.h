@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/drive/sensor_profile.h"

@@ -1,7 +1,6 @@
 #include "passes/localize/import_errors.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <set>

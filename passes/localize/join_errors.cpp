@@ -1,7 +1,6 @@
 #include "passes/localize/join_errors.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "formats/base/check.h"
 

@@ -1,7 +1,6 @@
 #include "passes/localize/measure_error.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/surface.h"
 #include "passes/pass/pass.h"

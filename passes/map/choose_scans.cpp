@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <map>
 #include <set>
-#include <span>
-#include <string>
 #include <utility>
 #include <vector>
 

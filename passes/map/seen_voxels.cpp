@@ -1,7 +1,6 @@
 #include "passes/map/seen_voxels.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <unordered_map>

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include "passes/model/forest/history.h"
 #include "passes/model/forest/measured_columns.h"

@@ -1,7 +1,6 @@
 #include "passes/rays/cast_rays.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "formats/base/units.h"

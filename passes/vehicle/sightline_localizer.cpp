@@ -1,7 +1,6 @@
 #include "passes/vehicle/sightline_localizer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <memory>
 #include <mutex>

@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 #include <type_traits>
-#include <utility>
 
 #include "formats/base/result.h"
 #include "formats/reader/reader.h"

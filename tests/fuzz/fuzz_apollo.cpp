@@ -1,8 +1,6 @@
 // Apollo's NDT maps: config.xml, and nodes of two by two cells, plain and packed. The first byte
 // decides which; the rest is the file.
 
-#include <string>
-
 #include "formats/foreign/maps/apollo_files.h"
 #include "tests/fuzz/fuzz.h"
 

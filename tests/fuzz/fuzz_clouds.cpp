@@ -4,8 +4,6 @@
 #include <zlib.h>
 
 #include <array>
-#include <cstring>
-#include <string>
 
 #include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/point_cloud_file.h"

@@ -1,7 +1,6 @@
 // Lines that a map is annotated along: Lanelet2, GeoJSON and CSV, in a local world and in one of
 // UTM. The first byte decides which; the rest is the file.
 
-#include <cmath>
 #include <string>
 
 #include "formats/foreign/lanes/lanelet_map.h"

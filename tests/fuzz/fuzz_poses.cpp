@@ -1,8 +1,6 @@
 // Poses, stamps and errors of an outside localizer. The first byte decides which; the rest is the
 // file.
 
-#include <cmath>
-
 #include "formats/foreign/text/outside_errors_file.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/fuzz/fuzz.h"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string_view>
-#include <vector>
 
 #include "formats/annotation/sites.h"
 #include "formats/surroundings/ndt_map.h"

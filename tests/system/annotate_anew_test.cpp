@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"

@@ -1,6 +1,5 @@
 #include <cstdio>
 #include <memory>
-#include <vector>
 
 #include "compiler/commands/commands.h"
 #include "compiler/commands/fleet/signing_files.h"

@@ -1,4 +1,3 @@
-#include <cstdio>
 #include <memory>
 
 #include "compiler/cli/common_flags.h"

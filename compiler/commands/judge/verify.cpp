@@ -1,6 +1,5 @@
 #include <cstdio>
 #include <memory>
-#include <utility>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"

@@ -1,7 +1,6 @@
 #include "compiler/commands/map/export_answers.h"
 
 #include <cstdio>
-#include <utility>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/views/exports/cells.h"

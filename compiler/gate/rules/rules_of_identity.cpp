@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "compiler/gate/rules/rules.h"
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <sstream>
-#include <string>
 
 #include "compiler/views/exports/export_frame.h"
 #include "formats/base/bytes.h"

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
-
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
 

@@ -1,6 +1,5 @@
 #include "observation_node.h"
 
-#include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>

@@ -2,7 +2,6 @@
 // rows break at side streets and corners by themselves.
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "examples/town/world/buildings.h"

@@ -1,7 +1,6 @@
 #include "examples/town/world/furniture.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "formats/base/random.h"
 

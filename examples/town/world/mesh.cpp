@@ -1,7 +1,5 @@
 #include "examples/town/world/mesh.h"
 
-#include <cmath>
-
 namespace sightline::town {
 namespace {
 

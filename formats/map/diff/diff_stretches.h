@@ -2,8 +2,6 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
-#include <vector>
 
 #include "formats/map/diff/diff_places.h"
 

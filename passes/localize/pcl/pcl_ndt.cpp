@@ -7,7 +7,6 @@
 #include <pcl/registration/ndt.h>
 
 #include <Eigen/LU>
-#include <array>
 
 namespace sightline {
 namespace {

@@ -1,6 +1,5 @@
 #include "passes/map/surface/ground_gaps.h"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>

@@ -1,12 +1,10 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <mutex>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "formats/base/files/stored_bytes.h"

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <mutex>
 #include <span>
-#include <vector>
 
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"

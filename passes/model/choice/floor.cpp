@@ -1,7 +1,6 @@
 #include "passes/model/choice/floor.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "formats/base/parallel.h"
 

@@ -1,7 +1,6 @@
 #include "passes/model/choice/own_evidence.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>

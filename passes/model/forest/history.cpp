@@ -1,7 +1,6 @@
 #include "passes/model/forest/history.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 

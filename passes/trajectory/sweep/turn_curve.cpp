@@ -1,7 +1,6 @@
 #include "passes/trajectory/sweep/turn_curve.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "formats/base/units.h"
 

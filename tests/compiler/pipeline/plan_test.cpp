@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <filesystem>
 
 #include "compiler/pipeline/plan.h"
 #include "compiler/pipeline/runner.h"

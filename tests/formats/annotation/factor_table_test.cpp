@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "tests/support/artifact_checks.h"
 #include "tests/support/value_of.h"
 

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstring>
 #include <thread>
-#include <utility>
 
 #include "formats/base/random.h"
 #include "tests/support/value_of.h"

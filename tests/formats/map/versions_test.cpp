@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 
 #include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"

@@ -1,7 +1,6 @@
 #include "formats/surroundings/site_views.h"
 
 #include <gtest/gtest.h>
-#include <cmath>
 #include <limits>
 
 #include "tests/support/artifact_checks.h"

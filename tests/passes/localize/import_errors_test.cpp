@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "passes/localize/measure_error.h"
 #include "tests/support/value_of.h"

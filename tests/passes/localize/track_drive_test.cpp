@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <utility>
 
 #include "tests/passes/localize/mapped_street.h"
 #include "tests/support/test_context.h"

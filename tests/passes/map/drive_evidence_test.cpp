@@ -1,7 +1,6 @@
 #include "passes/map/drive_evidence.h"
 
 #include <gtest/gtest.h>
-#include <algorithm>
 
 #include "passes/map/moving_verdict.h"
 #include "passes/map/remove_moving.h"

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "tests/passes/map/tiles/long_street.h"

@@ -1,6 +1,3 @@
-#include <cmath>
-#include <cstdlib>
-
 #include "compiler/views/picture/charts/calibration_chart.h"
 #include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/report/sections/sections.h"

@@ -1,6 +1,5 @@
 #include "formats/foreign/ros/ros_bag.h"
 
-#include <cmath>
 #include <limits>
 
 #include "formats/foreign/recording/open_recording.h"

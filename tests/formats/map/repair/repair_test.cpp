@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <set>
 
 #include "formats/map/container/container_writer.h"
 #include "formats/map/container/contents_layer.h"
