@@ -25,6 +25,8 @@ class TextPart {
   TextPart(T number) {  // NOLINT(google-explicit-constructor)
     write(std::int64_t{number});
   }
+  TextPart(bool) = delete;    // which words, and how many digits, is for the caller to say
+  TextPart(double) = delete;  // format_double(), fixed()
   TextPart(const TextPart&) = delete;
   TextPart& operator=(const TextPart&) = delete;
 
