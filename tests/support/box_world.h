@@ -138,12 +138,17 @@ inline TestDrive drive_through(const BoxWorld& world, const std::vector<Pose>& T
   return result;
 }
 
+inline std::vector<Scan> scans_of(const Drive& drive) {
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) scans.push_back(*drive.store->read(i));
+  return scans;
+}
+
 // The drive of a sensor that measures so many times what is there.
 inline TestDrive scaled(TestDrive test, double scale) {
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
-    scans.push_back(*test.drive.store->read(i));
-    for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= scale;
+  std::vector<Scan> scans = scans_of(test.drive);
+  for (Scan& scan : scans) {
+    for (Eigen::Vector3d& point_m : scan.points_m) point_m *= scale;
   }
   test.drive.store = memory_scan_store(std::move(scans));
   return test;

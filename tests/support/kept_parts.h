@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-
 #include <map>
 #include <mutex>
 #include <optional>
@@ -40,8 +39,10 @@ class KeptParts {
 
   void forget() { parts_.clear(); }
 
-  [[nodiscard]] std::size_t count() const { return names_.size(); }          // of the last run
-  [[nodiscard]] const std::set<std::size_t>& made() const { return made_; }  // by it
+  // Of the last run.
+  [[nodiscard]] const std::vector<PartName>& names() const { return names_; }
+  [[nodiscard]] std::size_t count() const { return names_.size(); }
+  [[nodiscard]] const std::set<std::size_t>& made() const { return made_; }
 
  private:
   std::mutex mutex_;

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

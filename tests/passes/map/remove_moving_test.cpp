@@ -75,8 +75,7 @@ TEST(RemoveMoving, LooksAnewOnlyIntoTilesThatAChangeReaches) {
   (void)run();
   const std::size_t near_parts = kept.count();
   EXPECT_EQ(kept.made().size(), near_parts);
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < 7; ++i) scans.push_back(*test.drive.store->read(i));
+  std::vector<Scan> scans = scans_of(test.drive);
   std::vector<Pose> poses(7, Pose::Identity());
   scans.push_back(scans.back());
   poses.push_back(pose_at(1000.0, 0.0, 0.0));

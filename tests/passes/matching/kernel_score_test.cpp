@@ -1,7 +1,6 @@
 #include "passes/matching/kernel_score.h"
 
 #include <gtest/gtest.h>
-
 #include <Eigen/LU>
 #include <cmath>
 #include <map>

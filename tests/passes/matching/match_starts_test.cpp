@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/passes/matching/random_scene.h"
+#include "tests/support/box_world.h"
 
 namespace sightline {
 namespace {
@@ -17,10 +18,7 @@ TEST(PredictedPose, GoesOnAsTheLastStepWent) {
 }
 
 TEST(PredictedPose, TwiceTheTimeIsTwiceTheWayAndTheTurn) {
-  Pose motion = Pose::Identity();
-  motion.translation() = Eigen::Vector3d(1.0, 0.0, 0.0);
-  motion.linear() = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const Pose prediction = predicted_pose(Pose::Identity(), motion, 2.0);
+  const Pose prediction = predicted_pose(Pose::Identity(), pose_at(1.0, 0.0, 0.1), 2.0);
   EXPECT_TRUE(prediction.translation().isApprox(Eigen::Vector3d(2.0, 0.0, 0.0), 1e-12));
   EXPECT_NEAR(Eigen::AngleAxisd(prediction.linear()).angle(), 0.2, 1e-12);
 }

@@ -7,23 +7,17 @@
 #include "passes/matching/match_starts.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/random_scene.h"
+#include "tests/support/box_world.h"
 
 namespace sightline {
 namespace {
 
-Pose moved_and_turned(double x_m, double yaw_rad) {
-  Pose pose = Pose::Identity();
-  pose.translation().x() = x_m;
-  pose.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  return pose;
-}
-
 TEST(SharedClimbs, TakesPosesForOneWithinACentimetreAndAMilliradian) {
   const Pose T_here = Pose::Identity();
   EXPECT_TRUE(SharedClimbs::are_one(T_here, T_here));
-  EXPECT_TRUE(SharedClimbs::are_one(T_here, moved_and_turned(0.009, 0.0006)));
-  EXPECT_FALSE(SharedClimbs::are_one(T_here, moved_and_turned(0.011, 0.0)));
-  EXPECT_FALSE(SharedClimbs::are_one(T_here, moved_and_turned(0.0, 0.002)));
+  EXPECT_TRUE(SharedClimbs::are_one(T_here, pose_at(0.009, 0.0, 0.0006)));
+  EXPECT_FALSE(SharedClimbs::are_one(T_here, pose_at(0.011, 0.0, 0.0)));
+  EXPECT_FALSE(SharedClimbs::are_one(T_here, pose_at(0.0, 0.0, 0.002)));
 }
 
 // What each of 24 starts finds, alone and where starts share.

@@ -11,6 +11,7 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/hash.h"
+#include "tests/support/kept_parts.h"
 #include "tests/support/test_context.h"
 
 namespace sightline {
@@ -172,20 +173,6 @@ TEST(WorkInParts, ThatStandApartStopAfterAFailureToo) {
 // Parts of texts that are kept by their content.
 class Texts {
  public:
-  Texts() {
-    ctx_.saved_part = [this](const PartName& part) -> std::optional<std::vector<std::byte>> {
-      if (!part.content || !store_.contains(*part.content)) return std::nullopt;
-      return store_.at(*part.content);
-    };
-    ctx_.part_sink = [this](const PartName& part, std::span<const std::byte> bytes) {
-      ASSERT_TRUE(part.content);
-      store_[*part.content].assign(bytes.begin(), bytes.end());
-    };
-    ctx_.parts_sink = [this](std::span<const PartName> parts) {
-      reported_.assign(parts.begin(), parts.end());
-    };
-  }
-
   // Which parts were made.
   std::vector<std::size_t> run(const std::vector<std::string>& texts) {
     std::vector<std::size_t> made;
@@ -204,15 +191,14 @@ class Texts {
       reader.get_string(text);
       return reader.at_end() && text == texts[part];
     };
-    EXPECT_TRUE(work_in_parts(ctx_, work, 1));
+    PassContext ctx = kept_.context();
+    EXPECT_TRUE(work_in_parts(ctx, work, 1));
     return made;
   }
-  [[nodiscard]] const std::vector<PartName>& reported() const { return reported_; }
+  [[nodiscard]] const std::vector<PartName>& reported() const { return kept_.names(); }
 
  private:
-  PassContext ctx_;
-  std::map<Digest, std::vector<std::byte>> store_;
-  std::vector<PartName> reported_;
+  KeptParts kept_;
 };
 
 TEST(WorkInParts, FindsWhatItMadeOfTheSameContentWhereverThatIs) {

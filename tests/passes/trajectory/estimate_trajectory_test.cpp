@@ -157,10 +157,8 @@ TEST(EstimateTrajectory, TakesScansOfSeveralSensors) {
   SensorProfile other = test.drive.sensor;
   other.T_vehicle_lidar = other.T_vehicle_lidar * pose_at(-1.0, 0.3, std::numbers::pi);
   test.drive.other_sensors = {other};
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < 8; ++i) {
-    scans.push_back(*test.drive.store->read(i));
-    if (i % 2 == 0) continue;
+  std::vector<Scan> scans = scans_of(test.drive);
+  for (std::size_t i = 1; i < 8; i += 2) {
     test.drive.scans[i].sensor_index = 1;
     const Pose T_other_first = other.T_vehicle_lidar.inverse() * test.drive.sensor.T_vehicle_lidar;
     for (Eigen::Vector3d& point_m : scans[i].points_m) point_m = T_other_first * point_m;
@@ -172,8 +170,7 @@ TEST(EstimateTrajectory, TakesScansOfSeveralSensors) {
 
 TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
   TestDrive test = street_drive(4, 4, 1.0);
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < 4; ++i) scans.push_back(*test.drive.store->read(i));
+  std::vector<Scan> scans = scans_of(test.drive);
   scans[2].points_m.assign(1, Eigen::Vector3d(40.0, 40.0, 40.0));
   test.drive.store = memory_scan_store(scans);
   EXPECT_EQ(error_of(test.drive, PoseMode::kEstimate), ErrorCode::kTrajectoryLost);

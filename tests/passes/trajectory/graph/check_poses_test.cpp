@@ -189,10 +189,8 @@ TEST(DriveScales, NeedScansThatFit) {
     std::vector<Pose> poses;
     for (const TrajectoryPose& pose : all.truth.poses) poses.push_back(pose.T_map_vehicle);
     const TestDrive elsewhere = drive_through(random_street(street), poses, 0.5);
-    std::vector<Scan> scans;
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      scans.push_back(*(i < kScansADay ? all : elsewhere).drive.store->read(i));
-    }
+    std::vector<Scan> scans = scans_of(elsewhere.drive);
+    for (std::size_t i = 0; i < kScansADay; ++i) scans[i] = *all.drive.store->read(i);
     all.drive.store = memory_scan_store(scans);
     EXPECT_TRUE(differences(all).empty()) << street;
   }

@@ -41,12 +41,10 @@ TEST(Holes, LeaveTheWayBehindThemWhereItIsThoughScansAreDrawnOut) {
     for (const bool has_stamps : {false, true}) {
       TestDrive test = drive_swept(random_street(1), winding(-14.0, 10.0), times_s, order);
       if (has_stamps) {
-        std::vector<Scan> scans;
+        std::vector<Scan> scans = scans_of(test.drive);
         for (std::size_t i = 0; i < times_s.size(); ++i) {
-          scans.push_back(*test.drive.store->read(i));
-          scans.back().stamp_ns = std::llround(1e9 * times_s[i]);
-          test.drive.scans[i].stamp_ns = scans.back().stamp_ns;
-          test.truth.poses[i].stamp_ns = scans.back().stamp_ns;
+          scans[i].stamp_ns = std::llround(1e9 * times_s[i]);
+          test.drive.scans[i].stamp_ns = test.truth.poses[i].stamp_ns = scans[i].stamp_ns;
         }
         test.drive.store = memory_scan_store(scans);
       }

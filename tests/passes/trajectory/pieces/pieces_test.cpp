@@ -114,11 +114,10 @@ TEST(Pieces, BeginWhereNothingOverlapsWithAWarningThatNamesScanTimeAndPlace) {
 TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
   TestDrive test = drive_through(
       random_street(4), joined(along_street(0.0, 6), along_street(3.0, 6)), kAzimuthStep_deg);
-  std::vector<Scan> scans;
+  std::vector<Scan> scans = scans_of(test.drive);
   for (std::size_t i = 0; i < 12; ++i) {
-    scans.push_back(*test.drive.store->read(i));
     test.drive.scans[i].stamp_ns += i < 6 ? 0 : 86'400 * kSecond_ns;
-    scans.back().stamp_ns = test.drive.scans[i].stamp_ns;
+    scans[i].stamp_ns = test.drive.scans[i].stamp_ns;
   }
   test.drive.store = memory_scan_store(scans);
   const Outcome outcome = run(test.drive);
