@@ -5,7 +5,6 @@
 #include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 
 // The pipelines of examples/ci: YAML of the right shape, whose steps the script beside them has.
 
@@ -17,32 +16,27 @@ const std::string kFolder = std::string(SIGHTLINE_ROOT) + "/examples/ci";
 
 std::string text_of(const std::string& file) {
   std::ifstream stream(kFolder + "/" + file);
-  std::stringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// What a pattern's first group matches in a file.
+std::set<std::string> matches_in(const std::string& file, const std::string& pattern) {
+  const std::string text = text_of(file);
+  const std::regex named(pattern);
+  std::set<std::string> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), named), end; at != end; ++at) {
+    found.insert((*at)[1]);
+  }
+  return found;
 }
 
 // Those that the script takes.
-std::set<std::string> steps_of_script() {
-  const std::string script = text_of("run");
-  const std::regex function("\nstep_([a-z]+)\\(\\)");
-  std::set<std::string> steps;
-  for (std::sregex_iterator at(script.begin(), script.end(), function), end; at != end; ++at) {
-    steps.insert((*at)[1]);
-  }
-  return steps;
-}
+std::set<std::string> steps_of_script() { return matches_in("run", "\nstep_([a-z]+)\\(\\)"); }
 
 // Those that a pipeline calls.
 std::set<std::string> steps_called_in(const std::string& file) {
-  const std::string pipeline = text_of(file);
-  const std::regex call("ci/run ([a-z]+)");
-  std::set<std::string> steps;
-  for (std::sregex_iterator at(pipeline.begin(), pipeline.end(), call), end; at != end; ++at) {
-    steps.insert((*at)[1]);
-  }
-  // In the comment on where the script goes.
-  steps.erase("into");
+  std::set<std::string> steps = matches_in(file, "ci/run ([a-z]+)");
+  steps.erase("into");  // in the comment on where the script goes
   return steps;
 }
 
@@ -151,13 +145,7 @@ TEST(CiExample, GitlabComponentDescribesItsInputsAndUsesThemAlone) {
     inputs.insert(input.first.Scalar());
     EXPECT_TRUE(input.second["description"].IsScalar()) << input.first;
   }
-  const std::string text = text_of("gitlab-component.yml");
-  const std::regex named("\\$\\[\\[ inputs\\.([a-z0-9_]+) \\]\\]");
-  std::set<std::string> used;
-  for (std::sregex_iterator at(text.begin(), text.end(), named), end; at != end; ++at) {
-    used.insert((*at)[1]);
-  }
-  EXPECT_EQ(used, inputs);
+  EXPECT_EQ(matches_in("gitlab-component.yml", "\\$\\[\\[ inputs\\.([a-z0-9_]+) \\]\\]"), inputs);
   ASSERT_EQ(documents[1].size(), 1U);
   const YAML::Node job = documents[1].begin()->second;
   EXPECT_TRUE(job["script"].IsSequence());

@@ -1,7 +1,6 @@
 #include "examples/town/write_town.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/support/value_of.h"
 
 namespace sightline::town {
@@ -20,14 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TownFiles : public testing::Test {
+class TownFiles : public TestInFolder {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("sightline_town_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   WriteTownOptions options(const std::string& name) const {
     WriteTownOptions options;
     options.town = {4, 20.0};
@@ -37,7 +31,6 @@ class TownFiles : public testing::Test {
     options.threads = 1;
     return options;
   }
-  fs::path folder_;
 };
 
 std::map<std::string, std::vector<std::byte>> contents(const fs::path& folder) {
@@ -74,8 +67,7 @@ TEST_F(TownFiles, AreTheSameBytesForAnyNumberOfThreads) {
 TEST_F(TownFiles, SayWhetherTrafficAndReturnsAreOtherThanUsual) {
   const auto town_json = [](const WriteTownOptions& options) {
     SIGHTLINE_CHECK(write_town(options).has_value());
-    std::ifstream file(options.out / "town.json");
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return value_of(read_text_file(options.out / "town.json"));
   };
   WriteTownOptions usual = options("usual");
   EXPECT_EQ(town_json(usual).find("traffic"), std::string::npos);
@@ -119,13 +111,12 @@ TEST_F(TownFiles, AreABagWithTimesAndTurnRatesWhereTheDriveIsSwept) {
     ASSERT_TRUE(recording.scans[i].T_world_vehicle.has_value());
     EXPECT_TRUE(recording.scans[i].T_world_vehicle->isApprox(drive.T_town_vehicle()[i], 1e-9));
   }
-  const Result<Scan> scan = recorded_scan_store(recording)->read(2);
+  const Scan scan = value_of(recorded_scan_store(recording)->read(2));
   const TownScan truth = drive.scan(2);
-  ASSERT_TRUE(scan.has_value());
-  ASSERT_EQ(scan->points_m.size(), truth.points.size());
-  EXPECT_EQ(scan->time_offset_ns, truth.time_offset_ns);
-  EXPECT_GT(scan->time_offset_ns.back(), 99'000'000);
-  EXPECT_EQ(scan->points_m[777], truth.points[777].position_m.cast<double>());
+  ASSERT_EQ(scan.points_m.size(), truth.points.size());
+  EXPECT_EQ(scan.time_offset_ns, truth.time_offset_ns);
+  EXPECT_GT(scan.time_offset_ns.back(), 99'000'000);
+  EXPECT_EQ(scan.points_m[777], truth.points[777].position_m.cast<double>());
   // 0.5 s before to 1 s behind: 0.9 s in steps of 5 ms and both ends.
   ASSERT_EQ(recording.turn_rates.size(), 301U);
   for (const TurnRate& rate : recording.turn_rates) {
@@ -220,10 +211,8 @@ TEST_F(TownFiles, AreWhatANamedSensorSees) {
     widest = std::max(widest, std::abs(std::atan2(point_m.y(), point_m.x())));
   }
   EXPECT_NEAR(widest, 34.98 * std::numbers::pi / 180.0, 1e-3);
-  std::ifstream facts(ahead.out / "town.json");
-  std::stringstream text;
-  text << facts.rdbuf();
-  EXPECT_NE(text.str().find("\"sensor\": \"livox-avia\""), std::string::npos);
+  const std::string facts = value_of(read_text_file(ahead.out / "town.json"));
+  EXPECT_NE(facts.find("\"sensor\": \"livox-avia\""), std::string::npos);
   WriteTownOptions unknown = options("unknown");
   unknown.sensor = "livox-avio";
   EXPECT_EQ(write_town(unknown).error().code, ErrorCode::kUnknownName);

@@ -209,17 +209,10 @@ class BadMap : public testing::Test {
   fs::path folder_ = fresh_folder();
 };
 
-TEST_F(BadMap, LanesAKilometreAway) {
-  expect_refused(town().file("points"), write("lanes.csv", "x,y\n2000,0\n2010,0\n"), 65,
-                 "SL2016 no-overlap");
-}
-
-TEST_F(BadMap, ARouteThatIsNone) {
-  expect_refused(town().file("points"), write("lanes.csv", "x,y\n1,one\n"), 65,
-                 "SL2020 malformed-text");
-}
-
-TEST_F(BadMap, PointsInDegrees) {
+TEST_F(BadMap, RoutesThatAreNoneOrElsewhereAndPointsInDegrees) {
+  const std::string points = town().file("points");
+  expect_refused(points, write("far.csv", "x,y\n2000,0\n2010,0\n"), 65, "SL2016 no-overlap");
+  expect_refused(points, write("words.csv", "x,y\n1,one\n"), 65, "SL2020 malformed-text");
   expect_refused(cloud("degrees.pcd", {{8.39, 48.98, 100.0}, {8.391, 48.981, 120.0}}),
                  write("lanes.csv", "x,y\n8.39,48.98\n8.391,48.98\n"), 65,
                  "SL2004 unsupported-format");

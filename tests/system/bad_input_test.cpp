@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "formats/base/files/atomic_file.h"
 #include "tests/system/program.h"
@@ -18,9 +20,10 @@ namespace fs = std::filesystem;
 // A drive of a few scans of the small town, to be spoilt, with its configuration.
 class BadInput : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fresh_folder();
+  void write_drive() {
+    fs::remove_all(folder_);
     fs::create_directories(folder_ / "scans");
+    pose_lines_.clear();
     for (int i = 0; i < kScans; ++i) {
       const std::string name = "00000" + std::to_string(i) + ".pcd";
       fs::copy(small_town() / "mapping" / "scans" / name, folder_ / "scans" / name);
@@ -54,65 +57,56 @@ class BadInput : public ::testing::Test {
   }
 
   static constexpr int kScans = 5;
-  fs::path folder_;
+  const fs::path folder_ = fresh_folder();
   std::vector<std::string> pose_lines_;
 };
 
-TEST_F(BadInput, AGitLfsPointerNamedPcd) {
-  write("scans/000002.pcd", "version https://git-lfs.github.com/spec/v1\noid sha256:" +
-                                std::string(64, 'a') + "\nsize 12345\n");
-  expect_refused(65, "SL2003 git-lfs-pointer", "000002.pcd");
-}
-
-TEST_F(BadInput, AnEmptyDirectory) {
-  fs::remove_all(folder_ / "scans");
-  fs::create_directories(folder_ / "scans");
-  expect_refused(65, "SL2002 empty-directory", "scans");
-}
-
-TEST_F(BadInput, AFolderThatIsNotThere) {
-  write("drive.yaml", "mapping: {scans: skans}\n");
-  expect_refused(65, "SL2001 file-not-found", "skans");
-}
-
-TEST_F(BadInput, AnEmptyScan) {
-  write("scans/000003.pcd", "");
-  expect_refused(65, "SL20", "000003.pcd");
-}
-
-TEST_F(BadInput, ATruncatedScan) {
-  std::string bytes = *read_text_file(folder_ / "scans" / "000001.pcd");
-  write("scans/000001.pcd", bytes.substr(0, bytes.size() - 7));
-  expect_refused(65, "SL2006 truncated-scan", "000001.pcd");
-}
-
-TEST_F(BadInput, FewerPosesThanScans) {
-  pose_lines_.pop_back();
-  write_poses();
-  expect_refused(65, "SL2010 fewer-poses-than-scans", "poses.tum");
-}
-
-TEST_F(BadInput, APoseThatIsNoRotation) {
-  pose_lines_[2] = "2.0 1 2 0 0.5 0.5 0.5 0.9";
-  write_poses();
-  expect_refused(65, "SL2011 not-a-rotation", "line 3");
-}
-
-TEST_F(BadInput, APoseThatIsNoNumber) {
-  pose_lines_[1] = "0.1 1 two 0 0 0 0 1";
-  write_poses();
-  expect_refused(65, "SL2009 malformed-pose", "line 2");
-}
-
-TEST_F(BadInput, TimesThatRunBackwards) {
-  std::swap(pose_lines_[1], pose_lines_[3]);
-  write_poses();
-  expect_refused(65, "SL2012 time-runs-backwards", "poses.tum");
-}
-
-TEST_F(BadInput, AnUnknownKeyWithTheNearestOne) {
-  write("drive.yaml", "mapping: {scans: scans}\nbuild-ndt: {cel_m: 1.0}\n");
-  expect_refused(64, "SL1002 unknown-key", "did you mean 'cell_m'?");
+TEST_F(BadInput, IsRefusedWithItsCodeAndFile) {
+  struct Fault {
+    std::function<void()> spoil;
+    int status;
+    const char* code;
+    const char* mention;
+  };
+  const std::string pointer =
+      "version https://git-lfs.github.com/spec/v1\noid sha256:" + std::string(64, 'a') +
+      "\nsize 12345\n";
+  const fs::path scan = folder_ / "scans/000001.pcd";
+  const auto with_pose = [&](std::size_t line, const char* pose) {
+    pose_lines_[line] = pose;
+    write_poses();
+  };
+  const std::vector<Fault> faults = {
+      {[&] { write("scans/000002.pcd", pointer); }, 65, "SL2003 git-lfs-pointer", "000002.pcd"},
+      {[&] { write("scans/000003.pcd", ""); }, 65, "SL20", "000003.pcd"},
+      {[&] { fs::resize_file(scan, fs::file_size(scan) - 7); }, 65, "SL2006 truncated-scan",
+       "000001.pcd"},
+      {[&] {
+         fs::remove_all(folder_ / "scans");
+         fs::create_directories(folder_ / "scans");
+       },
+       65, "SL2002 empty-directory", "scans"},
+      {[&] {
+         pose_lines_.pop_back();
+         write_poses();
+       },
+       65, "SL2010 fewer-poses-than-scans", "poses.tum"},
+      {[&] { with_pose(2, "2.0 1 2 0 0.5 0.5 0.5 0.9"); }, 65, "SL2011 not-a-rotation", "line 3"},
+      {[&] { with_pose(1, "0.1 1 two 0 0 0 0 1"); }, 65, "SL2009 malformed-pose", "line 2"},
+      {[&] {
+         std::swap(pose_lines_[1], pose_lines_[3]);
+         write_poses();
+       },
+       65, "SL2012 time-runs-backwards", "poses.tum"},
+      {[&] { write("drive.yaml", "mapping: {scans: skans}\n"); }, 65, "SL2001 file-not-found",
+       "skans"},
+      {[&] { write("drive.yaml", "mapping: {scans: scans}\nbuild-ndt: {cel_m: 1.0}\n"); }, 64,
+       "SL1002 unknown-key", "did you mean 'cell_m'?"}};
+  for (const Fault& fault : faults) {
+    write_drive();
+    fault.spoil();
+    expect_refused(fault.status, fault.code, fault.mention);
+  }
 }
 
 TEST_F(BadInput, AFileThatIsNoMap) {

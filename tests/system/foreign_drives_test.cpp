@@ -55,19 +55,15 @@ std::size_t nd_count(const std::filesystem::path& folder, const std::string& map
 
 // The map with a model that was trained on no recording in particular.
 CompiledMap without_recordings(const std::string& file) {
-  Result<CompiledMap> map = read_map(file);
-  EXPECT_TRUE(map.has_value());
-  if (!map) return {};
-  Result<ErrorModel> model = model_of(map->model);
-  EXPECT_TRUE(model.has_value());
-  if (!model) return {};
+  CompiledMap map = value_of(read_map(file));
+  ErrorModel model = value_of(model_of(map.model));
   const auto forget = [](ErrorModel& of) {
     for (RecordingCard& card : of.card.places.at(0).recordings.cards) card.digest = sha256("any");
   };
-  forget(*model);
-  for (ErrorModel& samples : model->of_samples) forget(samples);
-  map->model = record_of(*model);
-  return *map;
+  forget(model);
+  for (ErrorModel& samples : model.of_samples) forget(samples);
+  map.model = record_of(model);
+  return map;
 }
 
 TEST(ForeignDrives, ABagCompilesToTheSameMapAsTheFolderItCameFromButForTheNameOfItsData) {
@@ -98,12 +94,11 @@ TEST(ForeignDrives, ABagCompilesToTheSameMapAsTheFolderItCameFromButForTheNameOf
   const std::string from_bag = compile(
       folder, "mapping: {name: town, scans: drive.bag, topic: /points, poses: " + poses + "}\n");
   const CompiledMap bag_map = without_recordings(from_bag);
-  const Result<std::string> bag_bytes = read_text_file(from_bag);
+  const std::string bag_bytes = bytes_of(from_bag);
   const std::string from_folder = compile(
       folder, "mapping: {name: town, scans: " + (small_town() / "mapping" / "scans").string() +
                   ", poses: " + poses + "}\n");
-  const Result<std::string> folder_bytes = read_text_file(from_folder);
-  EXPECT_FALSE(*bag_bytes == *folder_bytes) << "the models name the same files";
+  EXPECT_FALSE(bag_bytes == bytes_of(from_folder)) << "the models name the same files";
   EXPECT_TRUE(encode_map(bag_map) == encode_map(without_recordings(from_folder)))
       << "the maps differ";
 }

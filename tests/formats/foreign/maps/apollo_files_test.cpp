@@ -28,11 +28,9 @@ TEST(ApolloNode, IsReadPlainAndPacked) {
   const std::string body = apollo_body(small_node());
   ApolloConfig packed = plain_config();
   packed.is_compressed = true;
-  const Result<ApolloNode> plain = parse(apollo_file({}, body));
-  const Result<ApolloNode> unpacked = parse(apollo_file({}, zlib_packed(body)), packed);
-  ASSERT_TRUE(plain.has_value()) << to_string(plain.error());
-  ASSERT_TRUE(unpacked.has_value()) << to_string(unpacked.error());
-  for (const ApolloNode& node : {*plain, *unpacked}) {
+  const ApolloNode plain = value_of(parse(apollo_file({}, body)));
+  const ApolloNode unpacked = value_of(parse(apollo_file({}, zlib_packed(body)), packed));
+  for (const ApolloNode& node : {plain, unpacked}) {
     EXPECT_EQ(node.single_point_count, 1U);
     EXPECT_EQ(node.point_count, 13U);
     ASSERT_EQ(node.nds.size(), 1U);

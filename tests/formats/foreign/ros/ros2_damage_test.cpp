@@ -1,5 +1,3 @@
-#include <fstream>
-#include <sstream>
 
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/files/open_message_log.h"
@@ -12,10 +10,7 @@ namespace sightline {
 namespace {
 
 std::string content_of(const std::string& name) {
-  std::ifstream file(recording_path(name), std::ios::binary);
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  return bytes.str();
+  return value_of(read_text_file(recording_path(name)));
 }
 
 std::optional<std::vector<Digest>> read_bytes(const std::string& bytes) {
@@ -75,8 +70,7 @@ TEST(McapDamage, SaysWhatIsWrongAndWhere) {
   const std::string whole = content_of("zstd.mcap");
   const auto error_of = [](const std::string& bytes) {
     const MemoryFile file(std::as_bytes(std::span(bytes)));
-    const auto scans = open_bag(file.path(), "");
-    return scans ? Error{} : scans.error();
+    return failure_of(open_bag(file.path(), ""));
   };
   const Error cut = error_of(whole.substr(0, 700));
   EXPECT_EQ(cut.code, ErrorCode::kTruncatedScan);
@@ -99,11 +93,10 @@ TEST(McapDamage, OfARecordingThatWasNotClosedWarns) {
   // Before the end of the data (its record of 13 bytes), the footer (29) and the magic number (8).
   const std::string open = whole.substr(0, whole.size() - 13 - 29 - 8);
   const MemoryFile file(std::as_bytes(std::span(open)));
-  const auto scans = open_bag(file.path(), "");
-  ASSERT_TRUE(scans.has_value()) << to_string(scans.error());
-  EXPECT_EQ((*scans)->scans().size(), 4U);
-  ASSERT_EQ((*scans)->warnings().size(), 1U);
-  EXPECT_THAT((*scans)->warnings()[0], HasSubstr("not closed"));
+  const auto scans = value_of(open_bag(file.path(), ""));
+  EXPECT_EQ(scans->scans().size(), 4U);
+  ASSERT_EQ(scans->warnings().size(), 1U);
+  EXPECT_THAT(scans->warnings()[0], HasSubstr("not closed"));
 }
 
 TEST(McapDamage, ThatHidesAChunkWarns) {
@@ -212,9 +205,7 @@ TEST_F(BagFolder, MayMixFilesOfBothKinds) {
   folder_.write("a.db3", content_of("drive.db3"));
   folder_.write("b.mcap", content_of("zstd.mcap"));
   folder_.write("metadata.yaml", begin_ + "    - a.db3\n    - b.mcap\n");
-  const auto scans = open_bag(folder_.path(), "");
-  ASSERT_TRUE(scans.has_value()) << to_string(scans.error());
-  EXPECT_EQ((*scans)->scans().size(), 8U);
+  EXPECT_EQ(value_of(open_bag(folder_.path(), ""))->scans().size(), 8U);
 }
 
 }  // namespace

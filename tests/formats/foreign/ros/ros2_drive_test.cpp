@@ -11,7 +11,11 @@
 namespace sightline {
 namespace {
 
-class Ros2Drive : public testing::TestWithParam<const char*> {};
+class Ros2Drive : public testing::TestWithParam<const char*> {
+ protected:
+  Ros2Drive() { options_.scans = recording_path(GetParam()); }
+  RecordingOptions options_;
+};
 
 // What the drive's scan holds, by the message of ROS 1.
 PointCloudFile scan_by_ros1(std::uint32_t k) {
@@ -30,9 +34,7 @@ PointCloudFile scan_by_ros1(std::uint32_t k) {
 }
 
 TEST_P(Ros2Drive, HasTheScansThatRos1Has) {
-  RecordingOptions options;
-  options.scans = recording_path(GetParam());
-  const Recording recording = value_of(open_recording(options));
+  const Recording recording = value_of(open_recording(options_));
   ASSERT_EQ(recording.scans.size(), 4U);
   EXPECT_TRUE(recording.warnings.empty()) << recording.warnings.front();
   for (std::uint32_t k = 0; k < 4; ++k) {
@@ -62,10 +64,8 @@ TEST_P(Ros2Drive, ListsItsTopics) {
 }
 
 TEST_P(Ros2Drive, HasPosesFromOdometry) {
-  RecordingOptions options;
-  options.scans = recording_path(GetParam());
-  options.poses = options.scans;
-  const Recording recording = value_of(open_recording(options));
+  options_.poses = options_.scans;
+  const Recording recording = value_of(open_recording(options_));
   // Odometry begins 50 ms later: the first scan has no pose, the others lie between two.
   EXPECT_FALSE(recording.scans[0].T_world_vehicle.has_value());
   ASSERT_TRUE(recording.scans[3].T_world_vehicle.has_value());
@@ -77,13 +77,11 @@ TEST_P(Ros2Drive, HasPosesFromOdometry) {
 // map to odom turns left and moves 100 m, odom to base_link goes 10 m/s along x, the LiDAR sits 1 m
 // before and 2 m above base_link and looks back.
 TEST_P(Ros2Drive, HasPosesFromTransformsOfVehicleAndSensor) {
-  RecordingOptions options;
-  options.scans = recording_path(GetParam());
-  options.poses = options.scans;
-  options.poses_topic = "/tf";
-  const Recording vehicle = value_of(open_recording(options));
-  options.poses_of = PosesOf::kSensor;
-  const Recording sensor = value_of(open_recording(options));
+  options_.poses = options_.scans;
+  options_.poses_topic = "/tf";
+  const Recording vehicle = value_of(open_recording(options_));
+  options_.poses_of = PosesOf::kSensor;
+  const Recording sensor = value_of(open_recording(options_));
   for (std::size_t k = 0; k < 4; ++k) {
     ASSERT_TRUE(vehicle.scans[k].T_world_vehicle && sensor.scans[k].T_world_vehicle);
     const Pose& T_map_base = *vehicle.scans[k].T_world_vehicle;
