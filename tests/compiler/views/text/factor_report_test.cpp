@@ -79,10 +79,10 @@ TEST(FactorReport, StaysWithinBoundsAndPrintsEveryFactorAtEveryRange) {
       EXPECT_LE(r, 1.0 + 1e-12);
     }
   }
-  EXPECT_EQ(tablesreport[0].rows.size(), 9U * drive.factors.factors.size());
-  EXPECT_EQ(tablesreport[1].rows.size(), 9U);
+  EXPECT_EQ(tables(report)[0].rows.size(), 9U * drive.factors.factors.size());
+  EXPECT_EQ(tables(report)[1].rows.size(), 9U);
   for (const std::string& factor : drive.factors.factors) {
-    EXPECT_THAT(to_textreport, testing::HasSubstr("\n" + factor + " "));
+    EXPECT_THAT(to_text(report), testing::HasSubstr("\n" + factor + " "));
   }
 }
 
