@@ -1,6 +1,8 @@
 #include "tests/bench/static_50m/kernel_in_turn.h"
 
+#include "passes/matching/kernel/portable_vectors.h"
 #include "passes/matching/kernel_score.h"
+#include "tests/bench/static_50m/in_turn.h"
 
 namespace sightline {
 
@@ -13,7 +15,7 @@ KernelVersion kernel_in_turn() {
       return in_turn_avx512();
 #endif
     default:
-      return in_turn_portable();
+      return kernel_of<Portable, InTurn>();
   }
 }
 

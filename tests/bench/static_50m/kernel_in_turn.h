@@ -8,7 +8,6 @@ namespace sightline {
 // the instructions that fastest_kernel() names.
 KernelVersion kernel_in_turn();
 
-KernelVersion in_turn_portable();
 #ifdef SIGHTLINE_X86_KERNELS
 KernelVersion in_turn_avx2();
 KernelVersion in_turn_avx512();

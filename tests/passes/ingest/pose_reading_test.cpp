@@ -11,19 +11,21 @@
 #include "passes/ingest/ingest.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/box_world.h"
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 
 // Poses whose quaternions begin with w, and times in milliseconds.
 
 namespace sightline {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
-class PoseReading : public testing::Test {
- protected:
-  // A drive of six scans that heads `heading_rad` and turns a little.
-  explicit PoseReading(double heading_rad = 0.0, double turn_rad = 0.05) {
+// A drive of six scans that heads `heading_rad` and turns a little.
+class RecordedDrive {
+ public:
+  explicit RecordedDrive(double heading_rad = 0.0, double turn_rad = 0.05) {
     const BoxWorld world = random_street(2);
     Pose T_vehicle_lidar = Pose::Identity();
     T_vehicle_lidar.translation().z() = 1.8;
@@ -41,7 +43,7 @@ class PoseReading : public testing::Test {
     }
   }
   // The drive that a pose file with this order of columns and this step of times makes.
-  Result<Drive> ingested(bool w_first, double step = 0.1) {
+  Drive ingested(bool w_first, double step = 0.1) {
     std::string text;
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       const Eigen::Quaterniond q(poses_[i].linear());
@@ -58,11 +60,7 @@ class PoseReading : public testing::Test {
     options.rings = 24;  // those of scan_world
     options.lowest_beam_deg = -20.0;
     options.poses = folder_.write("poses.tum", text).string();
-    const Result<Recording> recording = open_recording(options, 1);
-    if (!recording) return recording.error();
-    PassContext ctx;
-    ctx.warning_sink = [this](const std::string& message) { warnings_ += message + "\n"; };
-    return ingest(ctx, {}, *recording);
+    return value_of(ingest(ctx_, {}, value_of(open_recording(options, 1))));
   }
   void expect_the_poses(const Drive& drive) const {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
@@ -70,62 +68,42 @@ class PoseReading : public testing::Test {
     }
   }
 
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return ctx_.warnings; }
+
+ private:
   ScratchFolder folder_;
   std::vector<Pose> poses_;
-  std::string warnings_;
+  TestContext ctx_;
 };
 
-class PoseReadingWestward : public PoseReading {
- protected:
-  PoseReadingWestward() : PoseReading(3.0) {}
+struct Way {
+  double heading_rad = 0.0;
+  double turn_rad = 0.05;
 };
+// Upside down, a straight drive lays its scans on each other as well: then the ground decides.
+const Way kWays[] = {{}, {.heading_rad = 3.0}, {.turn_rad = 0.0}};
 
-class PoseReadingStraight : public PoseReading {
- protected:
-  PoseReadingStraight() : PoseReading(0.0, 0.0) {}
-};
-
-TEST_F(PoseReading, TakesQuaternionsThatBeginWithWWhereTheScansSaySoAndNamesThem) {
-  const Drive drive = value_of(ingested(true));
-  expect_the_poses(drive);
-  EXPECT_THAT(warnings_, HasSubstr("they are read as w x y z"));
+TEST(PoseReading, TakesQuaternionsThatBeginWithWWhereTheScansSaySoAndNamesThem) {
+  for (const Way& way : kWays) {
+    RecordedDrive recorded(way.heading_rad, way.turn_rad);
+    recorded.expect_the_poses(recorded.ingested(true));
+    EXPECT_THAT(recorded.warnings(), Contains(HasSubstr("they are read as w x y z")));
+  }
 }
 
-TEST_F(PoseReadingWestward, TakesThemOfAnyHeading) {
-  const Drive drive = value_of(ingested(true));
-  expect_the_poses(drive);
-  EXPECT_THAT(warnings_, HasSubstr("they are read as w x y z"));
+TEST(PoseReading, LeavesQuaternionsThatEndWithW) {
+  for (const Way& way : kWays) {
+    RecordedDrive recorded(way.heading_rad, way.turn_rad);
+    recorded.expect_the_poses(recorded.ingested(false));
+    EXPECT_THAT(recorded.warnings(), IsEmpty());
+  }
 }
 
-// Upside down, a straight drive lays its scans on each other as well.
-TEST_F(PoseReadingStraight, TakesThemWhereTheGroundWouldBeOverhead) {
-  const Drive drive = value_of(ingested(true));
-  expect_the_poses(drive);
-  EXPECT_THAT(warnings_, HasSubstr("they are read as w x y z"));
-}
-
-TEST_F(PoseReadingStraight, LeavesThemWhereTheGroundIsBelow) {
-  const Drive drive = value_of(ingested(false));
-  expect_the_poses(drive);
-  EXPECT_EQ(warnings_, "");
-}
-
-TEST_F(PoseReading, LeavesQuaternionsThatEndWithW) {
-  const Drive drive = value_of(ingested(false));
-  expect_the_poses(drive);
-  EXPECT_EQ(warnings_, "");
-}
-
-TEST_F(PoseReadingWestward, LeavesThemOfAnyHeading) {
-  const Drive drive = value_of(ingested(false));
-  expect_the_poses(drive);
-  EXPECT_EQ(warnings_, "");
-}
-
-TEST_F(PoseReading, TakesTimesInMillisecondsAndNamesThem) {
-  const Drive drive = value_of(ingested(false, 100.0));
+TEST(PoseReading, TakesTimesInMillisecondsAndNamesThem) {
+  RecordedDrive recorded;
+  const Drive drive = recorded.ingested(false, 100.0);
   EXPECT_EQ(drive.scans[5].stamp_ns, 500'000'000);
-  EXPECT_THAT(warnings_, HasSubstr("they are read as milliseconds"));
+  EXPECT_THAT(recorded.warnings(), Contains(HasSubstr("they are read as milliseconds")));
 }
 
 }  // namespace
