@@ -71,7 +71,7 @@ TEST(TownBoard, IsSeenWhereItWasPutAndChangesNothingElse) {
 TEST(TownBoard, OfNoSizeIsRefused) {
   Board board;
   board.width_m = 0.0;
-  EXPECT_EQ(failure_of(town_with({board})).code, ErrorCode::kBadArgument);
+  EXPECT_EQ(code_of(town_with({board})), ErrorCode::kBadArgument);
 }
 
 }  // namespace

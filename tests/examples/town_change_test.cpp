@@ -86,7 +86,7 @@ TEST(TownChange, BeyondTheRouteIsRefused) {
   TownOptions options;
   options.length_m = 100.0;
   options.change = {.from_m = 50.0, .to_m = 150.0};
-  EXPECT_EQ(failure_of(make_town(options)).code, ErrorCode::kBadArgument);
+  EXPECT_EQ(code_of(make_town(options)), ErrorCode::kBadArgument);
 }
 
 }  // namespace

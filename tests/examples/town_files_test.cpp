@@ -173,7 +173,7 @@ TEST_F(TownFiles, ReplaceAnEarlierTownOnlyWhenTold) {
   WriteTownOptions again = options("one");
   again.drives = 0;
   ASSERT_TRUE(write_town(options("one")).has_value());
-  EXPECT_EQ(failure_of(write_town(again)).code, ErrorCode::kOutputExists);
+  EXPECT_EQ(code_of(write_town(again)), ErrorCode::kOutputExists);
   again.replaces = true;
   ASSERT_TRUE(write_town(again).has_value());
   EXPECT_FALSE(fs::exists(again.out / "drive_1")) << "left over from the earlier town";
@@ -183,7 +183,7 @@ TEST_F(TownFiles, NeverReplaceWhatIsNoTown) {
   WriteTownOptions forced = options("thesis");
   forced.replaces = true;
   ASSERT_TRUE(write_file_atomically(forced.out / "chapter_1.txt", "Once", IfExists::kRefuse));
-  EXPECT_EQ(failure_of(write_town(forced)).code, ErrorCode::kOutputExists);
+  EXPECT_EQ(code_of(write_town(forced)), ErrorCode::kOutputExists);
   EXPECT_TRUE(fs::exists(forced.out / "chapter_1.txt"));
 }
 

@@ -64,8 +64,7 @@ TEST(MeasureClearance, RefusesSitesOfAnotherFrame) {
   map.frame.origin_world_m.x() = 64.0;
   PassContext ctx;
   EXPECT_EQ(
-      failure_of(measure_clearance(ctx, MeasureClearanceOptions{}, map, route({{0.0, 0.0, 0.0}})))
-          .code,
+      code_of(measure_clearance(ctx, MeasureClearanceOptions{}, map, route({{0.0, 0.0, 0.0}}))),
       ErrorCode::kMismatchedInputs);
 }
 

@@ -62,9 +62,7 @@ GoldenFiles kept_files(const std::string& town) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kGoldenFolder)) {
     const std::string name = fs::relative(entry.path(), kGoldenFolder).string();
     if (!entry.is_regular_file() || !name.starts_with(town) || !name.ends_with(".txt")) continue;
-    const Result<std::string> text = read_text_file(entry.path());
-    EXPECT_TRUE(text.has_value()) << name;
-    if (text) files[name] = *text;
+    files[name] = value_of(read_text_file(entry.path()));
   }
   return files;
 }

@@ -33,14 +33,13 @@ void add_bytes(const std::vector<Number>& numbers, DigestBuilder& digest) {
 // Scans lie outside their drive and are made while they are read.
 Result<void> add_scans(const Drive& drive, DigestBuilder& digest) {
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    const Result<Scan> scan = drive.store->read(i);
-    if (!scan) return scan.error();
+    SIGHTLINE_ASSIGN(const Scan scan, drive.store->read(i));
     std::vector<double> coordinates_m;
-    for (const Eigen::Vector3d& point_m : scan->points_m) {
+    for (const Eigen::Vector3d& point_m : scan.points_m) {
       coordinates_m.insert(coordinates_m.end(), {point_m.x(), point_m.y(), point_m.z()});
     }
     add_bytes(coordinates_m, digest);
-    add_bytes(scan->time_offset_ns, digest);
+    add_bytes(scan.time_offset_ns, digest);
   }
   return {};
 }
@@ -93,8 +92,7 @@ Result<Digest> digest_of(const ArtifactSet::Entry& entry) {
   DigestBuilder digest;
   for (const Table& table : all) digest.add(format_table(table, TableFormat::kCsv));
   if (entry.type == &artifact_type<Drive>()) {
-    const Result<void> added = add_scans(*static_cast<const Drive*>(entry.value.get()), digest);
-    if (!added) return added.error();
+    SIGHTLINE_TRY(add_scans(*static_cast<const Drive*>(entry.value.get()), digest));
   }
   return digest.finish();
 }
@@ -112,9 +110,7 @@ Result<StepOutput> output_of(const Plan& plan, const PassStep& step, const Artif
   }
   SIGHTLINE_ASSIGN(output.table, entry.type->print(entry.value.get()));
   remove_times(output.table);
-  const Result<Digest> digest = digest_of(entry);
-  if (!digest) return digest.error();
-  output.digest = *digest;
+  SIGHTLINE_ASSIGN(output.digest, digest_of(entry));
   return output;
 }
 

@@ -31,28 +31,24 @@ town::WriteTownOptions options_of(const GoldenTown& golden, const std::filesyste
 // What a sensor of 16 beams at the back of the mapping vehicle sees, halfway between the scans of
 // the first: every other scan of a drive with twice as many.
 Result<void> write_second_sensor(const town::WriteTownOptions& options) {
-  const Result<town::Town> town = town::make_town(options.town);
-  if (!town) return town.error();
-  Result<SensorProfile> sensor = town::town_sensor(16);
-  if (!sensor) return sensor.error();
-  sensor->T_vehicle_lidar.translation().x() = -1.5;
-  town::DriveOptions drive_options = town::usual_drive(town->options, 0, *sensor);
+  SIGHTLINE_ASSIGN(const town::Town made, town::make_town(options.town));
+  SIGHTLINE_ASSIGN(SensorProfile sensor, town::town_sensor(16));
+  sensor.T_vehicle_lidar.translation().x() = -1.5;
+  town::DriveOptions drive_options = town::usual_drive(made.options, 0, sensor);
   drive_options.spacing_m = 0.5 * options.spacing_m;
-  const Result<town::DriveSimulator> drive = town::DriveSimulator::make(*town, drive_options);
-  if (!drive) return drive.error();
+  SIGHTLINE_ASSIGN(const town::DriveSimulator drive,
+                   town::DriveSimulator::make(made, drive_options));
   const std::filesystem::path folder = options.out / "mapping" / "rear";
   std::string stamps;
-  for (std::size_t i = 1; i < drive->scan_count(); i += 2) {
+  for (std::size_t i = 1; i < drive.scan_count(); i += 2) {
     std::vector<PointXyzi> points;
-    for (const town::LabelledPoint& point : drive->scan(i).points) {
+    for (const town::LabelledPoint& point : drive.scan(i).points) {
       const Eigen::Vector3f& at_m = point.position_m;
       points.push_back({at_m.x(), at_m.y(), at_m.z(), point.intensity});
     }
     const std::string number = std::to_string(i);
     const std::filesystem::path file = folder / (std::string(4 - number.size(), '0') + number);
-    const Result<void> written =
-        write_pcd_binary(file.string() + ".pcd", points, IfExists::kReplace);
-    if (!written) return written;
+    SIGHTLINE_TRY(write_pcd_binary(file.string() + ".pcd", points, IfExists::kReplace));
     stamps +=
         std::to_string(0.05 * static_cast<double>(i)) + "\n";  // one drive takes twice as long
   }
@@ -72,14 +68,11 @@ Result<void> write_towns(const std::filesystem::path& configs,
                          const std::filesystem::path& folder) {
   for (const GoldenTown& golden : kTowns) {
     const town::WriteTownOptions options = options_of(golden, folder);
-    Result<void> written = town::write_town(options);
-    if (written && golden.has_second_sensor) written = write_second_sensor(options);
-    if (!written) return written;
-    const Result<std::string> config = read_text_file(configs / (golden.name + ".yaml"));
-    if (!config) return config.error();
-    const Result<void> copied =
-        write_file_atomically(folder / golden.name / "town.yaml", *config, IfExists::kReplace);
-    if (!copied) return copied;
+    SIGHTLINE_TRY(town::write_town(options));
+    if (golden.has_second_sensor) SIGHTLINE_TRY(write_second_sensor(options));
+    SIGHTLINE_ASSIGN(const std::string config, read_text_file(configs / (golden.name + ".yaml")));
+    SIGHTLINE_TRY(
+        write_file_atomically(folder / golden.name / "town.yaml", config, IfExists::kReplace));
   }
   return {};
 }

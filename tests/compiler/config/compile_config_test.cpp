@@ -468,9 +468,8 @@ TEST(CompileConfig, MakesTheFactorOfTheMappingDriveByItsOwnLocalizerWhoeverLocal
 
 TEST(CompileConfig, RefusesNoDriveAndTwoWaysToLocalize) {
   EXPECT_EQ(load("build-ndt: {cell_m: 1.0}\n").error().code, ErrorCode::kMissingKey);
-  EXPECT_EQ(load("mapping: {scans: a}\nlocalization: {scans: b}\nannotation: {split: even-odd}\n")
-                .error()
-                .code,
+  EXPECT_EQ(code_of(load(
+                "mapping: {scans: a}\nlocalization: {scans: b}\nannotation: {split: even-odd}\n")),
             ErrorCode::kBadValue);
 }
 

@@ -30,7 +30,7 @@ class PlanFileTest : public TestInFolder {
     EXPECT_TRUE(write_file_atomically(plan_file_in(folder_), text, IfExists::kReplace));
     return read_plan_file(folder_);
   }
-  ErrorCode failure(const std::string& text) { return failure_of(read(text)).code; }
+  ErrorCode failure(const std::string& text) { return code_of(read(text)); }
 };
 
 TEST_F(PlanFileTest, IsReadBackAsItWasWritten) {

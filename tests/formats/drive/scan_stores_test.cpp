@@ -112,7 +112,7 @@ TEST(ScanMemory, AsksAgainForAScanThatCouldNotBeRead) {
   const auto store = std::make_shared<CountingStore>(1);
   store->fails_at = 1;
   const std::shared_ptr<const ScanStore> remembered = ScanMemory::before(store, memory);
-  EXPECT_EQ(failure_of(remembered->read(2)).code, ErrorCode::kCannotRead);
+  EXPECT_EQ(code_of(remembered->read(2)), ErrorCode::kCannotRead);
   ASSERT_TRUE(remembered->read(2));
   ASSERT_TRUE(remembered->read(2));
   EXPECT_EQ(store->reads, 2);

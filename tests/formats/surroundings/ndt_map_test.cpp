@@ -195,7 +195,7 @@ TEST(TiledNds, ReturnThatTheDiskIsFull) {
   const NdtMap map = counted_map(300, 100.0);
   const NoLargeFiles full_disk;
   StoredTableWriter<NdtMap> writer(map, 1000);
-  EXPECT_EQ(failure_of(writer.append(map)).code, ErrorCode::kDiskFull);
+  EXPECT_EQ(code_of(writer.append(map)), ErrorCode::kDiskFull);
 }
 
 TEST(TiledNds, AreRefusedCutShortOrDamagedAtEveryByte) {

@@ -166,7 +166,7 @@ TEST(StoredTable, OfAFileThatShrankIsNotPrintedButAnError) {
       from_stored<StoredTable<FactorTable>>(file.bytes());
   ASSERT_TRUE(stored && dump(*stored));
   file.shrink();
-  EXPECT_EQ(failure_of(dump(*stored)).code, ErrorCode::kCannotRead);
+  EXPECT_EQ(code_of(dump(*stored)), ErrorCode::kCannotRead);
 }
 
 TEST(StoredTable, HasSamplesAtTheSameSites) {

@@ -200,7 +200,7 @@ Lanelet2Export exported(const OpenMap& open, const std::string& text,
 
 ErrorCode refusal(const OpenMap& open, const std::string& text,
                   const Lanelet2Options& options = {}) {
-  return failure_of(to_lanelet2(open.map, *open.reader, {}, text, options)).code;
+  return code_of(to_lanelet2(open.map, *open.reader, {}, text, options));
 }
 
 // The tags of one limit, asked for place by place.

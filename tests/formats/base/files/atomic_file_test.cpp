@@ -35,9 +35,8 @@ TEST_F(AtomicFile, AppearsWholeAndLeavesNothingBeside) {
 TEST_F(AtomicFile, IsNotReplacedUnlessAsked) {
   const std::filesystem::path path = folder_ / "map.bin";
   ASSERT_TRUE(write_file_atomically(path, std::string_view("old"), IfExists::kRefuse));
-  EXPECT_EQ(
-      failure_of(write_file_atomically(path, std::string_view("new"), IfExists::kRefuse)).code,
-      ErrorCode::kOutputExists);
+  EXPECT_EQ(code_of(write_file_atomically(path, std::string_view("new"), IfExists::kRefuse)),
+            ErrorCode::kOutputExists);
   EXPECT_EQ(*read_text_file(path), "old");
   ASSERT_TRUE(write_file_atomically(path, std::string_view("new"), IfExists::kReplace));
   EXPECT_EQ(*read_text_file(path), "new");

@@ -30,7 +30,7 @@ std::string ascii_pcd(int points, std::string_view data) {
   return pcd("x y z", "4 4 4", "F F F", points, "ascii", data);
 }
 
-ErrorCode code_of(const std::string& text) { return failure_of(parse_text(text, "a.pcd")).code; }
+ErrorCode code_of(const std::string& text) { return code_of(parse_text(text, "a.pcd")); }
 
 // ---- files written by PCL
 

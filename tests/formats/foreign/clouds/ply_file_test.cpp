@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 using enum ErrorCode;
-ErrorCode code_of(const std::string& text) { return failure_of(parse_text(text, "a.ply")).code; }
+ErrorCode code_of(const std::string& text) { return code_of(parse_text(text, "a.ply")); }
 
 std::string header(std::string_view format, std::string_view elements) {
   return std::string("ply\nformat ")

@@ -149,7 +149,7 @@ class VelodynePcapTest : public testing::Test {
     options.sensor = "vlp-16";
     return open_recording(options);
   }
-  ErrorCode refusal(const std::string& bytes) { return failure_of(open(bytes)).code; }
+  ErrorCode refusal(const std::string& bytes) { return code_of(open(bytes)); }
   ScratchFolder folder_;
 };
 

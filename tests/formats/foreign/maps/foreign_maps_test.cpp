@@ -13,9 +13,7 @@ class PointMapTest : public testing::Test {
     const PointXyzi points[] = {{x_m, y_m, 1.0F, 0.0F}, {x_m + 5.0F, y_m, 2.0F, 0.0F}};
     ASSERT_TRUE(write_pcd_binary(folder_ / name, points).has_value());
   }
-  ErrorCode refusal(const std::string& name) {
-    return failure_of(open_point_map(folder_ / name, 1)).code;
-  }
+  ErrorCode refusal(const std::string& name) { return code_of(open_point_map(folder_ / name, 1)); }
   ScratchFolder folder_;
 };
 

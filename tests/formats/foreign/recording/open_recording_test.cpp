@@ -36,7 +36,7 @@ class RecordingTest : public testing::Test {
     if (!stamps.empty()) made.stamps = folder_.write("times.txt", stamps).string();
     return made;
   }
-  ErrorCode refusal(const RecordingOptions& made) { return failure_of(open_recording(made)).code; }
+  ErrorCode refusal(const RecordingOptions& made) { return code_of(open_recording(made)); }
   static double x_m(const RecordedScan& scan) { return scan.T_world_vehicle->translation().x(); }
 
   ScratchFolder folder_;
