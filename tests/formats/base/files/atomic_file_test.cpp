@@ -4,10 +4,10 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <csignal>
 #include <filesystem>
 
 #include "tests/support/scratch_folder.h"
+#include "tests/support/test_files.h"
 #include "tests/support/value_of.h"
 
 namespace sightline {
@@ -46,17 +46,11 @@ TEST_F(AtomicFile, IsNotReplacedUnlessAsked) {
 TEST_F(AtomicFile, LeavesTheOldFileWhenWritingFailsHalfWay) {
   const std::filesystem::path path = folder_ / "map.bin";
   ASSERT_TRUE(write_file_atomically(path, std::string_view("old"), IfExists::kRefuse));
-  rlimit before{};
-  ::getrlimit(RLIMIT_FSIZE, &before);
-  const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit small{4096, before.rlim_max};
-  ::setrlimit(RLIMIT_FSIZE, &small);
-  const Result<void> result =
-      write_file_atomically(path, std::string(100'000, 'x'), IfExists::kReplace);
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, ignored);
-  ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kDiskFull);
+  const auto write_on_full_disk = [&] {
+    const NoLargeFiles full_disk;
+    return write_file_atomically(path, std::string(100'000, 'x'), IfExists::kReplace);
+  };
+  EXPECT_EQ(code_of(write_on_full_disk()), ErrorCode::kDiskFull);
   EXPECT_EQ(*read_text_file(path), "old");
   EXPECT_EQ(file_count(), 1U);
 }

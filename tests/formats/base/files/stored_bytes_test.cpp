@@ -1,16 +1,16 @@
 #include "formats/base/files/stored_bytes.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "formats/base/hash.h"
 #include "formats/base/random.h"
+#include "tests/support/test_files.h"
+#include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
@@ -108,18 +108,9 @@ TEST(GrowingBytes, SayWhereTheyCouldNotBeKept) {
 }
 
 TEST(GrowingBytes, SayThatTheDiskIsFull) {
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
-  rlimit small = before;
-  small.rlim_cur = 1000;
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const NoLargeFiles full_disk;
   GrowingBytes growing(10);
-  const Result<void> full = growing.append(random_bytes(2000));
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
-  std::signal(SIGXFSZ, handler);
-  ASSERT_FALSE(full);
-  EXPECT_EQ(full.error().code, ErrorCode::kDiskFull);
+  EXPECT_EQ(code_of(growing.append(random_bytes(2000))), ErrorCode::kDiskFull);
 }
 
 TEST(Xxh3Stream, IsThatOfAllBytesAtOnce) {
