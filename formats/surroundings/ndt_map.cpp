@@ -87,7 +87,9 @@ int dimension_class(const Nd& nd) {
 Result<void> validate(const NdtMap& map) {
   if (!is_tiling(map.cell_m, map.tile_m)) {
     return invalid_artifact(
-        concat("a tile of ", map.tile_m, " m is no multiple of a cell of ", map.cell_m, " m"), "");
+        concat("a tile of ", std::to_string(map.tile_m), " m is no multiple of a cell of ",
+               std::to_string(map.cell_m), " m"),
+        "");
   }
   if (!map.frame.origin_world_m.allFinite()) return invalid_artifact("the frame is not finite", "");
   for (std::size_t i = 0; i < map.nds.size(); ++i) {

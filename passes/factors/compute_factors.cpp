@@ -163,8 +163,8 @@ Result<void> check_inputs(const NdtMap& map, const Sites& sites, const DepthImag
   }
   const double reach_m = std::min(depth.longest_range_m, scans.longest_range_m);
   if (reach_m < longest_m) {
-    return mismatched(concat("depth images or virtual scans end at ", reach_m,
-                             " m, before the longest range of ", longest_m, " m"));
+    return mismatched(concat("depth images or virtual scans end at ", std::to_string(reach_m),
+                             " m, before the longest range of ", std::to_string(longest_m), " m"));
   }
   return {};
 }

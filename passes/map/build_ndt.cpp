@@ -205,10 +205,10 @@ NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame
 Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                            const SurfacePoints& points) {
   if (!is_tiling(options.cell_m, options.tile_m)) {
-    return Error{
-        ErrorCode::kBadValue,
-        concat("tile_m is ", options.tile_m, ", expected a multiple of cell_m ", options.cell_m),
-        "", "pass build-ndt"};
+    return Error{ErrorCode::kBadValue,
+                 concat("tile_m is ", std::to_string(options.tile_m),
+                        ", expected a multiple of cell_m ", std::to_string(options.cell_m)),
+                 "", "pass build-ndt"};
   }
   SIGHTLINE_ASSIGN(TiledNds nds, points.scans.empty() ? map_of_points(ctx, options, points)
                                                       : map_of_scans(ctx, options, points));

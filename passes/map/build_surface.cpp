@@ -147,10 +147,10 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options) {
 Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                                    const SurfacePoints& points) {
   if (!is_tiling(options.cell_m, options.tile_m)) {
-    return Error{
-        ErrorCode::kBadValue,
-        concat("tile_m is ", options.tile_m, ", expected a multiple of cell_m ", options.cell_m),
-        "", "pass build-surface"};
+    return Error{ErrorCode::kBadValue,
+                 concat("tile_m is ", std::to_string(options.tile_m),
+                        ", expected a multiple of cell_m ", std::to_string(options.cell_m)),
+                 "", "pass build-surface"};
   }
   const Surface order{points.frame, options.cell_m, options.tile_m, {}};
   PatchesByTile patches(options.cell_m, options.tile_m);

@@ -62,8 +62,8 @@ Result<void> check_options(const CastRaysOptions& options) {
   const double last_deg =
       options.first_elevation_deg + (options.elevation_count - 1) * options.elevation_step_deg;
   if (last_deg > 90.0) {
-    return at_pass({ErrorCode::kBadValue,
-                    concat("the last elevation is ", last_deg, " degrees, beyond the pole")});
+    return at_pass({ErrorCode::kBadValue, concat("the last elevation is ", std::to_string(last_deg),
+                                                 " degrees, beyond the pole")});
   }
   return {};
 }

@@ -77,10 +77,11 @@ Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMa
       {.cell_m = options.cell_m, .tile_m = tile_m, .min_points = options.min_points},
       options.threads);
   if (!map.ndt.nds.empty()) return map;
-  return Error{ErrorCode::kEmptyMap,
-               concat("none of ", map.ndt.sparse_cell_count, " cells of ", options.cell_m,
-                      " m has ", options.min_points, " points: was the cloud thinned?"),
-               path.string()};
+  return Error{
+      ErrorCode::kEmptyMap,
+      concat("none of ", map.ndt.sparse_cell_count, " cells of ", std::to_string(options.cell_m),
+             " m has ", options.min_points, " points: was the cloud thinned?"),
+      path.string()};
 }
 
 Result<VehicleMap> read_either(const std::filesystem::path& path,
