@@ -29,9 +29,7 @@ MeasureErrorOptions measuring_as(const CompiledMap& map, const CompileConfig& co
   measuring.ranges_m = ranges_of(map.predicted.looks);
   measuring.every_return = took_every_return(map.model.localizer);
   measuring.looks.clear();
-  for (const PredictedError& samples : map.predicted.of_samples) {
-    measuring.looks = with_baselines(samples.looks);
-  }
+  if (map.looks) measuring.looks = with_baselines(map.looks->ranges.looks);
   const bool is_same = config.is_split() && is_same_recording(config.evaluation, config.mapping);
   measuring.scans = is_same ? ScanSelection::kOdd : ScanSelection::kAll;
   return measuring;
@@ -70,14 +68,15 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   return localized;
 }
 
-Wire<MeasuredError> measure(std::string_view label, const LocalizedDrive& drive, const OnMap& on) {
+Wire<ByFamily<MeasuredError>> measure(std::string_view label, const LocalizedDrive& drive,
+                                      const OnMap& on) {
   return on.plan.run_as(label, kMeasureError, on.measuring, drive.undistorted, drive.trajectory,
                         on.ndt, on.sites);
 }
 
-Wire<MeasuredError> add_errors(const CompileConfig& config, RecordingUse use,
-                               const LocalizedDrive& drive, const OnMap& on,
-                               std::vector<OutsideInput>& outside) {
+Wire<ByFamily<MeasuredError>> add_errors(const CompileConfig& config, RecordingUse use,
+                                         const LocalizedDrive& drive, const OnMap& on,
+                                         std::vector<OutsideInput>& outside) {
   const bool is_evaluation = use == RecordingUse::kEvaluation;
   const std::string label = is_evaluation ? "evaluation" : "";
   const std::string& file = is_evaluation ? config.outside.evaluation_file : config.outside.file;
@@ -97,9 +96,9 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
   Plan& plan = evaluate.plan;
   evaluate.ndt = plan.input<NdtMap>("map/nds");
   evaluate.sites = plan.input<Sites>("map/sites");
-  evaluate.predicted = plan.input<PredictedError>("map/predicted");
-  evaluate.ranges = plan.input<RangeTable>("map/ranges");
-  evaluate.factors = plan.input<FactorTable>("map/factors");
+  evaluate.predicted = plan.input<ByFamily<PredictedError>>("map/predicted");
+  evaluate.ranges = plan.input<ByFamily<RangeTable>>("map/ranges");
+  evaluate.factors = plan.input<ByFamily<FactorTable>>("map/factors");
   const RecordingUse use = RecordingUse::kEvaluation;
   evaluate.recording = add_recording(plan, {use}, config.evaluation);
   const LocalizedDrive drive = add_drive(plan, evaluate.recording, evaluate.ndt, evaluate.sites);

@@ -27,12 +27,13 @@ struct OnMap {
   MeasureErrorOptions measuring;
 };
 
-Wire<MeasuredError> measure(std::string_view label, const LocalizedDrive& drive, const OnMap& on);
+Wire<ByFamily<MeasuredError>> measure(std::string_view label, const LocalizedDrive& drive,
+                                      const OnMap& on);
 
 // As a localizer outside made them, where the configuration names a file of them.
-Wire<MeasuredError> add_errors(const CompileConfig& config, RecordingUse use,
-                               const LocalizedDrive& drive, const OnMap& on,
-                               std::vector<OutsideInput>& outside);
+Wire<ByFamily<MeasuredError>> add_errors(const CompileConfig& config, RecordingUse use,
+                                         const LocalizedDrive& drive, const OnMap& on,
+                                         std::vector<OutsideInput>& outside);
 
 EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map);
 

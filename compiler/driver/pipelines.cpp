@@ -102,7 +102,8 @@ CompilePlan with_inputs(const CompileConfig& config, ModelSource model) {
   compile.plan = Plan(config.passes);
   Plan& plan = compile.plan;
   compile.cards = plan.input<RecordingCards>("recordings");
-  if (model == ModelSource::kGiven) compile.given_model = plan.input<ErrorModel>("given-model");
+  if (model == ModelSource::kGiven)
+    compile.given_model = plan.input<ByFamily<ErrorModel>>("given-model");
   visit_recordings(config, [&](const RecordingRole& role, const RecordingOptions& options) {
     if (!is_used(config, role, options)) return;
     compile.recordings.push_back(add_recording(plan, role, options));
@@ -282,7 +283,7 @@ Wire<FactorTable> compute_factors(CompilePlan& compile) {
 // other drive. A model that learns one half of a drive from the other would trust this
 // error too much elsewhere: it is evidence for the choice then, not a factor.
 
-Wire<MeasuredError> measure_own_scans(const CompileConfig& config, CompilePlan& compile) {
+Wire<ByFamily<MeasuredError>> measure_own_scans(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
   if (config.has_map()) {
     SimulateErrorOptions simulating = plan.options(kSimulateError);
@@ -299,7 +300,7 @@ Wire<MeasuredError> measure_own_scans(const CompileConfig& config, CompilePlan& 
 
 void add_evidence(const CompileConfig& config, Wire<FactorTable> map_factors,
                   CompilePlan& compile) {
-  const Wire<MeasuredError> own = measure_own_scans(config, compile);
+  const Wire<ByFamily<MeasuredError>> own = measure_own_scans(config, compile);
   const bool learns_here = config.is_split() && !compile.given_model.is_connected();
   Maybe<SensorProfile> mapping_sensor;
   if (!config.has_map() && !learns_here) mapping_sensor = compile.recordings.front().sensor;
@@ -326,7 +327,7 @@ void measure_drives(const CompileConfig& config, CompilePlan& compile) {
   compile.measured =
       add_errors(config, RecordingUse::kLocalization, compile.localized, on, compile.outside);
   std::vector<Wire<Drive>> drives = {compile.localized.drive};
-  std::vector<Wire<MeasuredError>> errors = {compile.measured};
+  std::vector<Wire<ByFamily<MeasuredError>>> errors = {compile.measured};
   on.measuring.may_be_elsewhere = true;
   for (std::size_t i = 1; i < recordings.size(); ++i) {
     const LocalizedDrive later =
@@ -370,7 +371,7 @@ void predict(const CompileConfig& config, CompilePlan& compile) {
                       : plan.run(kTrainModelHere, compile.sites, compile.factors, compile.measured,
                                  compile.cards, compile.measured_drives);
   const bool are_several = compile.measured_drives.is_connected();
-  Maybe<MeasuredError> one;
+  Maybe<ByFamily<MeasuredError>> one;
   Maybe<MeasuredDrives> several;
   if (has_history(config, compile) && are_several) several = compile.measured_drives;
   if (has_history(config, compile) && !are_several) one = compile.measured;
@@ -444,7 +445,8 @@ std::vector<AnyWire> reported_artifacts(const CompilePlan& compile) {
   return reported;
 }
 
-Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile) {
+Wire<ByFamily<MeasuredError>> measure_evaluation_drive(const CompileConfig& config,
+                                                       CompilePlan& compile) {
   Plan& plan = compile.plan;
   const RecordingUse use = RecordingUse::kEvaluation;
   compile.recordings.push_back(add_recording(plan, {use}, config.evaluation));

@@ -14,6 +14,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model = ModelS
 std::vector<AnyWire> reported_artifacts(const CompilePlan& compile);
 
 // Adds the steps that measure the evaluation drive on the map of the plan.
-Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile);
+Wire<ByFamily<MeasuredError>> measure_evaluation_drive(const CompileConfig& config,
+                                                       CompilePlan& compile);
 
 }  // namespace sightline

@@ -80,7 +80,7 @@ struct CompilePlan {
   std::vector<OutsideInput> outside;    // those that were named
   FinishedMapInput finished;
   Wire<RecordingCards> cards;
-  Wire<ErrorModel> given_model;  // connected where the model is given
+  Wire<ByFamily<ErrorModel>> given_model;  // connected where the model is given
   std::string base_file;
   Wire<ReleasedPoses> base;  // connected where an earlier map's poses stay
   // Made.
@@ -98,17 +98,17 @@ struct CompilePlan {
   Wire<DepthImages> depth;
   std::vector<Wire<SiteColumn>> columns;  // further figures of each site, which the map keeps
   Wire<SensorProfile> localizing_sensor;  // provided: of a recording, or of the finished map
-  Wire<FactorTable> factors;
-  LocalizedDrive localized;       // the first; a split recording by its own poses
-  Wire<MeasuredError> simulated;  // in a finished map
+  Wire<ByFamily<FactorTable>> factors;
+  LocalizedDrive localized;                 // the first; a split recording by its own poses
+  Wire<ByFamily<MeasuredError>> simulated;  // in a finished map
   // Of the localization drive, of several each in turn; in a finished map without: simulated.
-  Wire<MeasuredError> measured;
+  Wire<ByFamily<MeasuredError>> measured;
   // Of several localization drives, or with what a compiled map knew before; else not connected.
   Wire<MeasuredDrives> measured_drives;
-  Wire<ErrorModel> model;  // given or trained
-  Wire<PredictedError> predicted;
-  Wire<FactorTable> kept_factors;  // in the map, with what was an input of `predicted`
-  Wire<RangeTable> ranges;
+  Wire<ByFamily<ErrorModel>> model;  // given or trained
+  Wire<ByFamily<PredictedError>> predicted;
+  Wire<ByFamily<FactorTable>> kept_factors;  // in the map, with what was an input of `predicted`
+  Wire<ByFamily<RangeTable>> ranges;
   Wire<CalibratedPlan> look_plan;
   Wire<Sharpness> sharpness;
   Wire<TileDrives> tile_drives;  // where several drives make the map; else not connected
@@ -125,11 +125,11 @@ struct EvaluatePlan {
   std::vector<OutsideInput> outside;
   Wire<NdtMap> ndt;
   Wire<Sites> sites;
-  Wire<PredictedError> predicted;
-  Wire<RangeTable> ranges;
-  Wire<FactorTable> factors;
+  Wire<ByFamily<PredictedError>> predicted;
+  Wire<ByFamily<RangeTable>> ranges;
+  Wire<ByFamily<FactorTable>> factors;
   // Made, but for `measured` where it is provided.
-  Wire<MeasuredError> measured;
+  Wire<ByFamily<MeasuredError>> measured;
   Wire<Evaluation> evaluation;
   // Not connected where the drive is localized by another localizer than this program's own:
   // nothing replays it then.

@@ -215,9 +215,9 @@ Result<void> provide_drives(const CompilePlan& compile,
 void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts) {
   artifacts.provide(evaluate.ndt, map.ndt);
   artifacts.provide(evaluate.sites, map.sites);
-  artifacts.provide(evaluate.predicted, map.predicted);
-  artifacts.provide(evaluate.ranges, map.ranges);
-  artifacts.provide(evaluate.factors, map.factors);
+  artifacts.provide(evaluate.predicted, predicted_of(map));
+  artifacts.provide(evaluate.ranges, choice_of(map));
+  artifacts.provide(evaluate.factors, factors_of(map));
 }
 
 RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts) {
@@ -248,19 +248,19 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
 Result<void> provide_model(const CompilePlan& compile, const std::filesystem::path& file,
                            ArtifactSet& artifacts) {
   if (file.empty()) return {};
-  SIGHTLINE_ASSIGN(ErrorModel model, read_model(file));
+  SIGHTLINE_ASSIGN(ByFamily<ErrorModel> model, read_model(file));
   artifacts.provide(compile.given_model, std::move(model));
   return {};
 }
 
-Result<ErrorModel> read_model(const std::filesystem::path& file) {
-  Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string()};
+Result<ByFamily<ErrorModel>> read_model(const std::filesystem::path& file) {
+  Result<ByFamily<ErrorModel>> model = Error{ErrorCode::kCannotRead, "no model", file.string()};
   if (file.extension() == ".slmap") {
     SIGHTLINE_ASSIGN(const CompiledMap map, read_map(file));
     model = model_of(map.model);
   } else {
     SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(file));
-    model = from_bytes<ErrorModel>(bytes);
+    model = from_bytes<ByFamily<ErrorModel>>(bytes);
   }
   if (!model) return in_file(model.error(), file.string());
   return model;

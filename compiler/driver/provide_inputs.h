@@ -28,7 +28,7 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
 
 // The error model of a finished map (.slmap) or of a model file. Errors: those of read_map,
 // model_of and from_bytes.
-Result<ErrorModel> read_model(const std::filesystem::path& file);
+Result<ByFamily<ErrorModel>> read_model(const std::filesystem::path& file);
 // Provides it to a plan that is given one (file empty: it is not). Errors: those of read_model.
 Result<void> provide_model(const CompilePlan& compile, const std::filesystem::path& file,
                            ArtifactSet& artifacts);

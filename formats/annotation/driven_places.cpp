@@ -68,4 +68,6 @@ Table dump(const DrivenPlaces& places) {
   return table;
 }
 
+Table dump(const ByFamily<DrivenPlaces>& places) { return dump(places.ranges); }
+
 }  // namespace sightline

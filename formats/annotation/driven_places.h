@@ -14,7 +14,7 @@
 namespace sightline {
 
 // A mapped place that was driven once or more after it was mapped: what its map says of each site,
-// and how well each drive localized there.
+// and how well each drive localized there, by the looks of a family.
 struct DrivenPlace {
   std::string name;
   Sites sites;
@@ -33,7 +33,7 @@ SIGHTLINE_FIELDS(DrivenPlaces, places)
 template <>
 struct ArtifactTraits<DrivenPlaces> {
   static constexpr std::string_view kName = "driven-places";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 // Every part is valid in itself and belongs to its place. Errors: mismatched-inputs where sites,
@@ -41,5 +41,6 @@ struct ArtifactTraits<DrivenPlaces> {
 // place is named.
 Result<void> validate(const DrivenPlaces& places);
 Table dump(const DrivenPlaces& places);  // one row per drive
+Table dump(const ByFamily<DrivenPlaces>& places);
 
 }  // namespace sightline

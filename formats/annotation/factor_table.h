@@ -6,14 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/annotation/by_family.h"
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
-#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
-// Map factors of every site at every look.
+// Map factors of every site at every look of a family.
 struct FactorTable {
   std::vector<Look> looks;           // from the cheapest to the dearest
   std::vector<std::string> factors;  // column names, "feature_count", ...
@@ -22,9 +22,6 @@ struct FactorTable {
   // samples, most of what it would hold.
   std::uint32_t shared_count = 0;
   std::vector<double> values;  // [site][shared factors, then by look the others]
-  // The same of the looks that take a sample, the same sites and drive: none or one, without its
-  // own.
-  std::vector<FactorTable> of_samples;
 
   // Where no factor is shared.
   [[nodiscard]] SiteShape shape() const { return {looks.size(), factors.size()}; }
@@ -43,7 +40,7 @@ struct FactorTable {
 template <>
 struct ArtifactTraits<FactorTable> {
   static constexpr std::string_view kName = "factor-table";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 // The column of ones that says that simulated scans stand where those of drives would
@@ -56,7 +53,7 @@ Table dump(const FactorTable& table);
 void encode(const FactorTable& table, ByteWriter& writer);
 void decode(ByteReader& reader, FactorTable& table);
 
-// A row has all values of a site: by the looks that take every return, then by those that do not.
+// A row has all values of a site.
 template <>
 struct RowsOf<FactorTable> {
   static std::size_t size(const FactorTable& head);

@@ -5,23 +5,23 @@
 namespace sightline {
 namespace {
 
-Error invalid_drive(const MeasuredError& drive, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "drive '" + drive.drive + "'"};
+Error invalid_drive(const ByFamily<MeasuredError>& drive, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "drive '" + drive.ranges.drive + "'"};
 }
 
-Result<void> validate_beside(const MeasuredError& first, const MeasuredError& drive) {
+Result<void> validate_beside(const ByFamily<MeasuredError>& first,
+                             const ByFamily<MeasuredError>& drive) {
   SIGHTLINE_TRY(validate(drive));
-  const bool is_of_one_map = drive.scan_of_site.size() == first.scan_of_site.size() &&
-                             drive.looks == first.looks &&
-                             drive.of_samples.size() == first.of_samples.size() &&
-                             (first.of_samples.empty() ||
-                              drive.of_samples.front().looks == first.of_samples.front().looks);
+  const bool is_of_one_map = drive.ranges.scan_of_site.size() == first.ranges.scan_of_site.size() &&
+                             has_looks_of(drive, first);
   if (!is_of_one_map) {
     return invalid_drive(drive, "its sites or looks are not those of the first drive");
   }
-  if (drive.matching.localizer == first.matching.localizer) return {};
-  return invalid_drive(drive, "it was localized by " + to_text(drive.matching.localizer) +
-                                  ", the first drive by " + to_text(first.matching.localizer));
+  const LocalizerProfile& localizer = drive.ranges.matching.localizer;
+  const LocalizerProfile& expected = first.ranges.matching.localizer;
+  if (localizer == expected) return {};
+  return invalid_drive(drive, "it was localized by " + to_text(localizer) +
+                                  ", the first drive by " + to_text(expected));
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ Table dump(const MeasuredDrives& measured) {
   Table table{"measured-drives", {"number", "drive", "sites", "measured_sites"}, {}, {}};
   table.facts.emplace_back("named_count", std::int64_t{measured.named_count});
   for (std::size_t i = 0; i < measured.drives.size(); ++i) {
-    const MeasuredError& drive = measured.drives[i];
+    const MeasuredError& drive = measured.drives[i].ranges;
     const auto count =
         std::ranges::count_if(drive.scan_of_site, [](std::int64_t scan) { return scan >= 0; });
     table.rows.push_back({std::int64_t{measured.numbers[i]}, drive.drive,

@@ -12,7 +12,7 @@ namespace sightline {
 
 // What several drives found at the sites of one map, each by itself.
 struct MeasuredDrives {
-  std::vector<MeasuredError> drives;  // in the order in which they were named
+  std::vector<ByFamily<MeasuredError>> drives;  // in the order in which they were named
   // [drive]: which of the drives that were named it is, from 0 on, ascending; some are left out.
   std::vector<std::uint32_t> numbers;
   std::uint32_t named_count = 0;
@@ -22,7 +22,7 @@ SIGHTLINE_FIELDS(MeasuredDrives, drives, numbers, named_count)
 template <>
 struct ArtifactTraits<MeasuredDrives> {
   static constexpr std::string_view kName = "measured-drives";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 // Section and number of a localization drive, from 0 on: "localization", "localization[2]", ...

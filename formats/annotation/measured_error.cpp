@@ -4,7 +4,6 @@
 #include <cmath>
 #include <span>
 
-#include "formats/annotation/of_samples.h"
 #include "formats/record/fields.h"
 
 namespace sightline {
@@ -74,51 +73,6 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
   return {};
 }
 
-Result<void> validate_own(const MeasuredError& measured) {
-  SIGHTLINE_TRY(validate_setup(measured));
-  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
-    if (measured.scan_of_site[site] < -1) {
-      return invalid_artifact(
-          "found scan " + std::to_string(measured.scan_of_site[site]) + ", expected an index or -1",
-          "site " + std::to_string(site));
-    }
-    for (std::size_t range = 0; range < measured.looks.size(); ++range) {
-      SIGHTLINE_TRY(
-          validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
-                       "site " + std::to_string(site) + ", range " + std::to_string(range)));
-    }
-  }
-  return {};
-}
-
-const std::vector<Look>& looks_of(const MeasuredError& measured) { return measured.looks; }
-
-void encode_own_head(const MeasuredError& measured, ByteWriter& writer) {
-  writer.put_string(measured.drive);
-  writer.put(measured.matching.scans);
-  encode(measured.matching.localizer, writer);
-  writer.put(measured.matching.coarse_cells);
-  writer.put(measured.matching.leaf_m);
-  writer.put(measured.matching.site_step);
-  writer.put(measured.reference);
-  encode(measured.looks, writer);
-  encode(measured.offsets, writer);
-  writer.put_array(measured.scan_of_site);
-}
-
-void decode_own_head(ByteReader& reader, MeasuredError& measured) {
-  reader.get_string(measured.drive);
-  reader.get(measured.matching.scans);
-  decode(reader, measured.matching.localizer);
-  reader.get(measured.matching.coarse_cells);
-  reader.get(measured.matching.leaf_m);
-  reader.get(measured.matching.site_step);
-  reader.get(measured.reference);
-  decode(reader, measured.looks);
-  decode(reader, measured.offsets);
-  reader.get_array(measured.scan_of_site);
-}
-
 void encode_row(const ErrorRow& row, ByteWriter& writer) {
   writer.put(row.point_count);
   for (const RowField& field : kRowFields) writer.put(row.*field.value);
@@ -133,19 +87,6 @@ void decode_row(ByteReader& reader, ErrorRow& row) {
 template <class Measured>
 auto rows_at(Measured& measured, std::size_t site) {
   return std::span(measured.rows).subspan(site * measured.looks.size(), measured.looks.size());
-}
-
-void append_rows(const MeasuredError& measured, Table& table) {
-  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
-    for (std::size_t look = 0; look < measured.looks.size(); ++look) {
-      const ErrorRow& row = measured.row(site, look);
-      std::vector<Cell> cells = {static_cast<std::int64_t>(site), measured.looks[look].range_m,
-                                 to_text(measured.looks[look]), measured.scan_of_site[site],
-                                 std::int64_t{row.point_count}};
-      for (const RowField& field : kRowFields) cells.emplace_back(row.*field.value);
-      table.rows.push_back(std::move(cells));
-    }
-  }
 }
 
 }  // namespace
@@ -163,8 +104,20 @@ std::string_view reference_text(ErrorReference reference) {
 }
 
 Result<void> validate(const MeasuredError& measured) {
-  SIGHTLINE_TRY(validate_both(measured, validate_own, looks_of));
-  return validate_site_count(measured);
+  SIGHTLINE_TRY(validate_setup(measured));
+  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
+    if (measured.scan_of_site[site] < -1) {
+      return invalid_artifact(
+          "found scan " + std::to_string(measured.scan_of_site[site]) + ", expected an index or -1",
+          "site " + std::to_string(site));
+    }
+    for (std::size_t range = 0; range < measured.looks.size(); ++range) {
+      SIGHTLINE_TRY(
+          validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
+                       "site " + std::to_string(site) + ", range " + std::to_string(range)));
+    }
+  }
+  return {};
 }
 
 Table dump(const MeasuredError& measured) {
@@ -189,8 +142,16 @@ Table dump(const MeasuredError& measured) {
   }
   table.columns = {"site", "range_m", "look", "scan", "point_count"};
   for (const RowField& field : kRowFields) table.columns.emplace_back(field.name);
-  append_rows(measured, table);
-  for (const MeasuredError& samples : measured.of_samples) append_rows(samples, table);
+  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
+    for (std::size_t look = 0; look < measured.looks.size(); ++look) {
+      const ErrorRow& row = measured.row(site, look);
+      std::vector<Cell> cells = {static_cast<std::int64_t>(site), measured.looks[look].range_m,
+                                 to_text(measured.looks[look]), measured.scan_of_site[site],
+                                 std::int64_t{row.point_count}};
+      for (const RowField& field : kRowFields) cells.emplace_back(row.*field.value);
+      table.rows.push_back(std::move(cells));
+    }
+  }
   return table;
 }
 
@@ -198,9 +159,7 @@ void encode(const MeasuredError& measured, ByteWriter& writer) { encode_whole(me
 void decode(ByteReader& reader, MeasuredError& measured) { decode_whole(reader, measured); }
 
 std::size_t RowsOf<MeasuredError>::size(const MeasuredError& head) {
-  std::size_t rows = head.looks.size();
-  for (const MeasuredError& samples : head.of_samples) rows += samples.looks.size();
-  return rows * kEncodedRow;
+  return head.looks.size() * kEncodedRow;
 }
 
 MeasuredError RowsOf<MeasuredError>::head_of(const MeasuredError& table) {
@@ -209,37 +168,46 @@ MeasuredError RowsOf<MeasuredError>::head_of(const MeasuredError& table) {
 
 MeasuredError RowsOf<MeasuredError>::part_of(const MeasuredError& head, std::size_t first,
                                              std::size_t count) {
-  MeasuredError part{head.drive, head.matching, head.reference, head.looks, head.offsets, {}, {},
-                     {}};
+  MeasuredError part{head.drive, head.matching, head.reference, head.looks, head.offsets, {}, {}};
   const auto scans = std::span(head.scan_of_site).subspan(first, count);
   part.scan_of_site.assign(scans.begin(), scans.end());
-  for (const MeasuredError& samples : head.of_samples) {
-    part.of_samples.push_back(part_of(samples, first, count));
-  }
   return part;
 }
 
 void RowsOf<MeasuredError>::resize(MeasuredError& head, std::size_t count) {
   head.rows.resize(head.shape().size(count));
-  for (MeasuredError& samples : head.of_samples) resize(samples, count);
 }
 
 void RowsOf<MeasuredError>::encode_head(const MeasuredError& table, ByteWriter& writer) {
-  encode_both(table, writer, encode_own_head);
+  writer.put_string(table.drive);
+  writer.put(table.matching.scans);
+  sightline::encode(table.matching.localizer, writer);
+  writer.put(table.matching.coarse_cells);
+  writer.put(table.matching.leaf_m);
+  writer.put(table.matching.site_step);
+  writer.put(table.reference);
+  sightline::encode(table.looks, writer);
+  sightline::encode(table.offsets, writer);
+  writer.put_array(table.scan_of_site);
 }
 
 void RowsOf<MeasuredError>::decode_head(ByteReader& reader, MeasuredError& table) {
-  decode_both(reader, table, decode_own_head);
-  if (!has_one_site_count(table)) reader.fail();
+  reader.get_string(table.drive);
+  reader.get(table.matching.scans);
+  sightline::decode(reader, table.matching.localizer);
+  reader.get(table.matching.coarse_cells);
+  reader.get(table.matching.leaf_m);
+  reader.get(table.matching.site_step);
+  reader.get(table.reference);
+  sightline::decode(reader, table.looks);
+  sightline::decode(reader, table.offsets);
+  reader.get_array(table.scan_of_site);
 }
 
 void RowsOf<MeasuredError>::encode(const MeasuredError& table, std::size_t first, std::size_t count,
                                    ByteWriter& writer) {
   for (std::size_t site = first; site < first + count; ++site) {
     for (const ErrorRow& row : rows_at(table, site)) encode_row(row, writer);
-    for (const MeasuredError& samples : table.of_samples) {
-      for (const ErrorRow& row : rows_at(samples, site)) encode_row(row, writer);
-    }
   }
 }
 
@@ -247,9 +215,6 @@ void RowsOf<MeasuredError>::decode(ByteReader& reader, MeasuredError& table, std
                                    std::size_t count) {
   for (std::size_t site = first; site < first + count; ++site) {
     for (ErrorRow& row : rows_at(table, site)) decode_row(reader, row);
-    for (MeasuredError& samples : table.of_samples) {
-      for (ErrorRow& row : rows_at(samples, site)) decode_row(reader, row);
-    }
   }
 }
 

@@ -7,13 +7,13 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/annotation/by_family.h"
 #include "formats/artifact.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/localizer_profile.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
 #include "formats/record/fields.h"
-#include "formats/tables/stored_table.h"
 
 namespace sightline {
 
@@ -68,7 +68,7 @@ struct MatchingCard {
   std::uint32_t site_step = 1;
 };
 
-// Localization error of one drive at the sites of a map.
+// Localization error of one drive at the sites of a map, by the looks of a family.
 struct MeasuredError {
   std::string drive;
   MatchingCard matching;
@@ -79,9 +79,6 @@ struct MeasuredError {
   // near.
   std::vector<std::int64_t> scan_of_site;
   std::vector<ErrorRow> rows;  // [site][look]; all zero where there was no scan
-  // The same of the looks that take a sample, the same sites and drive: none or one, without its
-  // own.
-  std::vector<MeasuredError> of_samples;
 
   [[nodiscard]] SiteShape shape() const { return {looks.size()}; }
 
@@ -93,7 +90,7 @@ struct MeasuredError {
 template <>
 struct ArtifactTraits<MeasuredError> {
   static constexpr std::string_view kName = "measured-error";
-  static constexpr std::uint32_t kVersion = 6;
+  static constexpr std::uint32_t kVersion = 7;
 };
 
 Result<void> validate(const MeasuredError& measured);
@@ -101,7 +98,7 @@ Table dump(const MeasuredError& measured);
 void encode(const MeasuredError& measured, ByteWriter& writer);
 void decode(ByteReader& reader, MeasuredError& measured);
 
-// A row has the errors at a site: by the looks that take every return, then by those that do not.
+// A row has the errors at a site.
 template <>
 struct RowsOf<MeasuredError> {
   static std::size_t size(const MeasuredError& head);

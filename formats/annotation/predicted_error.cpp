@@ -3,8 +3,6 @@
 #include <cmath>
 #include <string>
 
-#include "formats/annotation/of_samples.h"
-
 namespace sightline {
 namespace {
 
@@ -54,7 +52,18 @@ Result<void> validate_pair(const PredictedError& predicted, std::size_t site, st
   return {};
 }
 
-Result<void> validate_own(const PredictedError& predicted) {
+// Calls use(field) for what a model keeps.
+template <class Predictions, class Use>
+void visit_predictions(Predictions& predicted, const Use& use) {
+  const auto visit = [&](std::string_view name, auto& field) {
+    if (name != "support_margin") use(field);
+  };
+  fields(visit, predicted);
+}
+
+}  // namespace
+
+Result<void> validate(const PredictedError& predicted) {
   SIGHTLINE_TRY(validate_shape(predicted));
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     if (predicted.out_of_fold[site] > 1 || predicted.has_history[site] > 1) {
@@ -70,18 +79,14 @@ Result<void> validate_own(const PredictedError& predicted) {
   return {};
 }
 
-const std::vector<Look>& looks_of(const PredictedError& predicted) { return predicted.looks; }
-
-// Calls use(field) for what a model keeps.
-template <class Predictions, class Use>
-void visit_predictions(Predictions& predicted, const Use& use) {
-  const auto visit = [&](std::string_view name, auto& field) {
-    if (name != "support_margin" && name != "of_samples") use(field);
-  };
-  fields(visit, predicted);
-}
-
-void append_rows(const PredictedError& predicted, Table& table) {
+Table dump(const PredictedError& predicted) {
+  Table table;
+  table.name = "predicted-error";
+  table.columns = {"site",        "range_m",     "look",        "extrapolated",
+                   "out_of_fold", "has_history", "mean_error_m"};
+  for (const double limit_m : predicted.limits_m) {
+    table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
+  }
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     for (std::size_t look = 0; look < predicted.looks.size(); ++look) {
       std::vector<Cell> row = {static_cast<std::int64_t>(site),
@@ -97,24 +102,6 @@ void append_rows(const PredictedError& predicted, Table& table) {
       table.rows.push_back(std::move(row));
     }
   }
-}
-
-}  // namespace
-
-Result<void> validate(const PredictedError& predicted) {
-  return validate_both(predicted, validate_own, looks_of);
-}
-
-Table dump(const PredictedError& predicted) {
-  Table table;
-  table.name = "predicted-error";
-  table.columns = {"site",        "range_m",     "look",        "extrapolated",
-                   "out_of_fold", "has_history", "mean_error_m"};
-  for (const double limit_m : predicted.limits_m) {
-    table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
-  }
-  append_rows(predicted, table);
-  for (const PredictedError& samples : predicted.of_samples) append_rows(samples, table);
   return table;
 }
 

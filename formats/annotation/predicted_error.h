@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/annotation/by_family.h"
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
@@ -10,7 +11,7 @@
 
 namespace sightline {
 
-// What the error model says of every site at every look.
+// What the error model says of every site at every look of a family.
 struct PredictedError {
   std::vector<Look> looks;       // from the cheapest to the dearest
   std::vector<double> limits_m;  // ascending
@@ -24,9 +25,6 @@ struct PredictedError {
   // [site]: 1 where errors that an earlier drive measured near it were among the features.
   std::vector<std::uint8_t> has_history;
   double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
-  // The same of the looks that take a sample, the same sites and drive: none or one, without its
-  // own.
-  std::vector<PredictedError> of_samples;
 
   [[nodiscard]] SiteShape mean_shape() const { return {looks.size()}; }
   [[nodiscard]] SiteShape probability_shape() const { return {looks.size(), limits_m.size()}; }
@@ -42,18 +40,18 @@ struct PredictedError {
   }
 };
 SIGHTLINE_FIELDS(PredictedError, looks, limits_m, site_count, mean_m, within_probability,
-                 extrapolated, out_of_fold, has_history, support_margin, of_samples)
+                 extrapolated, out_of_fold, has_history, support_margin)
 
 template <>
 struct ArtifactTraits<PredictedError> {
   static constexpr std::string_view kName = "predicted-error";
-  static constexpr std::uint32_t kVersion = 6;
+  static constexpr std::uint32_t kVersion = 7;
 };
 
 Result<void> validate(const PredictedError& predicted);
 Table dump(const PredictedError& predicted);
 
-// The predictions without support_margin and of_samples, as a model keeps its own.
+// The predictions without support_margin, as a model keeps its own.
 void encode_predictions(const PredictedError& predicted, ByteWriter& writer);
 void decode_predictions(ByteReader& reader, PredictedError& predicted);
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <string>
 
-#include "formats/annotation/of_samples.h"
 #include "formats/record/cells.h"
 
 namespace sightline {
@@ -77,30 +76,6 @@ Result<void> validate_choice(const RangeTable& table, std::size_t site, std::siz
   return {};
 }
 
-void append_rows(const RangeTable& table, Table& out) {
-  for (std::size_t site = 0; site < table.site_count; ++site) {
-    for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
-      const std::uint8_t flags = table.flags_of(site, limit);
-      out.rows.push_back(
-          {static_cast<std::int64_t>(site), table.promises[limit].limit_m,
-           table.range_m(site, limit), to_text(table.looks[table.range(site, limit)]),
-           std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
-           std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0},
-           std::int64_t{(flags & kStatic) != 0 ? 1 : 0}, cell_of(table.reason(site, limit))});
-    }
-  }
-}
-
-// `prefix`: "", or "look_" for those that take a sample.
-void append_promises(const RangeTable& table, const std::string& prefix, Table& out) {
-  for (const LimitPromise& promise : table.promises) {
-    const std::string limit = prefix + "limit_" + format_double(promise.limit_m) + "_m_";
-    visit_cells(promise, [&](const std::string& name, const Cell& cell) {
-      if (name != "limit_m") out.facts.emplace_back(limit + name, cell);
-    });
-  }
-}
-
 Result<void> validate_plan(const RangeTable& table) {
   if (!table.plan) return {};
   if (takes_every_return(table.looks.front())) {
@@ -109,20 +84,6 @@ Result<void> validate_plan(const RangeTable& table) {
   const Result<void> valid = validate(*table.plan);
   return valid ? valid : invalid_artifact(valid.error().message, valid.error().place);
 }
-
-Result<void> validate_own(const RangeTable& table) {
-  SIGHTLINE_TRY(validate_shape(table));
-  SIGHTLINE_TRY(validate_plan(table));
-  for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
-    SIGHTLINE_TRY(validate_promise(table, limit));
-    for (std::size_t site = 0; site < table.site_count; ++site) {
-      SIGHTLINE_TRY(validate_choice(table, site, limit));
-    }
-  }
-  return {};
-}
-
-const std::vector<Look>& looks_of(const RangeTable& table) { return table.looks; }
 
 }  // namespace
 
@@ -150,18 +111,39 @@ std::uint32_t simulated_site_count(const RangeTable& table) {
 }
 
 Result<void> validate(const RangeTable& table) {
-  return validate_both(table, validate_own, looks_of);
+  SIGHTLINE_TRY(validate_shape(table));
+  SIGHTLINE_TRY(validate_plan(table));
+  for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
+    SIGHTLINE_TRY(validate_promise(table, limit));
+    for (std::size_t site = 0; site < table.site_count; ++site) {
+      SIGHTLINE_TRY(validate_choice(table, site, limit));
+    }
+  }
+  return {};
 }
 
 Table dump(const RangeTable& table) {
   Table out;
   out.name = "ranges";
   out.facts = {{"selection", cell_of(table.selection)}, {"dilation_m", table.dilation_m}};
-  append_promises(table, "", out);
-  for (const RangeTable& samples : table.of_samples) append_promises(samples, "look_", out);
+  for (const LimitPromise& promise : table.promises) {
+    const std::string limit = "limit_" + format_double(promise.limit_m) + "_m_";
+    visit_cells(promise, [&](const std::string& name, const Cell& cell) {
+      if (name != "limit_m") out.facts.emplace_back(limit + name, cell);
+    });
+  }
   out.columns = {"site", "limit_m", "range_m", "look", "unmet", "extrapolated", "static", "reason"};
-  append_rows(table, out);
-  for (const RangeTable& samples : table.of_samples) append_rows(samples, out);
+  for (std::size_t site = 0; site < table.site_count; ++site) {
+    for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
+      const std::uint8_t flags = table.flags_of(site, limit);
+      out.rows.push_back(
+          {static_cast<std::int64_t>(site), table.promises[limit].limit_m,
+           table.range_m(site, limit), to_text(table.looks[table.range(site, limit)]),
+           std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
+           std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0},
+           std::int64_t{(flags & kStatic) != 0 ? 1 : 0}, cell_of(table.reason(site, limit))});
+    }
+  }
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/annotation/answer.h"
+#include "formats/annotation/by_family.h"
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
@@ -65,7 +66,7 @@ SIGHTLINE_FIELDS(LimitPromise, limit_m, method, probability_threshold, history_t
                  delta, block_count, place_count, drive_count, scope, is_earned,
                  calibration_miss_share, statement)
 
-// How far to look at every site.
+// How to look at every site, chosen from the looks of a family.
 struct RangeTable {
   std::vector<Look> looks;  // the choice, from the cheapest to the dearest
   Selection selection = Selection::kProbability;
@@ -80,9 +81,6 @@ struct RangeTable {
   // How a vehicle localizes that tracks, wherever it is; looks that take a sample alone may have
   // it.
   std::optional<LookPlan> plan;
-  // The same of the looks that take a sample, the same sites and drive: none or one, without its
-  // own.
-  std::vector<RangeTable> of_samples;
 
   [[nodiscard]] SiteShape shape() const { return {promises.size()}; }
 
@@ -100,12 +98,12 @@ struct RangeTable {
   }
 };
 SIGHTLINE_FIELDS(RangeTable, looks, selection, dilation_m, extrapolated_takes_static, promises,
-                 site_count, range_index, flags, reasons, plan, of_samples)
+                 site_count, range_index, flags, reasons, plan)
 
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 8;
+  static constexpr std::uint32_t kVersion = 9;
 };
 
 // Of its sites, those flagged kSimulatedAnswer for some limit.

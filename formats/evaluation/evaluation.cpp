@@ -145,11 +145,7 @@ Result<void> validate(const Evaluation& evaluation) {
   if (!are_finite(evaluation.reliability)) {
     return invalid_artifact("a reliability bin is not finite", "");
   }
-  if (evaluation.of_samples.size() > 1) {
-    return invalid_artifact("looks are judged more than once", "");
-  }
-  for (const LookEvaluation& looks : evaluation.of_samples) SIGHTLINE_TRY(validate(looks));
-  return {};
+  return evaluation.samples ? validate(*evaluation.samples) : Result<void>();
 }
 
 Table dump(const Evaluation& evaluation) {
@@ -170,8 +166,8 @@ std::vector<Table> tables(const Evaluation& evaluation) {
                             table_of("evaluation-reliability", evaluation.reliability),
                             errors_table(evaluation),
                             sites_table(evaluation)};
-  for (const LookEvaluation& looks : evaluation.of_samples) {
-    for (Table& table : tables(looks)) all.push_back(std::move(table));
+  if (evaluation.samples) {
+    for (Table& table : tables(*evaluation.samples)) all.push_back(std::move(table));
   }
   return all;
 }

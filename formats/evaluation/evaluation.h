@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -126,7 +127,7 @@ struct Evaluation {
   std::vector<double> error_m;                   // [judged site][range]
   std::vector<double> time_ms;                   // [judged site][range]
   std::vector<std::uint8_t> chosen_range_index;  // [limit][rule][judged site]
-  std::vector<LookEvaluation> of_samples;        // of the looks that take a sample: none or one
+  std::optional<LookEvaluation> samples;         // of the looks that take a sample
 
   [[nodiscard]] const RuleScore& score(std::size_t limit, Rule rule) const {
     return rules[limit * kRuleCount + static_cast<std::size_t>(rule)];
@@ -138,12 +139,12 @@ struct Evaluation {
 };
 SIGHTLINE_FIELDS(Evaluation, drive, reference, site_count, out_of_fold_count, stretch_m, limits_m,
                  statics, rules, reliability, streets, sites, error_m, time_ms, chosen_range_index,
-                 of_samples)
+                 samples)
 
 template <>
 struct ArtifactTraits<Evaluation> {
   static constexpr std::string_view kName = "evaluation";
-  static constexpr std::uint32_t kVersion = 5;
+  static constexpr std::uint32_t kVersion = 6;
 };
 
 Result<void> validate(const Evaluation& evaluation);

@@ -137,7 +137,7 @@ std::string to_text(const Evaluation& evaluation) {
     if (!evaluation.streets.empty()) text += "\n" + streets_at(evaluation, limit);
     text += "\n" + reliability_at(evaluation, limit);
   }
-  for (const LookEvaluation& looks : evaluation.of_samples) text += "\n" + to_text(looks);
+  if (evaluation.samples) text += "\n" + to_text(*evaluation.samples);
   return text;
 }
 

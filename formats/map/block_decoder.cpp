@@ -31,9 +31,8 @@ void BlockDecoder::expect(const MapContainer& container, std::string_view names,
 
 void BlockDecoder::expect_factors(const MapContainer& container) {
   expect(container, kFactorNames, kFactorLayer, map_.ranges.looks);
-  for (const RangeTable& samples : map_.ranges.of_samples) {
-    expect(container, kSampleFactorNames, kSampleFactorLayer, samples.looks);
-  }
+  if (!map_.looks) return;
+  expect(container, kSampleFactorNames, kSampleFactorLayer, map_.looks->ranges.looks);
 }
 
 Result<void> BlockDecoder::decode_layer(const PackedBlock& block, std::span<const std::byte> raw,
@@ -79,7 +78,7 @@ void BlockDecoder::take_factors() {
   }
   for (ExpectedFactors& expected : factors_) {
     if (expected.layer != kSampleFactorLayer || map_.factors.factors.empty()) continue;
-    map_.factors.of_samples.push_back(std::move(expected.table));
+    map_.looks->factors = std::move(expected.table);
   }
 }
 

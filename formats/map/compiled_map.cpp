@@ -42,7 +42,36 @@ LimitQuality quality_of_limit(const PredictedError& predicted, const RangeTable&
   return quality;
 }
 
+// What is behind a member of both families.
+template <class X>
+ByFamily<X> both_of(const CompiledMap& map, const X& ranges, X LooksOfMap::*member) {
+  ByFamily<X> both(ranges);
+  if (map.looks) both.samples = (*map.looks).*member;
+  return both;
+}
+
 }  // namespace
+
+ByFamily<PredictedError> predicted_of(const CompiledMap& map) {
+  return both_of(map, map.predicted, &LooksOfMap::predicted);
+}
+
+ByFamily<RangeTable> choice_of(const CompiledMap& map) {
+  return both_of(map, map.ranges, &LooksOfMap::ranges);
+}
+
+ByFamily<const FactorTable*> factors_in(const CompiledMap& map) {
+  ByFamily<const FactorTable*> factors(&map.factors);
+  const bool has_samples =
+      !map.factors.factors.empty() && map.looks.has_value() && !map.looks->factors.factors.empty();
+  if (has_samples) factors.samples = &map.looks->factors;
+  return factors;
+}
+
+ByFamily<FactorTable> factors_of(const CompiledMap& map) {
+  const ByFamily<const FactorTable*> factors = factors_in(map);
+  return {*factors.ranges, factors.samples ? std::optional(**factors.samples) : std::nullopt};
+}
 
 Table dump(const CompiledMap& map) {
   Table table = dump(map.sites);
@@ -60,7 +89,7 @@ Table dump(const CompiledMap& map) {
     table.columns.push_back("p_within_" + limit);
     table.columns.push_back("flags_within_" + limit);
     table.columns.push_back("reason_within_" + limit);
-    if (map.ranges.of_samples.empty()) continue;
+    if (!map.looks) continue;
     table.columns.push_back("look_within_" + limit);
     table.columns.push_back("look_p_within_" + limit);
     table.columns.push_back("look_flags_within_" + limit);
@@ -72,11 +101,10 @@ Table dump(const CompiledMap& map) {
       const Answer range = answer_of(map.ranges, map.predicted, site, limit);
       row.insert(row.end(), {range.look.range_m, range.probability, std::int64_t{range.flags},
                              cell_of(range.reason)});
-      for (const RangeTable& looks : map.ranges.of_samples) {
-        const Answer look = answer_of(looks, map.predicted.of_samples.front(), site, limit);
-        row.insert(row.end(), {to_text(look.look), look.probability, std::int64_t{look.flags},
-                               cell_of(look.reason)});
-      }
+      if (!map.looks) continue;
+      const Answer look = answer_of(map.looks->ranges, map.looks->predicted, site, limit);
+      row.insert(row.end(), {to_text(look.look), look.probability, std::int64_t{look.flags},
+                             cell_of(look.reason)});
     }
   }
   return table;
@@ -89,16 +117,16 @@ std::vector<std::string> dump_names() {
 Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "nds") return dump(map.ndt);
   if (name == "sites") return dump(map.sites);
-  if (name == "predicted") return dump(map.predicted);
-  if (name == "ranges") return dump(map.ranges);
+  if (name == "predicted") return dump(predicted_of(map));
+  if (name == "ranges") return dump(choice_of(map));
   if (name == "factors") {
     if (map.factors.factors.empty()) {
       return Error{ErrorCode::kBadLayer, "the map holds no factors"};
     }
-    return dump(map.factors);
+    return dump(factors_of(map));
   }
   if (name == "model") {
-    SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
+    SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, model_of(map.model));
     return dump(model);
   }
   if (name == "columns") return dump(map.columns);
@@ -122,8 +150,8 @@ ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_coun
   return record;
 }
 
-ModelRecord record_of(const ErrorModel& model) {
-  ModelRecord record = card_record_of(model, model.forest.labels.size());
+ModelRecord record_of(const ByFamily<ErrorModel>& model) {
+  ModelRecord record = card_record_of(model.ranges, model.ranges.forest.labels.size());
   // A model of a large field is a large part of what memory holds.
   ByteWriter writer;
   writer.reserve(payload_size(model));
@@ -133,7 +161,7 @@ ModelRecord record_of(const ErrorModel& model) {
   return record;
 }
 
-Result<ErrorModel> model_of(const ModelRecord& record) {
+Result<ByFamily<ErrorModel>> model_of(const ModelRecord& record) {
   const std::string place = "section " + std::string(kModelSection);
   if (record.bytes.empty()) {
     return Error{ErrorCode::kBadLayer, "the map was stripped of its error model", "", place};
@@ -150,16 +178,17 @@ Result<ErrorModel> model_of(const ModelRecord& record) {
         "", place};
   }
   ByteReader reader(record.bytes);
-  ErrorModel model;
+  ByFamily<ErrorModel> model;
   decode(reader, model);
   if (!reader.at_end()) {
     return Error{ErrorCode::kBadLayer, "the model cannot be decoded", "", place};
   }
   SIGHTLINE_TRY(validate(model));
-  if (!(model.card.localizer == record.localizer)) {
+  const LocalizerProfile& localizer = model.ranges.card.localizer;
+  if (!(localizer == record.localizer)) {
     return Error{ErrorCode::kDigestMismatch,
-                 "the model learnt errors of " + to_text(model.card.localizer) +
-                     ", the map names " + to_text(record.localizer),
+                 "the model learnt errors of " + to_text(localizer) + ", the map names " +
+                     to_text(record.localizer),
                  "", place};
   }
   return model;
@@ -203,22 +232,11 @@ std::vector<TrajectoryPiece> pieces_of(const Trajectory& trajectory) {
   return pieces;
 }
 
-std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured) {
+std::vector<LimitQuality> quality_of(const PredictedError& predicted, const RangeTable& ranges,
+                                     const MeasuredError* measured) {
   std::vector<LimitQuality> quality;
-  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    quality.push_back(quality_of_limit(map.predicted, map.ranges, &measured, limit));
-  }
-  return quality;
-}
-
-std::vector<LimitQuality> look_quality_of(const CompiledMap& map, const MeasuredError& measured) {
-  std::vector<LimitQuality> quality;
-  if (map.ranges.of_samples.empty()) return quality;
-  const RangeTable& ranges = map.ranges.of_samples.front();
-  const MeasuredError* samples =
-      measured.of_samples.empty() ? nullptr : &measured.of_samples.front();
   for (std::size_t limit = 0; limit < ranges.promises.size(); ++limit) {
-    quality.push_back(quality_of_limit(map.predicted.of_samples.front(), ranges, samples, limit));
+    quality.push_back(quality_of_limit(predicted, ranges, measured, limit));
   }
   return quality;
 }

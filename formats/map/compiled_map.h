@@ -107,6 +107,14 @@ SIGHTLINE_FIELDS(TrajectoryQuality, source, odometry_edges, loop_edges, prior_ed
                  rms_translation_residual_m, rms_rotation_residual_rad, pieces, overlap_count,
                  median_overlap, least_overlap)
 
+// The annotation for looks that take a sample.
+struct LooksOfMap {
+  PredictedError predicted;
+  RangeTable ranges;
+  std::vector<LimitQuality> quality;  // one per limit
+  FactorTable factors;                // without any where the map was stripped of them
+};
+
 // All that a map file carries.
 struct CompiledMap {
   std::string map_id;              // names the recording and frame; the same for every release
@@ -116,7 +124,7 @@ struct CompiledMap {
   std::string world{kLocalWorld};  // where world coordinates lie (formats/geodesy.h, parse_world)
   NdtMap ndt;
   Sites sites;
-  PredictedError predicted;
+  PredictedError predicted;  // and what follows of observation ranges
   RangeTable ranges;
   double reach_m = 10.0;  // a site farther away than this says nothing about a position; <= tile
   SensorProfile sensor;   // of the localizing drive
@@ -124,13 +132,19 @@ struct CompiledMap {
   std::vector<NamedVersion> definitions;  // ascending name
   ModelRecord model;
   std::vector<LimitQuality> quality;            // one per limit
-  std::vector<LimitQuality> look_quality;       // likewise of the looks that take a sample
   std::optional<Sharpness> sharpness;           // none in maps made before it was measured
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
   std::optional<TileDrives> tile_drives;        // of a map of several drives
   std::vector<SiteColumn> columns;              // further figures of each site, ascending name
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
+  std::optional<LooksOfMap> looks;
 };
+
+// As passes take them.
+ByFamily<PredictedError> predicted_of(const CompiledMap& map);
+ByFamily<RangeTable> choice_of(const CompiledMap& map);
+ByFamily<FactorTable> factors_of(const CompiledMap& map);
+ByFamily<const FactorTable*> factors_in(const CompiledMap& map);  // not copied
 
 template <>
 struct ArtifactTraits<CompiledMap> {
@@ -141,9 +155,9 @@ struct ArtifactTraits<CompiledMap> {
 // Each artifact is valid, all share one frame, one set of sites, ranges and limits.
 // Error: invalid-artifact.
 Result<void> validate(const CompiledMap& map);
-// Part of it: factors, or none, of these sites and of what is chosen from. Error: invalid-artifact.
-Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
-                              const RangeTable& ranges);
+// Part of it: factors, or none, are of the map's sites and of what is chosen from; the tables may
+// be without values. Error: invalid-artifact.
+Result<void> validate_factors(const ByFamily<const FactorTable*>& factors, const CompiledMap& map);
 
 // The facts of the map and, per site and limit, what a vehicle reads: joins sites and ranges.
 Table dump(const CompiledMap& map);
@@ -154,18 +168,17 @@ Table dump(const CompiledMap& map);
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();
 
-ModelRecord record_of(const ErrorModel& model);
-// The same without bytes and digest, of a model's head (ErrorModel's encode_head).
+ModelRecord record_of(const ByFamily<ErrorModel>& model);
+// The same without bytes and digest, of the head of the ranges' model (encode_head).
 ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_count);
 // The model of the record. Errors: bad-layer (stripped, or it cannot be decoded), old-version,
 // future-version, digest-mismatch.
-Result<ErrorModel> model_of(const ModelRecord& record);
+Result<ByFamily<ErrorModel>> model_of(const ModelRecord& record);
 
-// From the artifacts already in `map`; measured errors may be of fewer sites than the map has.
 TrajectoryQuality quality_of(const Trajectory& trajectory);
 std::vector<TrajectoryPiece> pieces_of(const Trajectory& trajectory);
-std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured);
-// Of the looks that take a sample; none where there are none.
-std::vector<LimitQuality> look_quality_of(const CompiledMap& map, const MeasuredError& measured);
+// One per limit, of a family; `measured`: null, or at the looks of the choice.
+std::vector<LimitQuality> quality_of(const PredictedError& predicted, const RangeTable& ranges,
+                                     const MeasuredError* measured);
 
 }  // namespace sightline

@@ -16,7 +16,10 @@ Result<void> validate_artifacts(const CompiledMap& map) {
         validate(map.sensor), validate(map.measurement.localizer), validate(map.model.localizer)}) {
     if (!valid) return valid.error();
   }
-  return {};
+  if (!map.looks) return {};
+  SIGHTLINE_TRY(validate(map.looks->predicted));
+  SIGHTLINE_TRY(validate(map.looks->ranges));
+  return by_family::validate_looks(map.ranges.looks, map.looks->ranges.looks);
 }
 
 // Predictions and choice of one table, the ranges' or that of looks that take a sample.
@@ -52,14 +55,9 @@ Result<void> validate_agreement(const CompiledMap& map) {
   }
   if (sites == 0) return invalid_artifact("found no site", "compiled map");
   SIGHTLINE_TRY(validate_choice(map.predicted, map.ranges, sites, map.quality));
-  if (map.predicted.of_samples.size() != map.ranges.of_samples.size()) {
-    return invalid_artifact(
-        "looks are predicted and not chosen from, or chosen from and not predicted",
-        "compiled map");
-  }
-  if (map.ranges.of_samples.empty()) return {};
-  const PredictedError& samples = map.predicted.of_samples.front();
-  SIGHTLINE_TRY(validate_choice(samples, map.ranges.of_samples.front(), sites, map.look_quality));
+  if (!map.looks) return {};
+  const PredictedError& samples = map.looks->predicted;
+  SIGHTLINE_TRY(validate_choice(samples, map.looks->ranges, sites, map.looks->quality));
   if (samples.limits_m != map.predicted.limits_m ||
       samples.out_of_fold != map.predicted.out_of_fold ||
       samples.has_history != map.predicted.has_history) {
@@ -67,6 +65,13 @@ Result<void> validate_agreement(const CompiledMap& map) {
         "looks and ranges are of different limits, or of different kinds of sites", "compiled map");
   }
   return {};
+}
+
+Result<void> validate_factors(const CompiledMap& map) {
+  const ByFamily<const FactorTable*> factors = factors_in(map);
+  if (!map.factors.factors.empty()) SIGHTLINE_TRY(validate(map.factors));
+  if (factors.samples) SIGHTLINE_TRY(validate(**factors.samples));
+  return validate_factors(factors, map);
 }
 
 Result<void> validate_bounds(const CompiledMap& map) {
@@ -108,34 +113,30 @@ Result<void> validate_bounds(const CompiledMap& map) {
 
 }  // namespace
 
-Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
-                              const RangeTable& ranges) {
-  if (factors.factors.empty()) {
-    return factors.of_samples.empty()
-               ? Result<void>()
-               : invalid_artifact("there are factors of looks alone", "compiled map");
+Result<void> validate_factors(const ByFamily<const FactorTable*>& factors, const CompiledMap& map) {
+  if (factors.ranges->factors.empty()) {
+    return factors.samples ? invalid_artifact("there are factors of looks alone", "compiled map")
+                           : Result<void>();
   }
-  SIGHTLINE_TRY(validate(factors));
-  if (factors.site_count != sites.sites.size() || factors.looks != ranges.looks ||
-      factors.factors.size() > kMostFactors) {
+  const auto is_of = [&](const FactorTable& table, const RangeTable& choice) {
+    return table.site_count == choice.site_count && table.looks == choice.looks &&
+           table.factors.size() <= kMostFactors;
+  };
+  if (!is_of(*factors.ranges, map.ranges)) {
     return invalid_artifact("the factors are of other sites or ranges, or too many",
                             "compiled map");
   }
-  for (const FactorTable& samples : factors.of_samples) {
-    if (ranges.of_samples.empty() || samples.site_count != sites.sites.size() ||
-        samples.looks != ranges.of_samples.front().looks || samples.factors.size() > kMostFactors) {
-      return invalid_artifact("the factors of looks are of other sites or looks, or too many",
-                              "compiled map");
-    }
+  if (factors.samples && (!map.looks || !is_of(**factors.samples, map.looks->ranges))) {
+    return invalid_artifact("the factors of looks are of other sites or looks, or too many",
+                            "compiled map");
   }
   return {};
 }
 
 Result<void> validate(const CompiledMap& map) {
   for (const Result<void>& valid :
-       {validate_artifacts(map), validate_agreement(map),
-        validate_factors(map.factors, map.sites, map.ranges), validate_bounds(map),
-        validate_columns(map.columns, map.sites.sites.size())}) {
+       {validate_artifacts(map), validate_agreement(map), validate_factors(map),
+        validate_bounds(map), validate_columns(map.columns, map.sites.sites.size())}) {
     if (!valid) return valid.error();
   }
   return {};

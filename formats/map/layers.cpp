@@ -128,16 +128,14 @@ void for_answers(Map& map, const AnswerShape& shape, const RangeLayout& layout,
   visit(map.predicted.mean_m, shape.ranges, layout.mean_error);
   visit(map.predicted.within_probability, shape.ranges * shape.limits, layout.probability);
   visit(map.predicted.extrapolated, shape.ranges, layout.extrapolated);
-  for (auto& ranges : map.ranges.of_samples) {
-    visit(ranges.range_index, shape.limits, layout.look_index);
-    visit(ranges.flags, shape.limits, layout.look_flags);
-    visit(ranges.reasons, shape.limits, layout.look_reason);
-  }
-  for (auto& predicted : map.predicted.of_samples) {
-    visit(predicted.mean_m, shape.looks, layout.look_mean_error);
-    visit(predicted.within_probability, shape.looks * shape.limits, layout.look_probability);
-    visit(predicted.extrapolated, shape.looks, layout.look_extrapolated);
-  }
+  if (!map.looks) return;
+  auto& [predicted, ranges, quality, factors] = *map.looks;
+  visit(ranges.range_index, shape.limits, layout.look_index);
+  visit(ranges.flags, shape.limits, layout.look_flags);
+  visit(ranges.reasons, shape.limits, layout.look_reason);
+  visit(predicted.mean_m, shape.looks, layout.look_mean_error);
+  visit(predicted.within_probability, shape.looks * shape.limits, layout.look_probability);
+  visit(predicted.extrapolated, shape.looks, layout.look_extrapolated);
 }
 
 void set_site_flags(std::uint8_t flags, std::uint32_t id, PredictedError& predicted) {
@@ -164,9 +162,8 @@ void make_room_for(std::size_t sites, PredictedError& predicted) {
 }  // namespace
 
 AnswerShape answer_shape(const CompiledMap& map) {
-  const bool has_looks = !map.ranges.of_samples.empty();
   return {map.ranges.looks.size(), map.ranges.promises.size(),
-          has_looks ? map.ranges.of_samples.front().looks.size() : 0};
+          map.looks ? map.looks->ranges.looks.size() : 0};
 }
 
 std::vector<TileRows> tiles_of(const CompiledMap& map) {
@@ -229,8 +226,9 @@ void make_room_for_sites(std::size_t sites, CompiledMap& map) {
   map.sites.sites.resize(sites);
   make_room_for(sites, map.ranges);
   make_room_for(sites, map.predicted);
-  for (RangeTable& samples : map.ranges.of_samples) make_room_for(sites, samples);
-  for (PredictedError& samples : map.predicted.of_samples) make_room_for(sites, samples);
+  if (!map.looks) return;
+  make_room_for(sites, map.looks->ranges);
+  make_room_for(sites, map.looks->predicted);
 }
 
 std::vector<std::byte> encode_range_layer(const CompiledMap& map,
@@ -277,7 +275,7 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
       return bad_site(ErrorCode::kBadLayer, "a site has an unknown flag", row, id);
     }
     set_site_flags(flags, id, map.predicted);
-    for (PredictedError& samples : map.predicted.of_samples) set_site_flags(flags, id, samples);
+    if (map.looks) set_site_flags(flags, id, map.looks->predicted);
   }
   return {};
 }

@@ -170,8 +170,7 @@ void decode_choices(const schema::Manifest& manifest, CompiledMap& map) {
   }
   map.quality = decode_quality(*manifest.quality());
   if (answer_shape(manifest).looks == 0) return;
-  RangeTable& ranges = map.ranges.of_samples.emplace_back();
-  PredictedError& predicted = map.predicted.of_samples.emplace_back();
+  auto& [predicted, ranges, quality, factors] = map.looks.emplace();
   ranges.looks = predicted.looks = decode_looks(manifest);
   ranges.selection = map.ranges.selection;
   ranges.dilation_m = map.ranges.dilation_m;
@@ -180,7 +179,7 @@ void decode_choices(const schema::Manifest& manifest, CompiledMap& map) {
   }
   if (manifest.look_plan() != nullptr) ranges.plan = decode_plan(*manifest.look_plan());
   predicted.limits_m = map.predicted.limits_m;
-  map.look_quality = decode_quality(*manifest.look_quality());
+  quality = decode_quality(*manifest.look_quality());
 }
 
 }  // namespace
@@ -233,12 +232,9 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   }
   map.predicted.support_margin = manifest.support_margin();
   map.ranges.extrapolated_takes_static = manifest.extrapolated_takes_static();
-  for (PredictedError& samples : map.predicted.of_samples) {
-    samples.support_margin = map.predicted.support_margin;
-  }
-  for (RangeTable& samples : map.ranges.of_samples) {
-    samples.extrapolated_takes_static = map.ranges.extrapolated_takes_static;
-  }
+  if (!map.looks) return {};
+  map.looks->predicted.support_margin = map.predicted.support_margin;
+  map.looks->ranges.extrapolated_takes_static = map.ranges.extrapolated_takes_static;
   return {};
 }
 

@@ -185,12 +185,12 @@ struct EncodedLooks {
 
 EncodedLooks encode_choice_of_looks(const CompiledMap& map, Builder& builder) {
   EncodedLooks encoded;
-  for (const RangeTable& ranges : map.ranges.of_samples) {
-    encoded.looks = encode_looks(ranges.looks, builder);
-    encoded.promises = builder.CreateVector(encode_promises(ranges, builder));
-    encoded.quality = builder.CreateVector(encode_quality(map.look_quality, builder));
-    if (ranges.plan) encoded.plan = encode_plan(*ranges.plan, builder);
-  }
+  if (!map.looks) return encoded;
+  const RangeTable& ranges = map.looks->ranges;
+  encoded.looks = encode_looks(ranges.looks, builder);
+  encoded.promises = builder.CreateVector(encode_promises(ranges, builder));
+  encoded.quality = builder.CreateVector(encode_quality(map.looks->quality, builder));
+  if (ranges.plan) encoded.plan = encode_plan(*ranges.plan, builder);
   return encoded;
 }
 

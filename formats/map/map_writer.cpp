@@ -22,7 +22,8 @@ static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated &&
 
 // What a tile holds but for its NDs, by name of layer. `encode_factors`: of a table at those sites.
 template <class EncodeFactors>
-std::vector<BlockParts> layers_of_sites(const CompiledMap& map, const FactorTable& factors,
+std::vector<BlockParts> layers_of_sites(const CompiledMap& map,
+                                        const ByFamily<const FactorTable*>& factors,
                                         std::span<const std::uint32_t> sites,
                                         const EncodeFactors& encode_factors) {
   std::vector<BlockParts> layers;
@@ -32,8 +33,8 @@ std::vector<BlockParts> layers_of_sites(const CompiledMap& map, const FactorTabl
     layers.push_back({std::string(name), kFactorLayerVersion, false, sites.size(), true,
                       encode_factors(table, sites)});
   };
-  append(factors, kFactorLayer);
-  for (const FactorTable& samples : factors.of_samples) append(samples, kSampleFactorLayer);
+  append(*factors.ranges, kFactorLayer);
+  if (factors.samples) append(**factors.samples, kSampleFactorLayer);
   // As it lies in memory, so that a vehicle needs no decompressor.
   layers.push_back({std::string(kRangeLayer), kRangeLayerVersion, true, sites.size(), false,
                     encode_range_layer(map, sites)});
@@ -41,7 +42,7 @@ std::vector<BlockParts> layers_of_sites(const CompiledMap& map, const FactorTabl
 }
 
 TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
-  TileParts tile{rows.key, layers_of_sites(map, map.factors, rows.sites, encode_factor_layer)};
+  TileParts tile{rows.key, layers_of_sites(map, factors_in(map), rows.sites, encode_factor_layer)};
   if (!rows.nds.empty()) {
     tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, rows.nds.size(), true,
                            encode_ndt_layer(map.ndt, rows.nds)});
@@ -51,15 +52,15 @@ TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
 }
 
 // Names of factors.
-std::vector<BlockParts> sections_of(const FactorTable& factors) {
+std::vector<BlockParts> sections_of(const ByFamily<const FactorTable*>& factors) {
   std::vector<BlockParts> sections;
   const auto append = [&](const FactorTable& table, std::string_view name) {
     if (table.factors.empty()) return;
     sections.push_back({std::string(name), kFactorNamesVersion, false, table.factors.size(), true,
                         encode_factor_names(table)});
   };
-  append(factors, kFactorNames);
-  for (const FactorTable& samples : factors.of_samples) append(samples, kSampleFactorNames);
+  append(*factors.ranges, kFactorNames);
+  if (factors.samples) append(**factors.samples, kSampleFactorNames);
   return sections;
 }
 
@@ -81,7 +82,8 @@ std::vector<BlockParts> sections_of(const std::vector<SiteColumn>& columns) {
 }
 
 // All but the model. `factors` may be without values.
-std::vector<BlockParts> sections_of(const CompiledMap& map, const FactorTable& factors) {
+std::vector<BlockParts> sections_of(const CompiledMap& map,
+                                    const ByFamily<const FactorTable*>& factors) {
   std::vector<BlockParts> sections = sections_of(factors);
   std::ranges::move(sections_of(map.tile_drives), std::back_inserter(sections));
   std::ranges::move(sections_of(map.columns), std::back_inserter(sections));
@@ -91,9 +93,6 @@ std::vector<BlockParts> sections_of(const CompiledMap& map, const FactorTable& f
 void append_values(const FactorTable& some, FactorTable& rows) {
   rows.site_count += some.site_count;
   rows.values.insert(rows.values.end(), some.values.begin(), some.values.end());
-  for (std::size_t i = 0; i < some.of_samples.size(); ++i) {
-    append_values(some.of_samples[i], rows.of_samples[i]);
-  }
 }
 
 // The factors of these sites alone, which ascend.
@@ -121,7 +120,12 @@ Result<void> write_tile(TileKey key, const TileOfParts& tile, const MapParts& pa
                         ContainerWriter& writer) {
   std::vector<SelfContainedBlock> own;
   if (tile.sites != nullptr) {
-    SIGHTLINE_ASSIGN(const FactorTable factors, factors_at(parts.factors, *tile.sites));
+    const auto at_sites = [&](const StoredTable<FactorTable>& table) {
+      return factors_at(table, *tile.sites);
+    };
+    SIGHTLINE_ASSIGN(const ByFamily<FactorTable> here, each_family(at_sites, parts.factors));
+    ByFamily<const FactorTable*> factors(&here.ranges);
+    if (here.samples) factors.samples = &*here.samples;
     for (const BlockParts& layer :
          layers_of_sites(parts.answers, factors, *tile.sites, encode_factor_rows)) {
       own.push_back(packed(layer));
@@ -144,7 +148,7 @@ ContainerParts parts_of(const CompiledMap& map) {
   SIGHTLINE_CHECK(validate(map));
   ContainerParts parts;
   parts.manifest = encode_manifest(map);
-  parts.sections = sections_of(map, map.factors);
+  parts.sections = sections_of(map, factors_in(map));
   if (!map.model.bytes.empty()) {
     parts.sections.push_back(
         {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
@@ -154,19 +158,11 @@ ContainerParts parts_of(const CompiledMap& map) {
   return parts;
 }
 
-Result<void> validate_factors(const StoredTable<FactorTable>& factors, const Sites& sites,
-                              const RangeTable& ranges) {
-  Sites some = sites;
-  const bool has_all = factors.row_count() == sites.sites.size();
-  const std::size_t site_count = factors.row_count();
-  for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
-    const std::size_t count = std::min(kRowsAtOnce, site_count - first);
-    SIGHTLINE_ASSIGN(const FactorTable of_some, factors.rows(first, count));
-    // Other sites than the map's: as many as the table has not.
-    some.sites.resize(has_all ? count : count + 1);
-    SIGHTLINE_TRY(validate_factors(of_some, some, ranges));
-  }
-  return {};
+Result<void> validate_factors(const ByFamily<StoredTable<FactorTable>>& factors,
+                              const CompiledMap& map) {
+  SIGHTLINE_TRY(validate_factors(heads_of(factors), map));
+  const bool has_factors = !factors.ranges.head().factors.empty();
+  return has_factors ? validate(factors) : Result<void>();
 }
 
 Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& write) {
@@ -174,7 +170,7 @@ Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& writ
   SIGHTLINE_CHECK(map.ndt.nds.empty() && map.factors.factors.empty() && map.model.bytes.empty());
   SIGHTLINE_CHECK(map.model == parts.model.record);
   SIGHTLINE_CHECK(validate(map));
-  SIGHTLINE_CHECK(validate_factors(parts.factors, map.sites, map.ranges));
+  SIGHTLINE_CHECK(validate_factors(parts.factors, map));
   const std::vector<TileRows> of_sites = tiles_of(map);
   std::map<TileKey, TileOfParts> tiles;
   for (const TileRows& rows : of_sites) tiles[rows.key].sites = &rows.sites;
@@ -184,7 +180,7 @@ Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& writ
   std::vector<std::byte> bytes;
   SIGHTLINE_ASSIGN(PackedBlock model, read_section(parts.model, bytes));
   std::vector<SelfContainedBlock> own;
-  for (const BlockParts& section : sections_of(map, parts.factors.head()))
+  for (const BlockParts& section : sections_of(map, heads_of(parts.factors)))
     own.push_back(packed(section));
   std::vector<PackedBlock> sections = {std::move(model)};
   for (const SelfContainedBlock& section : own) sections.push_back(section.block);

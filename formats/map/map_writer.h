@@ -22,12 +22,13 @@ struct MapParts {
   const CompiledMap& answers;  // all but NDs, factors and the model's bytes, of which it has none
   const PackedNds& nds;
   const PackedModel& model;
-  const StoredTable<FactorTable>& factors;  // those of the map; without any factor it has none
+  // Those of the map; without any factor it has none.
+  const ByFamily<StoredTable<FactorTable>>& factors;
 };
 // validate_factors() of a stored table, some sites at a time. Errors: invalid-artifact,
 // cannot-read.
-Result<void> validate_factors(const StoredTable<FactorTable>& factors, const Sites& sites,
-                              const RangeTable& ranges);
+Result<void> validate_factors(const ByFamily<StoredTable<FactorTable>>& factors,
+                              const CompiledMap& map);
 // The same bytes, tile by tile. The parts are valid, each and together. Errors: cannot-read, those
 // of `write`.
 Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& write);

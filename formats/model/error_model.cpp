@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "formats/annotation/of_samples.h"
 #include "formats/record/fields.h"
 
 namespace sightline {
@@ -127,19 +126,6 @@ Result<void> validate_streets(const ErrorModel& model) {
 
 bool is_of_map(const RecordingCard& card) { return card.role.starts_with("map"); }
 
-Result<void> validate_own(const ErrorModel& model) {
-  Result<void> valid = validate(model.forest);
-  if (valid) valid = validate(model.out_of_fold);
-  if (valid) valid = validate_card(model);
-  if (valid) valid = validate_ranges(model);
-  if (valid) valid = validate_features(model);
-  if (valid) valid = validate_sites(model);
-  if (valid) valid = validate_streets(model);
-  return valid;
-}
-
-const std::vector<Look>& looks_of(const ErrorModel& model) { return model.out_of_fold.looks; }
-
 }  // namespace
 
 std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
@@ -162,7 +148,14 @@ bool made_the_map(const RecordingCards& recordings, const RecordingCard& card) {
 }
 
 Result<void> validate(const ErrorModel& model) {
-  return validate_both(model, validate_own, looks_of);
+  Result<void> valid = validate(model.forest);
+  if (valid) valid = validate(model.out_of_fold);
+  if (valid) valid = validate_card(model);
+  if (valid) valid = validate_ranges(model);
+  if (valid) valid = validate_features(model);
+  if (valid) valid = validate_sites(model);
+  if (valid) valid = validate_streets(model);
+  return valid;
 }
 
 }  // namespace sightline

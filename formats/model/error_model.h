@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/annotation/by_family.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/artifact.h"
@@ -122,9 +123,9 @@ struct TrainedSite {
 SIGHTLINE_FIELDS(TrainedSite, p_world_m, place, drive, run, s_m, block, has_label, has_history,
                  factor_digest, street)
 
-// What is known about the error before a vehicle drives: a forest over map factors and range, and
-// all that choosing ranges with a promise needs: out-of-fold predictions beside the errors
-// measured.
+// What is known about the error of a family's looks before a vehicle drives: a forest over map
+// factors and range, and all that choosing ranges with a promise needs: out-of-fold predictions
+// beside the errors measured.
 struct ErrorModel {
   TrainingCard card;
   std::vector<FeatureCard> features;    // in the order of the forest's feature indices
@@ -134,9 +135,6 @@ struct ErrorModel {
   std::vector<TrainedSite> sites;       // ascending (run, s_m); with a label or without
   PredictedError out_of_fold;           // of these sites, by trees that never saw the place
   std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
-  // The same of the looks that take a sample, the same sites and drive: none or one, without its
-  // own.
-  std::vector<ErrorModel> of_samples;
 
   [[nodiscard]] SiteShape shape() const { return {ranges.size()}; }
 
@@ -154,6 +152,7 @@ struct ArtifactTraits<ErrorModel> {
 Result<void> validate(const ErrorModel& model);
 // Facts: the model card. Rows: out-of-fold prediction beside the label, per site and range.
 Table dump(const ErrorModel& model);
+Table dump(const ByFamily<ErrorModel>& model);  // of the ranges
 // A number among the facts of a card, for those who show it otherwise than a dump does.
 enum class CardFigureKind : std::uint8_t { kRSquared, kRmse_m, kImportance_m };
 template <>
@@ -181,13 +180,14 @@ std::vector<Table> tables(const ErrorModel& model);
 // Role, name and digest of every recording that the model was trained on, by place.
 Table recordings_table(const ErrorModel& model);
 // For people: places, recordings, quality of prediction per range, importances.
-std::string to_text(const ErrorModel& model);
+std::string to_text(const ByFamily<ErrorModel>& model);
 void encode(const ErrorModel& model, ByteWriter& writer);
 void decode(ByteReader& reader, ErrorModel& model);
 // The same bytes piece by piece: of a long street they are not in memory twice.
 std::uint64_t payload_size(const ErrorModel& model);
 Result<void> visit_payload(const ErrorModel& model, const ByteSink& sink);
 Result<void> open_payload(const StoredBytes& payload, ErrorModel& model);
+Result<void> open_payload(const StoredBytes& payload, ByFamily<ErrorModel>& model);
 // What stands first, of no length that a street has: the card, features, ranges, streets and the
 // forest's feature_count. The number of training rows comes next, as 64 bits.
 void encode_head(const ErrorModel& model, ByteWriter& writer);

@@ -4,7 +4,6 @@
 
 #include <string>
 
-#include "formats/annotation/of_samples.h"
 #include "formats/artifact.h"
 
 namespace sightline {
@@ -15,21 +14,13 @@ Error undecodable_model(std::size_t at) {
           "payload byte " + std::to_string(at)};
 }
 
-Result<void> visit_own(const ErrorModel& model, const ByteSink& sink) {
-  SIGHTLINE_TRY(visit_encoded([&](ByteWriter& writer) { encode_head(model, writer); }, sink));
-  SIGHTLINE_TRY(visit_behind_feature_count(model.forest, sink));
-  SIGHTLINE_TRY(visit_encoded([&](ByteWriter& writer) { encode(model.sites, writer); }, sink));
-  SIGHTLINE_TRY(visit_encoded(
-      [&](ByteWriter& writer) { encode_predictions(model.out_of_fold, writer); }, sink));
-  return visit_array(model.measured_mean_m, sink);
-}
-
-void decode_own(ByteReader& reader, ErrorModel& model) {
-  decode_head(reader, model);
-  decode_behind_feature_count(reader, model.forest);
-  decode(reader, model.sites);
-  decode_predictions(reader, model.out_of_fold);
-  reader.get_array(model.measured_mean_m);
+template <class Model>
+Result<void> open_whole(const StoredBytes& payload, Model& model) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, payload.read(0, payload.size()));
+  ByteReader reader(bytes);
+  decode(reader, model);
+  if (!reader.at_end()) return undecodable_model(reader.offset());
+  return validate(model);
 }
 
 }  // namespace
@@ -54,7 +45,13 @@ void encode(const ErrorModel& model, ByteWriter& writer) {
   encode_by_visiting([&](const ByteSink& sink) { return visit_payload(model, sink); }, writer);
 }
 
-void decode(ByteReader& reader, ErrorModel& model) { decode_both(reader, model, decode_own); }
+void decode(ByteReader& reader, ErrorModel& model) {
+  decode_head(reader, model);
+  decode_behind_feature_count(reader, model.forest);
+  decode(reader, model.sites);
+  decode_predictions(reader, model.out_of_fold);
+  reader.get_array(model.measured_mean_m);
+}
 
 std::uint64_t payload_size(const ErrorModel& model) {
   ByteWriter counting = ByteWriter::that_counts();
@@ -63,15 +60,20 @@ std::uint64_t payload_size(const ErrorModel& model) {
 }
 
 Result<void> visit_payload(const ErrorModel& model, const ByteSink& sink) {
-  return visit_both(model, sink, visit_own);
+  SIGHTLINE_TRY(visit_encoded([&](ByteWriter& writer) { encode_head(model, writer); }, sink));
+  SIGHTLINE_TRY(visit_behind_feature_count(model.forest, sink));
+  SIGHTLINE_TRY(visit_encoded([&](ByteWriter& writer) { encode(model.sites, writer); }, sink));
+  SIGHTLINE_TRY(visit_encoded(
+      [&](ByteWriter& writer) { encode_predictions(model.out_of_fold, writer); }, sink));
+  return visit_array(model.measured_mean_m, sink);
 }
 
 Result<void> open_payload(const StoredBytes& payload, ErrorModel& model) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, payload.read(0, payload.size()));
-  ByteReader reader(bytes);
-  decode(reader, model);
-  if (!reader.at_end()) return undecodable_model(reader.offset());
-  return validate(model);
+  return open_whole(payload, model);
+}
+
+Result<void> open_payload(const StoredBytes& payload, ByFamily<ErrorModel>& model) {
+  return open_whole(payload, model);
 }
 
 }  // namespace sightline

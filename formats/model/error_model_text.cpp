@@ -245,10 +245,13 @@ std::vector<Table> tables(const ErrorModel& model) {
           recordings_table(model)};
 }
 
-std::string to_text(const ErrorModel& model) {
-  return card_text(model) + "\n" + recordings_text(model) + "\n" + fit_text(model) + "\n" +
-         (model.streets.empty() ? "" : street_text(model) + "\n") + importance_text(model) +
-         (model.of_samples.empty() ? "" : looks_text(model.of_samples.front()));
+Table dump(const ByFamily<ErrorModel>& model) { return dump(model.ranges); }
+
+std::string to_text(const ByFamily<ErrorModel>& model) {
+  const ErrorModel& ranges = model.ranges;
+  return card_text(ranges) + "\n" + recordings_text(ranges) + "\n" + fit_text(ranges) + "\n" +
+         (ranges.streets.empty() ? "" : street_text(ranges) + "\n") + importance_text(ranges) +
+         (model.samples ? looks_text(*model.samples) : "");
 }
 
 }  // namespace sightline

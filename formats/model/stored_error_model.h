@@ -7,18 +7,18 @@
 
 namespace sightline {
 
-// An error model of which no more than its card is read: the training rows, trees and sites stay
-// encoded, in a file where they came from one. The same bytes as ErrorModel's.
+// Error models by family, of which no more than the card of the ranges' is read: the training rows,
+// trees and sites stay encoded, in a file where they came from one.
 struct StoredErrorModel {
-  ErrorModel head;  // what decode_head reads
+  ErrorModel head;  // of the ranges: what decode_head reads
   std::uint64_t training_row_count = 0;
   StoredBytes payload;  // all of it, as encode() writes it
 };
 
-// A form of ErrorModel.
+// A form of ByFamily<ErrorModel>.
 template <>
 struct ArtifactTraits<StoredErrorModel> {
-  using Artifact = ErrorModel;
+  using Artifact = ByFamily<ErrorModel>;
   static constexpr std::string_view kName = ArtifactTraits<ErrorModel>::kName;
   static constexpr std::uint32_t kVersion = ArtifactTraits<ErrorModel>::kVersion;
 };

@@ -60,6 +60,8 @@ class StoredTable {
 
   // The table of a payload, without the checks of validate(). Errors: cannot-read, bad-layer.
   static Result<StoredTable> open(const StoredBytes& payload);
+  // What begins a payload: as many bytes as payload_size() of the table.
+  static Result<StoredTable> open_front(const StoredBytes& payload);
 
  private:
   friend class StoredTableWriter<X>;
@@ -236,6 +238,13 @@ Result<void> StoredTable<X>::read(std::uint64_t first, std::uint64_t count, X& i
 
 template <HasRows X>
 Result<StoredTable<X>> StoredTable<X>::open(const StoredBytes& payload) {
+  SIGHTLINE_ASSIGN(StoredTable opened, open_front(payload));
+  if (payload_size(opened) != payload.size()) return undecodable<StoredTable<X>>();
+  return opened;
+}
+
+template <HasRows X>
+Result<StoredTable<X>> StoredTable<X>::open_front(const StoredBytes& payload) {
   StoredTable opened;
   const auto decode = [&](ByteReader& reader) {
     opened.head_ = X();
@@ -247,10 +256,10 @@ Result<StoredTable<X>> StoredTable<X>::open(const StoredBytes& payload) {
   const std::size_t size = RowsOf<X>::size(opened.head_);
   const std::uint64_t rest = payload.size() - *begin;
   const bool is_full = HasTiles<X> || opened.row_count_ == RowsOf<X>::count(opened.head_);
-  if (!is_full || size == 0 || rest % size != 0 || rest / size != opened.row_count_) {
+  if (!is_full || size == 0 || rest / size < opened.row_count_) {
     return undecodable<StoredTable<X>>();
   }
-  opened.rows_ = payload.part(*begin, rest);
+  opened.rows_ = payload.part(*begin, opened.row_count_ * size);
   if constexpr (HasTiles<X>) SIGHTLINE_TRY(opened.find_tiles());
   return opened;
 }

@@ -1,6 +1,7 @@
 #include "passes/emit/emit_map.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 
 #include "formats/base/files/stored_bytes.h"
@@ -86,26 +87,27 @@ Result<void> check_options(const EmitMapOptions& options) {
 }
 
 Result<void> check_measured(const EmitMapInputs& inputs) {
-  if (inputs.measured.row_count() == inputs.sites.sites.size() &&
-      inputs.measured.head().looks == inputs.ranges.looks) {
+  const StoredTable<MeasuredError>& measured = inputs.measured.ranges;
+  if (measured.row_count() == inputs.sites.sites.size() &&
+      measured.head().looks == inputs.ranges.ranges.looks) {
     return {};
   }
   return Error{ErrorCode::kMismatchedInputs,
-               "errors were measured at " + std::to_string(inputs.measured.row_count()) +
+               "errors were measured at " + std::to_string(measured.row_count()) +
                    " sites, expected the map's " + std::to_string(inputs.sites.sites.size()) +
                    " and the ranges that are chosen from"};
 }
 
 bool is_of_models_localizer(const EmitMapInputs& inputs) {
-  return inputs.measured.head().matching.localizer == inputs.model.record.localizer;
+  return inputs.measured.ranges.head().matching.localizer == inputs.model.record.localizer;
 }
 
-bool is_simulated(const StoredTable<MeasuredError>& measured) {
-  return measured.head().reference == ErrorReference::kSimulated;
+bool is_simulated(const ByFamily<StoredTable<MeasuredError>>& measured) {
+  return measured.ranges.head().reference == ErrorReference::kSimulated;
 }
 
 MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
-  const MeasuredError& measured = inputs.measured.head();
+  const MeasuredError& measured = inputs.measured.ranges.head();
   MeasurementCard card;
   card.mapping_drive =
       is_finished(inputs) ? inputs.recordings.cards.front().name : inputs.mapping->names_of_parts();
@@ -125,29 +127,36 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   return card;
 }
 
-// What one localizer reached says nothing of the promise to another: then it is none. Error:
-// cannot-read.
-Result<MeasuredError> to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
-  if (is_simulated(inputs.measured)) return MeasuredError{};
-  if (is_of_models_localizer(inputs)) return inputs.measured.whole();
-  const MeasuredError& measured = inputs.measured.head();
+// What one localizer reached says nothing of the promise to another.
+bool judges_map(const PassContext& ctx, const EmitMapInputs& inputs) {
+  if (is_simulated(inputs.measured)) return false;
+  if (is_of_models_localizer(inputs)) return true;
+  const MeasuredError& measured = inputs.measured.ranges.head();
   ctx.warn("the map predicts the errors of " + to_text(inputs.model.record.localizer) +
            ", but drive '" + measured.drive + "' was localized by " +
            to_text(measured.matching.localizer) + ": no coverage was measured");
-  return MeasuredError{};
+  return false;
 }
 
 // Sets what the drive that was measured says of the promises. Errors: cannot-read.
 Result<void> put_quality(const PassContext& ctx, const EmitMapInputs& inputs, CompiledMap& map) {
-  SIGHTLINE_ASSIGN(const MeasuredError judge, to_judge_by(ctx, inputs));
-  map.quality = quality_of(map, judge);
-  map.look_quality = look_quality_of(map, judge);
+  std::optional<MeasuredError> ranges, samples;
+  if (judges_map(ctx, inputs)) {
+    SIGHTLINE_ASSIGN(ranges, inputs.measured.ranges.whole());
+    if (inputs.measured.samples) {
+      SIGHTLINE_ASSIGN(samples, inputs.measured.samples->whole());
+    }
+  }
+  map.quality = quality_of(map.predicted, map.ranges, ranges ? &*ranges : nullptr);
+  if (!map.looks) return {};
+  LooksOfMap& looks = *map.looks;
+  looks.quality = quality_of(looks.predicted, looks.ranges, samples ? &*samples : nullptr);
   return {};
 }
 
 bool must_add_measured(const EmitMapInputs& inputs) {
-  const bool is_told = std::ranges::count(inputs.predicted.has_history, std::uint8_t{1}) > 0;
-  return is_told && !has_measured_columns(inputs.factors.head());
+  const bool is_told = std::ranges::count(inputs.predicted.ranges.has_history, std::uint8_t{1}) > 0;
+  return is_told && !has_measured_columns(inputs.factors.ranges.head());
 }
 
 void warn_of_simulated(const PassContext& ctx, const CompiledMap& map) {
@@ -160,7 +169,7 @@ void warn_of_simulated(const PassContext& ctx, const CompiledMap& map) {
 
 void warn_of_lost_history(const PassContext& ctx, const EmitMapInputs& inputs) {
   if (inputs.earlier == nullptr || !has_measured_columns(inputs.earlier->factors) ||
-      has_measured_columns(inputs.factors.head())) {
+      has_measured_columns(inputs.factors.ranges.head())) {
     return;
   }
   ctx.warn(
@@ -170,6 +179,15 @@ void warn_of_lost_history(const PassContext& ctx, const EmitMapInputs& inputs) {
 
 Error mismatched(const Error& error) {
   return {ErrorCode::kMismatchedInputs, error.message, "", error.place};
+}
+
+// Without quality and factors; none where looks that take a sample are not chosen from.
+std::optional<LooksOfMap> looks_of(const EmitMapInputs& inputs) {
+  if (!inputs.ranges.samples || !inputs.predicted.samples) return std::nullopt;
+  LooksOfMap looks{*inputs.predicted.samples, *inputs.ranges.samples, {}, {}};
+  if (inputs.plan != nullptr) looks.ranges.plan = inputs.plan->plan;
+  looks.quality.resize(looks.ranges.promises.size());
+  return looks;
 }
 
 // All of the map but its NDs and factors.
@@ -185,10 +203,9 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   map.world = world_of(options, inputs);
   map.ndt = without_nds(inputs.nds);
   map.sites = inputs.sites;
-  map.predicted = inputs.predicted;
-  map.ranges = inputs.ranges;
-  const bool has_plan = inputs.plan != nullptr && !map.ranges.of_samples.empty();
-  if (has_plan) map.ranges.of_samples.front().plan = inputs.plan->plan;
+  map.predicted = inputs.predicted.ranges;
+  map.ranges = inputs.ranges.ranges;
+  map.looks = looks_of(inputs);
   map.reach_m = options.reach_m;
   map.sensor = inputs.sensor;
   map.measurement = card_of(options, inputs);
@@ -200,13 +217,12 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   map.columns = inputs.columns;
   std::ranges::sort(map.columns, {}, &SiteColumn::name);
   map.quality.resize(map.ranges.promises.size());
-  if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) return mismatched(valid.error());
   SIGHTLINE_TRY(put_quality(ctx, inputs, map));
   const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
-  const std::size_t spoken_for =
-      std::size_t{map.measurement.measured_site_count} * inputs.measured.head().matching.site_step;
+  const std::size_t spoken_for = std::size_t{map.measurement.measured_site_count} *
+                                 inputs.measured.ranges.head().matching.site_step;
   const bool is_measured = !is_simulated(inputs.measured);
   if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs) && is_measured) {
     ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
@@ -218,15 +234,16 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
 
 Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inputs,
                         const CompiledMap& answers) {
-  StoredTable<FactorTable> factors;  // none, or with the earlier errors that predictions used
+  // None, or with the earlier errors that predictions used.
+  ByFamily<StoredTable<FactorTable>> factors;
   if (options.has_factors && must_add_measured(inputs)) {
-    SIGHTLINE_ASSIGN(const FactorTable untold, inputs.factors.whole());
-    SIGHTLINE_ASSIGN(const MeasuredError measured, inputs.measured.whole());
+    SIGHTLINE_ASSIGN(const ByFamily<FactorTable> untold, whole_of(inputs.factors));
+    SIGHTLINE_ASSIGN(const ByFamily<MeasuredError> measured, whole_of(inputs.measured));
     factors = with_measured_columns(untold, measured);
   } else if (options.has_factors) {
     factors = inputs.factors;
   }
-  const Result<void> valid = validate_factors(factors, answers.sites, answers.ranges);
+  const Result<void> valid = validate_factors(factors, answers);
   if (!valid) return mismatched(valid.error());
   constexpr std::size_t kMostInMemory = std::size_t{16} << 20;
   GrowingBytes bytes(kMostInMemory);
@@ -260,15 +277,14 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
   return file_of(options, inputs, answers);
 }
 
-Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds,
-                              const Sites& sites, const PredictedError& predicted,
-                              const RangeTable& ranges, const StoredTable<MeasuredError>& measured,
-                              const PackedModel& model, const StoredTable<FactorTable>& factors,
-                              const SensorProfile& sensor, const RecordingCards& recordings,
-                              const Drive* mapping, const Trajectory* trajectory,
-                              const Sharpness* sharpness, const CalibratedPlan* plan,
-                              const TileDrives* tile_drives, const CompiledMap* earlier,
-                              const ForeignNds* foreign, Many<SiteColumn> columns) {
+Result<MapFile> emit_map_step(
+    PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds, const Sites& sites,
+    const ByFamily<PredictedError>& predicted, const ByFamily<RangeTable>& ranges,
+    const ByFamily<StoredTable<MeasuredError>>& measured, const PackedModel& model,
+    const ByFamily<StoredTable<FactorTable>>& factors, const SensorProfile& sensor,
+    const RecordingCards& recordings, const Drive* mapping, const Trajectory* trajectory,
+    const Sharpness* sharpness, const CalibratedPlan* plan, const TileDrives* tile_drives,
+    const CompiledMap* earlier, const ForeignNds* foreign, Many<SiteColumn> columns) {
   EmitMapInputs inputs{nds,     sites,       predicted,  ranges,  measured,   model,
                        factors, sensor,      recordings, mapping, trajectory, sharpness,
                        plan,    tile_drives, earlier,    foreign};

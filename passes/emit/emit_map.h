@@ -42,11 +42,11 @@ std::vector<OptionField> option_fields(EmitMapOptions& options);
 struct EmitMapInputs {
   const PackedNds& nds;
   const Sites& sites;
-  const PredictedError& predicted;
-  const RangeTable& ranges;
-  StoredTable<MeasuredError> measured;
+  const ByFamily<PredictedError>& predicted;
+  const ByFamily<RangeTable>& ranges;
+  ByFamily<StoredTable<MeasuredError>> measured;
   const PackedModel& model;
-  StoredTable<FactorTable> factors;
+  ByFamily<StoredTable<FactorTable>> factors;
   const SensorProfile& sensor;       // that will localize
   const RecordingCards& recordings;  // a finished map is the first of them
   // Of the drives that made the map; null where a finished map was annotated.
@@ -76,15 +76,14 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
                          const EmitMapInputs& inputs);
 
 // The pass: emit_map() of its inputs.
-Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds,
-                              const Sites& sites, const PredictedError& predicted,
-                              const RangeTable& ranges, const StoredTable<MeasuredError>& measured,
-                              const PackedModel& model, const StoredTable<FactorTable>& factors,
-                              const SensorProfile& sensor, const RecordingCards& recordings,
-                              const Drive* mapping, const Trajectory* trajectory,
-                              const Sharpness* sharpness, const CalibratedPlan* plan,
-                              const TileDrives* tile_drives, const CompiledMap* earlier,
-                              const ForeignNds* foreign, Many<SiteColumn> columns);
+Result<MapFile> emit_map_step(
+    PassContext& ctx, const EmitMapOptions& options, const PackedNds& nds, const Sites& sites,
+    const ByFamily<PredictedError>& predicted, const ByFamily<RangeTable>& ranges,
+    const ByFamily<StoredTable<MeasuredError>>& measured, const PackedModel& model,
+    const ByFamily<StoredTable<FactorTable>>& factors, const SensorProfile& sensor,
+    const RecordingCards& recordings, const Drive* mapping, const Trajectory* trajectory,
+    const Sharpness* sharpness, const CalibratedPlan* plan, const TileDrives* tile_drives,
+    const CompiledMap* earlier, const ForeignNds* foreign, Many<SiteColumn> columns);
 inline constexpr Pass kEmitMap =
     Pass{"emit-map", 14, "map", "The map file", &emit_map_step}.in(Stage::kLink);
 

@@ -22,15 +22,18 @@ bool is_same(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
-                                       const ErrorModel& model) {
+Result<ByFamily<PredictedError>> predicted_again(PassContext& ctx, const CompiledMap& map,
+                                                 const ByFamily<ErrorModel>& model,
+                                                 const ByFamily<FactorTable>& factors) {
   PredictErrorOptions options;
   options.support_margin = map.predicted.support_margin;
-  MeasuredDrives history{measured_of_columns(map.factors), {}, 0};
+  MeasuredDrives history{measured_of_columns(factors), {}, 0};
   // Nothing else was used.
-  for (MeasuredError& drive : history.drives) drive.matching.localizer = model.card.localizer;
+  for (ByFamily<MeasuredError>& drive : history.drives) {
+    drive.ranges.matching.localizer = model.ranges.card.localizer;
+  }
   // Which recordings made the map matters to a warning alone.
-  return predict_error(ctx, options, model, map.sites, map.factors, {}, nullptr, &history);
+  return predict_error(ctx, options, model, map.sites, factors, {}, nullptr, &history);
 }
 
 Result<void> compare_numbers(const PredictedError& stored, const PredictedError& again) {
@@ -125,21 +128,19 @@ Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) 
 }
 
 // Of ranges and looks. Error: mismatched-inputs, or what differs.
-Result<void> compare_with(PassContext& ctx, const CompiledMap& map, const ErrorModel& model,
-                          const ChooseRangesOptions& options) {
-  SIGHTLINE_ASSIGN(const RangeTable ranges,
-                   choose_ranges(ctx, options, map.sites, map.predicted, model, map.factors));
-  Result<void> follows = compare_choices(map.ranges, ranges);
-  for (std::size_t i = 0; i < map.ranges.of_samples.size() && follows; ++i) {
-    follows = compare_choices(map.ranges.of_samples[i], ranges.of_samples[i]);
-  }
-  return follows;
+Result<void> compare_with(PassContext& ctx, const CompiledMap& map,
+                          const ByFamily<ErrorModel>& model, const ChooseRangesOptions& options) {
+  SIGHTLINE_ASSIGN(
+      const ByFamily<RangeTable> again,
+      choose_ranges(ctx, options, map.sites, predicted_of(map), model, factors_of(map)));
+  SIGHTLINE_TRY(compare_choices(map.ranges, again.ranges));
+  return map.looks ? compare_choices(map.looks->ranges, *again.samples) : Result<void>();
 }
 
 // A map does not say whether its share of misses was named or is the strictest that was earned: it
 // follows by one of the two.
 Result<void> compare_with_named_or_strictest(PassContext& ctx, const CompiledMap& map,
-                                             const ErrorModel& model) {
+                                             const ByFamily<ErrorModel>& model) {
   ChooseRangesOptions options = choice_options(map);
   const Result<void> by_named = compare_with(ctx, map, model, options);
   if (by_named) return by_named;
@@ -175,20 +176,20 @@ Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& ma
     return Error{ErrorCode::kBadLayer,
                  "the map was stripped of its factors: its annotation cannot be made again"};
   }
-  SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
-  SIGHTLINE_ASSIGN(const PredictedError predicted, predicted_again(ctx, map, model));
-  if (predicted.of_samples.size() != map.predicted.of_samples.size()) {
+  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, model_of(map.model));
+  SIGHTLINE_ASSIGN(const ByFamily<PredictedError> predicted,
+                   predicted_again(ctx, map, model, factors_of(map)));
+  if (predicted.samples.has_value() != map.looks.has_value()) {
     return unfounded("looks", "the map's model or factors tell nothing of its looks");
   }
-  Result<void> follows = compare_predictions(map.predicted, predicted);
-  for (std::size_t i = 0; i < predicted.of_samples.size() && follows; ++i) {
-    follows = compare_predictions(map.predicted.of_samples[i], predicted.of_samples[i]);
+  SIGHTLINE_TRY(compare_predictions(map.predicted, predicted.ranges));
+  if (map.looks) SIGHTLINE_TRY(compare_predictions(map.looks->predicted, *predicted.samples));
+  SIGHTLINE_TRY(compare_with_named_or_strictest(ctx, map, model));
+  SIGHTLINE_TRY(compare_quality(map.quality, quality_of(map.predicted, map.ranges, nullptr), map));
+  if (map.looks) {
+    const auto& [of_looks, ranges, quality, factors] = *map.looks;
+    SIGHTLINE_TRY(compare_quality(quality, quality_of(of_looks, ranges, nullptr), map));
   }
-  if (!follows) return follows.error();
-  follows = compare_with_named_or_strictest(ctx, map, model);
-  if (follows) follows = compare_quality(map.quality, quality_of(map, {}), map);
-  if (follows) follows = compare_quality(map.look_quality, look_quality_of(map, {}), map);
-  if (!follows) return follows.error();
   AnnotationProof proof;
   proof.site_count = map.predicted.site_count;
   proof.out_of_fold_count = count_of(map.predicted.out_of_fold);

@@ -163,15 +163,13 @@ OwnErrors errors_in(const MeasuredError& own, Use use) {
   return {as_evidence(error_m), error_m};
 }
 
-// The factors of some sites with these errors, of ranges and of looks that take a sample.
+// The factors of some sites with the errors of a family's looks.
 Result<FactorTable> with_errors(const FactorTable& map_factors, const MeasuredError& own, Use use) {
   SIGHTLINE_ASSIGN(const std::size_t stand_in, stand_in_of(map_factors));
   const Columns columns{map_factors, stand_in, use == Use::kSimulated};
-  FactorTable table = with_columns(columns, errors_in(own, use));
-  for (const MeasuredError& samples : own.of_samples) {
-    table.of_samples.push_back(factors_of_samples(columns, samples.looks, errors_in(samples, use)));
-  }
-  return table;
+  const OwnErrors errors = errors_in(own, use);
+  return takes_every_return(own.looks.front()) ? with_columns(columns, errors)
+                                               : factors_of_samples(columns, own.looks, errors);
 }
 
 Use use_of(const PassContext& ctx, const MeasuredError& own, const SensorProfile* mapping_sensor,
@@ -184,14 +182,17 @@ Use use_of(const PassContext& ctx, const MeasuredError& own, const SensorProfile
   return Use::kNone;
 }
 
-// All sites, stretch by stretch. `of_stretch`: the table of some sites in a row.
-using OfStretch = std::function<Result<FactorTable>(std::size_t first, std::size_t count)>;
-
-Result<StoredTable<FactorTable>> stretch_by_stretch(std::size_t site_count,
-                                                    const OfStretch& of_stretch) {
+// All sites by the looks of a family, stretch by stretch.
+Result<StoredTable<FactorTable>> with_all_errors(const StoredTable<FactorTable>& map_factors,
+                                                 const StoredTable<MeasuredError>& own, Use use) {
+  const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
+    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.rows(first, count));
+    SIGHTLINE_ASSIGN(const MeasuredError measured, own.rows(first, count));
+    return with_errors(factors, measured, use);
+  };
+  const std::size_t site_count = map_factors.row_count();
   SIGHTLINE_ASSIGN(FactorTable head, of_stretch(0, 0));
   head.site_count = static_cast<std::uint32_t>(site_count);
-  for (FactorTable& samples : head.of_samples) samples.site_count = head.site_count;
   StoredTableWriter<FactorTable> writer(head);
   for (std::size_t first = 0; first < site_count; first += kRowsAtOnce) {
     const std::size_t count = std::min(kRowsAtOnce, site_count - first);
@@ -203,19 +204,16 @@ Result<StoredTable<FactorTable>> stretch_by_stretch(std::size_t site_count,
 
 }  // namespace
 
-Result<StoredTable<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions&,
-                                                   const StoredTable<FactorTable>& map_factors,
-                                                   const StoredTable<MeasuredError>& own,
-                                                   const SensorProfile* mapping_sensor,
-                                                   const SensorProfile& localizing_sensor) {
-  SIGHTLINE_TRY(check_measured(map_factors, own));
-  const Use use = use_of(ctx, own.head(), mapping_sensor, localizing_sensor);
-  const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
-    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.rows(first, count));
-    SIGHTLINE_ASSIGN(const MeasuredError measured, own.rows(first, count));
-    return with_errors(factors, measured, use);
+Result<ByFamily<StoredTable<FactorTable>>> add_mapping_error(
+    PassContext& ctx, const NoOptions&, const StoredTable<FactorTable>& map_factors,
+    const ByFamily<StoredTable<MeasuredError>>& own, const SensorProfile* mapping_sensor,
+    const SensorProfile& localizing_sensor) {
+  SIGHTLINE_TRY(check_measured(map_factors, own.ranges));
+  const Use use = use_of(ctx, own.ranges.head(), mapping_sensor, localizing_sensor);
+  const auto of_family = [&](const StoredTable<MeasuredError>& errors) {
+    return with_all_errors(map_factors, errors, use);
   };
-  return stretch_by_stretch(map_factors.row_count(), of_stretch);
+  return each_family(of_family, own);
 }
 
 }  // namespace sightline

@@ -22,17 +22,15 @@ namespace sightline {
 // error is `own_error`, since simulated errors are optimistic. A column `simulated` of ones marks
 // the sites; a model without that column does not take such a map.
 //
-// Looks that take a sample get a table of their own (FactorTable::of_samples): the factors of the
-// longest range, `own_error` and `mapping_error` of each look, mean and greatest `mapping_error` of
-// all looks, the look's number, and `match_cost`, what a localization by it costs, in matched
-// points. Definition: schemas/definitions.md, "Factor from the mapping drive". Errors:
-// mismatched-inputs (other sites or ranges, no virtual_error); disk-full or cannot-write (a
-// temporary file).
-Result<StoredTable<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions& options,
-                                                   const StoredTable<FactorTable>& map_factors,
-                                                   const StoredTable<MeasuredError>& own,
-                                                   const SensorProfile* mapping_sensor,
-                                                   const SensorProfile& localizing_sensor);
+// Looks that take a sample get a table of their own: the factors of the longest range, `own_error`
+// and `mapping_error` of each look, mean and greatest `mapping_error` of all looks, the look's
+// number, and `match_cost`, what a localization by it costs, in matched points. Definition:
+// schemas/definitions.md, "Factor from the mapping drive". Errors: mismatched-inputs (other sites
+// or ranges, no virtual_error); disk-full or cannot-write (a temporary file).
+Result<ByFamily<StoredTable<FactorTable>>> add_mapping_error(
+    PassContext& ctx, const NoOptions& options, const StoredTable<FactorTable>& map_factors,
+    const ByFamily<StoredTable<MeasuredError>>& own, const SensorProfile* mapping_sensor,
+    const SensorProfile& localizing_sensor);
 inline constexpr Pass kAddMappingError =
     Pass{"add-mapping-error", 4, "factors", "The factor from the mapping drive", &add_mapping_error}
         .in(Stage::kSites);

@@ -182,15 +182,16 @@ std::vector<OptionField> option_fields(CalibratePlanOptions& options) {
 Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptions& options,
                                       const Drive& drive, const Trajectory& trajectory,
                                       const TiledNds& nds, const Sites& sites,
-                                      const RangeTable& ranges) {
-  SIGHTLINE_ASSIGN(const DriveOnMap placed, place_on_map(drive, trajectory, nds, sites, ranges,
-                                                         options.reach_m, options.matching.scans));
+                                      const ByFamily<RangeTable>& ranges) {
+  SIGHTLINE_ASSIGN(const DriveOnMap placed,
+                   place_on_map(drive, trajectory, nds, sites, ranges.ranges, options.reach_m,
+                                options.matching.scans));
   CalibratedPlan calibrated;
-  if (ranges.of_samples.empty()) return calibrated;
+  if (!ranges.samples) return calibrated;
   calibrated.plan = usual_plan();
   AreaLocalizers localizers(nds, {LocalizerKind::kSearching, options.matching.coarse_cells,
                                   drive.sensor.max_range_m, ctx.threads});
-  const Setup setup{options, placed, ranges.of_samples.front(), localizers};
+  const Setup setup{options, placed, *ranges.samples, localizers};
   SIGHTLINE_ASSIGN(TileDigests tiles, digests_of(nds));
   const MatchContents contents(drive, placed.in_map, std::move(tiles), drive.sensor.max_range_m);
   DigestBuilder street;

@@ -49,7 +49,7 @@ double raised_threshold(const CalibratePlanOptions& options, const LookPlan& pla
 Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptions& options,
                                       const Drive& drive, const Trajectory& trajectory,
                                       const TiledNds& nds, const Sites& sites,
-                                      const RangeTable& ranges);
+                                      const ByFamily<RangeTable>& ranges);
 inline constexpr Pass kCalibratePlan =
     Pass{"calibrate-plan", 2, "plan", "When a vehicle that tracks looks again", &calibrate_plan}
         .in(Stage::kLearn)

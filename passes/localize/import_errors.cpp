@@ -186,9 +186,9 @@ std::vector<OptionField> option_fields(ImportErrorsOptions& options) {
                         "a site's scan lies no farther from it, m", 0.01, 100.0))};
 }
 
-Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions& options,
-                                    const OutsideErrors& outside, const Drive& drive,
-                                    const Trajectory& trajectory, const Sites& sites) {
+Result<ByFamily<MeasuredError>> import_errors(PassContext& ctx, const ImportErrorsOptions& options,
+                                              const OutsideErrors& outside, const Drive& drive,
+                                              const Trajectory& trajectory, const Sites& sites) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   const Result<std::vector<ImportedScan>> found = imported_scans(options, drive, outside);
   if (!found) return in_file(found.error(), outside.file);
@@ -218,7 +218,7 @@ Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions&
                : ErrorRow{});
     }
   }
-  return measured;
+  return ByFamily<MeasuredError>(std::move(measured));
 }
 
 }  // namespace sightline

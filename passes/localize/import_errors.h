@@ -27,9 +27,9 @@ std::vector<OptionField> option_fields(ImportErrorsOptions& options);
 // Errors: mismatched-inputs, at the line (a scan that is not in the drive or made the map; a range
 // that is none of the compile's; a scan without one of the ranges or starts that others have; a
 // trajectory of another drive); no-overlap (no site has a scan near).
-Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions& options,
-                                    const OutsideErrors& outside, const Drive& drive,
-                                    const Trajectory& trajectory, const Sites& sites);
+Result<ByFamily<MeasuredError>> import_errors(PassContext& ctx, const ImportErrorsOptions& options,
+                                              const OutsideErrors& outside, const Drive& drive,
+                                              const Trajectory& trajectory, const Sites& sites);
 inline constexpr Pass kImportErrors =
     Pass{"import-errors", 1, "measured", "Errors of a localizer outside, measured elsewhere",
          &import_errors}

@@ -7,13 +7,14 @@
 namespace sightline {
 namespace {
 
-bool is_measured_somewhere(const MeasuredError& measured) {
-  return std::ranges::any_of(measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; });
+bool is_measured_somewhere(const ByFamily<MeasuredError>& measured) {
+  return std::ranges::any_of(measured.ranges.scan_of_site,
+                             [](std::int64_t scan) { return scan >= 0; });
 }
 
 // Why a drive is left out; empty: it is not.
 std::string reason_to_leave_out(const Drive& first, const Drive& drive,
-                                const MeasuredError& errors) {
+                                const ByFamily<MeasuredError>& errors) {
   if (drive.sensor.name != first.sensor.name) {
     return "its sensor is " + drive.sensor.name + ", that of the first is " + first.sensor.name;
   }
@@ -25,7 +26,7 @@ std::string reason_to_leave_out(const Drive& first, const Drive& drive,
 
 // Adds the drive of the next number, or leaves it out.
 void add(const PassContext& ctx, const Drive& first, const Drive& drive,
-         const MeasuredError& errors, MeasuredDrives& joined) {
+         const ByFamily<MeasuredError>& errors, MeasuredDrives& joined) {
   const std::uint32_t number = joined.named_count++;
   const std::string reason = reason_to_leave_out(first, drive, errors);
   if (!reason.empty()) {
@@ -56,7 +57,7 @@ std::size_t speaker_at(const MeasuredDrives& measured, std::size_t turn, std::si
   const std::size_t count = measured.drives.size();
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t drive = (turn + i) % count;
-    if (measured.drives[drive].scan_of_site[site] >= 0) return drive;
+    if (measured.drives[drive].ranges.scan_of_site[site] >= 0) return drive;
   }
   return count;
 }
@@ -64,7 +65,7 @@ std::size_t speaker_at(const MeasuredDrives& measured, std::size_t turn, std::si
 }  // namespace
 
 Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions&, Many<Drive> drives,
-                                   Many<MeasuredError> errors) {
+                                   Many<ByFamily<MeasuredError>> errors) {
   SIGHTLINE_CHECK(drives.size() == errors.size());
   MeasuredDrives joined;
   for (std::size_t i = 0; i < drives.size(); ++i) {
@@ -74,28 +75,28 @@ Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions&, Many<Driv
   return joined;
 }
 
-Result<MeasuredError> pool_errors(PassContext&, const NoOptions&, const MeasuredDrives& measured) {
+Result<ByFamily<MeasuredError>> pool_errors(PassContext&, const NoOptions&,
+                                            const MeasuredDrives& measured) {
   if (measured.drives.empty()) {
     return Error{ErrorCode::kNoOverlap,
                  "none of " + std::to_string(measured.named_count) +
                      " localization drives comes near a site of the map",
                  "", "pass pool-errors"};
   }
-  MeasuredError pooled = measured.drives.front();
+  ByFamily<MeasuredError> pooled = measured.drives.front();
   for (std::size_t i = 1; i < measured.drives.size(); ++i) {
-    pooled.drive += ", " + measured.drives[i].drive;
+    pooled.ranges.drive += ", " + measured.drives[i].ranges.drive;
   }
   std::size_t turn = 0;
-  for (std::size_t site = 0; site < pooled.scan_of_site.size(); ++site) {
+  for (std::size_t site = 0; site < pooled.ranges.scan_of_site.size(); ++site) {
     const std::size_t speaker = speaker_at(measured, turn, site);
     if (speaker == measured.drives.size()) continue;
-    take_site(measured.drives[speaker], site, pooled);
-    for (std::size_t i = 0; i < pooled.of_samples.size(); ++i) {
-      take_site(measured.drives[speaker].of_samples[i], site, pooled.of_samples[i]);
-    }
+    const ByFamily<MeasuredError>& drive = measured.drives[speaker];
+    take_site(drive.ranges, site, pooled.ranges);
+    if (pooled.samples) take_site(*drive.samples, site, *pooled.samples);
     ++turn;
   }
-  for (MeasuredError& samples : pooled.of_samples) samples.drive = pooled.drive;
+  if (pooled.samples) pooled.samples->drive = pooled.ranges.drive;
   return pooled;
 }
 

@@ -13,7 +13,7 @@ namespace sightline {
 // one whose sensor is not that of the first; a warning names it. Error: mismatched-inputs where not
 // all were measured at the same sites by the same looks.
 Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions& options, Many<Drive> drives,
-                                   Many<MeasuredError> errors);
+                                   Many<ByFamily<MeasuredError>> errors);
 inline constexpr Pass kJoinErrors =
     Pass{"join-errors", 1, "measured-drives", "What several drives found, together", &join_errors}
         .in(Stage::kLearn);
@@ -22,8 +22,8 @@ inline constexpr Pass kJoinErrors =
 // that each drive stands for as many of them, and a share of these sites is one of all drives.
 // Where a drive was not measured, the next one is taken. Its name is those of all. Error:
 // no-overlap where no drive is left.
-Result<MeasuredError> pool_errors(PassContext& ctx, const NoOptions& options,
-                                  const MeasuredDrives& measured);
+Result<ByFamily<MeasuredError>> pool_errors(PassContext& ctx, const NoOptions& options,
+                                            const MeasuredDrives& measured);
 inline constexpr Pass kPoolErrors = Pass{"pool-errors", 1, "measured-in-turn",
                                          "Several drives, each at every n-th site", &pool_errors}
                                         .in(Stage::kLearn);

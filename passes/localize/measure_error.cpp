@@ -69,7 +69,9 @@ class Localizing {
 // Of consecutive sites.
 Result<SiteRows> measure_part(const SiteMeasuring& measuring, Localizing& localizing,
                               std::span<const std::optional<std::size_t>> scans) {
+  const auto& [ranges, samples] = measuring.looks;
   SiteRows rows;
+  if (samples) rows.samples.emplace();
   std::shared_ptr<const AreaLocalizer> area;
   std::unique_ptr<SiteLocalizer> localizer;
   for (const std::optional<std::size_t>& scan : scans) {
@@ -83,8 +85,8 @@ Result<SiteRows> measure_part(const SiteMeasuring& measuring, Localizing& locali
       }
       SIGHTLINE_TRY(measure_site(measuring, *localizer, *scan, rows));
     } else {
-      rows.rows.resize(rows.rows.size() + measuring.looks.size());
-      rows.samples.resize(rows.samples.size() + measuring.samples.size());
+      rows.ranges.resize(rows.ranges.size() + ranges.size());
+      if (samples) rows.samples->resize(rows.samples->size() + samples->size());
     }
   }
   return rows;
@@ -105,8 +107,9 @@ double longest_match_m(const SiteMeasuring& measuring) {
   const double sensor_m = measuring.drive.sensor.max_range_m;
   if (measuring.reference == ErrorReference::kFullRangeMatch) return sensor_m;
   double longest_m = 0.0;
-  for (const Look& look : measuring.looks) longest_m = std::max(longest_m, look.range_m);
-  for (const Look& look : measuring.samples) longest_m = std::max(longest_m, look.range_m);
+  visit_families(measuring.looks, [&](const std::vector<Look>& looks) {
+    for (const Look& look : looks) longest_m = std::max(longest_m, look.range_m);
+  });
   return std::min(longest_m, sensor_m);
 }
 
@@ -116,16 +119,16 @@ double reach_of_localizer_m(LocalizerKind kind, const SiteMeasuring& measuring) 
 }
 
 // Rows of every site that has a scan; the first failure in the order of sites is returned.
-Result<StoredTable<MeasuredError>> measure_sites(
+Result<ByFamily<StoredTable<MeasuredError>>> measure_sites(
     const PassContext& ctx, const SiteMeasuring& measuring, Localizing& localizing,
-    const std::vector<std::optional<std::size_t>>& scans, const MeasuredError& measured) {
-  const auto fill = [&](std::size_t part, MeasuredError& empty) -> Result<void> {
-    SIGHTLINE_ASSIGN(
-        SiteRows rows,
-        measure_part(measuring, localizing,
-                     std::span(scans).subspan(part * kSitesInPart, empty.scan_of_site.size())));
-    empty.rows = std::move(rows.rows);
-    if (!empty.of_samples.empty()) empty.of_samples.front().rows = std::move(rows.samples);
+    const std::vector<std::optional<std::size_t>>& scans, const ByFamily<MeasuredError>& measured) {
+  const auto fill = [&](std::size_t part, ByFamily<MeasuredError>& empty) -> Result<void> {
+    const std::size_t site_count = empty.ranges.scan_of_site.size();
+    SIGHTLINE_ASSIGN(SiteRows rows,
+                     measure_part(measuring, localizing,
+                                  std::span(scans).subspan(part * kSitesInPart, site_count)));
+    empty.ranges.rows = std::move(rows.ranges);
+    if (empty.samples) empty.samples->rows = std::move(*rows.samples);
     return {};
   };
   const std::vector<std::vector<std::size_t>> parts = parts_of(scans.size());
@@ -195,24 +198,24 @@ void thin_sites(std::size_t step, std::vector<std::optional<std::size_t>>& scans
 }
 
 // Without rows.
-MeasuredError empty_result(const SiteMeasuring& measuring, const MatchingCard& matching,
-                           const std::vector<std::optional<std::size_t>>& scans) {
+ByFamily<MeasuredError> empty_result(const SiteMeasuring& measuring, const MatchingCard& matching,
+                                     const std::vector<std::optional<std::size_t>>& scans) {
   MeasuredError measured;
   measured.drive = measuring.drive.name;
   measured.matching = matching;
   measured.reference = measuring.reference;
-  measured.looks = measuring.looks;
+  measured.looks = measuring.looks.ranges;
   measured.offsets = measuring.offsets;
   for (const std::optional<std::size_t>& scan : scans) {
     measured.scan_of_site.push_back(
         scan ? static_cast<std::int64_t>(measuring.drive.scans[*scan].recording_index) : -1);
   }
-  if (!measuring.samples.empty()) {
-    MeasuredError samples = measured;
-    samples.looks = measuring.samples;
-    measured.of_samples.push_back(std::move(samples));
+  ByFamily<MeasuredError> both(measured);
+  if (measuring.looks.samples) {
+    both.samples = std::move(measured);
+    both.samples->looks = *measuring.looks.samples;
   }
-  return measured;
+  return both;
 }
 
 }  // namespace
@@ -234,11 +237,9 @@ ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory
   return is_known ? options.reference : ErrorReference::kFullRangeMatch;
 }
 
-Result<StoredTable<MeasuredError>> measure_error(PassContext& ctx,
-                                                 const MeasureErrorOptions& wanted,
-                                                 const Drive& localization_drive,
-                                                 const Trajectory& trajectory, const TiledNds& nds,
-                                                 const Sites& sites) {
+Result<ByFamily<StoredTable<MeasuredError>>> measure_error(
+    PassContext& ctx, const MeasureErrorOptions& wanted, const Drive& localization_drive,
+    const Trajectory& trajectory, const TiledNds& nds, const Sites& sites) {
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, nds, sites));
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
@@ -249,19 +250,15 @@ Result<StoredTable<MeasuredError>> measure_error(PassContext& ctx,
   }
   const Trajectory in_map = rebase(trajectory, nds.head().frame);
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
-  const std::vector<Look> samples = is_own ? options.looks : std::vector<Look>{};
+  ByFamily<std::vector<Look>> looks(every_return_at(options.ranges_m));
+  if (is_own && !options.looks.empty()) looks.samples = options.looks;
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
-  const SiteMeasuring measuring{options.reference,
-                                localization_drive,
-                                in_map,
-                                offsets,
-                                every_return_at(options.ranges_m),
-                                samples,
-                                ctx.seed};
+  const SiteMeasuring measuring{options.reference, localization_drive, in_map,
+                                offsets,           std::move(looks),   ctx.seed};
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
                    scans_of_sites(ctx, options, measuring, sites));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
-  const MeasuredError empty =
+  const ByFamily<MeasuredError> empty =
       empty_result(measuring, matching_card(options, nds.head().cell_m), scans);
   Localizing localizing(options, localization_drive.sensor, nds,
                         {options.localizer, options.coarse_cells,

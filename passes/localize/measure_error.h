@@ -59,11 +59,11 @@ MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m);
 // mismatched-inputs (trajectory and drive, or map and sites, do not belong together), empty-map,
 // no-overlap (no site has a scan near, unless the drive may be elsewhere), what reading a scan
 // returns, and disk-full or cannot-write (a temporary file).
-Result<StoredTable<MeasuredError>> measure_error(PassContext& ctx,
-                                                 const MeasureErrorOptions& options,
-                                                 const Drive& localization_drive,
-                                                 const Trajectory& trajectory, const TiledNds& nds,
-                                                 const Sites& sites);
+Result<ByFamily<StoredTable<MeasuredError>>> measure_error(PassContext& ctx,
+                                                           const MeasureErrorOptions& options,
+                                                           const Drive& localization_drive,
+                                                           const Trajectory& trajectory,
+                                                           const TiledNds& nds, const Sites& sites);
 inline constexpr Pass kMeasureError =
     Pass{"measure-error", 13, "measured", "Localization error of a drive", &measure_error}
         .in(Stage::kSites)

@@ -151,8 +151,9 @@ Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localiz
                   mix(measuring.seed, measuring.drive.scans[scan_index].recording_index));
   const ReferencedScan referenced{scan, reference_pose(measuring, localizer, scan, T_map_given),
                                   T_map_given};
-  measure_scan(measuring.offsets, measuring.looks, referenced, localizer, rows.rows);
-  measure_scan(measuring.offsets, measuring.samples, referenced, localizer, rows.samples);
+  const auto& [ranges, samples] = measuring.looks;
+  measure_scan(measuring.offsets, ranges, referenced, localizer, rows.ranges);
+  if (samples) measure_scan(measuring.offsets, *samples, referenced, localizer, *rows.samples);
   return {};
 }
 

@@ -66,16 +66,12 @@ struct SiteMeasuring {
   const Drive& drive;
   const Trajectory& trajectory;  // in the map's frame
   const std::vector<InitialOffset>& offsets;
-  std::vector<Look> looks;    // of every return
-  std::vector<Look> samples;  // looks that take a sample
+  ByFamily<std::vector<Look>> looks;
   std::uint64_t seed = 0;
 };
 
 // Rows of sites in their order, each one's looks in theirs.
-struct SiteRows {
-  std::vector<ErrorRow> rows;     // of SiteMeasuring::looks
-  std::vector<ErrorRow> samples;  // of SiteMeasuring::samples
-};
+using SiteRows = ByFamily<std::vector<ErrorRow>>;
 
 // A scan, where the vehicle was, and the pose that the scan came with.
 struct ReferencedScan {

@@ -7,41 +7,50 @@
 namespace sightline {
 namespace {
 
-// The same without rows and sites.
-MeasuredError head_of(MeasuredError measured) {
-  measured.rows.clear();
-  measured.scan_of_site.clear();
-  for (MeasuredError& samples : measured.of_samples) samples = head_of(std::move(samples));
+// Without rows and sites.
+ByFamily<MeasuredError> head_of(ByFamily<MeasuredError> measured) {
+  visit_families(measured, [](MeasuredError& of_family) {
+    of_family.rows.clear();
+    of_family.scan_of_site.clear();
+  });
   return measured;
 }
 
 // Some sites as an artifact of its own, with rows of zeros.
-MeasuredError empty_part(const MeasuredError& head, const std::vector<std::int64_t>& scan_of_site,
-                         const std::vector<std::size_t>& sites) {
-  MeasuredError part = head;
-  for (const std::size_t site : sites) part.scan_of_site.push_back(scan_of_site[site]);
-  part.rows.resize(part.shape().size(sites.size()));
-  for (MeasuredError& samples : part.of_samples) {
-    samples = empty_part(samples, scan_of_site, sites);
-  }
+ByFamily<MeasuredError> empty_part(const ByFamily<MeasuredError>& head,
+                                   const std::vector<std::int64_t>& scan_of_site,
+                                   const std::vector<std::size_t>& sites) {
+  ByFamily<MeasuredError> part = head;
+  visit_families(part, [&](MeasuredError& of_family) {
+    for (const std::size_t site : sites) of_family.scan_of_site.push_back(scan_of_site[site]);
+    of_family.rows.resize(of_family.shape().size(sites.size()));
+  });
   return part;
 }
 
 bool is_like(const MeasuredError& part, const MeasuredError& empty) {
   return part.scan_of_site == empty.scan_of_site && part.looks == empty.looks &&
-         part.rows.size() == empty.rows.size() &&
-         std::ranges::equal(part.of_samples, empty.of_samples, is_like);
+         part.rows.size() == empty.rows.size();
+}
+
+bool is_like(const ByFamily<MeasuredError>& part, const ByFamily<MeasuredError>& empty) {
+  return is_like(part.ranges, empty.ranges) &&
+         part.samples.has_value() == empty.samples.has_value() &&
+         (!part.samples || is_like(*part.samples, *empty.samples));
 }
 
 }  // namespace
 
-Result<StoredTable<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
-                                                 int at_once, const MeasuredError& measured) {
-  const MeasuredError head = head_of(measured);
+Result<ByFamily<StoredTable<MeasuredError>>> fill_in_parts(
+    const PassContext& ctx, const MeasuredParts& parts, int at_once,
+    const ByFamily<MeasuredError>& measured) {
+  const ByFamily<MeasuredError> head = head_of(measured);
   const auto empty = [&](std::size_t part) {
-    return empty_part(head, measured.scan_of_site, parts.sites[part]);
+    return empty_part(head, measured.ranges.scan_of_site, parts.sites[part]);
   };
-  StoredTableWriter<MeasuredError> writer(measured);
+  StoredTableWriter<MeasuredError> ranges(measured.ranges);
+  std::optional<StoredTableWriter<MeasuredError>> samples;
+  if (measured.samples) samples.emplace(*measured.samples);
   PartedWork work;
   work.order = parts.order;
   work.count = parts.sites.size();
@@ -51,18 +60,24 @@ Result<StoredTable<MeasuredError>> fill_in_parts(const PassContext& ctx, const M
     return derived_digest("measured", *content, to_bytes(empty(part)));
   };
   work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
-    MeasuredError rows = empty(part);
+    ByFamily<MeasuredError> rows = empty(part);
     SIGHTLINE_TRY(parts.fill(part, rows));
     return to_bytes(rows);
   };
   work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
-    const Result<MeasuredError> rows = from_bytes<MeasuredError>(bytes);
+    const Result<ByFamily<MeasuredError>> rows = from_bytes<ByFamily<MeasuredError>>(bytes);
     if (!rows || !is_like(*rows, empty(part))) return false;
-    writer.put(parts.sites[part], *rows);
+    ranges.put(parts.sites[part], rows->ranges);
+    if (samples) samples->put(parts.sites[part], *rows->samples);
     return true;
   };
   SIGHTLINE_TRY(work_in_parts(ctx, work, at_once));
-  return writer.take();
+  ByFamily<StoredTable<MeasuredError>> made;
+  SIGHTLINE_ASSIGN(made.ranges, ranges.take());
+  if (samples) {
+    SIGHTLINE_ASSIGN(made.samples, samples->take());
+  }
+  return made;
 }
 
 }  // namespace sightline

@@ -15,7 +15,7 @@
 namespace sightline {
 
 // Fills the rows of a part, which are zeros: those of its sites in their order.
-using FillPart = std::function<Result<void>(std::size_t part, MeasuredError& rows)>;
+using FillPart = std::function<Result<void>(std::size_t part, ByFamily<MeasuredError>& rows)>;
 
 // Sites by part, what fills them, and what decides that besides the empty rows (PartedWork).
 struct MeasuredParts {
@@ -27,7 +27,8 @@ struct MeasuredParts {
 
 // Makes the rows of `measured`, which has none, part by part (work_in_parts.h). `at_once` parts
 // side by side. Errors: of the lowest part that failed; disk-full, cannot-write.
-Result<StoredTable<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
-                                                 int at_once, const MeasuredError& measured);
+Result<ByFamily<StoredTable<MeasuredError>>> fill_in_parts(const PassContext& ctx,
+                                                           const MeasuredParts& parts, int at_once,
+                                                           const ByFamily<MeasuredError>& measured);
 
 }  // namespace sightline

@@ -138,8 +138,8 @@ double reach_m(const MeasureErrorOptions& matching, const SensorProfile& sensor)
 }
 
 // Without rows.
-MeasuredError empty_result(const MeasureErrorOptions& matching, double cell_m,
-                           std::size_t site_count) {
+ByFamily<MeasuredError> empty_result(const MeasureErrorOptions& matching, double cell_m,
+                                     std::size_t site_count) {
   MeasuredError simulated;
   simulated.drive = kDrive;
   simulated.matching = matching_card(matching, cell_m);
@@ -150,12 +150,12 @@ MeasuredError empty_result(const MeasureErrorOptions& matching, double cell_m,
   for (std::size_t site = 0; site < site_count; ++site) {
     simulated.scan_of_site.push_back(static_cast<std::int64_t>(site));
   }
+  ByFamily<MeasuredError> both(simulated);
   if (!matching.looks.empty()) {
-    MeasuredError samples = simulated;
-    samples.looks = matching.looks;
-    simulated.of_samples.push_back(std::move(samples));
+    both.samples = std::move(simulated);
+    both.samples->looks = matching.looks;
   }
-  return simulated;
+  return both;
 }
 
 std::vector<std::vector<std::size_t>> sites_of(const std::vector<SiteBlock>& blocks) {
@@ -164,16 +164,13 @@ std::vector<std::vector<std::size_t>> sites_of(const std::vector<SiteBlock>& blo
   return sites;
 }
 
-// Of one site and its table of looks.
+// Of one site and the looks of a family.
 void measure_into(const ReferencedScan& scan, std::size_t site, SiteLocalizer& localizer,
                   MeasuredError& simulated) {
   std::vector<ErrorRow> rows;
   measure_scan(simulated.offsets, simulated.looks, scan, localizer, rows);
   std::ranges::copy(
       rows, simulated.rows.begin() + static_cast<std::ptrdiff_t>(simulated.shape().size(site)));
-  for (MeasuredError& samples : simulated.of_samples) {
-    measure_into(scan, site, localizer, samples);
-  }
 }
 
 }  // namespace
@@ -190,10 +187,11 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options) {
       options.matching);
 }
 
-Result<StoredTable<MeasuredError>> simulate_error(PassContext& ctx,
-                                                  const SimulateErrorOptions& options,
-                                                  const TiledSurface& surface, const TiledNds& nds,
-                                                  const Sites& sites, const SensorProfile& sensor) {
+Result<ByFamily<StoredTable<MeasuredError>>> simulate_error(PassContext& ctx,
+                                                            const SimulateErrorOptions& options,
+                                                            const TiledSurface& surface,
+                                                            const TiledNds& nds, const Sites& sites,
+                                                            const SensorProfile& sensor) {
   SIGHTLINE_TRY(check_inputs(options, surface, nds, sites));
   const MeasureErrorOptions& matching = options.matching;
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
@@ -205,9 +203,10 @@ Result<StoredTable<MeasuredError>> simulate_error(PassContext& ctx,
   const SiteCaster caster(surface, sites, whole.far_m, [&](SurfacePatch& patch) {
     survey_another_day(options.relief_m, ctx.seed, patch);
   });
-  const MeasuredError empty = empty_result(matching, nds.head().cell_m, sites.sites.size());
+  const ByFamily<MeasuredError> empty =
+      empty_result(matching, nds.head().cell_m, sites.sites.size());
   // Blocks one after another, so that one scene at a time is in memory; sites side by side.
-  const auto fill = [&](std::size_t part, MeasuredError& rows) -> Result<void> {
+  const auto fill = [&](std::size_t part, ByFamily<MeasuredError>& rows) -> Result<void> {
     const SiteBlock& block = caster.blocks()[part];
     const auto seed_of = [&](std::size_t i) {
       return mix(mix(ctx.seed, kScanSeed), block.sites[i]);
@@ -233,7 +232,9 @@ Result<StoredTable<MeasuredError>> simulate_error(PassContext& ctx,
       const AreaLocalizer& here = **area;
       const std::unique_ptr<SiteLocalizer> localizer =
           make_site_localizer({choice, sensor, here.for_pcl, here.own, here.of_samples});
-      measure_into({scan, at.T_map_vehicle, at.T_map_vehicle}, i, *localizer, rows);
+      visit_families(rows, [&](MeasuredError& of_family) {
+        measure_into({scan, at.T_map_vehicle, at.T_map_vehicle}, i, *localizer, of_family);
+      });
     };
     SIGHTLINE_ASSIGN(const BlockScene scene, caster.scene(block));
     scene.cast(fan, ctx.threads, take);

@@ -29,10 +29,11 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options);
 // come from the same points, so that this is optimistic. Errors: mismatched-inputs (map, surface
 // and sites in different frames), empty-map, bad-value (pcl-ndt, which no simulation can stand
 // for), cannot-read, disk-full or cannot-write (a temporary file).
-Result<StoredTable<MeasuredError>> simulate_error(PassContext& ctx,
-                                                  const SimulateErrorOptions& options,
-                                                  const TiledSurface& surface, const TiledNds& nds,
-                                                  const Sites& sites, const SensorProfile& sensor);
+Result<ByFamily<StoredTable<MeasuredError>>> simulate_error(PassContext& ctx,
+                                                            const SimulateErrorOptions& options,
+                                                            const TiledSurface& surface,
+                                                            const TiledNds& nds, const Sites& sites,
+                                                            const SensorProfile& sensor);
 inline constexpr Pass kSimulateError =
     Pass{"simulate-error", 3, "simulated", "Localization error of simulated scans", &simulate_error}
         .in(Stage::kSites);

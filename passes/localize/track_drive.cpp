@@ -181,8 +181,9 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options) {
 
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wanted,
                                 const Drive& drive, const Trajectory& trajectory,
-                                const TiledNds& nds, const Sites& sites, const RangeTable& ranges) {
-  SIGHTLINE_ASSIGN(DriveOnMap placed, place_on_map(drive, trajectory, nds, sites, ranges,
+                                const TiledNds& nds, const Sites& sites,
+                                const ByFamily<RangeTable>& ranges) {
+  SIGHTLINE_ASSIGN(DriveOnMap placed, place_on_map(drive, trajectory, nds, sites, ranges.ranges,
                                                    wanted.reach_m, wanted.matching.scans));
   std::erase_if(placed.scans, [&](std::size_t scan) {
     return !placed.site_near(placed.in_map.poses[scan].T_map_vehicle);
@@ -199,12 +200,12 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wante
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =
       make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
-  const Localizer of_samples =
-      ranges.of_samples.empty() ? Localizer{}
-                                : make_localizer(map, options_for_samples(matching.coarse_cells));
+  const Localizer of_samples = ranges.samples
+                                   ? make_localizer(map, options_for_samples(matching.coarse_cells))
+                                   : Localizer{};
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(matching));
   std::vector<double> limits_m;
-  for (const LimitPromise& promise : ranges.promises) limits_m.push_back(promise.limit_m);
+  for (const LimitPromise& promise : ranges.ranges.promises) limits_m.push_back(promise.limit_m);
   const Setup setup{options, placed, limits_m, localizer, offsets};
   std::vector<Replay> replays =
       replays_of({placed, ranges, localizer, of_samples, matching.leaf_m, matching.every_return});

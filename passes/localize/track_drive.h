@@ -28,7 +28,8 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options);
 // together), empty-map, no-overlap (no scan within reach of a site), and what reading a scan says.
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory,
-                                const TiledNds& nds, const Sites& sites, const RangeTable& ranges);
+                                const TiledNds& nds, const Sites& sites,
+                                const ByFamily<RangeTable>& ranges);
 inline constexpr Pass kTrackDrive =
     Pass{"track-drive", 7, "tracks", "Replaying a drive as a vehicle localizes", &track_drive}
         .in(Stage::kSites)

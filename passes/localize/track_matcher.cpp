@@ -7,10 +7,6 @@
 namespace sightline {
 namespace {
 
-const RangeTable* looks_of(const RangeTable& ranges) {
-  return ranges.of_samples.empty() ? nullptr : &ranges.of_samples.front();
-}
-
 // A look alone: whether it is a vehicle's that tracks or not.
 LookPlan plan_of(const Look& look) {
   LookPlan plan;
@@ -21,12 +17,12 @@ LookPlan plan_of(const Look& look) {
 
 }  // namespace
 
-std::vector<TrackRule> track_rules(const RangeTable& ranges) {
+std::vector<TrackRule> track_rules(const ByFamily<RangeTable>& ranges) {
   std::vector<TrackRule> rules;
-  for (const LimitPromise& promise : ranges.promises) {
+  for (const LimitPromise& promise : ranges.ranges.promises) {
     rules.push_back({TrackChoice::kRange, promise.limit_m, {}});
   }
-  if (const RangeTable* looks = looks_of(ranges)) {
+  if (const std::optional<RangeTable>& looks = ranges.samples) {
     for (const LimitPromise& promise : looks->promises) {
       rules.push_back({TrackChoice::kLook, promise.limit_m, {}});
     }
@@ -36,13 +32,13 @@ std::vector<TrackRule> track_rules(const RangeTable& ranges) {
     }
     for (const Look& look : looks->looks) rules.push_back({TrackChoice::kNobody, 0.0, look});
   }
-  for (const Look& look : ranges.looks) rules.push_back({TrackChoice::kNobody, 0.0, look});
+  for (const Look& look : ranges.ranges.looks) rules.push_back({TrackChoice::kNobody, 0.0, look});
   return rules;
 }
 
 TrackMatcher::TrackMatcher(const TrackInputs& inputs, const TrackRule& rule)
     : inputs_(inputs), rule_(rule), memory_{LookCutter(inputs.leaf_m), {}} {
-  const auto& promises = inputs.ranges.promises;
+  const auto& promises = inputs.ranges.ranges.promises;
   const auto found = std::ranges::find(promises, rule.limit_m, &LimitPromise::limit_m);
   if (found != promises.end()) limit_ = static_cast<std::size_t>(found - promises.begin());
 }
@@ -50,9 +46,9 @@ TrackMatcher::TrackMatcher(const TrackInputs& inputs, const TrackRule& rule)
 Look TrackMatcher::look_at(const Pose& T_map_vehicle) const {
   if (rule_.is_static()) return rule_.look;
   const bool is_range = rule_.choice == TrackChoice::kRange;
-  const RangeTable& table = is_range ? inputs_.ranges : *looks_of(inputs_.ranges);
+  const RangeTable& table = is_range ? inputs_.ranges.ranges : *inputs_.ranges.samples;
   const std::optional<std::size_t> site = inputs_.placed.site_near(T_map_vehicle);
-  return site ? table.looks[table.range(*site, limit_)] : inputs_.ranges.looks.back();
+  return site ? table.looks[table.range(*site, limit_)] : inputs_.ranges.ranges.looks.back();
 }
 
 TrackMatcher::Found TrackMatcher::match_range(const Scan& scan, double range_m,
@@ -76,7 +72,7 @@ TrackMatcher::Found TrackMatcher::match(const Scan& scan, const PosePrediction& 
                         inputs_.placed.site_near(prediction.T_map_vehicle).has_value();
   const Look look = look_at(prediction.T_map_vehicle);
   if (has_plan) {
-    return match_plan(scan, plan_at(*looks_of(inputs_.ranges)->plan, look), prediction);
+    return match_plan(scan, plan_at(*inputs_.ranges.samples->plan, look), prediction);
   }
   if (takes_every_return(look)) return match_range(scan, look.range_m, prediction.T_map_vehicle);
   return match_plan(scan, plan_of(look), {prediction.T_map_vehicle, false});

@@ -77,7 +77,7 @@ inline OptionField reach_option(double& reach_m) {
 // What all replays of a drive share. `own` serves ranges, `of_samples` looks that take a sample.
 struct TrackInputs {
   const DriveOnMap& placed;
-  const RangeTable& ranges;
+  const ByFamily<RangeTable>& ranges;
   const Localizer& own;
   const Localizer& of_samples;
   double leaf_m = 1.0;
@@ -86,7 +86,7 @@ struct TrackInputs {
 
 // Every way to choose how to look that a map offers, and those that need none: its looks and its
 // ranges, each everywhere.
-std::vector<TrackRule> track_rules(const RangeTable& ranges);
+std::vector<TrackRule> track_rules(const ByFamily<RangeTable>& ranges);
 
 // How one rule finds its vehicle, scan by scan. One thread at a time.
 class TrackMatcher {

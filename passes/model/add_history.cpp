@@ -24,21 +24,25 @@ bool is_independent(std::uint32_t number, const ErrorModel& model,
 
 }  // namespace
 
-Result<FactorTable> add_history(PassContext&, const NoOptions&, const FactorTable& factors,
-                                const MeasuredDrives& measured, const PredictedError& predicted,
-                                const ErrorModel& model, const RecordingCards& recordings) {
-  const bool is_told = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
+Result<ByFamily<FactorTable>> add_history(PassContext&, const NoOptions&,
+                                          const ByFamily<FactorTable>& factors,
+                                          const MeasuredDrives& measured,
+                                          const ByFamily<PredictedError>& predicted,
+                                          const ByFamily<ErrorModel>& model,
+                                          const RecordingCards& recordings) {
+  const bool is_told = std::ranges::count(predicted.ranges.has_history, std::uint8_t{1}) > 0;
   if (!is_told) return factors;
-  FactorTable table = factors;
+  ByFamily<FactorTable> table = factors;
   for (std::size_t i = 0; i < measured.drives.size(); ++i) {
-    const MeasuredError& drive = measured.drives[i];
-    if (drive.scan_of_site.size() != factors.site_count || drive.looks != factors.looks) {
+    const MeasuredError& drive = measured.drives[i].ranges;
+    if (drive.scan_of_site.size() != factors.ranges.site_count ||
+        drive.looks != factors.ranges.looks) {
       return Error{ErrorCode::kMismatchedInputs,
                    "drive '" + drive.drive + "' was measured at other sites or ranges", "",
                    "pass add-history"};
     }
-    table =
-        with_measured_columns(table, drive, is_independent(measured.numbers[i], model, recordings));
+    table = with_measured_columns(table, measured.drives[i],
+                                  is_independent(measured.numbers[i], model.ranges, recordings));
   }
   return table;
 }

@@ -14,10 +14,12 @@ namespace sightline {
 // A drive is independent whose recording is named once, and is behind neither the map nor a place
 // that the model learnt from. Error: mismatched-inputs where factors and errors are of different
 // sites or looks.
-Result<FactorTable> add_history(PassContext& ctx, const NoOptions& options,
-                                const FactorTable& factors, const MeasuredDrives& measured,
-                                const PredictedError& predicted, const ErrorModel& model,
-                                const RecordingCards& recordings);
+Result<ByFamily<FactorTable>> add_history(PassContext& ctx, const NoOptions& options,
+                                          const ByFamily<FactorTable>& factors,
+                                          const MeasuredDrives& measured,
+                                          const ByFamily<PredictedError>& predicted,
+                                          const ByFamily<ErrorModel>& model,
+                                          const RecordingCards& recordings);
 inline constexpr Pass kAddHistory =
     Pass{"add-history", 2, "factors-with-history",
          "What several drives measured, beside the factors", &add_history}

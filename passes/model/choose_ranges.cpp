@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "passes/model/choice/choices.h"
-#include "passes/model/forest/factors_of_kind.h"
 
 namespace sightline {
 namespace {
@@ -137,12 +136,12 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
 namespace {
 
 // Stretch by stretch. Errors: cannot-read, those of own_evidence_of(FactorTable).
-Result<OwnEvidence> evidence_of_all(const FactorsOfKind& all) {
+Result<OwnEvidence> evidence_of_all(const StoredTable<FactorTable>& all) {
   OwnEvidence evidence;
-  const std::size_t site_count = all.factors.row_count();
+  const std::size_t site_count = all.row_count();
   for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
     const std::size_t count = std::min(kRowsAtOnce, site_count - first);
-    SIGHTLINE_ASSIGN(const FactorTable some, all.of_sites(first, count));
+    SIGHTLINE_ASSIGN(const FactorTable some, all.rows(first, count));
     SIGHTLINE_ASSIGN(const OwnEvidence here, own_evidence_of(some));
     evidence.looks = here.looks;
     evidence.site_count += here.site_count;
@@ -153,10 +152,10 @@ Result<OwnEvidence> evidence_of_all(const FactorsOfKind& all) {
   return evidence;
 }
 
-// Of one table's looks.
+// By the looks of one family.
 Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wanted,
                               const Sites& sites, const PredictedError& predicted,
-                              const ErrorModel& model, const FactorsOfKind& factors,
+                              const ErrorModel& model, const StoredTable<FactorTable>& factors,
                               const std::vector<LeftOutDrive>& left_out) {
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
   const ChooseRangesOptions options = with_alpha_of(predicted.looks, wanted);
@@ -178,28 +177,29 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
 
 }  // namespace
 
-Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
-                                 const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model, const StoredTable<FactorTable>& factors) {
-  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
-  std::vector<LeftOutDrive> left_out;
-  if (std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0) {
-    SIGHTLINE_ASSIGN(const FactorTable whole, factors.whole());
-    SIGHTLINE_ASSIGN(left_out,
-                     leave_out_in_turn(ctx, model, sites, whole, predicted.support_margin));
-  }
-  SIGHTLINE_ASSIGN(RangeTable table,
-                   choose_own(ctx, options, sites, predicted, model, {factors}, left_out));
-  if (predicted.of_samples.empty()) return table;
-  if (model.of_samples.empty() || factors.head().of_samples.empty()) {
+Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
+                                           const Sites& sites,
+                                           const ByFamily<PredictedError>& predicted,
+                                           const ByFamily<ErrorModel>& model,
+                                           const ByFamily<StoredTable<FactorTable>>& factors) {
+  SIGHTLINE_TRY(check_inputs(sites, predicted.ranges, model.ranges, factors.ranges.head()));
+  if (predicted.samples && (!model.samples || !factors.samples)) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions tell of looks that take a sample, model or factors do not"};
   }
-  SIGHTLINE_ASSIGN(RangeTable of_samples,
-                   choose_own(ctx, options, sites, predicted.of_samples.front(),
-                              model.of_samples.front(), {factors, true}, samples_of(left_out)));
-  table.of_samples.push_back(std::move(of_samples));
-  return table;
+  ByFamily<std::vector<LeftOutDrive>> left_out;
+  left_out.samples.emplace();
+  if (std::ranges::count(predicted.ranges.has_history, std::uint8_t{1}) > 0) {
+    SIGHTLINE_ASSIGN(const ByFamily<FactorTable> whole, whole_of(factors));
+    SIGHTLINE_ASSIGN(left_out,
+                     leave_out_in_turn(ctx, model, sites, whole, predicted.ranges.support_margin));
+  }
+  const auto of_family = [&](const PredictedError& answers, const ErrorModel& by,
+                             const StoredTable<FactorTable>& seen,
+                             const std::vector<LeftOutDrive>& drives) {
+    return choose_own(ctx, options, sites, answers, by, seen, drives);
+  };
+  return each_family(of_family, predicted, model, factors, left_out);
 }
 
 }  // namespace sightline

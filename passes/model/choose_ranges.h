@@ -28,9 +28,11 @@ namespace sightline {
 //
 // Errors: mismatched-inputs where sites, predictions, model and factors differ in count, ranges or
 // limits, or the factors contain no errors of the map's own scans.
-Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
-                                 const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model, const StoredTable<FactorTable>& factors);
+Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
+                                           const Sites& sites,
+                                           const ByFamily<PredictedError>& predicted,
+                                           const ByFamily<ErrorModel>& model,
+                                           const ByFamily<StoredTable<FactorTable>>& factors);
 inline constexpr Pass kChooseRanges =
     Pass{"choose-ranges", 14, "ranges", "How far to look", &choose_ranges}.in(Stage::kLearn);
 

@@ -25,7 +25,7 @@ Speakers speakers_of(const MeasuredError& drive, const Sites& of_map, const Site
   return speakers;
 }
 
-// The rows of a drive, or of its looks that take a sample, at other sites.
+// The rows of a drive at other sites.
 MeasuredError at_sites(const MeasuredError& drive, const Speakers& speakers,
                        const MeasuredError& like) {
   MeasuredError moved;
@@ -40,31 +40,27 @@ MeasuredError at_sites(const MeasuredError& drive, const Speakers& speakers,
       moved.rows[moved.shape().index(site, look)] = drive.row(*speakers[site], look);
     }
   }
-  for (std::size_t i = 0; i < drive.of_samples.size(); ++i) {
-    moved.of_samples.push_back(at_sites(drive.of_samples[i], speakers, like.of_samples[i]));
-    moved.of_samples.back().drive = drive.drive;
-  }
   return moved;
 }
 
-bool has_looks_of(const MeasuredError& drive, const MeasuredError& like) {
-  if (drive.looks != like.looks || drive.of_samples.size() != like.of_samples.size()) return false;
-  for (std::size_t i = 0; i < drive.of_samples.size(); ++i) {
-    if (!has_looks_of(drive.of_samples[i], like.of_samples[i])) return false;
-  }
-  return true;
+ByFamily<MeasuredError> at_sites(const ByFamily<MeasuredError>& drive, const Speakers& speakers,
+                                 const ByFamily<MeasuredError>& like) {
+  ByFamily<MeasuredError> moved(at_sites(drive.ranges, speakers, like.ranges));
+  if (drive.samples) moved.samples = at_sites(*drive.samples, speakers, *like.samples);
+  return moved;
 }
 
 // Why what the map keeps of a drive says nothing here; empty: it does.
-std::string reason_to_leave_out(const MeasuredError& drive, const CompiledMap& map,
-                                const SensorProfile& sensor, const MeasuredError& like) {
+std::string reason_to_leave_out(const ByFamily<MeasuredError>& drive, const CompiledMap& map,
+                                const SensorProfile& sensor, const ByFamily<MeasuredError>& like) {
   if (to_bytes(map.sensor) != to_bytes(sensor)) {
     return "its sensor was " + map.sensor.name +
            ", or sat elsewhere on the vehicle, and here it is " + sensor.name;
   }
-  if (map.model.localizer != like.matching.localizer) {
+  const LocalizerProfile& localizer = like.ranges.matching.localizer;
+  if (map.model.localizer != localizer) {
     return "it was localized by " + to_text(map.model.localizer) + ", here it is " +
-           to_text(like.matching.localizer);
+           to_text(localizer);
   }
   return has_looks_of(drive, like) ? "" : "it was measured by other ranges or looks";
 }
@@ -72,16 +68,18 @@ std::string reason_to_leave_out(const MeasuredError& drive, const CompiledMap& m
 // Adds those of the map behind the drives that are there.
 Result<void> add_those_of_map(const PassContext& ctx, const HistoryOfMapOptions& options,
                               const CompiledMap& map, const Sites& sites,
-                              const SensorProfile& sensor, const MeasuredError& like,
+                              const SensorProfile& sensor, const ByFamily<MeasuredError>& like,
                               MeasuredDrives& drives) {
   if (!(map.sites.frame == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs, "the map's sites lie in another frame", "",
                  "pass history-of-map"};
   }
-  const std::vector<MeasuredError> known = measured_of_columns(map.factors);
+  const std::vector<ByFamily<MeasuredError>> known = measured_of_columns(factors_of(map));
   for (std::size_t i = 0; i < known.size(); ++i) {
-    MeasuredError drive = known[i];
-    drive.drive = "drive " + std::to_string(i + 1) + " of the map";
+    ByFamily<MeasuredError> drive = known[i];
+    visit_families(drive, [&](MeasuredError& of_family) {
+      of_family.drive = "drive " + std::to_string(i + 1) + " of the map";
+    });
     const std::uint32_t number = drives.named_count++;
     const std::string reason = reason_to_leave_out(drive, map, sensor, like);
     if (!reason.empty()) {
@@ -90,7 +88,7 @@ Result<void> add_those_of_map(const PassContext& ctx, const HistoryOfMapOptions&
       continue;
     }
     drives.drives.push_back(
-        at_sites(drive, speakers_of(drive, map.sites, sites, options.site_radius_m), like));
+        at_sites(drive, speakers_of(drive.ranges, map.sites, sites, options.site_radius_m), like));
     drives.numbers.push_back(number);
   }
   return {};
@@ -106,16 +104,17 @@ std::vector<OptionField> option_fields(HistoryOfMapOptions& options) {
 
 Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOptions& options,
                                       const CompiledMap& map, const Sites& sites,
-                                      const SensorProfile& sensor, const MeasuredError& measured,
+                                      const SensorProfile& sensor,
+                                      const ByFamily<MeasuredError>& measured,
                                       const MeasuredDrives* now) {
   MeasuredDrives drives;
   if (now != nullptr) {
     drives = *now;
     if (drives.drives.empty()) return drives;  // looks and localizer of errors here are unknown
-  } else if (measured.reference != ErrorReference::kSimulated) {
+  } else if (measured.ranges.reference != ErrorReference::kSimulated) {
     drives = {{measured}, {0}, 1};
   }
-  const MeasuredError like = drives.drives.empty() ? measured : drives.drives.front();
+  const ByFamily<MeasuredError> like = drives.drives.empty() ? measured : drives.drives.front();
   SIGHTLINE_TRY(add_those_of_map(ctx, options, map, sites, sensor, like, drives));
   return drives;
 }

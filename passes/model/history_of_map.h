@@ -27,7 +27,8 @@ std::vector<OptionField> option_fields(HistoryOfMapOptions& options);
 // where the sites are in another frame.
 Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOptions& options,
                                       const CompiledMap& map, const Sites& sites,
-                                      const SensorProfile& sensor, const MeasuredError& measured,
+                                      const SensorProfile& sensor,
+                                      const ByFamily<MeasuredError>& measured,
                                       const MeasuredDrives* now);
 inline constexpr Pass kHistoryOfMap = Pass{"history-of-map", 1, "measured-drives",
                                            "What drives found in a map before", &history_of_map}

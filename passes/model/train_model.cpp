@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "formats/annotation/rows_of_kind.h"
 #include "formats/base/random.h"
 #include "formats/text/table.h"
 #include "passes/model/choice/own_evidence.h"
@@ -108,56 +107,6 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   return model;
 }
 
-// A place, its tables stored: of two models that learn from it, each takes what it needs when it
-// needs it.
-struct PlaceInUse {
-  const std::string& name;
-  const Sites& sites;
-  StoredTable<FactorTable> factors;
-  std::vector<StoredTable<MeasuredError>> drives;
-  RecordingCards recordings;
-};
-
-// By the looks of one kind, which every place and drive must have. Error: cannot-read.
-Result<DrivenPlaces> places_of_kind(const std::vector<PlaceInUse>& places, bool is_of_samples) {
-  const auto all_rows = [&](const auto& table) {
-    return rows_of_kind(table, is_of_samples, 0, table.row_count());
-  };
-  DrivenPlaces found;
-  for (const PlaceInUse& place : places) {
-    SIGHTLINE_ASSIGN(FactorTable factors, all_rows(place.factors));
-    DrivenPlace of_place{place.name, place.sites, std::move(factors), {}, place.recordings};
-    for (const StoredTable<MeasuredError>& drive : place.drives) {
-      SIGHTLINE_ASSIGN(MeasuredError of_drive, all_rows(drive));
-      of_place.drives.push_back(std::move(of_drive));
-    }
-    found.places.push_back(std::move(of_place));
-  }
-  return found;
-}
-
-// Whether every place and drive knows the looks that take a sample.
-bool all_have_samples(const std::vector<PlaceInUse>& places) {
-  return std::ranges::all_of(places, [](const PlaceInUse& place) {
-    return !place.factors.head().of_samples.empty() &&
-           std::ranges::none_of(place.drives, [](const StoredTable<MeasuredError>& drive) {
-             return drive.head().of_samples.empty();
-           });
-  });
-}
-
-// A model of the ranges, and within it one of the looks that take a sample.
-Result<ErrorModel> train_both(PassContext& ctx, const TrainModelOptions& wanted,
-                              const std::vector<PlaceInUse>& places) {
-  SIGHTLINE_ASSIGN(DrivenPlaces ranges, places_of_kind(places, /*is_of_samples=*/false));
-  SIGHTLINE_ASSIGN(ErrorModel model, train_on(ctx, wanted, std::move(ranges)));
-  if (!all_have_samples(places)) return model;
-  SIGHTLINE_ASSIGN(DrivenPlaces samples, places_of_kind(places, /*is_of_samples=*/true));
-  SIGHTLINE_ASSIGN(ErrorModel of_samples, train_on(ctx, wanted, std::move(samples)));
-  model.of_samples.push_back(std::move(of_samples));
-  return model;
-}
-
 }  // namespace
 
 std::vector<OptionField> option_fields(TrainModelOptions& options) {
@@ -190,88 +139,102 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
               1000, 10'000'000)};
 }
 
-Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
-                               const DrivenPlaces& places) {
-  if (places.places.size() == 1) {
+Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
+                                         const ByFamily<DrivenPlaces>& places) {
+  if (places.ranges.places.size() == 1) {
     ctx.warn(
         "the model learns from one place alone: where it annotates another, nothing is promised");
   }
-  std::vector<PlaceInUse> in_use;
-  for (const DrivenPlace& place : places.places) {
-    in_use.push_back({place.name,
-                      place.sites,
-                      place.factors,
-                      {place.drives.begin(), place.drives.end()},
-                      place.recordings});
-  }
-  return train_both(ctx, wanted, in_use);
+  return each_family(
+      [&](const DrivenPlaces& of_family) { return train_on(ctx, wanted, of_family); }, places);
 }
 
 namespace {
 
-// Of the ranges, and of the looks that take a sample.
-Result<ErrorModel> own_evidence_of_both(const std::vector<double>& limits_m, const Sites& sites,
-                                        const FactorTable& factors, const MeasuredError& measured,
-                                        const RecordingCards& recordings) {
-  SIGHTLINE_ASSIGN(ErrorModel own,
-                   model_of_own_evidence(sites, factors, measured, recordings, limits_m));
-  if (factors.of_samples.empty() || measured.of_samples.empty()) return own;
-  SIGHTLINE_ASSIGN(ErrorModel of_samples,
-                   model_of_own_evidence(sites, factors.of_samples.front(),
-                                         measured.of_samples.front(), recordings, limits_m));
-  own.of_samples.push_back(std::move(of_samples));
-  return own;
+// A place by the looks of a family, its tables stored: of two models that learn from it, each takes
+// what it needs when it needs it.
+struct PlaceInUse {
+  std::string name;
+  const Sites* sites = nullptr;
+  StoredTable<FactorTable> factors;
+  std::vector<StoredTable<MeasuredError>> drives;
+  RecordingCards recordings;
+};
+
+Result<ByFamily<PlaceInUse>> place_in_use(
+    const Sites& sites, const ByFamily<StoredTable<FactorTable>>& factors,
+    const std::vector<ByFamily<StoredTable<MeasuredError>>>& drives,
+    const RecordingCards& recordings) {
+  const auto of_family =
+      [&](const StoredTable<FactorTable>& table,
+          const std::vector<StoredTable<MeasuredError>>& measured) -> Result<PlaceInUse> {
+    return PlaceInUse{measured.front().head().drive, &sites, table, measured, recordings};
+  };
+  return each_family(of_family, factors, join_families(drives));
 }
 
-// Evidence of stored tables.
-Result<ErrorModel> own_evidence_of(const std::vector<double>& limits_m, const PlaceInUse& place) {
-  SIGHTLINE_ASSIGN(const FactorTable factors, place.factors.whole());
-  SIGHTLINE_ASSIGN(const MeasuredError measured, place.drives.front().whole());
-  return own_evidence_of_both(limits_m, place.sites, factors, measured, place.recordings);
+// Error: cannot-read.
+Result<DrivenPlace> whole_place(const PlaceInUse& place) {
+  SIGHTLINE_ASSIGN(FactorTable factors, place.factors.whole());
+  DrivenPlace found{place.name, *place.sites, std::move(factors), {}, place.recordings};
+  for (const StoredTable<MeasuredError>& drive : place.drives) {
+    SIGHTLINE_ASSIGN(MeasuredError of_drive, drive.whole());
+    found.drives.push_back(std::move(of_drive));
+  }
+  return found;
+}
+
+// What the map's own scans say.
+Result<ByFamily<ErrorModel>> own_evidence_of(const std::vector<double>& limits_m,
+                                             const ByFamily<PlaceInUse>& in_use) {
+  const auto of_family = [&](const PlaceInUse& family) -> Result<ErrorModel> {
+    SIGHTLINE_ASSIGN(const DrivenPlace place, whole_place(family));
+    return model_of_own_evidence(place.sites, place.factors, place.drives.front(), place.recordings,
+                                 limits_m);
+  };
+  return each_family(of_family, in_use);
 }
 
 // From one place; where that is too little, what its own scans say.
-Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
-                              const PlaceInUse& place) {
-  Result<ErrorModel> model = train_both(ctx, wanted, {place});
+Result<ByFamily<ErrorModel>> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
+                                        const ByFamily<PlaceInUse>& place) {
+  const auto of_family = [&](const PlaceInUse& family) -> Result<ErrorModel> {
+    DrivenPlaces places;
+    SIGHTLINE_ASSIGN(places.places.emplace_back(), whole_place(family));
+    return train_on(ctx, wanted, std::move(places));
+  };
+  Result<ByFamily<ErrorModel>> model = each_family(of_family, place);
   const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
                                        model.error().code == ErrorCode::kNoTrainingRows);
   if (!is_too_short) return model;
-  Result<ErrorModel> own = own_evidence_of(wanted.limits_m, place);
+  Result<ByFamily<ErrorModel>> own = own_evidence_of(wanted.limits_m, place);
   if (!own) return model;
   ctx.warn("there is too little to learn from (" + model.error().message +
            "); the map takes what its own scans ask for everywhere, and promises nothing");
   return own;
 }
 
-Result<ErrorModel> learn_from_drives(PassContext& ctx, const TrainModelOptions& wanted,
-                                     const Sites& sites, const StoredTable<FactorTable>& factors,
-                                     const MeasuredDrives& measured,
-                                     const RecordingCards& recordings) {
-  if (measured.drives.empty()) {
-    return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site"};
-  }
-  return learn_here(ctx, wanted,
-                    {measured.drives.front().drive,
-                     sites,
-                     factors,
-                     {measured.drives.begin(), measured.drives.end()},
-                     without_left_out(recordings, measured)});
-}
-
 }  // namespace
 
-Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const StoredTable<FactorTable>& factors,
-                                    const StoredTable<MeasuredError>& measured,
-                                    const RecordingCards& recordings,
-                                    const MeasuredDrives* drives) {
-  if (drives != nullptr) {
-    return learn_from_drives(ctx, wanted, sites, factors, *drives, recordings);
+Result<ByFamily<ErrorModel>> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
+                                              const Sites& sites,
+                                              const ByFamily<StoredTable<FactorTable>>& factors,
+                                              const ByFamily<StoredTable<MeasuredError>>& measured,
+                                              const RecordingCards& recordings,
+                                              const MeasuredDrives* drives) {
+  if (drives != nullptr && drives->drives.empty()) {
+    return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site"};
   }
-  const PlaceInUse place{measured.head().drive, sites, factors, {measured}, recordings};
+  if (drives != nullptr) {
+    SIGHTLINE_ASSIGN(const ByFamily<PlaceInUse> of_all,
+                     place_in_use(sites, factors, {drives->drives.begin(), drives->drives.end()},
+                                  without_left_out(recordings, *drives)));
+    return learn_here(ctx, wanted, of_all);
+  }
+  SIGHTLINE_ASSIGN(const ByFamily<PlaceInUse> place,
+                   place_in_use(sites, factors, {measured}, recordings));
   // A forest that learnt simulated errors predicts simulated errors.
-  if (measured.head().reference == ErrorReference::kSimulated) {
+  if (measured.ranges.head().reference == ErrorReference::kSimulated) {
     return own_evidence_of(wanted.limits_m, place);
   }
   return learn_here(ctx, wanted, place);

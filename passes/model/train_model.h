@@ -40,8 +40,8 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // different localizers; invalid-artifact for a factor or error that is not finite;
 // no-training-rows; drive-too-short where not even two blocks of 15 m fit, or the buffer leaves a
 // fold nothing to learn from; both name the place.
-Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
-                               const DrivenPlaces& places);
+Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
+                                         const ByFamily<DrivenPlaces>& places);
 inline constexpr Pass kTrainModel = Pass{"train-model", 8, "model", "The error model", &train_model}
                                         .in(Stage::kLearn)
                                         .with({.scan_s = 0.009});
@@ -51,11 +51,12 @@ inline constexpr Pass kTrainModel = Pass{"train-model", 8, "model", "The error m
 // in its turn, so that a promise is about the next drive. Where the place is too short, or no scan
 // is near a site, the model is that of passes/model/choice/own_evidence.h, which a warning says; so
 // it is where errors were simulated, which teach nothing. Errors: those of train_model.
-Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const StoredTable<FactorTable>& factors,
-                                    const StoredTable<MeasuredError>& measured,
-                                    const RecordingCards& recordings,
-                                    const MeasuredDrives* drives = nullptr);
+Result<ByFamily<ErrorModel>> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
+                                              const Sites& sites,
+                                              const ByFamily<StoredTable<FactorTable>>& factors,
+                                              const ByFamily<StoredTable<MeasuredError>>& measured,
+                                              const RecordingCards& recordings,
+                                              const MeasuredDrives* drives = nullptr);
 inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);
 
 }  // namespace sightline

@@ -47,17 +47,14 @@ std::optional<double> factor_at(const FactorTable& factors, std::size_t site, co
     return factors.at(site, static_cast<std::size_t>(row - factors.looks.begin()),
                       static_cast<std::size_t>(column - factors.factors.begin()));
   }
-  for (const FactorTable& samples : factors.of_samples) {
-    const std::optional<double> value = factor_at(samples, site, look, name);
-    if (value) return value;
-  }
   return std::nullopt;
 }
 
 // What the map's own factors tell of a site, by that look; nothing where it holds none.
 std::optional<Crlb> stored_bound(const CompiledMap& map, std::size_t site, const Look& look) {
   const auto stored = [&](std::string_view name) {
-    return factor_at(map.factors, site, look, name);
+    const std::optional<double> of_range = factor_at(map.factors, site, look, name);
+    return of_range || !map.looks ? of_range : factor_at(map.looks->factors, site, look, name);
   };
   const std::optional<double> max_m = stored("crlb_max");
   const std::optional<double> min_m = stored("crlb_min");

@@ -19,11 +19,11 @@ void take_better(const PredictedError& predicted, std::size_t site, std::size_t 
   }
 }
 
-bool is_unmet(const RangeTable& ranges, std::size_t site, std::size_t limit) {
+bool is_unmet(const CompiledMap& map, std::size_t site, std::size_t limit) {
   const auto says_so = [&](const RangeTable& table) {
     return (table.flags_of(site, limit) & kUnmet) != 0;
   };
-  return says_so(ranges) && std::ranges::all_of(ranges.of_samples, says_so);
+  return says_so(map.ranges) && (!map.looks || says_so(map.looks->ranges));
 }
 
 bool is_worse(const BestLook& a, const BestLook& b) {
@@ -66,11 +66,9 @@ std::vector<BestLook> best_looks(const CompiledMap& map, std::size_t limit) {
     BestLook& found = best[site];
     found.error_m = std::numeric_limits<double>::infinity();
     take_better(map.predicted, site, limit, found);
-    for (const PredictedError& looks : map.predicted.of_samples) {
-      take_better(looks, site, limit, found);
-    }
+    if (map.looks) take_better(map.looks->predicted, site, limit, found);
     found.margin = 1.0 - found.error_m / limit_m;
-    found.is_unmet = is_unmet(map.ranges, site, limit);
+    found.is_unmet = is_unmet(map, site, limit);
   }
   return best;
 }

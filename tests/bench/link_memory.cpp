@@ -32,7 +32,6 @@ void repeat(std::vector<Value>& values, int copies) {
 void repeat(FactorTable& factors, int copies) {
   factors.site_count *= static_cast<std::uint32_t>(copies);
   repeat(factors.values, copies);
-  for (FactorTable& samples : factors.of_samples) repeat(samples, copies);
 }
 
 void repeat(PredictedError& predicted, int copies) {
@@ -42,7 +41,6 @@ void repeat(PredictedError& predicted, int copies) {
   repeat(predicted.extrapolated, copies);
   repeat(predicted.out_of_fold, copies);
   repeat(predicted.has_history, copies);
-  for (PredictedError& samples : predicted.of_samples) repeat(samples, copies);
 }
 
 void repeat(RangeTable& ranges, int copies) {
@@ -50,7 +48,6 @@ void repeat(RangeTable& ranges, int copies) {
   repeat(ranges.range_index, copies);
   repeat(ranges.flags, copies);
   repeat(ranges.reasons, copies);
-  for (RangeTable& samples : ranges.of_samples) repeat(samples, copies);
 }
 
 // Whole tiles farther along x with each copy.
@@ -117,10 +114,14 @@ MeasuredError measured_of(const RangeTable& ranges, const MeasurementCard& card)
   measured.offsets = card.offsets;
   for (std::uint32_t i = 0; i < ranges.site_count; ++i) measured.scan_of_site.push_back(i);
   measured.rows.resize(measured.shape().size(ranges.site_count));
-  for (const RangeTable& samples : ranges.of_samples) {
-    measured.of_samples.push_back(measured_of(samples, card));
-  }
   return measured;
+}
+
+ByFamily<MeasuredError> measured_of(const ByFamily<RangeTable>& ranges,
+                                    const MeasurementCard& card) {
+  ByFamily<MeasuredError> both(measured_of(ranges.ranges, card));
+  if (ranges.samples) both.samples = measured_of(*ranges.samples, card);
+  return both;
 }
 
 StoredBytes in_file(std::span<const std::byte> bytes) {
@@ -153,11 +154,16 @@ int run(const std::string& file, int copies, const std::string& output) {
   repeat(map.predicted, copies);
   repeat(map.ranges, copies);
   repeat(map.factors, copies);
+  if (map.looks) {
+    repeat(map.looks->predicted, copies);
+    repeat(map.looks->ranges, copies);
+    repeat(map.looks->factors, copies);
+  }
   const StoredBytes sites = stored(map.sites);
-  const StoredBytes predicted = stored(map.predicted);
-  const StoredBytes ranges = stored(map.ranges);
-  const StoredBytes factors = stored(map.factors);
-  const StoredBytes measured = stored(measured_of(map.ranges, map.measurement));
+  const StoredBytes predicted = stored(predicted_of(map));
+  const StoredBytes ranges = stored(choice_of(map));
+  const StoredBytes factors = stored(factors_of(map));
+  const StoredBytes measured = stored(measured_of(choice_of(map), map.measurement));
   const StoredBytes drive = stored(drive_along(map));
   const StoredBytes trajectory = stored(trajectory_along(map));
   GrowingBytes packed(0);
@@ -175,12 +181,11 @@ int run(const std::string& file, int copies, const std::string& output) {
   reset_peak_memory();
   std::printf("before: %.0f MiB\n", peak_memory_mib());
   const double begin_s = process_cpu_s();
-  const StoredTable<MeasuredError> own_measured =
-      *from_stored<StoredTable<MeasuredError>>(measured);
-  const RangeTable own_ranges = loaded<RangeTable>(ranges);
-  const StoredTable<FactorTable> own_factors = *from_stored<StoredTable<FactorTable>>(factors);
+  const auto own_measured = *from_stored<ByFamily<StoredTable<MeasuredError>>>(measured);
+  const auto own_ranges = loaded<ByFamily<RangeTable>>(ranges);
+  const auto own_factors = *from_stored<ByFamily<StoredTable<FactorTable>>>(factors);
   const Sites own_sites = loaded<Sites>(sites);
-  const PredictedError own_predicted = loaded<PredictedError>(predicted);
+  const auto own_predicted = loaded<ByFamily<PredictedError>>(predicted);
   const Drive mapping = loaded<Drive>(drive);
   const Trajectory own_trajectory = loaded<Trajectory>(trajectory);
   const PackedNds own_nds = *from_stored<PackedNds>(packed_nds);

@@ -111,20 +111,18 @@ void judge(const ErrorModel& model, CaseKind kind, const std::vector<double>& al
   }
 }
 
-Result<ErrorModel> read_held_out(const std::string& file) {
+Result<ErrorModel> read_held_out(const std::string& file, bool of_looks) {
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(file));
-  SIGHTLINE_ASSIGN(ErrorModel model, from_bytes<ErrorModel>(bytes));
-  if (model.card.hold_out != "places" || model.card.fold_count != model.card.places.size()) {
+  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, from_bytes<ByFamily<ErrorModel>>(bytes));
+  const TrainingCard& card = model.ranges.card;
+  if (card.hold_out != "places" || card.fold_count != card.places.size()) {
     return Error{ErrorCode::kBadArgument,
                  "expected a model that held out every place: train-model.hold_out=places and as "
                  "many train-model.folds as places",
                  file};
   }
-  return model;
-}
-
-Result<ErrorModel> of_samples(const ErrorModel& model) {
-  if (!model.of_samples.empty()) return model.of_samples.front();
+  if (!of_looks) return model.ranges;
+  if (model.samples) return *model.samples;
   return Error{ErrorCode::kBadArgument, "the model knows no looks that take a sample"};
 }
 
@@ -137,8 +135,7 @@ int main(int argc, char** argv) {
     return 64;
   }
   const bool of_looks = argc > 2 && std::string_view(argv[2]) == "--looks";
-  auto model = sightline::read_held_out(argv[1]);
-  if (model && of_looks) model = sightline::of_samples(*model);
+  const auto model = sightline::read_held_out(argv[1], of_looks);
   if (!model) {
     std::fprintf(stderr, "%s\n", to_string(model.error()).c_str());
     return 1;

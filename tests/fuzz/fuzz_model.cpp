@@ -25,12 +25,12 @@ void predict(const ErrorModel& model) {
   }
 }
 
-void use(const ErrorModel& model) {
-  predict(model);
+void use(const ByFamily<ErrorModel>& model) {
+  predict(model.ranges);
   SIGHTLINE_CHECK(!to_text(model).empty());
   SIGHTLINE_CHECK(!dump(model).columns.empty());
-  SIGHTLINE_CHECK(!tables(model).empty());
-  const Result<ErrorModel> back = from_bytes<ErrorModel>(to_bytes(model));
+  SIGHTLINE_CHECK(!tables(model.ranges).empty());
+  const auto back = from_bytes<ByFamily<ErrorModel>>(to_bytes(model));
   SIGHTLINE_CHECK(back.has_value());
   SIGHTLINE_CHECK(to_bytes(*back) == to_bytes(model));
 }
@@ -58,7 +58,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace sightline;
   const FuzzInput input(data, size);
-  const Result<ErrorModel> model = from_bytes<ErrorModel>(input.bytes());
+  const auto model = from_bytes<ByFamily<ErrorModel>>(input.bytes());
   if (model) use(*model);
   return 0;
 }

@@ -31,6 +31,7 @@ void add_maps(std::vector<Seed>& seeds) {
   seeds.push_back({"map/seed_plain", assemble(parts)});
   CompiledMap stripped = random_map({.seed = 3, .site_count = 1, .nd_count = 1, .model_size = 0});
   stripped.factors = {};
+  if (stripped.looks) stripped.looks->factors = {};
   stripped.sharpness.reset();
   parts = unpacked(parts_of(stripped));
   seeds.push_back({"manifest/seed_stripped", parts.manifest});
@@ -41,15 +42,14 @@ void add_maps(std::vector<Seed>& seeds) {
 
 void add_models(std::vector<Seed>& seeds) {
   ErrorModel model = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
-  seeds.push_back({"model/seed_leaf", to_bytes(model)});
+  seeds.push_back({"model/seed_leaf", to_bytes(ByFamily<ErrorModel>(model))});
   model.card.tree_count = 2;
   model.forest.trees.resize(2);
   model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
   model.forest.rows = {20.0F, 10.0F, 13.0F, 20.0F};
   ErrorModel samples = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}}, 2);
   for (Look& look : samples.out_of_fold.looks) look.return_count = 1000;
-  model.of_samples.push_back(std::move(samples));
-  seeds.push_back({"model/seed_tree", to_bytes(model)});
+  seeds.push_back({"model/seed_tree", to_bytes(ByFamily<ErrorModel>(model, samples))});
 }
 
 // The first byte decides fuzz_release what the rest is.

@@ -173,12 +173,12 @@ StepOutput map_file(std::span<const std::byte> bytes, const StepOutput& emit) {
 // What later runs take of a compile.
 struct Compiled {
   CompiledMap map;
-  ErrorModel model;
+  ByFamily<ErrorModel> model;
 };
 
 // Compiles with the model given, where there is one.
 Result<Compiled> add_compile(const std::string& name, const CompileConfig& config,
-                             const ErrorModel* model, const RunOptions& options,
+                             const ByFamily<ErrorModel>* model, const RunOptions& options,
                              std::vector<RunOutput>& runs) {
   const CompilePlan compile =
       compile_plan(config, model != nullptr ? ModelSource::kGiven : ModelSource::kTrained);

@@ -56,12 +56,10 @@ std::size_t nd_count(const std::filesystem::path& folder, const std::string& map
 // The map with a model that was trained on no recording in particular.
 CompiledMap without_recordings(const std::string& file) {
   CompiledMap map = value_of(read_map(file));
-  ErrorModel model = value_of(model_of(map.model));
-  const auto forget = [](ErrorModel& of) {
+  ByFamily<ErrorModel> model = value_of(model_of(map.model));
+  visit_families(model, [](ErrorModel& of) {
     for (RecordingCard& card : of.card.places.at(0).recordings.cards) card.digest = sha256("any");
-  };
-  forget(model);
-  for (ErrorModel& samples : model.of_samples) forget(samples);
+  });
   map.model = record_of(model);
   return map;
 }

@@ -71,7 +71,7 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
 Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& made,
                                   const ArtifactSet& artifacts) {
   const Evaluation& evaluation = artifacts.get(made.evaluation);
-  const LocalizerProfile& judging = artifacts.get(made.measured).matching.localizer;
+  const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
   std::string text = judged_by(map.model.localizer, judging) + to_text(evaluation) + "\n";
   std::vector<Table> all = tables(evaluation);
   all.front().facts.emplace_back("judged_by", to_text(judging));
@@ -86,7 +86,7 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
   print_text(text);
   if (map.factors.factors.empty()) return all;
   SIGHTLINE_ASSIGN(const FactorReport factors,
-                   factor_report(map.factors, artifacts.get(made.measured)));
+                   factor_report(map.factors, artifacts.get(made.measured).ranges));
   print_text("\n" + to_text(factors));
   for (Table& table : tables(factors)) all.push_back(std::move(table));
   return all;

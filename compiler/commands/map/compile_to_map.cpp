@@ -62,22 +62,23 @@ Result<void> write_poses(const std::filesystem::path& file, IfExists if_exists,
 // What the compile found, as text.
 Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& artifacts) {
   const LocalizerProfile& of_map = artifacts.get(made.map).predicted_localizer;
-  const LocalizerProfile& measured = artifacts.get(made.measured).matching.localizer;
-  const bool is_simulated = artifacts.get(made.measured).reference == ErrorReference::kSimulated;
+  const LocalizerProfile& measured = artifacts.get(made.measured).ranges.matching.localizer;
+  const bool is_simulated =
+      artifacts.get(made.measured).ranges.reference == ErrorReference::kSimulated;
   std::string text = is_simulated ? "Simulated: no drive was here. What follows is what scans "
                                     "found that were simulated in the map itself.\n\n"
                                   : "";
   text += judged_by(of_map, measured) + to_text(artifacts.get(made.evaluation)) +
           "\nWhat the map promises, to a vehicle that localizes with " + localizer_title(of_map) +
           "\n";
-  for (const LimitPromise& promise : artifacts.get(made.ranges).promises) {
+  for (const LimitPromise& promise : artifacts.get(made.ranges).ranges.promises) {
     text += promise.statement + "\n";
   }
   if (made.sharpness.is_connected()) {
     text += "\n" + to_text(artifacts.get(made.sharpness)) + "\n";
   }
-  SIGHTLINE_ASSIGN(const FactorReport report,
-                   factor_report(artifacts.get(made.factors), artifacts.get(made.measured)));
+  SIGHTLINE_ASSIGN(const FactorReport report, factor_report(artifacts.get(made.factors).ranges,
+                                                            artifacts.get(made.measured).ranges));
   return text + "\n" + to_text(report);
 }
 

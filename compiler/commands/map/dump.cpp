@@ -84,9 +84,9 @@ Result<Table> table_of_map(const DumpFlags& flags) {
 }
 
 Result<Table> table_of_model(const DumpFlags& flags) {
-  SIGHTLINE_ASSIGN(const ErrorModel model, read_model(flags.run.config_file));
+  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.run.config_file));
   if (flags.what == "model") return dump(model);
-  if (flags.what == "recordings") return recordings_table(model);
+  if (flags.what == "recordings") return recordings_table(model.ranges);
   return Error{ErrorCode::kBadArgument, "--what: a model holds the tables model and recordings",
                flags.run.config_file};
 }
@@ -150,7 +150,7 @@ Result<PictureSources> sources_of_config(const DumpFlags& flags) {
     sources.depth = std::make_shared<const DepthImages>(artifacts.get(compile.depth));
   }
   if (flags.what == "ranges") {
-    sources.ranges = std::make_shared<const RangeTable>(artifacts.get(compile.ranges));
+    sources.ranges = std::make_shared<const RangeTable>(artifacts.get(compile.ranges).ranges);
   }
   sources.ndt = std::make_shared<const NdtMap>(artifacts.get(compile.ndt));
   sources.sites = artifacts.get(compile.sites);

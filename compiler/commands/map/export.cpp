@@ -104,8 +104,8 @@ Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map, con
     if (name == "sites") {
       SIGHTLINE_TRY(add_degrees(map.sites, world, table));
     }
-    const bool has_looks = !map.ranges.of_samples.empty() &&
-                           std::ranges::find(table.columns, "look") != table.columns.end();
+    const bool has_looks =
+        map.looks.has_value() && std::ranges::find(table.columns, "look") != table.columns.end();
     Table samples;
     if (has_looks) samples = take_samples(table);
     keep_looks(KeptLooks::kRanges, table);

@@ -22,7 +22,7 @@ Result<void> inspect_model(const InspectFlags& flags) {
     return Error{ErrorCode::kBadArgument, "--site: a model annotates no sites, a map does",
                  flags.file};
   }
-  SIGHTLINE_ASSIGN(const ErrorModel model, read_model(flags.file));
+  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.file));
   print_text(describe(model));
   return {};
 }

@@ -166,7 +166,7 @@ Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& load
   SIGHTLINE_TRY(check_same_map(flags, loaded.map, made));
   SIGHTLINE_ASSIGN(const Made<EvaluatePlan> judged, judge(flags, config, loaded.map, made));
   ReportSources sources = sources_of(flags, loaded);
-  sources.measured = &judged.artifacts.get(judged.plan.measured);
+  sources.measured = &judged.artifacts.get(judged.plan.measured).ranges;
   sources.evaluation = &judged.artifacts.get(judged.plan.evaluation);
   if (judged.artifacts.has(judged.plan.tracks)) {
     sources.tracks = &judged.artifacts.get(judged.plan.tracks);

@@ -28,7 +28,7 @@ struct TrainFlags {
 
 // A place, still without a name, and a key that names everything its numbers were made of.
 struct MeasuredPlace {
-  DrivenPlace place;
+  ByFamily<DrivenPlace> place;
   Digest key{};
 };
 
@@ -65,7 +65,8 @@ struct OpenPlace {
   CompileConfig config;
   RunFlags run;
   CompilePlan compile;
-  std::vector<Wire<MeasuredError>> drives;  // none where a list of them is measured together
+  std::vector<Wire<ByFamily<MeasuredError>>>
+      drives;  // none where a list of them is measured together
   ArtifactSet artifacts;
 };
 
@@ -106,22 +107,25 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, OpenPlace place) {
   SIGHTLINE_TRY(run_place(flags, place));
   const CompilePlan& compile = place.compile;
   const ArtifactSet& artifacts = place.artifacts;
-  MeasuredPlace measured;
-  measured.place = {"",
-                    artifacts.get(compile.sites),
-                    artifacts.get(compile.factors),
-                    {},
-                    recording_cards(compile, artifacts)};
+  RecordingCards recordings = recording_cards(compile, artifacts);
+  std::vector<ByFamily<MeasuredError>> drives;
   if (compile.measured_drives.is_connected()) {
     const MeasuredDrives& several = artifacts.get(compile.measured_drives);
-    measured.place.drives = several.drives;
-    measured.place.recordings = without_left_out(measured.place.recordings, several);
+    drives = several.drives;
+    recordings = without_left_out(recordings, several);
   }
-  for (const Wire<MeasuredError> drive : place.drives) {
-    measured.place.drives.push_back(artifacts.get(drive));
+  for (const Wire<ByFamily<MeasuredError>> drive : place.drives) {
+    drives.push_back(artifacts.get(drive));
   }
+  MeasuredPlace measured;
+  const auto of_family = [&](const FactorTable& factors,
+                             const std::vector<MeasuredError>& errors) -> Result<DrivenPlace> {
+    return DrivenPlace{"", artifacts.get(compile.sites), factors, errors, recordings};
+  };
+  SIGHTLINE_ASSIGN(measured.place, each_family(of_family, artifacts.get(compile.factors),
+                                               join_families(std::move(drives))));
   DigestBuilder key;
-  key.add(sha256(to_bytes(measured.place.recordings)));
+  key.add(sha256(to_bytes(recordings)));
   for (const AnyWire wire : wanted_of(place)) key.add(artifacts.entry(wire).key);
   measured.key = key.finish();
   return measured;
@@ -130,7 +134,7 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, OpenPlace place) {
 // All places, a key that names everything they were made of, and the first configuration, which
 // says how to learn from them.
 struct TrainingPlaces {
-  DrivenPlaces places;
+  ByFamily<DrivenPlaces> places;
   Digest key{};
   CompileConfig first_config;
 };
@@ -147,16 +151,20 @@ Result<std::vector<OpenPlace>> open_places(const TrainFlags& flags) {
 
 Result<TrainingPlaces> measure_places(const TrainFlags& flags, std::vector<OpenPlace> open) {
   TrainingPlaces training;
+  std::vector<ByFamily<DrivenPlace>> places;
   training.first_config = open.front().config;
   DigestBuilder key;
   const std::vector<std::string> names = place_names(flags.configs);
   for (std::size_t i = 0; i < open.size(); ++i) {
     SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(flags, std::move(open[i])));
-    measured.place.name = names[i];
-    key.add(measured.place.name);
+    visit_families(measured.place, [&](DrivenPlace& place) { place.name = names[i]; });
+    key.add(names[i]);
     key.add(measured.key);
-    training.places.places.push_back(std::move(measured.place));
+    places.push_back(std::move(measured.place));
   }
+  ByFamily<std::vector<DrivenPlace>> all = join_families(std::move(places));
+  training.places.ranges.places = std::move(all.ranges);
+  if (all.samples) training.places.samples = DrivenPlaces{std::move(*all.samples)};
   training.key = key.finish();
   return training;
 }
@@ -178,18 +186,19 @@ Result<void> train(const TrainFlags& flags) {
   SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags, std::move(open)));
   const CompileConfig& config = training.first_config;
   Plan plan(config.passes);
-  const Wire<DrivenPlaces> places = plan.input<DrivenPlaces>("places");
-  const Wire<ErrorModel> learnt = plan.run(kTrainModel, places);
+  const auto places = plan.input<ByFamily<DrivenPlaces>>("places");
+  const Wire<ByFamily<ErrorModel>> learnt = plan.run(kTrainModel, places);
   ArtifactSet artifacts;
   artifacts.provide(places, std::move(training.places), training.key);
   RunFlags run = flags.run;
   run.config_file = flags.configs.front();
   SIGHTLINE_TRY(run_steps(plan, {}, run, config, artifacts));
-  const ErrorModel& model = artifacts.get(learnt);
+  const ByFamily<ErrorModel>& model = artifacts.get(learnt);
   SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model), if_exists(flags.is_forced)));
   if (flags.run.is_quiet) return {};
   std::string text = to_text(model) + "\nWhat it promises in places like these\n";
-  for (const std::string& promise : promises_of(config.passes.options(kChooseRanges), model)) {
+  for (const std::string& promise :
+       promises_of(config.passes.options(kChooseRanges), model.ranges)) {
     text += promise + "\n";
   }
   print_text(text);

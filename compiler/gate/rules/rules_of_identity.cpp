@@ -79,13 +79,12 @@ std::vector<Found> find_definitions(const GateInput& input, const Threshold&) {
 }
 
 std::string told_looks(const CompiledMap& map) {
-  return map.ranges.of_samples.empty() ? "none" : to_text(map.ranges.of_samples.front().looks);
+  return map.looks ? to_text(map.looks->ranges.looks) : "none";
 }
 
 // Its threshold is set anew for every map.
 std::string told_plan(const CompiledMap& map) {
-  const bool has_plan = !map.ranges.of_samples.empty() && map.ranges.of_samples.front().plan;
-  return has_plan ? to_text(*map.ranges.of_samples.front().plan) : "none";
+  return map.looks && map.looks->ranges.plan ? to_text(*map.looks->ranges.plan) : "none";
 }
 
 std::vector<Found> find_limits(const GateInput& input, const Threshold&) {

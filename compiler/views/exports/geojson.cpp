@@ -41,8 +41,7 @@ std::string within(const CompiledMap& map, std::size_t limit) {
 }
 
 void add_look(const CompiledMap& map, std::size_t site, std::size_t limit, Properties& properties) {
-  const RangeTable& looks = map.ranges.of_samples.front();
-  const Answer answer = answer_of(looks, map.predicted.of_samples.front(), site, limit);
+  const Answer answer = answer_of(map.looks->ranges, map.looks->predicted, site, limit);
   const std::string suffix = within(map, limit);
   properties.emplace_back("look" + suffix, to_text(answer.look));
   properties.emplace_back("look_p" + suffix, answer.probability);
@@ -108,7 +107,7 @@ Properties site_properties(const CompiledMap& map, std::size_t site) {
       properties.emplace_back("simulated" + suffix, (answer.flags & kSimulatedAnswer) != 0);
     }
     properties.emplace_back("reason" + suffix, std::string(name_of(answer.reason)));
-    if (!map.ranges.of_samples.empty()) add_look(map, site, limit, properties);
+    if (map.looks) add_look(map, site, limit, properties);
   }
   for (const SiteColumn& column : map.columns) {
     properties.emplace_back(column.name, double{column.values[site]});

@@ -41,7 +41,7 @@ Result<std::vector<Section>> sections_of(const ReportSources& sources) {
   std::vector<Section> all = {summary_section(sources)};
   if (sources.diff) all.push_back(diff_section(sources));
   all.push_back(map_section(sources));
-  if (!map.ranges.of_samples.empty()) all.push_back(looks_section(sources));
+  if (map.looks) all.push_back(looks_section(sources));
   if (sources.evaluation) {
     all.push_back(ranges_section(*sources.evaluation, map.sites));
     all.push_back(ideal_section(*sources.evaluation, map.sites));

@@ -194,18 +194,15 @@ std::string describe_limit(const CompiledMap& map, const RangeTable& ranges,
 
 // What most vehicles ask for.
 std::string describe_looks(const CompiledMap& map) {
-  std::string text;
-  for (const RangeTable& looks : map.ranges.of_samples) {
-    text += "looks\n" + field("what",
-                              "the cheapest way to localize: a range, and the sample of a "
-                              "scan that is matched");
-    for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
-      text += describe_limit(map, looks, map.look_quality[limit], limit);
-    }
-    if (looks.plan) {
-      text += field("while tracking", to_text(*looks.plan));
-    }
+  if (!map.looks) return "";
+  const auto& [predicted, looks, quality, factors] = *map.looks;
+  std::string text = "looks\n" + field("what",
+                                       "the cheapest way to localize: a range, and the sample of "
+                                       "a scan that is matched");
+  for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
+    text += describe_limit(map, looks, quality[limit], limit);
   }
+  if (looks.plan) text += field("while tracking", to_text(*looks.plan));
   return text;
 }
 
@@ -263,7 +260,7 @@ std::string judged_by(const LocalizerProfile& of_map, const LocalizerProfile& ju
          to_text(of_map) + "\n\n";
 }
 
-std::string describe(const ErrorModel& model) {
+std::string describe(const ByFamily<ErrorModel>& model) {
   const ModelRecord record = record_of(model);
   return "error model\n" + field("sha256", to_hex(record.digest)) +
          field("encoding", std::to_string(record.encoding_version)) + "\n" + to_text(model);

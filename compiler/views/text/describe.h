@@ -20,7 +20,7 @@ std::string judged_by(const LocalizerProfile& of_map, const LocalizerProfile& ju
 std::string describe(const MapSummary& summary);
 
 // For people: the digest by which maps name this model, and its card.
-std::string describe(const ErrorModel& model);
+std::string describe(const ByFamily<ErrorModel>& model);
 
 // Of a map of several drives, a line for each: when it was, and how many tiles are from it.
 std::string describe_drives(const TileDrives& tiles);

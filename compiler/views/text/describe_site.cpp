@@ -199,15 +199,12 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
 
 // Nothing where the map has no looks that take a sample.
 std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  std::string text;
-  for (const RangeTable& looks : map.ranges.of_samples) {
-    const Answer look = answer_of(looks, map.predicted.of_samples.front(), site, limit);
-    text += fmt::format("    look: {}; P {:.1f} %, predicted error {:.1f} cm{}; reason: {}\n",
-                        to_text(look.look), 100.0 * look.probability, 100.0 * look.error_m,
-                        (look.flags & kStatic) != 0 ? "; the same everywhere" : "",
-                        name_of(look.reason));
-  }
-  return text;
+  if (!map.looks) return "";
+  const Answer look = answer_of(map.looks->ranges, map.looks->predicted, site, limit);
+  return fmt::format("    look: {}; P {:.1f} %, predicted error {:.1f} cm{}; reason: {}\n",
+                     to_text(look.look), 100.0 * look.probability, 100.0 * look.error_m,
+                     (look.flags & kStatic) != 0 ? "; the same everywhere" : "",
+                     name_of(look.reason));
 }
 
 std::string describe_columns(const CompiledMap& map, std::size_t site) {

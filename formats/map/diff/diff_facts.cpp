@@ -47,17 +47,17 @@ void add_choice(const CompiledMap& map, FieldTexts& facts) {
 
 // Of the looks that take a sample.
 void add_looks(const CompiledMap& map, FieldTexts& facts) {
-  for (const RangeTable& looks : map.ranges.of_samples) {
-    facts.add("looks", to_text(looks.looks));
-    facts.add("look_plan", looks.plan ? to_text(*looks.plan) : "none");
-    if (looks.plan) facts.add_fields("look_plan", *looks.plan);
-    add_promises(looks, "look_promise.", facts);
-  }
-  for (std::size_t limit = 0; limit < map.look_quality.size(); ++limit) {
+  if (!map.looks) return;
+  const auto& [predicted, looks, quality, factors] = *map.looks;
+  facts.add("looks", to_text(looks.looks));
+  facts.add("look_plan", looks.plan ? to_text(*looks.plan) : "none");
+  if (looks.plan) facts.add_fields("look_plan", *looks.plan);
+  add_promises(looks, "look_promise.", facts);
+  for (std::size_t limit = 0; limit < quality.size(); ++limit) {
     const std::string name =
         "look_coverage." + format_double(map.ranges.promises[limit].limit_m) + "_m.";
-    facts.add(name + "expected", map.look_quality[limit].expected_coverage);
-    facts.add(name + "measured", map.look_quality[limit].measured_coverage);
+    facts.add(name + "expected", quality[limit].expected_coverage);
+    facts.add(name + "measured", quality[limit].measured_coverage);
   }
 }
 

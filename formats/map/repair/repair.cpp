@@ -247,8 +247,8 @@ void mark_as_part(const SiteIds& ids, CompiledMap& map) {
   cut_runs(ids, map.sites);
   map.version += ", recovered";
   map.measurement.measured_site_count = 0;
-  map.quality = quality_of(map, MeasuredError());
-  map.look_quality = look_quality_of(map, MeasuredError());
+  map.quality = quality_of(map.predicted, map.ranges, nullptr);
+  if (map.looks) map.looks->quality = quality_of(map.looks->predicted, map.looks->ranges, nullptr);
 }
 
 using Keep = std::function<bool(const PackedBlock&)>;

@@ -52,14 +52,10 @@ std::optional<MeasuredError> drive_of_columns(const FactorTable& factors, std::s
       if (value == kNotMeasured) measured.scan_of_site[shape.site_of(row)] = -1;
     }
   }
-  for (const FactorTable& samples : factors.of_samples) {
-    std::optional<MeasuredError> of_samples = drive_of_columns(samples, drive);
-    if (of_samples) measured.of_samples.push_back(std::move(*of_samples));
-  }
   return measured;
 }
 
-// Without the looks that take a sample.
+// Of one family.
 FactorTable with_own_columns(const FactorTable& factors, const MeasuredError& measured,
                              bool is_independent) {
   FactorTable table;
@@ -94,14 +90,13 @@ FactorTable with_own_columns(const FactorTable& factors, const MeasuredError& me
 
 }  // namespace
 
-FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured,
-                                  bool is_independent) {
-  FactorTable table = with_own_columns(factors, measured, is_independent);
-  for (const FactorTable& samples : factors.of_samples) {
-    table.of_samples.push_back(
-        measured.of_samples.empty()
-            ? samples
-            : with_own_columns(samples, measured.of_samples.front(), is_independent));
+ByFamily<FactorTable> with_measured_columns(const ByFamily<FactorTable>& factors,
+                                            const ByFamily<MeasuredError>& measured,
+                                            bool is_independent) {
+  ByFamily<FactorTable> table(with_own_columns(factors.ranges, measured.ranges, is_independent),
+                              factors.samples);
+  if (factors.samples && measured.samples) {
+    table.samples = with_own_columns(*factors.samples, *measured.samples, is_independent);
   }
   return table;
 }
@@ -116,12 +111,13 @@ std::vector<bool> independence_of_columns(const FactorTable& factors) {
 
 bool has_measured_columns(const FactorTable& factors) { return drives_in(factors) > 0; }
 
-std::vector<MeasuredError> measured_of_columns(const FactorTable& factors) {
-  std::vector<MeasuredError> drives;
-  for (std::size_t drive = 0; drive < drives_in(factors); ++drive) {
-    std::optional<MeasuredError> measured = drive_of_columns(factors, drive);
+std::vector<ByFamily<MeasuredError>> measured_of_columns(const ByFamily<FactorTable>& factors) {
+  std::vector<ByFamily<MeasuredError>> drives;
+  for (std::size_t drive = 0; drive < drives_in(factors.ranges); ++drive) {
+    std::optional<MeasuredError> measured = drive_of_columns(factors.ranges, drive);
     if (!measured) return {};
-    drives.push_back(std::move(*measured));
+    drives.emplace_back(std::move(*measured));
+    if (factors.samples) drives.back().samples = drive_of_columns(*factors.samples, drive);
   }
   return drives;
 }

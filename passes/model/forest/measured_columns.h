@@ -15,14 +15,16 @@ namespace sightline {
 // `measured_mean_m[2]` and so on.
 // `measured_is_independent` follows, 1 everywhere, where neither the map nor the model that
 // annotates it were made of the drive: its errors may judge a choice that did not use them.
-FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured,
-                                  bool is_independent = false);
+ByFamily<FactorTable> with_measured_columns(const ByFamily<FactorTable>& factors,
+                                            const ByFamily<MeasuredError>& measured,
+                                            bool is_independent = false);
 
 bool has_measured_columns(const FactorTable& factors);
 
 // Back again, drive by drive; the other numbers of the rows are 0. None where the table has no such
 // columns.
-std::vector<MeasuredError> measured_of_columns(const FactorTable& factors);
+// By the looks that take a sample where their table has columns of the drive too.
+std::vector<ByFamily<MeasuredError>> measured_of_columns(const ByFamily<FactorTable>& factors);
 
 // [drive]: whether its columns say that it is independent.
 std::vector<bool> independence_of_columns(const FactorTable& factors);

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "formats/grid/point_grid.h"
-#include "passes/model/forest/factors_of_kind.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/growing/feature_rows.h"
 #include "passes/model/forest/history.h"
@@ -147,10 +146,10 @@ void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t 
   predicted.out_of_fold[site] = 1;
 }
 
-// The map whose sites are asked about, by looks of which kind.
+// The map whose sites are asked about, by the looks of a family.
 struct Asked {
   const Sites& sites;
-  FactorsOfKind factors;
+  const StoredTable<FactorTable>& factors;
   const RecordingCards& recordings;
 
   [[nodiscard]] Eigen::Vector3d place_of(std::size_t site) const {
@@ -188,7 +187,7 @@ Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOpt
   ByForest all{forest.nothing(options.support_margin), {}};
   for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
     const std::size_t count = std::min(kRowsAtOnce, site_count - first);
-    SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors.of_sites(first, count));
+    SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors.rows(first, count));
     const History earlier_here = earlier == nullptr ? History() : some_of(*earlier, first, count);
     const Result<FeatureRows> features =
         features_for(model, factors, earlier == nullptr ? nullptr : &earlier_here);
@@ -263,41 +262,38 @@ Result<ByForest> predict_told_or_not(const PassContext& ctx, const PredictErrorO
   return predict_by_forest(ctx, options, model, asked, &earlier);
 }
 
-// The same drives by the looks that take a sample; none unless all know them.
-EarlierDrives samples_of(const EarlierDrives& history) {
-  EarlierDrives samples;
-  for (const MeasuredError* drive : history) {
-    if (drive->of_samples.empty()) return {};
-    samples.push_back(&drive->of_samples.front());
-  }
-  return samples;
-}
-
 // Of the ranges, and of the looks that take a sample where model and map know them.
-Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOptions& options,
-                                    const ErrorModel& model, const Asked& asked,
-                                    const EarlierDrives& history) {
-  SIGHTLINE_ASSIGN(ByForest ranges, predict_told_or_not(ctx, options, model, asked, history));
-  OwnCases own = own_cases(model, asked, ranges.digests);
-  if (!model.of_samples.empty() && !asked.factors.head().of_samples.empty()) {
-    const ErrorModel& of_samples = model.of_samples.front();
-    const Asked asked_of_samples{asked.sites, {asked.factors.factors, true}, asked.recordings};
-    SIGHTLINE_ASSIGN(ByForest looks, predict_told_or_not(ctx, options, of_samples, asked_of_samples,
-                                                         samples_of(history)));
-    OwnCases own_of_samples = own_cases(of_samples, asked_of_samples, looks.digests);
+Result<ByFamily<PredictedError>> predict_both(const PassContext& ctx,
+                                              const PredictErrorOptions& options,
+                                              const ByFamily<ErrorModel>& model,
+                                              const ByFamily<Asked>& asked,
+                                              const ByFamily<EarlierDrives>& history) {
+  SIGHTLINE_ASSIGN(ByForest ranges,
+                   predict_told_or_not(ctx, options, model.ranges, asked.ranges, history.ranges));
+  OwnCases own = own_cases(model.ranges, asked.ranges, ranges.digests);
+  std::optional<PredictedError> samples;
+  if (model.samples && asked.samples) {
+    SIGHTLINE_ASSIGN(ByForest looks,
+                     predict_told_or_not(ctx, options, *model.samples, *asked.samples,
+                                         history.samples.value_or(EarlierDrives())));
+    OwnCases own_of_samples = own_cases(*model.samples, *asked.samples, looks.digests);
     keep_common(own, own_of_samples);
-    take_own_cases(of_samples, own_of_samples, looks.predicted);
-    ranges.predicted.of_samples.push_back(std::move(looks.predicted));
+    take_own_cases(*model.samples, own_of_samples, looks.predicted);
+    samples = std::move(looks.predicted);
   }
-  take_own_cases(model, own, ranges.predicted);
-  warn_of_flattered(ctx, model, asked, own);
-  return std::move(ranges.predicted);
+  take_own_cases(model.ranges, own, ranges.predicted);
+  warn_of_flattered(ctx, model.ranges, asked.ranges, own);
+  return ByFamily<PredictedError>(std::move(ranges.predicted), std::move(samples));
 }
 
 // Where the model knows history, and these drives are of its localizer. `drives` is not empty.
-Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOptions& options,
-                                    const ErrorModel& model, const Asked& asked,
-                                    const EarlierDrives& drives) {
+Result<ByFamily<PredictedError>> predict_told(const PassContext& ctx,
+                                              const PredictErrorOptions& options,
+                                              const ByFamily<ErrorModel>& model,
+                                              const ByFamily<Asked>& asked,
+                                              const ByFamily<EarlierDrives>& history) {
+  const EarlierDrives& drives = history.ranges;
+  const TrainingCard& card = model.ranges.card;
   std::string names;
   for (const MeasuredError* drive : drives) {
     names += (names.empty() ? "'" : ", '") + drive->drive + "'";
@@ -305,20 +301,20 @@ Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOp
   const bool are_several = drives.size() > 1;
   const std::string who = (are_several ? "drives " : "drive ") + names;
   const LocalizerProfile& localizer = drives.front()->matching.localizer;
-  if (!(localizer == model.card.localizer)) {
+  if (!(localizer == card.localizer)) {
     ctx.warn(who + (are_several ? " were" : " was") + " localized by " + to_text(localizer) +
-             ", the model predicts the errors of " + to_text(model.card.localizer) +
+             ", the model predicts the errors of " + to_text(card.localizer) +
              ": what was measured here is no input of it");
     return predict_both(ctx, options, model, asked, {});
   }
-  if (!model.card.knows_history) {
+  if (!card.knows_history) {
     ctx.warn("the model was trained on places that were driven once: it cannot tell what " + who +
              " measured here " + (are_several ? "are" : "is") + " worth, and does not use it");
     return predict_both(ctx, options, model, asked, {});
   }
   ctx.warn("the errors of " + who + " are model inputs: figures judged on " +
            (are_several ? "those drives" : "that drive") + " are optimistic");
-  return predict_both(ctx, options, model, asked, drives);
+  return predict_both(ctx, options, model, asked, history);
 }
 
 Result<void> check_history(const Asked& asked, const MeasuredError& history) {
@@ -328,6 +324,18 @@ Result<void> check_history(const Asked& asked, const MeasuredError& history) {
   }
   return Error{ErrorCode::kMismatchedInputs,
                "the earlier drive was measured at other sites or ranges"};
+}
+
+ByFamily<EarlierDrives> earlier_drives(const ByFamily<MeasuredError>* one,
+                                       const MeasuredDrives* several) {
+  std::vector<ByFamily<const MeasuredError*>> drives;
+  const auto add = [&](const ByFamily<MeasuredError>& drive) {
+    drives.emplace_back(&drive.ranges);
+    if (drive.samples) drives.back().samples = &*drive.samples;
+  };
+  if (one != nullptr) add(*one);
+  if (several != nullptr) std::ranges::for_each(several->drives, add);
+  return join_families(std::move(drives));
 }
 
 }  // namespace
@@ -343,19 +351,20 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
                  {"auto", "never"})};
 }
 
-Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
-                                     const ErrorModel& model, const Sites& sites,
-                                     const StoredTable<FactorTable>& factors,
-                                     const RecordingCards& recordings, const MeasuredError* history,
-                                     const MeasuredDrives* drives) {
-  const Asked asked{sites, {factors}, recordings};
-  EarlierDrives earlier;
-  if (history != nullptr) earlier.push_back(history);
-  if (drives != nullptr) {
-    for (const MeasuredError& drive : drives->drives) earlier.push_back(&drive);
+Result<ByFamily<PredictedError>> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                               const ByFamily<ErrorModel>& model,
+                                               const Sites& sites,
+                                               const ByFamily<StoredTable<FactorTable>>& factors,
+                                               const RecordingCards& recordings,
+                                               const ByFamily<MeasuredError>* history,
+                                               const MeasuredDrives* drives) {
+  ByFamily<Asked> asked(Asked{sites, factors.ranges, recordings});
+  if (factors.samples) asked.samples.emplace(Asked{sites, *factors.samples, recordings});
+  const ByFamily<EarlierDrives> earlier = earlier_drives(history, drives);
+  for (const MeasuredError* drive : earlier.ranges) {
+    SIGHTLINE_TRY(check_history(asked.ranges, *drive));
   }
-  for (const MeasuredError* drive : earlier) SIGHTLINE_TRY(check_history(asked, *drive));
-  if (earlier.empty()) return predict_both(ctx, options, model, asked, {});
+  if (earlier.ranges.empty()) return predict_both(ctx, options, model, asked, {});
   return predict_told(ctx, options, model, asked, earlier);
 }
 

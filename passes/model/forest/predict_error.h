@@ -42,12 +42,13 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 //
 // Errors: mismatched-inputs where sites, factors, history and model differ in count, ranges or
 // factors; invalid-artifact for a factor that is not finite.
-Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
-                                     const ErrorModel& model, const Sites& sites,
-                                     const StoredTable<FactorTable>& factors,
-                                     const RecordingCards& recordings,
-                                     const MeasuredError* history = nullptr,
-                                     const MeasuredDrives* drives = nullptr);
+Result<ByFamily<PredictedError>> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                               const ByFamily<ErrorModel>& model,
+                                               const Sites& sites,
+                                               const ByFamily<StoredTable<FactorTable>>& factors,
+                                               const RecordingCards& recordings,
+                                               const ByFamily<MeasuredError>* history = nullptr,
+                                               const MeasuredDrives* drives = nullptr);
 inline constexpr Pass kPredictError =
     Pass{"predict-error", 5, "predicted", "What the model says of each site", &predict_error}.in(
         Stage::kLearn);

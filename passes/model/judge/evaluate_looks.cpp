@@ -117,16 +117,17 @@ void append_rules(const Judge& judge, std::size_t limit, const Sums& reference,
 
 }  // namespace
 
-Result<LookEvaluation> evaluate_looks(const RangeTable& ranges, const MeasuredError& judged) {
-  const RangeTable& choice = ranges.of_samples.front();
-  Judge judge{choice, judged.of_samples.front(), judged, {}};
+Result<LookEvaluation> evaluate_looks(const RangeTable& choice,
+                                      const ByFamily<MeasuredError>& judged) {
+  const MeasuredError& ranges = judged.ranges;
+  Judge judge{choice, *judged.samples, ranges, {}};
   const std::vector<Look>& looks = judge.samples.looks;
   if (looks.size() < choice.looks.size() ||
       !std::equal(choice.looks.begin(), choice.looks.end(), looks.begin())) {
     return Error{ErrorCode::kMismatchedInputs, "the drive was measured at other looks"};
   }
-  for (std::size_t site = 0; site < judged.scan_of_site.size(); ++site) {
-    if (judged.scan_of_site[site] >= 0) judge.sites.push_back(site);
+  for (std::size_t site = 0; site < ranges.scan_of_site.size(); ++site) {
+    if (ranges.scan_of_site[site] >= 0) judge.sites.push_back(site);
   }
   const Sums reference = reference_of(judge);
   LookEvaluation evaluation;
@@ -136,8 +137,8 @@ Result<LookEvaluation> evaluate_looks(const RangeTable& ranges, const MeasuredEr
   for (std::size_t look = 0; look < looks.size(); ++look) {
     evaluation.statics.push_back(static_look(judge, judge.samples, look, reference));
   }
-  for (std::size_t range = 0; range < judged.looks.size(); ++range) {
-    evaluation.statics.push_back(static_look(judge, judged, range, reference));
+  for (std::size_t range = 0; range < ranges.looks.size(); ++range) {
+    evaluation.statics.push_back(static_look(judge, ranges, range, reference));
   }
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     append_rules(judge, limit, reference, evaluation);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "formats/annotation/rows_of_kind.h"
 #include "passes/model/judge/evaluate_looks.h"
 #include "passes/model/judge/evaluate_ranges_scores.h"
 #include "passes/model/promise/selection.h"
@@ -128,8 +127,7 @@ Result<std::vector<StreetType>> all_street_types(const StoredTable<FactorTable>&
   std::vector<StreetType> types;
   for (std::size_t first = 0; first < factors.row_count(); first += kRowsAtOnce) {
     const std::size_t count = std::min(kRowsAtOnce, factors.row_count() - first);
-    SIGHTLINE_ASSIGN(const FactorTable some,
-                     rows_of_kind(factors, /*is_of_samples=*/false, first, count));
+    SIGHTLINE_ASSIGN(const FactorTable some, factors.rows(first, count));
     const std::vector<StreetType> here = street_types(some);
     types.insert(types.end(), here.begin(), here.end());
   }
@@ -148,10 +146,15 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options) {
 }
 
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
-                                   const Sites& sites, const PredictedError& predicted,
-                                   const RangeTable& ranges,
-                                   const StoredTable<FactorTable>& factors,
-                                   const MeasuredError& judged) {
+                                   const Sites& sites,
+                                   const ByFamily<PredictedError>& all_predicted,
+                                   const ByFamily<RangeTable>& choice,
+                                   const ByFamily<StoredTable<FactorTable>>& all_factors,
+                                   const ByFamily<MeasuredError>& measured) {
+  const StoredTable<FactorTable>& factors = all_factors.ranges;
+  const PredictedError& predicted = all_predicted.ranges;
+  const RangeTable& ranges = choice.ranges;
+  const MeasuredError& judged = measured.ranges;
   if (factors.row_count() != 0 && factors.row_count() != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found factors of " + std::to_string(factors.row_count()) + " sites, expected " +
@@ -189,9 +192,8 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
     }
     append_reliability(inputs, limit, evaluation.reliability);
   }
-  if (!ranges.of_samples.empty() && !judged.of_samples.empty()) {
-    SIGHTLINE_ASSIGN(LookEvaluation looks, evaluate_looks(ranges, judged));
-    evaluation.of_samples.push_back(std::move(looks));
+  if (choice.samples && measured.samples) {
+    SIGHTLINE_ASSIGN(evaluation.samples, evaluate_looks(*choice.samples, measured));
   }
   ctx.progress(1, 1);
   return evaluation;

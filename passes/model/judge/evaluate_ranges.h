@@ -31,10 +31,10 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
 // mismatched-inputs where the inputs differ in sites, ranges or limits; no-overlap where the drive
 // has no scan near any site.
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
-                                   const Sites& sites, const PredictedError& predicted,
-                                   const RangeTable& ranges,
-                                   const StoredTable<FactorTable>& factors,
-                                   const MeasuredError& judged);
+                                   const Sites& sites, const ByFamily<PredictedError>& predicted,
+                                   const ByFamily<RangeTable>& ranges,
+                                   const ByFamily<StoredTable<FactorTable>>& factors,
+                                   const ByFamily<MeasuredError>& judged);
 inline constexpr Pass kEvaluateRanges =
     Pass{"evaluate-ranges", 3, "evaluation", "Judging the choice", &evaluate_ranges}.in(
         Stage::kLearn);

@@ -40,7 +40,7 @@ void set_site(CompiledMap& map, std::size_t site, const SiteNumbers& numbers) {
 }
 
 void sum_up(CompiledMap& map) {
-  map.quality = quality_of(map, MeasuredError{});
+  map.quality = quality_of(map.predicted, map.ranges, nullptr);
   for (LimitQuality& quality : map.quality) quality.measured_coverage = 1.0;
 }
 

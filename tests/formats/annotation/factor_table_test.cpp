@@ -25,13 +25,11 @@ FactorTable shared_table() {
   return table;
 }
 
-FactorTable table_with_samples() {
-  FactorTable table = small_table();
+ByFamily<FactorTable> table_with_samples() {
   FactorTable samples = shared_table();
   samples.looks = {{.range_m = 100.0, .return_count = 650, .point_count = 40},
                    {.range_m = 100.0, .return_count = 1944, .point_count = 80}};
-  table.of_samples.push_back(samples);
-  return table;
+  return {small_table(), samples};
 }
 
 TEST(FactorTable, SurvivesDisk) {
@@ -50,16 +48,16 @@ TEST(FactorTable, FactorsThatLooksShareStandOnceAndAreReadAtEveryLook) {
 // As a store holds it: the bytes of the whole, which are refused cut short or with a changed bit
 // unless they are a table that is valid.
 TEST(FactorTable, InPiecesIsTheSameAndNoOtherPayloadIsTaken) {
-  const FactorTable table = table_with_samples();
+  const ByFamily<FactorTable> table = table_with_samples();
   ByteWriter writer;
   encode(table, writer);
   const std::vector<std::byte> payload = writer.take();
   EXPECT_EQ(payload_size(table), payload.size());
-  FactorTable back;
+  ByFamily<FactorTable> back;
   ASSERT_TRUE(open_payload(StoredBytes(payload), back));
   EXPECT_EQ(to_bytes(back), to_bytes(table));
   for (std::size_t size = 0; size < payload.size(); ++size) {
-    FactorTable cut;
+    ByFamily<FactorTable> cut;
     std::vector<std::byte> bytes = payload;
     bytes.resize(size);
     EXPECT_FALSE(open_payload(StoredBytes(std::move(bytes)), cut)) << size;
@@ -67,7 +65,7 @@ TEST(FactorTable, InPiecesIsTheSameAndNoOtherPayloadIsTaken) {
   for (std::size_t bit = 0; bit < 8 * payload.size(); ++bit) {
     std::vector<std::byte> changed = payload;
     changed[bit / 8] ^= std::byte{1} << (bit % 8);
-    FactorTable found;
+    ByFamily<FactorTable> found;
     if (!open_payload(StoredBytes(std::move(changed)), found)) continue;
     EXPECT_TRUE(validate(found)) << bit;
   }

@@ -50,12 +50,14 @@ TEST(MeasuredDrives, KeepTheCardsOfThoseThatWereNotLeftOut) {
 TEST(MeasuredDrives, RefuseWhatIsNotOfOneMap) {
   expect_refused<MeasuredDrives>(
       two_of_three(),
-      {[](MeasuredDrives& looks) { looks.drives[1].looks[1].range_m = 30.0; },
+      {[](MeasuredDrives& looks) { looks.drives[1].ranges.looks[1].range_m = 30.0; },
        [](MeasuredDrives& sites) {
-         sites.drives[1].scan_of_site.push_back(-1);
-         sites.drives[1].rows.resize(6);
+         sites.drives[1].ranges.scan_of_site.push_back(-1);
+         sites.drives[1].ranges.rows.resize(6);
        },
-       [](MeasuredDrives& measured) { measured.drives[1].matching.localizer.name = "plain"; }});
+       [](MeasuredDrives& measured) {
+         measured.drives[1].ranges.matching.localizer.name = "plain";
+       }});
 }
 
 TEST(MeasuredDrives, RefuseNumbersThatAreNotTheirs) {

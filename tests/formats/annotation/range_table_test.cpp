@@ -31,7 +31,6 @@ ErrorCode code_of(const RangeTable& table) {
 TEST(RangeTable, SurvivesTheDisk) { expect_survives_disk(two_sites()); }
 
 TEST(RangeTable, KeepsThePlanOfItsLooks) {
-  RangeTable table = two_sites();
   RangeTable looks = two_sites();
   looks.looks = {{.range_m = 60.0, .return_count = 300, .point_count = 60},
                  {.range_m = 60.0, .return_count = 800, .point_count = 150},
@@ -41,11 +40,11 @@ TEST(RangeTable, KeepsThePlanOfItsLooks) {
   looks.plan->second = looks.looks[2];
   looks.plan->test.weights[3] = -1.5;
   looks.plan->doubt_above = std::numeric_limits<double>::infinity();
-  table.of_samples = {looks};
-  ASSERT_TRUE(validate(table)) << to_string(validate(table).error());
-  expect_survives_disk(table);
-  table.of_samples.front().plan->test.constant = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(code_of(table), ErrorCode::kInvalidArtifact);
+  const ByFamily<RangeTable> both(two_sites(), looks);
+  ASSERT_TRUE(validate(both)) << to_string(validate(both).error());
+  expect_survives_disk(both);
+  looks.plan->test.constant = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(code_of(looks), ErrorCode::kInvalidArtifact);
   RangeTable of_ranges = two_sites();
   of_ranges.plan = LookPlan{};
   EXPECT_EQ(code_of(of_ranges), ErrorCode::kInvalidArtifact) << "a plan is of samples";

@@ -59,13 +59,13 @@ void erase_site(FactorTable& factors, std::size_t site) {
 
 void erase_site(CompiledMap& map, std::size_t site) {
   erase_row(map.sites.sites, site, 1);
-  const auto erase_from_both = [site](auto& table) {
-    erase_site(table, site);
-    for (auto& samples : table.of_samples) erase_site(samples, site);
-  };
-  erase_from_both(map.predicted);
-  erase_from_both(map.ranges);
-  erase_from_both(map.factors);
+  erase_site(map.predicted, site);
+  erase_site(map.ranges, site);
+  erase_site(map.factors, site);
+  if (!map.looks) return;
+  erase_site(map.looks->predicted, site);
+  erase_site(map.looks->ranges, site);
+  erase_site(map.looks->factors, site);
 }
 
 void change_ranges(CompiledMap& map, std::size_t site, Random& random) {
@@ -103,8 +103,11 @@ CompiledMap changed_map(const CompiledMap& map, std::uint64_t seed, bool moves_f
   changed.release += 1;
   change_nds(changed.ndt, random);
   change_sites(changed, random);
-  changed.quality = quality_of(changed, MeasuredError());
-  changed.look_quality = look_quality_of(changed, MeasuredError());
+  changed.quality = quality_of(changed.predicted, changed.ranges, nullptr);
+  if (changed.looks) {
+    auto& [predicted, ranges, quality, factors] = *changed.looks;
+    quality = quality_of(predicted, ranges, nullptr);
+  }
   if (!moves_frame) return changed;
   const Eigen::Vector3d shift_m(map.ndt.tile_m, -2.0 * map.ndt.tile_m, 0.0);
   const int cells = static_cast<int>(map.ndt.tile_m / map.ndt.cell_m);

@@ -35,7 +35,7 @@ TEST(PackedNds, AreThoseOfTheMapFile) {
     const NdtMap back = value_of(unpacked(nds));
     EXPECT_EQ(text_of(back), text_of(read_map(encode_map(map))->ndt));
     const CompiledMap whole = map;
-    const FactorTable factors = map.factors;
+    const ByFamily<StoredTable<FactorTable>> factors = factors_of(map);
     const PackedModel model = value_of(pack_model(map.model));
     map.model = model.record;
     map.ndt = without_nds(nds);

@@ -145,15 +145,15 @@ std::optional<LookPlan> random_plan(const RandomMapOptions& options, Random& ran
 
 // Of the same sites as the ranges.
 void add_looks(const RandomMapOptions& options, Random& random, CompiledMap& map) {
-  PredictedError predicted = random_prediction(options, options.looks, random);
+  auto& [predicted, ranges, quality, factors] = map.looks.emplace();
+  predicted = random_prediction(options, options.looks, random);
   predicted.out_of_fold = map.predicted.out_of_fold;
   predicted.has_history = map.predicted.has_history;
-  map.predicted.of_samples.push_back(std::move(predicted));
-  map.ranges.of_samples.push_back(random_ranges(options, options.looks, random));
-  map.ranges.of_samples.front().plan = random_plan(options, random);
-  map.factors.of_samples.push_back(random_factors(options, options.looks, random));
-  map.factors.of_samples.front().factors = {"crlb_max", "own_error", "match_cost"};
-  map.look_quality = look_quality_of(map, {});
+  ranges = random_ranges(options, options.looks, random);
+  ranges.plan = random_plan(options, random);
+  factors = random_factors(options, options.looks, random);
+  factors.factors = {"crlb_max", "own_error", "match_cost"};
+  quality = quality_of(predicted, ranges, nullptr);
 }
 
 // From numbers of their own, so that all else of a map is as without them.
@@ -195,8 +195,7 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.definitions = {{"ndt-map", 1}, {"sites", 1}};
   map.model = random_model(options.model_size, random);
   map.model.localizer = map.measurement.localizer;
-  MeasuredError measured;  // of no site
-  map.quality = quality_of(map, measured);
+  map.quality = quality_of(map.predicted, map.ranges, nullptr);
   map.trajectory = TrajectoryQuality{PoseSource::kEstimated, 120, 7, 3, 0.012, 0.0009};
   map.trajectory->pieces = {{0, 1'000'000'000, 80, 79.5, {1.0, 2.0, 3.0}}};
   map.trajectory->overlap_count = 79;

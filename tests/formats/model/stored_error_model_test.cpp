@@ -7,26 +7,26 @@
 namespace sightline {
 namespace {
 
-std::vector<std::byte> encoded(const ErrorModel& model) {
+std::vector<std::byte> encoded(const ByFamily<ErrorModel>& model) {
   ByteWriter writer;
   encode(model, writer);
   return writer.take();
 }
 
-ErrorModel model_of_both() {
-  ErrorModel model = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
-  model.of_samples.push_back(model);
-  return model;
+ByFamily<ErrorModel> model_of_both() {
+  const ErrorModel model =
+      handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
+  return {model, model};
 }
 
 TEST(StoredErrorModel, KnowsTheCardAndHandsOverTheBytes) {
-  const ErrorModel model = model_of_both();
+  const ByFamily<ErrorModel> model = model_of_both();
   const std::vector<std::byte> bytes = encoded(model);
   EXPECT_EQ(payload_size(model), bytes.size());
   StoredErrorModel stored;
   ASSERT_TRUE(open_payload(StoredBytes(bytes), stored));
   EXPECT_EQ(card_facts(stored.head, stored.training_row_count),
-            card_facts(model, model.forest.labels.size()));
+            card_facts(model.ranges, model.ranges.forest.labels.size()));
   std::vector<std::byte> back;
   ASSERT_TRUE(visit_payload(stored, [&](std::span<const std::byte> piece) -> Result<void> {
     back.insert(back.end(), piece.begin(), piece.end());
@@ -39,7 +39,7 @@ TEST(StoredErrorModel, KnowsTheCardAndHandsOverTheBytes) {
 TEST(StoredErrorModel, IsRefusedWhereItsHeadIsCut) {
   const std::vector<std::byte> bytes = encoded(model_of_both());
   ByteWriter head;
-  encode_head(model_of_both(), head);
+  encode_head(model_of_both().ranges, head);
   StoredErrorModel stored;
   for (std::size_t size = 0; size < head.bytes().size() + sizeof(std::uint64_t); ++size) {
     const std::vector<std::byte> cut(bytes.begin(),

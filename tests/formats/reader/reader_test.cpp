@@ -129,20 +129,18 @@ LookAnswer brute_force_look(const CompiledMap& map, const Position& position_wor
                       numbers.reason};
   };
   const bool is_near = (range.flags & (kAnswerFar | kAnswerTighterLimit)) == 0;
-  for (const RangeTable& looks : map.ranges.of_samples) {
-    if (!is_near) continue;
+  if (map.looks && is_near) {
+    const auto& [predicted, looks, quality, factors] = *map.looks;
     std::size_t limit = looks.promises.size();
     while (looks.promises[limit - 1].limit_m > limit_m) --limit;
     const std::size_t number = looks.range(range.site, limit - 1);
     const Look& look = looks.looks[number];
-    if (look.range_m > visible_m) continue;
-    const PredictedError& predicted = map.predicted.of_samples.front();
     RangeAnswer numbers = range;
     numbers.flags = looks.flags_of(range.site, limit - 1);
     numbers.reason = looks.reason(range.site, limit - 1);
     numbers.probability = predicted.probability(range.site, number, limit - 1);
     numbers.mean_error_m = predicted.mean(range.site, number);
-    return answer_of(look, numbers);
+    if (look.range_m <= visible_m) return answer_of(look, numbers);
   }
   if (range.range_m > visible_m) {
     range.flags |= kAnswerNotVisible;
@@ -224,7 +222,7 @@ TEST(MapReader, TellsAVehicleThatTracksThePlanAndAnyOtherTheLook) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     Random random(seed);
     const CompiledMap map = random_map({.seed = seed, .site_count = 200, .nd_count = 20});
-    const std::optional<LookPlan>& plan = map.ranges.of_samples.front().plan;
+    const std::optional<LookPlan>& plan = map.looks->ranges.plan;
     const std::vector<std::byte> file = encode_map(map);
     const MapReader reader = value_of(MapReader::open(file, "annealed"));
     for (int i = 0; i < 200; ++i) {
@@ -259,7 +257,7 @@ TEST(MapReader, TellsAVehicleThatTracksThePlanAndAnyOtherTheLook) {
 TEST(MapReader, RefusesAPlanWhoseNumbersMakeNoSense) {
   const auto is_accepted = [](const auto& change) {
     CompiledMap map = random_map({.seed = 2});
-    change(*map.ranges.of_samples.front().plan);
+    change(*map.looks->ranges.plan);
     const std::vector<std::byte> bytes = encode_manifest(map);
     return check_manifest(*flatbuffers::GetRoot<schema::Manifest>(bytes.data())).has_value();
   };

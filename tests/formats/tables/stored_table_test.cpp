@@ -8,7 +8,6 @@
 
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
-#include "formats/annotation/rows_of_kind.h"
 #include "formats/base/random.h"
 #include "formats/tables/stored_table_writer.h"
 #include "tests/support/artifact_checks.h"
@@ -26,7 +25,7 @@ std::vector<Look> two_looks() {
           {.range_m = 100.0, .return_count = 1944, .point_count = 80}};
 }
 
-MeasuredError random_errors(std::size_t site_count, bool has_samples) {
+ByFamily<MeasuredError> random_errors(std::size_t site_count, bool has_samples) {
   Random random(site_count + 1);
   MeasuredError measured;
   measured.drive = "morning";
@@ -44,17 +43,17 @@ MeasuredError random_errors(std::size_t site_count, bool has_samples) {
       table.rows[i].point_count = static_cast<std::uint32_t>(i);
     }
   };
+  ByFamily<MeasuredError> both(measured);
   if (has_samples) {
-    MeasuredError samples = measured;
-    samples.looks = two_looks();
-    fill(samples);
-    measured.of_samples.push_back(std::move(samples));
+    both.samples = measured;
+    both.samples->looks = two_looks();
+    fill(*both.samples);
   }
-  fill(measured);
-  return measured;
+  fill(both.ranges);
+  return both;
 }
 
-FactorTable random_factors(std::size_t site_count, bool has_samples) {
+ByFamily<FactorTable> random_factors(std::size_t site_count, bool has_samples) {
   Random random(site_count + 1);
   const auto table_of = [&](std::vector<Look> looks, std::uint32_t shared_count) {
     FactorTable table;
@@ -66,22 +65,23 @@ FactorTable random_factors(std::size_t site_count, bool has_samples) {
     for (double& value : table.values) value = random.uniform(-1.0, 1.0);
     return table;
   };
-  FactorTable table = table_of(every_return_at({10.0, 20.0}), 0);
-  if (has_samples) table.of_samples.push_back(table_of(two_looks(), 2));
-  return table;
+  ByFamily<FactorTable> both(table_of(every_return_at({10.0, 20.0}), 0));
+  if (has_samples) both.samples = table_of(two_looks(), 2);
+  return both;
 }
 
 template <class X>
-void expect_same_as_whole(const X& whole) {
-  const StoredTable<X> stored = whole;
+void expect_same_as_whole(const ByFamily<X>& whole) {
+  using Stored = ByFamily<StoredTable<X>>;
+  const Stored stored = whole;
   ASSERT_TRUE(validate(stored));
   EXPECT_TRUE(sealed(stored) == to_bytes(whole));
-  EXPECT_TRUE(to_bytes(*stored.whole()) == to_bytes(whole));
+  EXPECT_TRUE(to_bytes(*whole_of(stored)) == to_bytes(whole));
   EXPECT_EQ(payload_size(stored), payload_of(whole).size());
   EXPECT_EQ(dump(stored)->rows, dump(whole).rows);
-  const StoredTable<X> back = value_of(from_stored<StoredTable<X>>(StoredBytes(to_bytes(whole))));
+  const Stored back = value_of(from_stored<Stored>(StoredBytes(to_bytes(whole))));
   EXPECT_TRUE(sealed(back) == to_bytes(whole));
-  EXPECT_TRUE(to_bytes(*back.whole()) == to_bytes(whole));
+  EXPECT_TRUE(to_bytes(*whole_of(back)) == to_bytes(whole));
 }
 
 TEST(StoredTable, HasTheBytesOfTheWholeAndGivesItBack) {
@@ -94,8 +94,8 @@ TEST(StoredTable, HasTheBytesOfTheWholeAndGivesItBack) {
 }
 
 TEST(StoredTable, GivesAnyConsecutiveRows) {
-  const MeasuredError errors = random_errors(700, true);
-  const FactorTable factors = random_factors(700, true);
+  const MeasuredError errors = random_errors(700, false).ranges;
+  const FactorTable factors = *random_factors(700, true).samples;
   const StoredTable<MeasuredError> stored_errors = errors;
   const StoredTable<FactorTable> stored_factors = factors;
   for (const auto& [first, count] :
@@ -109,24 +109,17 @@ TEST(StoredTable, GivesAnyConsecutiveRows) {
     for (std::size_t i = 0; i < count; ++i) {
       EXPECT_EQ(some.scan_of_site[i], errors.scan_of_site[first + i]);
       EXPECT_EQ(some.row(i, 2).mean_m, errors.row(first + i, 2).mean_m);
-      EXPECT_EQ(some.of_samples[0].row(i, 1).max_work,
-                errors.of_samples[0].row(first + i, 1).max_work);
+      EXPECT_EQ(some.row(i, 1).max_work, errors.row(first + i, 1).max_work);
       EXPECT_EQ(of_factors.at(i, 1, 2), factors.at(first + i, 1, 2));
-      EXPECT_EQ(of_factors.of_samples[0].at(i, 1, 2), factors.of_samples[0].at(first + i, 1, 2));
     }
   }
-  MeasuredError ranges = errors;
-  ranges.of_samples.clear();
-  EXPECT_TRUE(to_bytes(*rows_of_kind(stored_errors, false, 0, 700)) == to_bytes(ranges));
-  EXPECT_TRUE(to_bytes(*rows_of_kind(stored_errors, true, 0, 700)) ==
-              to_bytes(errors.of_samples[0]));
 }
 
 // Every third site from the first on, from the second, from the third; and what is left is zero.
 TEST(StoredTable, IsWrittenInAnyOrderInMemoryOrAFile) {
   for (const std::size_t most_in_memory :
        {std::size_t{10}, StoredTableWriter<FactorTable>::kMostInMemory}) {
-    const FactorTable whole = random_factors(600, true);
+    const FactorTable whole = *random_factors(600, true).samples;
     const StoredTable<FactorTable> stored = whole;
     StoredTableWriter<FactorTable> writer(stored.head(), most_in_memory);
     for (const std::size_t from : {2U, 0U, 1U}) {
@@ -135,7 +128,7 @@ TEST(StoredTable, IsWrittenInAnyOrderInMemoryOrAFile) {
     }
     EXPECT_TRUE(sealed(*writer.take()) == to_bytes(whole));
   }
-  const MeasuredError whole = random_errors(600, true);
+  const MeasuredError whole = random_errors(600, false).ranges;
   const StoredTable<MeasuredError> stored = whole;
   StoredTableWriter<MeasuredError> writer(stored.head(), 10);
   const std::vector<std::size_t> sites = {599, 3, 4, 5, 300};
@@ -144,13 +137,12 @@ TEST(StoredTable, IsWrittenInAnyOrderInMemoryOrAFile) {
   const MeasuredError found = *writer.take()->whole();
   for (std::size_t i = 0; i < sites.size(); ++i) {
     EXPECT_EQ(found.row(sites[i], 1).mean_m, some.row(i, 1).mean_m);
-    EXPECT_EQ(found.of_samples[0].row(sites[i], 1).mean_m, some.of_samples[0].row(i, 1).mean_m);
   }
   EXPECT_EQ(found.row(6, 1).mean_m, 0.0);
 }
 
 TEST(StoredTable, ReturnsThatTheDiskIsFull) {
-  const FactorTable whole = random_factors(600, true);
+  const FactorTable whole = random_factors(600, false).ranges;
   const NoLargeFiles full_disk;
   StoredTableWriter<FactorTable> writer(whole, 10);
   writer.put(0, whole);
@@ -161,7 +153,7 @@ TEST(StoredTable, ReturnsThatTheDiskIsFull) {
 }
 
 TEST(StoredTable, OfAFileThatShrankIsNotPrintedButAnError) {
-  ShrinkingFile file(to_bytes(random_factors(600, true)));
+  ShrinkingFile file(to_bytes(random_factors(600, false).ranges));
   const Result<StoredTable<FactorTable>> stored =
       from_stored<StoredTable<FactorTable>>(file.bytes());
   ASSERT_TRUE(stored && dump(*stored));
@@ -169,31 +161,30 @@ TEST(StoredTable, OfAFileThatShrankIsNotPrintedButAnError) {
   EXPECT_EQ(code_of(dump(*stored)), ErrorCode::kCannotRead);
 }
 
-TEST(StoredTable, HasSamplesAtTheSameSites) {
-  FactorTable table = random_factors(3, true);
-  table.of_samples.front() = random_factors(2, false);
-  table.of_samples.front().looks = two_looks();
-  EXPECT_EQ(failure_of(validate(table)).place, "of_samples");
+TEST(ByFamily, HasSamplesAtTheSameSites) {
+  ByFamily<FactorTable> table = random_factors(3, false);
+  table.samples = random_factors(2, true).samples;
+  EXPECT_EQ(failure_of(validate(table)).place, "samples");
 }
 
 template <class X>
-void expect_refuses_what_the_whole_refuses(const X& table) {
+void expect_refuses_what_the_whole_refuses(const ByFamily<X>& table) {
   const std::vector<std::byte> payload = payload_of(table);
   for (std::size_t size = 0; size < payload.size(); ++size) {
     std::vector<std::byte> cut = payload;
     cut.resize(size);
-    StoredTable<X> found;
+    ByFamily<StoredTable<X>> found;
     EXPECT_FALSE(open_payload(StoredBytes(std::move(cut)), found)) << size;
   }
   for (std::size_t bit = 0; bit < 8 * payload.size(); ++bit) {
     std::vector<std::byte> changed = payload;
     changed[bit / 8] ^= std::byte{1} << (bit % 8);
-    X whole;
-    StoredTable<X> found;
+    ByFamily<X> whole;
+    ByFamily<StoredTable<X>> found;
     const bool is_whole = open_payload(StoredBytes(changed), whole).has_value();
     if (!open_payload(StoredBytes(changed), found)) continue;
     EXPECT_TRUE(is_whole) << bit;
-    EXPECT_TRUE(to_bytes(*found.whole()) == to_bytes(whole)) << bit;
+    EXPECT_TRUE(to_bytes(*whole_of(found)) == to_bytes(whole)) << bit;
   }
 }
 
@@ -203,14 +194,14 @@ TEST(StoredTable, RefusesEveryCutAndNoOtherPayloadThanTheWholeDoes) {
 }
 
 TEST(StoredTable, NamesTheSitesAmongWhichAValueIsWrong) {
-  FactorTable table = random_factors(600, false);
+  FactorTable table = random_factors(600, false).ranges;
   table.values[table.values_per_site() * 520] = std::numeric_limits<double>::infinity();
   EXPECT_EQ(failure_of(validate(StoredTable<FactorTable>(table))).place,
             "from site 512 on, site 8");
 }
 
 TEST(MeasuredErrorInPieces, HasTheSameBytesAndRefusesEveryCut) {
-  const MeasuredError table = random_errors(3000, true);
+  const ByFamily<MeasuredError> table = random_errors(3000, true);
   std::vector<std::byte> pieces;
   ASSERT_TRUE(visit_payload(table, [&](std::span<const std::byte> piece) -> Result<void> {
     pieces.insert(pieces.end(), piece.begin(), piece.end());
@@ -218,7 +209,7 @@ TEST(MeasuredErrorInPieces, HasTheSameBytesAndRefusesEveryCut) {
   }));
   EXPECT_TRUE(pieces == payload_of(table));
   EXPECT_EQ(payload_size(table), pieces.size());
-  MeasuredError back;
+  ByFamily<MeasuredError> back;
   ASSERT_TRUE(open_payload(StoredBytes(pieces), back));
   EXPECT_TRUE(to_bytes(back) == to_bytes(table));
   const std::vector<std::byte> small = payload_of(random_errors(2, true));

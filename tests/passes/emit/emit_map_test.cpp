@@ -13,6 +13,7 @@
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -42,11 +43,11 @@ struct Workshop {
     SIGHTLINE_ASSIGN(const MapFile map, emit_map(ctx, options,
                                                  {.nds = nds,
                                                   .sites = made.sites,
-                                                  .predicted = made.predicted,
-                                                  .ranges = made.ranges,
+                                                  .predicted = predicted_of(made),
+                                                  .ranges = choice_of(made),
                                                   .measured = measured,
                                                   .model = packed_model,
-                                                  .factors = made.factors,
+                                                  .factors = factors_of(made),
                                                   .sensor = made.sensor,
                                                   .recordings = recordings,
                                                   .mapping = is_finished ? nullptr : &mapping,
@@ -143,7 +144,7 @@ TEST(EmitMap, KeepsAModelThatCanBeTakenOutOfTheFileAgain) {
   ASSERT_TRUE(map);
   const Result<CompiledMap> read = read_map(encode_map(*map));
   ASSERT_TRUE(read) << to_string(read.error());
-  const Result<ErrorModel> model = model_of(read->model);
+  const Result<ErrorModel> model = of_ranges(model_of(read->model));
   ASSERT_TRUE(model) << to_string(model.error());
   EXPECT_EQ(to_bytes(*model), to_bytes(workshop.model));
   EXPECT_FALSE(read->model.card.empty());

@@ -10,6 +10,7 @@
 #include "passes/model/forest/predict_error.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -23,7 +24,8 @@ const ErrorModel& model() {
     TrainModelOptions options;
     options.trees = 20;
     PassContext ctx;
-    Result<ErrorModel> trained = train_model(ctx, options, places_driven_twice(2, kSmall));
+    Result<ErrorModel> trained =
+        of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall)));
     EXPECT_TRUE(trained.has_value()) << to_string(trained.error());
     return std::move(*trained);
   }();
@@ -50,20 +52,21 @@ CompiledMap annotated(const DrivenPlace& place, bool has_history) {
   PassContext ctx;
   CompiledMap map;
   map.sites = place.sites;
-  map.factors = has_history ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
+  const ByFamily<MeasuredError> first(place.drives[0]);
+  map.factors =
+      has_history ? of_ranges(with_measured_columns(place.factors, first)) : place.factors;
   map.factors = with_own_error(map.factors, place.drives[0]);
   const Result<PredictedError> predicted =
-      has_history ? predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings,
-                                  &place.drives[0])
-                  : predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings);
+      of_ranges(predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings,
+                              has_history ? &first : nullptr));
   EXPECT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
   const Result<RangeTable> ranges =
-      choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors);
+      of_ranges(choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors));
   EXPECT_TRUE(ranges.has_value()) << to_string(ranges.error());
   map.ranges = *ranges;
   map.model = record_of(model());
-  map.quality = quality_of(map, MeasuredError{});
+  map.quality = quality_of(map.predicted, map.ranges, nullptr);
   return map;
 }
 
@@ -103,17 +106,17 @@ TEST(ProveAnnotation, MakesThemAgainWithWhatSeveralDrivesMeasured) {
   const MeasuredDrives history{{place.drives[0], place.drives[1], place.drives[3]}, {0, 1, 3}, 4};
   PassContext ctx;
   CompiledMap map = annotated(place, false);
-  const Result<PredictedError> predicted = predict_error(
-      ctx, {}, model(), place.sites, place.factors, place.recordings, nullptr, &history);
+  const Result<PredictedError> predicted = of_ranges(predict_error(
+      ctx, {}, model(), place.sites, place.factors, place.recordings, nullptr, &history));
   ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
   const Result<FactorTable> factors =
-      add_history(ctx, {}, map.factors, history, *predicted, model(), place.recordings);
+      of_ranges(add_history(ctx, {}, map.factors, history, *predicted, model(), place.recordings));
   ASSERT_TRUE(factors.has_value());
   map.factors = *factors;
   EXPECT_EQ(map.factors.factors.back(), "measured_is_independent[3]");
-  map.ranges = *choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors);
-  map.quality = quality_of(map, MeasuredError{});
+  map.ranges = *of_ranges(choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors));
+  map.quality = quality_of(map.predicted, map.ranges, nullptr);
   const Result<AnnotationProof> proof = prove(map);
   ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
   EXPECT_EQ(proof->history_count, 120u);

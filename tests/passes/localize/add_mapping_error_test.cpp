@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tests/support/synthetic_drive.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -31,8 +32,9 @@ Added added(const SyntheticDrive& drive, const std::string& localizing_sensor = 
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const SensorProfile mapping_sensor = *sensor_profile("vlp-16");
-  Result<FactorTable> table = whole_rows(add_mapping_error(
-      ctx, {}, drive.factors, drive.measured, &mapping_sensor, *sensor_profile(localizing_sensor)));
+  Result<FactorTable> table =
+      of_ranges(whole_rows(add_mapping_error(ctx, {}, drive.factors, drive.measured,
+                                             &mapping_sensor, *sensor_profile(localizing_sensor))));
   return {std::move(table), std::move(warnings)};
 }
 
@@ -88,8 +90,8 @@ TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
 TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsEvidenceAndNothingToLearnFrom) {
   const SyntheticDrive drive = small_drive();
   PassContext ctx;
-  const Result<FactorTable> table = whole_rows(add_mapping_error(
-      ctx, {}, drive.factors, drive.measured, nullptr, *sensor_profile("vlp-16")));
+  const Result<FactorTable> table = of_ranges(whole_rows(add_mapping_error(
+      ctx, {}, drive.factors, drive.measured, nullptr, *sensor_profile("vlp-16"))));
   ASSERT_TRUE(table.has_value());
   for_each_row(*table, drive.factors,
                [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
@@ -100,24 +102,26 @@ TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsEvidenceAndNothingToLearnFrom
 }
 
 TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
-  SyntheticDrive drive = small_drive();
+  const SyntheticDrive drive = small_drive();
   const std::vector<Look> looks = {{.range_m = 100.0, .return_count = 650, .point_count = 40},
                                    {.range_m = 100.0, .return_count = 1944, .point_count = 80}};
-  drive.measured.of_samples = {drive.measured};
-  drive.measured.of_samples.front().looks = looks;
-  for (ErrorRow& row : drive.measured.of_samples.front().rows) row.from_given_m *= 0.1;
-  const auto [table, warnings] = added(drive);
+  MeasuredError measured = drive.measured;
+  measured.looks = looks;
+  for (ErrorRow& row : measured.rows) row.from_given_m *= 0.1;
+  const SensorProfile sensor = *sensor_profile("vlp-16");
+  const ByFamily<StoredTable<MeasuredError>> own(drive.measured, measured);
+  const Result<ByFamily<FactorTable>> table =
+      whole_rows(add_mapping_error(TestContext(), {}, drive.factors, own, &sensor, sensor));
   ASSERT_TRUE(table.has_value());
   ASSERT_TRUE(validate(*table).has_value());
-  ASSERT_EQ(table->of_samples.size(), 1U);
-  const FactorTable& samples = table->of_samples.front();
+  ASSERT_TRUE(table->samples.has_value());
+  const FactorTable& samples = *table->samples;
   EXPECT_EQ(samples.looks, looks);
   EXPECT_EQ(samples.shared_count, drive.factors.factors.size()) << "not once for each look";
   const auto at = [&](std::size_t site, std::size_t look, const std::string& name) {
     const auto found = std::ranges::find(samples.factors, name);
     return samples.at(site, look, static_cast<std::size_t>(found - samples.factors.begin()));
   };
-  const MeasuredError& measured = drive.measured.of_samples.front();
   for (std::size_t site = 0; site < samples.site_count; ++site) {
     const double errors_m[] = {measured.row(site, 0).from_given_m,
                                measured.row(site, 1).from_given_m};
@@ -159,8 +163,8 @@ TEST(AddMappingError, WhatWasSimulatedStandsForBothAndSaysSo) {
   simulated.reference = ErrorReference::kSimulated;
   simulated.scan_of_site[2] = 2;
   PassContext ctx;
-  const Result<FactorTable> table = whole_rows(
-      add_mapping_error(ctx, {}, drive.factors, simulated, nullptr, *sensor_profile("vlp-16")));
+  const Result<FactorTable> table = of_ranges(whole_rows(
+      add_mapping_error(ctx, {}, drive.factors, simulated, nullptr, *sensor_profile("vlp-16"))));
   ASSERT_TRUE(table.has_value()) << to_string(table.error());
   ASSERT_TRUE(validate(*table).has_value());
   EXPECT_TRUE(is_simulated(*table));

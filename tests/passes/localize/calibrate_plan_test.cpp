@@ -17,8 +17,8 @@ CalibratePlanOptions half_metre_voxels() {
   return options;
 }
 
-Result<CalibratedPlan> calibrate(const CalibratePlanOptions& options, const RangeTable& ranges,
-                                 int threads = 1) {
+Result<CalibratedPlan> calibrate(const CalibratePlanOptions& options,
+                                 const ByFamily<RangeTable>& ranges, int threads = 1) {
   return calibrate_plan(TestContext(threads), options, street().second.drive, street().second.truth,
                         street().map, street().sites, ranges);
 }
@@ -77,7 +77,8 @@ TEST(CalibratePlan, MatchesEveryScanFromWhereTheTwoBeforeItForetellIt) {
 
 TEST(CalibratePlan, FindsAgainWhatDependsOnNothingNew) {
   KeptParts kept;
-  const auto calibrated = [&](const TestDrive& drive, const NdtMap& map, const RangeTable& ranges) {
+  const auto calibrated = [&](const TestDrive& drive, const NdtMap& map,
+                              const ByFamily<RangeTable>& ranges) {
     PassContext ctx = kept.context();
     return to_bytes(*calibrate_plan(ctx, half_metre_voxels(), drive.drive, drive.truth, map,
                                     street().sites, ranges));
@@ -112,8 +113,8 @@ TEST(CalibratePlan, HasNoPlanWithoutLooks) {
 }
 
 TEST(CalibratePlan, RefusesWhatDoesNotBelongTogether) {
-  RangeTable fewer = ranges_with_looks({});
-  fewer.site_count = 3;
+  ByFamily<RangeTable> fewer = ranges_with_looks({});
+  fewer.ranges.site_count = 3;
   EXPECT_EQ(failure_of(calibrate(half_metre_voxels(), fewer)).code, ErrorCode::kMismatchedInputs);
 }
 

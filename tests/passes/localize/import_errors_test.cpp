@@ -6,6 +6,7 @@
 
 #include "passes/localize/measure_error.h"
 #include "tests/support/value_of.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -64,7 +65,8 @@ Result<MeasuredError> import(const World& world, const OutsideErrors& outside,
   ctx.warning_sink = [&](const std::string& warning) {
     if (warnings != nullptr) warnings->push_back(warning);
   };
-  return import_errors(ctx, options, outside, world.drive, world.trajectory, world.sites);
+  return of_ranges(
+      import_errors(ctx, options, outside, world.drive, world.trajectory, world.sites));
 }
 
 TEST(ImportErrors, GivesEachSiteTheErrorsOfItsScanOverAllStarts) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tests/support/synthetic_places.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -41,7 +42,7 @@ std::vector<const X*> pointers_to(const std::vector<X>& all) {
 }
 
 Result<MeasuredDrives> join(PassContext& ctx, const std::vector<Drive>& drives,
-                            const std::vector<MeasuredError>& errors) {
+                            const std::vector<ByFamily<MeasuredError>>& errors) {
   return join_errors(ctx, {}, pointers_to(drives), pointers_to(errors));
 }
 
@@ -54,7 +55,7 @@ TEST(JoinErrors, KeepsEachDriveAsItIs) {
   ASSERT_TRUE(three.has_value()) << to_string(three.error());
   ASSERT_EQ(three->drives.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(to_bytes(three->drives[i]), to_bytes(place.drives[i]));
+    EXPECT_EQ(to_bytes(three->drives[i].ranges), to_bytes(place.drives[i]));
   }
   EXPECT_EQ(three->numbers, (std::vector<std::uint32_t>{0, 1, 2}));
   EXPECT_TRUE(warned.warnings.empty());
@@ -113,9 +114,9 @@ TEST(PoolErrors, LetsTheDrivesSpeakInTurn) {
   for (MeasuredError& drive : place.drives) {
     for (std::size_t look = 0; look < 2; ++look) drive.rows[10 + look] = ErrorRow{};
   }
-  const MeasuredDrives measured{place.drives, {0, 1, 2}, 3};
+  const MeasuredDrives measured{{place.drives.begin(), place.drives.end()}, {0, 1, 2}, 3};
   PassContext ctx;
-  const Result<MeasuredError> pooled = pool_errors(ctx, {}, measured);
+  const Result<MeasuredError> pooled = of_ranges(pool_errors(ctx, {}, measured));
   ASSERT_TRUE(pooled.has_value()) << to_string(pooled.error());
   ASSERT_TRUE(validate(*pooled).has_value());
   EXPECT_EQ(pooled->drive, "synthetic, again, drive 3");
@@ -134,7 +135,7 @@ TEST(PoolErrors, LetsTheDrivesSpeakInTurn) {
 
 TEST(PoolErrors, RefusesWhereNoDriveIsLeft) {
   PassContext ctx;
-  const Result<MeasuredError> pooled = pool_errors(ctx, {}, {{}, {}, 2});
+  const Result<MeasuredError> pooled = of_ranges(pool_errors(ctx, {}, {{}, {}, 2}));
   ASSERT_FALSE(pooled.has_value());
   EXPECT_EQ(pooled.error().code, ErrorCode::kNoOverlap);
 }

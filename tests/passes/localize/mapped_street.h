@@ -53,13 +53,13 @@ inline const Street& street() {
 }
 
 // The street's ranges, with two looks: the denser one from site 4 on.
-inline RangeTable ranges_with_looks(std::optional<LookPlan> plan) {
-  RangeTable ranges = street().ranges;
-  RangeTable looks = ranges;
+inline ByFamily<RangeTable> ranges_with_looks(std::optional<LookPlan> plan) {
+  ByFamily<RangeTable> ranges(street().ranges);
+  RangeTable looks = ranges.ranges;
   looks.looks = {{.range_m = 30.0, .return_count = 300, .point_count = 60},
                  {.range_m = 30.0, .return_count = 800, .point_count = 150}};
   looks.plan = std::move(plan);
-  ranges.of_samples = {looks};
+  ranges.samples = std::move(looks);
   return ranges;
 }
 

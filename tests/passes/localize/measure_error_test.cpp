@@ -16,6 +16,7 @@
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/random_scene.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -79,12 +80,25 @@ MeasureErrorOptions two_looks() {
   return options;
 }
 
-Result<MeasuredError> measure(const World& world, const MeasureErrorOptions& options,
-                              int threads = 1) {
+Result<ByFamily<MeasuredError>> measure_both(const World& world, const MeasureErrorOptions& options,
+                                             int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
   return whole_rows(
       measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
+}
+
+Result<MeasuredError> measure(const World& world, const MeasureErrorOptions& options,
+                              int threads = 1) {
+  return of_ranges(measure_both(world, options, threads));
+}
+
+// Times are the only numbers that differ from run to run.
+std::vector<std::byte> bytes_without_times(ByFamily<MeasuredError> measured) {
+  visit_families(measured, [](MeasuredError& of_family) {
+    for (ErrorRow& row : of_family.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+  });
+  return to_bytes(measured);
 }
 
 TEST(MeasureError, StartsFromTheTwelveOffsetsOfTheDefinition) {
@@ -201,8 +215,8 @@ TEST(MeasureError, KnowsNoPoseOfADriveThatWasPlacedByMatchingAndSaysSo) {
   std::string warning;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warning = message; };
-  const Result<MeasuredError> measured = whole_rows(
-      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
+  const Result<MeasuredError> measured = of_ranges(whole_rows(
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites)));
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
   EXPECT_NE(warning.find("has no known poses"), std::string::npos) << warning;
@@ -245,18 +259,19 @@ double mean_alone_m(const World& world, const MeasureErrorOptions& options, cons
 TEST(MeasureError, StartsThatShareClimbsEndNearWhereEachEndsAlone) {
   const World world = make_world();
   const MeasureErrorOptions options = two_looks();
-  const Result<MeasuredError> measured = measure(world, options);
-  ASSERT_TRUE(measured.has_value());
+  const Result<ByFamily<MeasuredError>> both = measure_both(world, options);
+  ASSERT_TRUE(both.has_value());
+  const auto& [measured, samples] = *both;
   const Localizer own = make_localizer(world.map, localizer_options(options.localizer));
   bool differs = false;
   for (std::size_t site = 0; site < world.sites.sites.size(); ++site) {
     for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
       const double alone_m =
           mean_alone_m(world, options, own, every_return(options.ranges_m[range]), site);
-      EXPECT_NEAR(measured->row(site, range).mean_m, alone_m, 0.005);
-      differs = differs || std::abs(measured->row(site, range).mean_m - alone_m) > 1e-12;
+      EXPECT_NEAR(measured.row(site, range).mean_m, alone_m, 0.005);
+      differs = differs || std::abs(measured.row(site, range).mean_m - alone_m) > 1e-12;
     }
-    EXPECT_NEAR(measured->of_samples.front().row(site, 0).mean_m,
+    EXPECT_NEAR(samples->row(site, 0).mean_m,
                 mean_alone_m(world, options, own, options.looks.front(), site), 1e-12)
         << "a cut that depends on its start is its own";
   }
@@ -271,8 +286,8 @@ TEST(MeasureError, CountsSitesWithoutAScan) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   ctx.progress_sink = [&](std::size_t done, std::size_t) { last_done = done; };
-  const Result<MeasuredError> measured = whole_rows(
-      measure_error(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites));
+  const Result<MeasuredError> measured = of_ranges(whole_rows(
+      measure_error(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites)));
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->scan_of_site[2], -1);
   EXPECT_EQ(measured->row(2, 1).point_count, 0u);
@@ -314,16 +329,10 @@ class LimitedStore : public ScanStore {
 TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
   World world = make_world();
   for (std::size_t i = 9; i < 40; ++i) world.sites.sites.push_back(world.sites.sites[i % 9]);
-  const auto bytes_of = [](MeasuredError measured) {
-    for (MeasuredError* part : {&measured, &measured.of_samples.front()}) {
-      for (ErrorRow& row : part->rows) row.mean_time_ms = row.max_time_ms = 0.0;
-    }
-    return to_bytes(measured);
-  };
   MeasureErrorOptions options = two_looks();
   options.reference = ErrorReference::kKnownPose;
   options.ranges_m = {6.0};
-  const std::vector<std::byte> expected = bytes_of(*measure(world, options));
+  const std::vector<std::byte> expected = bytes_without_times(*measure_both(world, options));
   std::map<std::size_t, std::vector<std::byte>> parts;
   PassContext ctx;
   ctx.saved_part = [&](const PartName& part) -> std::optional<std::vector<std::byte>> {
@@ -336,7 +345,7 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
     const auto store = std::make_shared<LimitedStore>(world.drive.store, reads);
     Drive drive = world.drive;
     drive.store = store;
-    const Result<MeasuredError> measured =
+    const Result<ByFamily<MeasuredError>> measured =
         whole_rows(measure_error(ctx, options, drive, world.trajectory, world.map, world.sites));
     return std::make_pair(measured, store->left());
   };
@@ -345,12 +354,12 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
   const auto [resumed, left] = run(100);
   ASSERT_TRUE(resumed.has_value());
   EXPECT_EQ(left, 92) << "only the third part was measured anew";
-  EXPECT_EQ(bytes_of(*resumed), expected);
+  EXPECT_EQ(bytes_without_times(*resumed), expected);
   parts[1][parts[1].size() / 2] ^= std::byte{1};
   const auto [repaired, left_after] = run(100);
   ASSERT_TRUE(repaired.has_value());
   EXPECT_EQ(left_after, 84) << "a damaged part is measured anew";
-  EXPECT_EQ(bytes_of(*repaired), expected);
+  EXPECT_EQ(bytes_without_times(*repaired), expected);
 }
 
 // Parts are known by what they depend on: their scans, these scans' poses, and the NDs in reach.
@@ -384,8 +393,8 @@ TEST(MeasureError, MakesOnlyThePartsAnewThatAChangeReaches) {
   KeptParts kept;
   const auto run = [&] {
     PassContext ctx = kept.context();
-    MeasuredError measured = *whole_rows(
-        measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
+    MeasuredError measured = *of_ranges(whole_rows(
+        measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites)));
     for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
     return to_bytes(measured);
   };
@@ -411,33 +420,27 @@ TEST(MeasureError, MakesOnlyThePartsAnewThatAChangeReaches) {
 TEST(MeasureError, MeasuresLooksThatTakeASampleBesideTheRanges) {
   const World world = make_world();
   const Result<MeasuredError> ranges = measure(world, two_ranges());
-  const Result<MeasuredError> both = measure(world, two_looks());
-  ASSERT_TRUE(both.has_value()) << to_string(both.error());
-  ASSERT_TRUE(validate(*both).has_value());
-  ASSERT_EQ(both->of_samples.size(), 1U);
-  const MeasuredError& samples = both->of_samples.front();
+  const ByFamily<MeasuredError> both = value_of(measure_both(world, two_looks()));
+  ASSERT_TRUE(validate(both).has_value());
+  ASSERT_TRUE(both.samples.has_value());
+  const MeasuredError& samples = *both.samples;
   EXPECT_EQ(samples.looks, two_looks().looks);
-  EXPECT_EQ(samples.scan_of_site, both->scan_of_site);
-  for (std::size_t site = 0; site < both->scan_of_site.size(); ++site) {
-    for (std::size_t range = 0; range < both->looks.size(); ++range) {
-      EXPECT_EQ(both->row(site, range).mean_m, ranges->row(site, range).mean_m)
+  EXPECT_EQ(samples.scan_of_site, both.ranges.scan_of_site);
+  for (std::size_t site = 0; site < both.ranges.scan_of_site.size(); ++site) {
+    for (std::size_t range = 0; range < both.ranges.looks.size(); ++range) {
+      EXPECT_EQ(both.ranges.row(site, range).mean_m, ranges->row(site, range).mean_m)
           << "a range is what it is, whatever looks stand beside it";
     }
     EXPECT_EQ(samples.row(site, 0).point_count, 100U);
     EXPECT_LT(samples.row(site, 0).mean_m, 0.1) << "the room is seen whole";
-    EXPECT_LT(samples.row(site, 0).mean_work, both->row(site, 1).mean_work);
+    EXPECT_LT(samples.row(site, 0).mean_work, both.ranges.row(site, 1).mean_work);
   }
 }
 
 TEST(MeasureError, MeasuresLooksAlikeForAnyNumberOfThreads) {
-  const auto bytes_of = [](MeasuredError measured) {
-    for (MeasuredError* part : {&measured, &measured.of_samples.front()}) {
-      for (ErrorRow& row : part->rows) row.mean_time_ms = row.max_time_ms = 0.0;
-    }
-    return to_bytes(measured);
-  };
   const World world = make_world();
-  EXPECT_EQ(bytes_of(*measure(world, two_looks(), 1)), bytes_of(*measure(world, two_looks(), 3)));
+  EXPECT_EQ(bytes_without_times(*measure_both(world, two_looks(), 1)),
+            bytes_without_times(*measure_both(world, two_looks(), 3)));
 }
 
 TEST(MeasureError, TakesEveryReturnWithinARangeWhereThePapersProtocolIsAsked) {
@@ -523,8 +526,8 @@ TEST(MeasureError, OfALaterDriveThatIsNowhereNearIsEmpty) {
   MeasureErrorOptions options = two_ranges();
   options.may_be_elsewhere = true;
   PassContext ctx;
-  const Result<MeasuredError> measured = whole_rows(
-      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
+  const Result<MeasuredError> measured = of_ranges(whole_rows(
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites)));
   ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
   ASSERT_TRUE(validate(*measured).has_value());
   EXPECT_EQ(measured->scan_of_site,

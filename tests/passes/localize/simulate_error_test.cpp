@@ -67,31 +67,33 @@ SimulateErrorOptions few_looks() {
   return options;
 }
 
-Result<MeasuredError> simulated(const SimulateErrorOptions& options, int threads = 1) {
+Result<ByFamily<MeasuredError>> simulated(const SimulateErrorOptions& options, int threads = 1) {
   const Scene& at = scene();
   return whole_rows(
       simulate_error(TestContext(threads), options, at.surface, at.map, at.sites, at.sensor));
 }
 
 // Times are the only numbers that differ from run to run.
-MeasuredError without_times(MeasuredError measured) {
-  for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
-  for (MeasuredError& samples : measured.of_samples) samples = without_times(std::move(samples));
+ByFamily<MeasuredError> without_times(ByFamily<MeasuredError> measured) {
+  visit_families(measured, [](MeasuredError& of_family) {
+    for (ErrorRow& row : of_family.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+  });
   return measured;
 }
 
 TEST(SimulateError, FindsEverySiteAgainAndSaysThatNobodyMeasured) {
-  const MeasuredError found = value_of(simulated(few_looks()));
-  ASSERT_TRUE(validate(found).has_value());
+  const ByFamily<MeasuredError> both = value_of(simulated(few_looks()));
+  ASSERT_TRUE(validate(both).has_value());
+  const auto& [found, samples] = both;
   EXPECT_EQ(found.reference, ErrorReference::kSimulated);
   EXPECT_EQ(found.drive, "simulated");
   EXPECT_EQ(found.matching.localizer.name, "searching");
   ASSERT_EQ(found.rows.size(), 4U * 2U);
-  ASSERT_EQ(found.of_samples.size(), 1U);
+  ASSERT_TRUE(samples.has_value());
   for (std::size_t site = 0; site < 4; ++site) {
     EXPECT_LT(found.row(site, 1).mean_m, 0.1);
     EXPECT_GT(found.row(site, 1).mean_m, 0.0) << "noise and relief are never 0";
-    EXPECT_LT(found.of_samples[0].row(site, 0).mean_m, 0.2);
+    EXPECT_LT(samples->row(site, 0).mean_m, 0.2);
   }
 }
 
@@ -106,7 +108,7 @@ TEST(SimulateError, ErrorsGrowWithTheDisturbance) {
   for (const double noise_m : {0.0, 0.1, 0.4}) {
     SimulateErrorOptions options = few_looks();
     options.range_noise_m = options.relief_m = noise_m;
-    const MeasuredError found = value_of(simulated(options));
+    const MeasuredError found = value_of(simulated(options)).ranges;
     double sum_m = 0.0;
     for (std::size_t site = 0; site < 4; ++site) sum_m += found.row(site, 1).mean_m;
     EXPECT_GT(sum_m, before_m) << noise_m;
@@ -118,9 +120,9 @@ TEST(SimulateError, HiddenSidesAndMissingReturnsAreMissing) {
   SimulateErrorOptions options = few_looks();
   options.hidden_deg = 0.0;
   options.missing_share = 0.0;
-  const std::uint32_t whole = simulated(options)->row(0, 1).point_count;
+  const std::uint32_t whole = simulated(options)->ranges.row(0, 1).point_count;
   options.hidden_deg = 180.0;
-  const std::uint32_t half = simulated(options)->row(0, 1).point_count;
+  const std::uint32_t half = simulated(options)->ranges.row(0, 1).point_count;
   EXPECT_LT(half, 0.8 * whole);
   EXPECT_GT(half, 0.2 * whole);
 }
@@ -174,9 +176,9 @@ TEST(SimulateError, TakesWhatTheSensorSeesOfATurnAlone) {
     for (Site& site : at.sites.sites) {
       site.T_map_vehicle.rotate(Eigen::AngleAxisd(turned_rad, Eigen::Vector3d::UnitZ()));
     }
-    const MeasuredError found = value_of(whole_rows(
+    const ByFamily<MeasuredError> found = value_of(whole_rows(
         simulate_error(TestContext(), options, at.surface, at.map, at.sites, at.sensor)));
-    return found.row(0, 1).point_count;
+    return found.ranges.row(0, 1).point_count;
   };
   const std::uint32_t whole = points_of(360.0, 0.0);
   std::uint32_t sum = 0;

@@ -56,7 +56,7 @@ TEST(TrackDrive, LooksUpTheRangeWhereItExpectsToBe) {
   }
 }
 
-Result<DriveTracks> track_by(const RangeTable& ranges) {
+Result<DriveTracks> track_by(const ByFamily<RangeTable>& ranges) {
   return track_drive(TestContext(), near_starts(), street().second.drive, street().second.truth,
                      street().map, street().sites, ranges);
 }
@@ -94,7 +94,7 @@ TEST(TrackDrive, ThePlanBeginsWithThePlacesLookWhereThatIsCheaper) {
   const auto work_of = [&](std::size_t scan) { return trusted.step(2, scan).work; };
   // 60 points before site 4, then the plan's own 100, since the place's 150 are dearer.
   LookPlan alone = street_plan(false);
-  alone.first = ranges_with_looks({}).of_samples.front().looks[0];
+  alone.first = ranges_with_looks({}).samples->looks[0];
   const Result<DriveTracks> cheap = track_by(ranges_with_looks(alone));
   EXPECT_EQ(work_of(5), cheap->step(2, 5).work);
   EXPECT_NE(work_of(14), cheap->step(2, 14).work);

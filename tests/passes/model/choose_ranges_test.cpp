@@ -4,6 +4,7 @@
 
 #include "tests/passes/model/honest_model.h"
 #include "tests/support/test_context.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -62,8 +63,8 @@ TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
 TEST(ChooseRanges, FallsBackToTheMostProbableRangeAndSaysSo) {
   TestContext ctx;
   const ErrorModel model = five_sites();
-  ASSERT_TRUE(choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold,
-                            model, demanding_factors(model))
+  ASSERT_TRUE(of_ranges(choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model),
+                                      model.out_of_fold, model, demanding_factors(model)))
                   .has_value());
   ASSERT_EQ(ctx.warnings.size(), 2u);
   EXPECT_EQ(ctx.warnings[0],
@@ -144,8 +145,8 @@ TEST(ChooseRanges, SaysSimulatedWhereNoScanWasEverSeen) {
   predicted.out_of_fold[0] = 1;  // a drive was measured here
   const ChooseRangesOptions options = with(RiskControl::kConformal);
   const auto chosen = [&] {
-    return *choose_ranges(TestContext(), options, sites_of(model), predicted, model,
-                          simulated_factors(model));
+    return *of_ranges(choose_ranges(TestContext(), options, sites_of(model), predicted, model,
+                                    simulated_factors(model)));
   };
   const RangeTable table = chosen();
   ASSERT_TRUE(validate(table).has_value());
@@ -164,8 +165,8 @@ TEST(ChooseRanges, PromisesNothingOfSimulatedPlacesByAModelThatNeverSawSuch) {
   const ChooseRangesOptions options = with(RiskControl::kConformal);
   ASSERT_TRUE(choose(model, options)->promises[0].is_earned);
   const auto promise = [&] {
-    return choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model,
-                         simulated_factors(model))
+    return of_ranges(choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold,
+                                   model, simulated_factors(model)))
         ->promises[0];
   };
   EXPECT_FALSE(promise().is_earned);

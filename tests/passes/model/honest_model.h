@@ -7,6 +7,7 @@
 #include "passes/model/choose_ranges.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/test_context.h"
+#include "tests/support/whole_rows.h"
 
 // A long model to calibrate on, and what choose_ranges makes of it.
 
@@ -39,8 +40,8 @@ inline ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
 // With own scans that ask for the longest range everywhere.
 inline Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options,
                                  const PredictedError& predicted) {
-  return choose_ranges(TestContext(), options, sites_of(model), predicted, model,
-                       demanding_factors(model));
+  return of_ranges(choose_ranges(TestContext(), options, sites_of(model), predicted, model,
+                                 demanding_factors(model)));
 }
 
 inline Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {

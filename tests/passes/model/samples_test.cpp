@@ -5,7 +5,6 @@
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/test_context.h"
-#include "tests/support/train_on_place.h"
 
 // Looks that take a sample are learnt, predicted and chosen by the same code as ranges, each table
 // in its turn: neither changes the other.
@@ -36,104 +35,110 @@ SyntheticDrive by_ranges() {
   return drive;
 }
 
-SyntheticDrive by_both() {
-  SyntheticDrive drive = by_ranges();
+// By both families.
+struct Street {
+  Sites sites;
+  ByFamily<FactorTable> factors;
+  ByFamily<MeasuredError> measured;
+};
+
+Street street_of(const SyntheticDrive& drive) {
+  return {drive.sites, drive.factors, drive.measured};
+}
+
+Street by_both() {
+  Street street = street_of(by_ranges());
   SyntheticDrive samples = by_samples();
   samples.factors.factors.back() = "own_error";
-  drive.factors.of_samples = {samples.factors};
-  drive.measured.of_samples = {samples.measured};
-  return drive;
+  street.factors.samples = samples.factors;
+  street.measured.samples = samples.measured;
+  return street;
 }
 
-ErrorModel model_of(const SyntheticDrive& drive) {
+ByFamily<ErrorModel> model_of(const Street& street) {
   TrainModelOptions options;
   options.trees = 20;
-  return value_of(train_on_place(TestContext(), options, place_of(drive)));
+  return value_of(train_model_here(TestContext(), options, street.sites, street.factors,
+                                   street.measured, synthetic_recordings(0)));
 }
 
-PredictedError predicted_by(const ErrorModel& model, const SyntheticDrive& drive) {
-  return value_of(
-      predict_error(TestContext(), {}, model, drive.sites, drive.factors, synthetic_recordings(0)));
+ByFamily<PredictedError> predicted_by(const ByFamily<ErrorModel>& model, const Street& street) {
+  return value_of(predict_error(TestContext(), {}, model, street.sites, street.factors,
+                                synthetic_recordings(0)));
 }
 
 TEST(Samples, AreLearntBesideTheRangesAndChangeNothingOfThem) {
-  const ErrorModel both = model_of(by_both());
+  const ByFamily<ErrorModel> both = model_of(by_both());
   ASSERT_TRUE(validate(both).has_value());
-  ASSERT_EQ(both.of_samples.size(), 1U);
-  ErrorModel ranges = both;
-  ranges.of_samples.clear();
-  EXPECT_EQ(to_bytes(ranges), to_bytes(model_of(by_ranges())));
+  ASSERT_TRUE(both.samples.has_value());
+  EXPECT_EQ(to_bytes(both.ranges), to_bytes(model_of(street_of(by_ranges())).ranges));
   SyntheticDrive samples = by_samples();
   samples.factors.factors.back() = "own_error";
-  EXPECT_EQ(to_bytes(both.of_samples.front()), to_bytes(model_of(samples)));
+  EXPECT_EQ(to_bytes(*both.samples), to_bytes(model_of(street_of(samples)).ranges));
 }
 
 TEST(Samples, AreNotLearntWhereAPlaceKnowsNothingOfThem) {
-  SyntheticDrive drive = by_both();
-  drive.measured.of_samples.clear();
-  EXPECT_TRUE(model_of(drive).of_samples.empty());
+  Street street = by_both();
+  street.measured.samples.reset();
+  EXPECT_FALSE(model_of(street).samples.has_value());
 }
 
 TEST(Samples, ArePredictedByTheirOwnModel) {
-  const SyntheticDrive drive = by_both();
-  const ErrorModel model = model_of(drive);
-  const PredictedError predicted = predicted_by(model, drive);
+  const Street street = by_both();
+  const ByFamily<ErrorModel> model = model_of(street);
+  const ByFamily<PredictedError> predicted = predicted_by(model, street);
   ASSERT_TRUE(validate(predicted).has_value());
-  ASSERT_EQ(predicted.of_samples.size(), 1U);
-  EXPECT_EQ(predicted.of_samples.front().looks, three_looks());
-  SyntheticDrive samples = drive;
-  samples.factors = drive.factors.of_samples.front();
-  EXPECT_EQ(to_bytes(predicted.of_samples.front()),
-            to_bytes(predicted_by(model.of_samples.front(), samples)));
+  ASSERT_TRUE(predicted.samples.has_value());
+  EXPECT_EQ(predicted.samples->looks, three_looks());
+  Street samples = street;
+  samples.factors = *street.factors.samples;
+  EXPECT_EQ(to_bytes(*predicted.samples), to_bytes(predicted_by(*model.samples, samples).ranges));
 }
 
 // What is seen 100 m away may be another thing where all within the ranges is as it was.
 TEST(Samples, AndRangesKnowASiteAsTheModelsOwnOrNeitherDoes) {
-  SyntheticDrive drive = by_both();
-  const ErrorModel model = model_of(drive);
-  FactorTable& samples = drive.factors.of_samples.front();
+  Street street = by_both();
+  const ByFamily<ErrorModel> model = model_of(street);
+  FactorTable& ranges = street.factors.ranges;
+  FactorTable& samples = *street.factors.samples;
   samples.values[samples.shape().size(5)] += 0.01;
-  drive.factors.values[drive.factors.shape().size(9)] += 0.01;
-  const PredictedError predicted = predicted_by(model, drive);
+  ranges.values[ranges.shape().size(9)] += 0.01;
+  const ByFamily<PredictedError> predicted = predicted_by(model, street);
   std::vector<std::uint8_t> own(kSmall.site_count, 1);
   own[5] = own[9] = 0;
-  EXPECT_EQ(predicted.out_of_fold, own);
-  EXPECT_EQ(predicted.of_samples.front().out_of_fold, own);
+  EXPECT_EQ(predicted.ranges.out_of_fold, own);
+  EXPECT_EQ(predicted.samples->out_of_fold, own);
 }
 
 TEST(Samples, AreChosenFromTheirOwnPredictions) {
-  const SyntheticDrive drive = by_both();
-  const ErrorModel model = model_of(drive);
-  const PredictedError predicted = predicted_by(model, drive);
+  const Street street = by_both();
+  const ByFamily<ErrorModel> model = model_of(street);
+  const ByFamily<PredictedError> predicted = predicted_by(model, street);
   PassContext ctx;
-  const RangeTable table =
-      value_of(choose_ranges(ctx, {}, drive.sites, predicted, model, drive.factors));
+  const ByFamily<RangeTable> table =
+      value_of(choose_ranges(ctx, {}, street.sites, predicted, model, street.factors));
   ASSERT_TRUE(validate(table).has_value());
-  ASSERT_EQ(table.of_samples.size(), 1U);
-  const RangeTable alone =
-      value_of(choose_ranges(ctx, {}, drive.sites, predicted.of_samples.front(),
-                             model.of_samples.front(), drive.factors.of_samples.front()));
-  EXPECT_EQ(to_bytes(table.of_samples.front()), to_bytes(alone));
+  ASSERT_TRUE(table.samples.has_value());
+  const ByFamily<RangeTable> alone = value_of(choose_ranges(
+      ctx, {}, street.sites, *predicted.samples, *model.samples, *street.factors.samples));
+  EXPECT_EQ(to_bytes(*table.samples), to_bytes(alone.ranges));
 }
 
 TEST(Samples, ThatTheModelKnowsNothingOfAreRefused) {
-  const SyntheticDrive drive = by_both();
-  ErrorModel model = model_of(drive);
-  const PredictedError predicted = predicted_by(model, drive);
-  model.of_samples.clear();
+  const Street street = by_both();
+  ByFamily<ErrorModel> model = model_of(street);
+  const ByFamily<PredictedError> predicted = predicted_by(model, street);
+  model.samples.reset();
   EXPECT_EQ(
-      failure_of(choose_ranges(TestContext(), {}, drive.sites, predicted, model, drive.factors))
+      failure_of(choose_ranges(TestContext(), {}, street.sites, predicted, model, street.factors))
           .code,
       ErrorCode::kMismatchedInputs);
 }
 
 TEST(Samples, KeepToTheirOwnTable) {
-  PredictedError predicted = predicted_by(model_of(by_both()), by_both());
-  predicted.of_samples.front().looks = predicted.looks;
+  ByFamily<PredictedError> predicted = predicted_by(model_of(by_both()), by_both());
+  predicted.samples->looks = predicted.ranges.looks;
   EXPECT_FALSE(validate(predicted).has_value()) << "a range among the samples";
-  PredictedError twice = predicted_by(model_of(by_both()), by_both());
-  twice.of_samples.push_back(twice.of_samples.front());
-  EXPECT_FALSE(validate(twice).has_value());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "tests/support/synthetic_places.h"
 #include "tests/support/test_context.h"
 #include "tests/support/train_on_place.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -68,7 +69,7 @@ TEST(TrainModel, NeverShowsADriveItsOwnLabels) {
   };
   set_errors(places.places[0].drives[0], 0.1);
   set_errors(places.places[0].drives[1], 0.9);
-  const ErrorModel model = value_of(train_model(TestContext(), quick(), places));
+  const ErrorModel model = value_of(of_ranges(train_model(TestContext(), quick(), places)));
   EXPECT_EQ(model.card.hold_out, "drives");
   ASSERT_TRUE(validate(model).has_value());
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
@@ -78,7 +79,7 @@ TEST(TrainModel, NeverShowsADriveItsOwnLabels) {
 
 TEST(TrainModel, LearnsFromManyPlacesAndJudgesEachByTheOthers) {
   const DrivenPlaces places = places_driven_twice(3, kSmall);
-  const ErrorModel model = value_of(train_model(TestContext(), quick(), places));
+  const ErrorModel model = value_of(of_ranges(train_model(TestContext(), quick(), places)));
   require(validate(model));
   EXPECT_EQ(model.card.hold_out, "places");
   ASSERT_EQ(model.card.places.size(), 3u);
@@ -94,7 +95,7 @@ TEST(TrainModel, LearnsFromManyPlacesAndJudgesEachByTheOthers) {
 
 TEST(TrainModel, KnowsAPlaceBetterWhereAnEarlierDriveToldOfIt) {
   const ErrorModel model =
-      value_of(train_model(TestContext(), quick(), places_driven_twice(3, kSmall)));
+      value_of(of_ranges(train_model(TestContext(), quick(), places_driven_twice(3, kSmall))));
   for (const RangeCard& range : model.ranges) {
     EXPECT_GT(range.history_r_squared, 0.7) << range.range_m;  // the noise between drives is 10 %
     EXPECT_GT(range.history_r_squared, range.r_squared);
@@ -105,7 +106,7 @@ TEST(TrainModel, LearnsFromFewerSitesWhereRowsAreTooMany) {
   TrainModelOptions options = quick();
   options.most_rows = 1000;
   const ErrorModel model =
-      value_of(train_model(TestContext(), options, places_driven_twice(2, kSmall)));
+      value_of(of_ranges(train_model(TestContext(), options, places_driven_twice(2, kSmall))));
   EXPECT_LE(model.forest.labels.size(), 1000u);
   EXPECT_GE(model.forest.labels.size(), 700u);
   EXPECT_TRUE(validate(model).has_value());
@@ -158,7 +159,7 @@ TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
       place.factors.values[row * place.factors.factors.size() + 1] = is_lane ? 0.9 : 0.1;
     }
   }
-  const ErrorModel model = value_of(train_model(TestContext(), quick(), places));
+  const ErrorModel model = value_of(of_ranges(train_model(TestContext(), quick(), places)));
   ASSERT_EQ(model.streets.size(), 4u) << "two types at two limits";
   EXPECT_EQ(model.streets[0].street, StreetType::kLane);
   EXPECT_EQ(model.streets[1].street, StreetType::kOpen);
@@ -250,9 +251,9 @@ TEST(TrainModel, RefusesNumbersThatAreNone) {
 TEST(TrainModel, NamesOtherRecordingsAndLearnsTheSame) {
   PassContext ctx;
   DrivenPlaces places = places_driven_twice(2, kSmall);
-  const ErrorModel model = value_of(train_model(ctx, quick(), places));
+  const ErrorModel model = value_of(of_ranges(train_model(ctx, quick(), places)));
   places.places[1].recordings.cards[0].digest[31] ^= 1;
-  ErrorModel other = value_of(train_model(ctx, quick(), places));
+  ErrorModel other = value_of(of_ranges(train_model(ctx, quick(), places)));
   EXPECT_NE(to_bytes(other), to_bytes(model));
   other.card.places[1].recordings.cards[0].digest[31] ^= 1;
   EXPECT_EQ(to_bytes(other), to_bytes(model));

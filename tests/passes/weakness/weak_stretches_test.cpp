@@ -86,7 +86,7 @@ TEST(BestLooks, AreOfTheLeastForetoldErrorAmongRangesAndSamples) {
   ASSERT_EQ(best.size(), map.sites.sites.size());
   bool has_sample = false;
   for (std::size_t site = 0; site < best.size(); ++site) {
-    for (const PredictedError* table : {&map.predicted, &map.predicted.of_samples.front()}) {
+    for (const PredictedError* table : {&map.predicted, &map.looks->predicted}) {
       for (std::size_t look = 0; look < table->looks.size(); ++look) {
         EXPECT_LE(best[site].error_m, table->mean(site, look));
         if (table->looks[look] != best[site].look) continue;
@@ -96,7 +96,7 @@ TEST(BestLooks, AreOfTheLeastForetoldErrorAmongRangesAndSamples) {
     }
     EXPECT_DOUBLE_EQ(best[site].margin, 1.0 - best[site].error_m / 0.1);
     const bool is_unmet = (map.ranges.flags_of(site, 0) & kUnmet) != 0 &&
-                          (map.ranges.of_samples.front().flags_of(site, 0) & kUnmet) != 0;
+                          (map.looks->ranges.flags_of(site, 0) & kUnmet) != 0;
     EXPECT_EQ(best[site].is_unmet, is_unmet);
     has_sample = has_sample || !takes_every_return(best[site].look);
   }

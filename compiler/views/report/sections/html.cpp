@@ -92,7 +92,7 @@ std::string colours_of(const CompiledMap& map, const Tones& tones) {
     css += colour_css("scale-" + std::to_string(i),
                       static_cast<double>(i) / static_cast<double>(kScaleSteps - 1), tones);
   }
-  for (const RangeTable& looks : map.ranges.of_samples) css += look_colours(looks, tones);
+  if (map.looks) css += look_colours(map.looks->ranges, tones);
   return css;
 }
 

@@ -70,13 +70,14 @@ std::string shares(const RangeTable& looks, std::size_t limit) {
   return html + "</div>\n";
 }
 
-std::string choice_of(const CompiledMap& map, const RangeTable& looks, std::size_t limit) {
+std::string choice_at(const CompiledMap& map, std::size_t limit) {
+  const RangeTable& looks = map.looks->ranges;
   const LimitPromise& promise = looks.promises[limit];
   const std::string limit_words = limit_text(promise.limit_m);
   const std::string id = "looks-" + std::to_string(limit);
   return "<h3>Limit " + limit_words + "</h3>\n" +
          paragraph("Expected within " + limit_words + ": " +
-                   percent(map.look_quality[limit].expected_coverage) + " of the sites. " +
+                   percent(map.looks->quality[limit].expected_coverage) + " of the sites. " +
                    promise.statement) +
          html_figure({id, "Looks, " + limit_words + ".",
                       "The look that each place asks for, from the cheapest to the dearest.",
@@ -155,18 +156,17 @@ Section map_section(const ReportSources& sources) {
 Section looks_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   Section section = {"looks", "The cheapest look", ""};
-  for (const RangeTable& looks : map.ranges.of_samples) {
+  if (map.looks) {
     section.html = paragraph(
         "A look is a range and the sample of a scan that is matched within it. The observation "
         "range says how far a vehicle must see; the look says how little of what it sees is "
         "enough.");
-    for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
-      section.html += choice_of(map, looks, limit);
+    for (std::size_t limit = 0; limit < map.looks->ranges.promises.size(); ++limit) {
+      section.html += choice_at(map, limit);
     }
   }
-  if (!sources.evaluation) return section;
-  for (const LookEvaluation& evaluation : sources.evaluation->of_samples) {
-    section.html += judged(evaluation);
+  if (sources.evaluation && sources.evaluation->samples) {
+    section.html += judged(*sources.evaluation->samples);
   }
   return section;
 }

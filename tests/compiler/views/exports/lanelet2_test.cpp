@@ -218,8 +218,8 @@ void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Ta
     unmet += (range.flags & kAnswerUnmet) != 0 ? 1.0 : 0.0;
     const LookAnswer look = *open.reader->look(p_m, limit_m);
     look_unmet += (look.flags & kAnswerUnmet) != 0 ? 1.0 : 0.0;
-    for (std::size_t i = 0; i < open.map.ranges.of_samples.front().looks.size(); ++i) {
-      const Look& known = open.map.ranges.of_samples.front().looks[i];
+    for (std::size_t i = 0; i < open.map.looks->ranges.looks.size(); ++i) {
+      const Look& known = open.map.looks->ranges.looks[i];
       const bool is_it =
           known.range_m == look.look.range_m && known.return_count == look.look.return_count;
       if (is_it && i >= dearest) {

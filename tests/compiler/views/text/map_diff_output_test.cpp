@@ -33,7 +33,7 @@ CompiledMap street(bool is_changed) {
     map.ranges.range_index[i] = is_here ? 2 : 0;
     map.ranges.flags[i] = is_here && i < 25 ? kUnmet : 0;
   }
-  map.quality = quality_of(map, MeasuredError());
+  map.quality = quality_of(map.predicted, map.ranges, nullptr);
   return map;
 }
 

@@ -18,8 +18,7 @@ Table two_kinds() {
   samples.looks = {{.range_m = 100.0, .return_count = 650, .point_count = 40}};
   samples.factors = {"feature_count", "match_cost"};
   samples.values = {5.0, 6.0, 7.0, 8.0};
-  ranges.of_samples = {samples};
-  return dump(ranges);
+  return dump(ByFamily<FactorTable>(ranges, samples));
 }
 
 TEST(KeepLooks, LeavesObservationRangesAsTheyStoodBeforeLooks) {

@@ -9,6 +9,7 @@
 #include "passes/model/choose_ranges.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/test_context.h"
+#include "tests/support/whole_rows.h"
 
 // What a place takes where simulation alone decides.
 
@@ -122,7 +123,8 @@ RangeTable chosen_of_simulation(bool takes_samples) {
   }
   ChooseRangesOptions options;
   options.alpha = 0.05;
-  return *choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors);
+  return *of_ranges(
+      choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors));
 }
 
 TEST(Floor, OfSimulationRangesDifferByPlaceAndLooksDoNot) {

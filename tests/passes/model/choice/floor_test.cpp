@@ -6,6 +6,7 @@
 #include "passes/model/choose_ranges.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/test_context.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -220,10 +221,10 @@ TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
   options.dilation_m = 0.0;
   PassContext ctx;
   const Result<RangeTable> careful =
-      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+      of_ranges(choose_ranges(ctx, options, sites_of(model), predicted, model, factors));
   options.extrapolated_takes_static = false;
   const Result<RangeTable> trusting =
-      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+      of_ranges(choose_ranges(ctx, options, sites_of(model), predicted, model, factors));
   EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{20, 10, 20, 10, 30}))
       << "never 30 by itself";
   EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
@@ -253,8 +254,8 @@ TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
     ChooseRangesOptions options;
     options.risk_control = RiskControl::kFixed;
     options.probability_threshold = 0.975;
-    const RangeTable table = value_of(
-        choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors));
+    const RangeTable table = value_of(of_ranges(
+        choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors)));
     ASSERT_TRUE(validate(table).has_value());
     choices.push_back(chosen_m(table, 0));
     EXPECT_FALSE(table.promises[0].is_earned);

@@ -13,6 +13,7 @@
 #include "passes/model/train_model.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -209,7 +210,7 @@ const ErrorModel& model() {
     TrainModelOptions options;
     options.trees = 20;
     PassContext ctx;
-    Result<ErrorModel> trained = train_model(ctx, options, places);
+    Result<ErrorModel> trained = of_ranges(train_model(ctx, options, places));
     EXPECT_TRUE(trained.has_value()) << to_string(trained.error());
     return std::move(*trained);
   }();
@@ -229,12 +230,12 @@ struct DrivenStreet {
 FactorTable factors_of(const DrivenStreet& street) {
   PassContext ctx;
   const Result<PredictedError> predicted =
-      predict_error(ctx, {}, model(), street.place.sites, street.place.factors,
-                    street.place.recordings, nullptr, &street.measured_here);
+      of_ranges(predict_error(ctx, {}, model(), street.place.sites, street.place.factors,
+                              street.place.recordings, nullptr, &street.measured_here));
   EXPECT_TRUE(predicted.has_value());
   const Result<FactorTable> factors =
-      add_history(ctx, {}, street.place.factors, street.measured_here, *predicted, model(),
-                  street.place.recordings);
+      of_ranges(add_history(ctx, {}, street.place.factors, street.measured_here, *predicted,
+                            model(), street.place.recordings));
   EXPECT_TRUE(factors.has_value());
   return *factors;
 }
@@ -242,7 +243,7 @@ FactorTable factors_of(const DrivenStreet& street) {
 std::vector<LeftOutDrive> left_out_of(const DrivenStreet& street, const FactorTable& factors) {
   PassContext ctx;
   const Result<std::vector<LeftOutDrive>> left_out =
-      leave_out_in_turn(ctx, model(), street.place.sites, factors, 0.25);
+      of_ranges(leave_out_in_turn(ctx, model(), street.place.sites, factors, 0.25));
   EXPECT_TRUE(left_out.has_value());
   return *left_out;
 }
@@ -255,11 +256,11 @@ TEST(LeftOut, EachDriveIsForetoldByTheOthersAlone) {
     MeasuredDrives others = street.measured_here;
     others.drives.erase(others.drives.begin() + static_cast<std::ptrdiff_t>(i));
     PassContext ctx;
-    const Result<PredictedError> expected = predict_error(
-        ctx, {}, model(), street.place.sites, street.place.factors, {}, nullptr, &others);
+    const Result<PredictedError> expected = of_ranges(predict_error(
+        ctx, {}, model(), street.place.sites, street.place.factors, {}, nullptr, &others));
     EXPECT_EQ(to_bytes(left_out[i].predicted), to_bytes(*expected));
     EXPECT_EQ(left_out[i].measured.row(7, 1).mean_m,
-              street.measured_here.drives[i].row(7, 1).mean_m);
+              street.measured_here.drives[i].ranges.row(7, 1).mean_m);
   }
 }
 
@@ -269,7 +270,7 @@ TEST(LeftOut, NothingThatADriveFoundReachesItsOwnPrediction) {
   const std::vector<LeftOutDrive> before = left_out_of(street, factors_of(street));
   for (std::size_t i = 0; i < 3; ++i) {
     DrivenStreet other = street;
-    for (ErrorRow& row : other.measured_here.drives[i].rows) row.mean_m = row.p90_m = 3.0;
+    for (ErrorRow& row : other.measured_here.drives[i].ranges.rows) row.mean_m = row.p90_m = 3.0;
     const std::vector<LeftOutDrive> after = left_out_of(other, factors_of(other));
     for (std::size_t k = 0; k < 3; ++k) {
       const bool is_same = to_bytes(after[k].predicted) == to_bytes(before[k].predicted);

@@ -8,6 +8,7 @@
 #include "tests/support/handmade_model.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/test_context.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -26,8 +27,8 @@ struct ShortDrive {
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
   }
   Result<ErrorModel> trained() {
-    return train_model_here(ctx, {}, drive.sites, drive.factors, drive.measured,
-                            synthetic_recordings(0));
+    return of_ranges(train_model_here(ctx, {}, drive.sites, drive.factors, drive.measured,
+                                      synthetic_recordings(0)));
   }
 };
 
@@ -38,13 +39,13 @@ TEST(OwnEvidenceModel, EveryShortDriveGetsItsOwnStaticAnswerFlaggedAndWithoutAPr
   ASSERT_EQ(street.warnings.size(), 1u);
   EXPECT_NE(street.warnings[0].find("too little to learn from"), std::string::npos);
   const SyntheticDrive& drive = street.drive;
-  const PredictedError predicted = value_of(
-      predict_error(street.ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0)));
+  const PredictedError predicted = value_of(of_ranges(
+      predict_error(street.ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0))));
   EXPECT_NEAR(predicted.probability(3, 0, 0), 0.5, 1e-12) << "share of its own scans at 10 m";
   EXPECT_NEAR(predicted.mean(3, 0), 0.175, 1e-12);
   EXPECT_EQ(predicted.probability(3, 1, 0), 1.0);
-  const RangeTable table =
-      value_of(choose_ranges(street.ctx, {}, drive.sites, predicted, model, drive.factors));
+  const RangeTable table = value_of(
+      of_ranges(choose_ranges(street.ctx, {}, drive.sites, predicted, model, drive.factors)));
   for (std::size_t site = 0; site < 20; ++site) {
     EXPECT_EQ(table.range_m(site, 0), 20.0);
     EXPECT_EQ(table.flags_of(site, 0), kStatic);
@@ -77,8 +78,8 @@ TEST(OwnEvidenceModel, TellsLooksApartThatReachEquallyFar) {
   factors = with_number;
   const ErrorModel model = value_of(street.trained());
   ASSERT_TRUE(validate(model).has_value()) << to_string(validate(model).error());
-  const PredictedError predicted = value_of(
-      predict_error(street.ctx, {}, model, street.drive.sites, factors, synthetic_recordings(0)));
+  const PredictedError predicted = value_of(of_ranges(
+      predict_error(street.ctx, {}, model, street.drive.sites, factors, synthetic_recordings(0))));
   EXPECT_NEAR(predicted.probability(3, 0, 0), 0.5, 1e-12) << "half of its scans, not all";
   EXPECT_NEAR(predicted.mean(3, 0), 0.175, 1e-12);
   EXPECT_NEAR(predicted.mean(3, 1), 0.06, 1e-12);

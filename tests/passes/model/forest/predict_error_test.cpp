@@ -9,6 +9,7 @@
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/train_on_place.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -29,7 +30,8 @@ Result<PredictedError> predict(const ErrorModel& model, const SyntheticDrive& dr
                                int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  return predict_error(ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0));
+  return of_ranges(
+      predict_error(ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0)));
 }
 
 SyntheticDrive elsewhere(std::uint64_t seed) {
@@ -85,15 +87,17 @@ TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(3, kSmall));
+  const Result<ErrorModel> model =
+      of_ranges(train_model(ctx, options, places_driven_twice(3, kSmall)));
   ASSERT_TRUE(model.has_value());
   DrivenPlace place = place_driven_twice(9, kSmall);
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
   place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
-  const Result<PredictedError> with_history = predict_error(
-      ctx, {}, *model, place.sites, place.factors, place.recordings, &place.drives[0]);
+  const ByFamily<MeasuredError> first(place.drives[0]);
+  const Result<PredictedError> with_history = of_ranges(
+      predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings, &first));
   const Result<PredictedError> map_only =
-      predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings);
+      of_ranges(predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings));
   ASSERT_TRUE(with_history.has_value() && map_only.has_value());
   EXPECT_EQ(with_history->has_history, std::vector<std::uint8_t>(kSmall.site_count, 1));
   EXPECT_EQ(map_only->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
@@ -120,19 +124,21 @@ MeasuredDrives drives_of(const DrivenPlace& place, std::size_t count) {
 
 Result<PredictedError> predict_with(PassContext& ctx, const ErrorModel& model,
                                     const DrivenPlace& place, const MeasuredDrives& drives) {
-  return predict_error(ctx, {}, model, place.sites, place.factors, place.recordings, nullptr,
-                       &drives);
+  return of_ranges(predict_error(ctx, {}, model, place.sites, place.factors, place.recordings,
+                                 nullptr, &drives));
 }
 
 TEST(PredictError, OfOneDriveIsTheSameInAListOfOne) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(2, kSmall));
+  const Result<ErrorModel> model =
+      of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall)));
   ASSERT_TRUE(model.has_value());
   const DrivenPlace place = place_driven_twice(9, kSmall);
-  const Result<PredictedError> one = predict_error(ctx, {}, *model, place.sites, place.factors,
-                                                   place.recordings, &place.drives[0]);
+  const ByFamily<MeasuredError> first(place.drives[0]);
+  const Result<PredictedError> one = of_ranges(
+      predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings, &first));
   const Result<PredictedError> list = predict_with(ctx, *model, place, drives_of(place, 1));
   ASSERT_TRUE(one.has_value() && list.has_value());
   EXPECT_EQ(to_bytes(*one), to_bytes(*list));
@@ -164,9 +170,10 @@ TEST(PredictError, BelievesThreeDrivesMoreThanOne) {
   TrainModelOptions options;
   options.trees = 20;
   const Result<ErrorModel> model =
-      train_model(ctx, options,
-                  {{place_of_noisy_drives(1), place_of_noisy_drives(2), place_of_noisy_drives(3),
-                    place_of_noisy_drives(4), place_of_noisy_drives(5), place_of_noisy_drives(6)}});
+      of_ranges(train_model(ctx, options,
+                            DrivenPlaces{{place_of_noisy_drives(1), place_of_noisy_drives(2),
+                                          place_of_noisy_drives(3), place_of_noisy_drives(4),
+                                          place_of_noisy_drives(5), place_of_noisy_drives(6)}}));
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   const auto square_error = [&](std::uint64_t seed, std::size_t told_count) {
     const DrivenPlace place = far_away(place_of_noisy_drives(seed));
@@ -195,7 +202,8 @@ TEST(PredictError, TakesThreeDrivesForAModelThatWasToldOfOne) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(2, kSmall));
+  const Result<ErrorModel> model =
+      of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall)));
   ASSERT_TRUE(model.has_value());
   const DrivenPlace place = far_away(place_of_noisy_drives(9));
   EXPECT_TRUE(predict_with(ctx, *model, place, drives_of(place, 3)).has_value());
@@ -205,7 +213,7 @@ TEST(PredictError, RefusesADriveOfOtherSitesAmongSeveral) {
   const ErrorModel model = model_of(synthetic_drive(1, kSmall));
   const DrivenPlace place = place_driven_often(9, 3, kSmall);
   MeasuredDrives drives = drives_of(place, 3);
-  drives.drives[2].scan_of_site.pop_back();
+  drives.drives[2].ranges.scan_of_site.pop_back();
   PassContext ctx;
   const Result<PredictedError> with_history = predict_with(ctx, model, place, drives);
   ASSERT_FALSE(with_history.has_value());
@@ -218,8 +226,9 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const ByFamily<MeasuredError> measured(drive.measured);
   const Result<PredictedError> predicted =
-      predict_error(ctx, {}, model, drive.sites, drive.factors, {}, &drive.measured);
+      of_ranges(predict_error(ctx, {}, model, drive.sites, drive.factors, {}, &measured));
   ASSERT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
@@ -230,7 +239,8 @@ TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(3, kSmall));
+  const Result<ErrorModel> model =
+      of_ranges(train_model(ctx, options, places_driven_twice(3, kSmall)));
   ASSERT_TRUE(model.has_value());
   EXPECT_EQ(model->card.localizer.name, "searching");
   DrivenPlace place = place_driven_twice(9, kSmall);
@@ -238,8 +248,9 @@ TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
   place.drives[0].matching.localizer.name = "pcl-ndt";
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const ByFamily<MeasuredError> first(place.drives[0]);
   const Result<PredictedError> predicted =
-      predict_error(ctx, {}, *model, place.sites, place.factors, {}, &place.drives[0]);
+      of_ranges(predict_error(ctx, {}, *model, place.sites, place.factors, {}, &first));
   ASSERT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
@@ -260,7 +271,7 @@ std::vector<std::string> warnings_of_a_moved_site(const Eigen::Vector3d& origin_
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<PredictedError> predicted =
-      predict_error(ctx, {}, model, drive.sites, drive.factors, recordings);
+      of_ranges(predict_error(ctx, {}, model, drive.sites, drive.factors, recordings));
   EXPECT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->out_of_fold[5], 0);
   return warnings;

@@ -32,34 +32,31 @@ MeasuredError measured_at(const std::vector<Look>& looks,
 
 // Four sites and two looks by normals, then one that needs no map; 50 m costs 10.
 struct Trial {
-  RangeTable ranges;
-  MeasuredError judged;
+  RangeTable choice;
+  ByFamily<MeasuredError> judged;
 };
 
 Trial make_trial() {
   Trial trial;
-  trial.ranges.looks = {every_return(50.0)};
-  RangeTable choice;
+  RangeTable& choice = trial.choice;
   choice.looks = {sample(40), sample(80)};
   choice.promises.resize(1);
   choice.promises.front().limit_m = 0.1;
   choice.site_count = 4;
   choice.range_index = {0, 0, 1, 1};
   choice.flags = {0, 0, 0, 0};
-  trial.ranges.of_samples = {choice};
   trial.judged = measured_at({every_return(50.0)}, {{0.02}, {0.02}, {0.02}, {0.3}}, {10.0});
   Look without_map = sample(120);
   without_map.is_by_normals = false;
-  trial.judged.of_samples = {
-      measured_at({sample(40), sample(80), without_map},
-                  {{0.05, 0.04, 0.04}, {0.05, 0.04, 0.04}, {0.2, 0.05, 0.2}, {0.5, 0.4, 0.6}},
-                  {1.0, 2.0, 3.0})};
+  trial.judged.samples = measured_at(
+      {sample(40), sample(80), without_map},
+      {{0.05, 0.04, 0.04}, {0.05, 0.04, 0.04}, {0.2, 0.05, 0.2}, {0.5, 0.4, 0.6}}, {1.0, 2.0, 3.0});
   return trial;
 }
 
 TEST(EvaluateLooks, JudgesTheMapsLooksBesideTheSameLookEverywhere) {
   const Trial trial = make_trial();
-  const LookEvaluation evaluation = value_of(evaluate_looks(trial.ranges, trial.judged));
+  const LookEvaluation evaluation = value_of(evaluate_looks(trial.choice, trial.judged));
   EXPECT_TRUE(validate(evaluation));
   const LookRuleScore& map = evaluation.score(0, LookRule::kMap);
   EXPECT_DOUBLE_EQ(map.coverage, 0.75);
@@ -72,7 +69,7 @@ TEST(EvaluateLooks, JudgesTheMapsLooksBesideTheSameLookEverywhere) {
 
 TEST(EvaluateLooks, KeepsLooksByNormalsFromTheBaselineWithoutMap) {
   const Trial trial = make_trial();
-  const LookEvaluation evaluation = *evaluate_looks(trial.ranges, trial.judged);
+  const LookEvaluation evaluation = *evaluate_looks(trial.choice, trial.judged);
   const LookRuleScore& without = evaluation.score(0, LookRule::kSameWithoutMap);
   // 120 points reach half of the sites; only every return within 50 m covers what the map does.
   EXPECT_DOUBLE_EQ(without.coverage, 0.75);
@@ -81,14 +78,14 @@ TEST(EvaluateLooks, KeepsLooksByNormalsFromTheBaselineWithoutMap) {
 
 TEST(EvaluateLooks, DoesNotSetUpRangesAloneAsWhatOneDoesWithoutAMap) {
   Trial trial = make_trial();
-  const LookEvaluation with = *evaluate_looks(trial.ranges, trial.judged);
+  const LookEvaluation with = *evaluate_looks(trial.choice, trial.judged);
   EXPECT_TRUE(with.has_baselines);
   EXPECT_NE(to_text(with).find("static-without-map"), std::string::npos);
-  MeasuredError& samples = trial.judged.of_samples.front();
+  MeasuredError& samples = *trial.judged.samples;
   samples.looks.pop_back();
   samples.rows = {samples.rows[0], samples.rows[1], samples.rows[3], samples.rows[4],
                   samples.rows[6], samples.rows[7], samples.rows[9], samples.rows[10]};
-  const LookEvaluation without = *evaluate_looks(trial.ranges, trial.judged);
+  const LookEvaluation without = *evaluate_looks(trial.choice, trial.judged);
   EXPECT_FALSE(without.has_baselines);
   EXPECT_EQ(to_text(without).find("static-without-map"), std::string::npos) << to_text(without);
   EXPECT_EQ(tables(without).front().rows.size(), with.limits_m.size() * (kLookRuleCount - 1));
@@ -96,7 +93,7 @@ TEST(EvaluateLooks, DoesNotSetUpRangesAloneAsWhatOneDoesWithoutAMap) {
 
 TEST(EvaluateLooks, LetsTheOracleTakeTheCheapestThatMeetsElseTheMostAccurate) {
   const Trial trial = make_trial();
-  const LookEvaluation evaluation = *evaluate_looks(trial.ranges, trial.judged);
+  const LookEvaluation evaluation = *evaluate_looks(trial.choice, trial.judged);
   const LookRuleScore& oracle = evaluation.score(0, LookRule::kOracle);
   EXPECT_DOUBLE_EQ(oracle.coverage, 0.75);
   EXPECT_DOUBLE_EQ(oracle.time_ratio, (1.0 + 1.0 + 2.0 + 2.0) / 40.0);
@@ -104,24 +101,24 @@ TEST(EvaluateLooks, LetsTheOracleTakeTheCheapestThatMeetsElseTheMostAccurate) {
 
 TEST(EvaluateLooks, CallsARuleDearerThatIs) {
   Trial trial = make_trial();
-  trial.ranges.of_samples.front().range_index = {1, 1, 1, 1};
+  trial.choice.range_index = {1, 1, 1, 1};
   for (std::size_t site = 0; site < 4; ++site) {
-    trial.judged.of_samples.front().rows[site * 3].mean_m = 0.01;  // 40 points would do
+    trial.judged.samples->rows[site * 3].mean_m = 0.01;  // 40 points would do
   }
-  const LookEvaluation evaluation = *evaluate_looks(trial.ranges, trial.judged);
+  const LookEvaluation evaluation = *evaluate_looks(trial.choice, trial.judged);
   EXPECT_NE(to_text(evaluation).find("DEARER by 100 %"), std::string::npos) << to_text(evaluation);
 }
 
 TEST(EvaluateLooks, RefusesADriveThatWasMeasuredAtOtherLooks) {
   Trial trial = make_trial();
-  trial.judged.of_samples.front().looks.front() = sample(41);
-  EXPECT_EQ(failure_of(evaluate_looks(trial.ranges, trial.judged)).code,
+  trial.judged.samples->looks.front() = sample(41);
+  EXPECT_EQ(failure_of(evaluate_looks(trial.choice, trial.judged)).code,
             ErrorCode::kMismatchedInputs);
 }
 
 TEST(EvaluateLooks, IsEncodedAndBack) {
   const Trial trial = make_trial();
-  const LookEvaluation evaluation = *evaluate_looks(trial.ranges, trial.judged);
+  const LookEvaluation evaluation = *evaluate_looks(trial.choice, trial.judged);
   ByteWriter writer;
   encode(evaluation, writer);
   const std::vector<std::byte> bytes = writer.take();
