@@ -51,8 +51,8 @@ Result<void> provide_recording(const RecordingInput& input, const CachedDigests&
   if (!recording) {
     Error error = recording.error();
     if (error.code == ErrorCode::kFileNotFound) {
-      error.message += " (section " + input.role +
-                       "; its paths are relative to the folder of the configuration)";
+      error.message += concat(" (section ", input.role,
+                              "; its paths are relative to the folder of the configuration)");
     }
     return error;
   }
@@ -73,9 +73,9 @@ Result<void> check_named_once(const CompilePlan& compile, const ArtifactSet& art
         input_of.try_emplace(scans_digest(artifacts.get(input.recording)), &input);
     if (is_new) continue;
     return Error{ErrorCode::kBadValue,
-                 input.role + ".scans: found the recording of " + other->second->role + " (" +
-                     other->second->options.scans +
-                     "), expected another drive: a recording that is listed twice counts twice",
+                 concat(input.role, ".scans: found the recording of ", other->second->role, " (",
+                        other->second->options.scans,
+                        "), expected another drive: a recording that is listed twice counts twice"),
                  input.options.scans};
   }
   return {};
@@ -113,9 +113,9 @@ Result<SensorProfile> localizing_sensor(const MapOptions& options, const Compile
   if (to_bytes(said) == to_bytes(usual)) return earlier->sensor;
   return Error{
       ErrorCode::kBadValue,
-      "map.sensor: found its height, beams or mounting without its name; name it, or leave "
-      "all to the earlier map (" +
-          earlier->sensor.name + ")"};
+      concat("map.sensor: found its height, beams or mounting without its name; name it, or leave "
+             "all to the earlier map (",
+             earlier->sensor.name, ")")};
 }
 
 // A map keeps its world: what else is named has to be the same.
@@ -123,8 +123,8 @@ Result<void> check_world(const std::string& key, const std::string& named, const
                          const std::string& file) {
   if (named == kLocalWorld || named == world) return {};
   return Error{ErrorCode::kBadValue,
-               key + ": found " + named + ", and the map that is annotated lies in " + world +
-                   ", which stays",
+               concat(key, ": found ", named, ", and the map that is annotated lies in ", world,
+                      ", which stays"),
                file};
 }
 

@@ -195,8 +195,8 @@ void set_mounting(const Pose& T_vehicle_lidar, RecordingOptions& options) {
 }
 
 // Of the bag that holds the scans.
-std::vector<PoseSource> pose_topics(const fs::path& bag, const Recording& recording) {
-  std::vector<PoseSource> sources;
+std::vector<FoundPoses> pose_topics(const fs::path& bag, const Recording& recording) {
+  std::vector<FoundPoses> sources;
   const Result<std::vector<BagTopic>> topics = list_bag_topics(bag);
   if (!topics) return sources;
   const Result<std::optional<Pose>> mounting = bag_mounting(bag, recording.container->frame());
@@ -284,19 +284,19 @@ Result<ScanSearch> find_scans(const fs::path& folder) {
   return search;
 }
 
-std::string PoseSource::words() const {
+std::string FoundPoses::words() const {
   if (topic.empty()) return fs::path(file).filename().string();
   return topic + (T_vehicle_lidar ? " with the mounting of the bag's transforms" : "");
 }
 
-std::vector<PoseSource> pose_sources(const FoundScans& found, const Recording& listed) {
-  std::vector<PoseSource> sources;
+std::vector<FoundPoses> pose_sources(const FoundScans& found, const Recording& listed) {
+  std::vector<FoundPoses> sources;
   if (is_ros_bag(found.scans)) sources = pose_topics(found.scans, listed);
   for (const fs::path& file : found.pose_files) sources.push_back({file.string(), "", false, {}});
   return sources;
 }
 
-RecordingOptions with_poses(const PoseSource& source, RecordingOptions options) {
+RecordingOptions with_poses(const FoundPoses& source, RecordingOptions options) {
   options.poses = source.file;
   options.poses_topic = source.topic;
   if (source.are_transforms) options.poses_of = PosesOf::kSensor;

@@ -38,7 +38,7 @@ struct ScanSearch {
 Result<ScanSearch> find_scans(const std::filesystem::path& folder);
 
 // Where poses may come from: a file, or a topic of the bag that holds the scans.
-struct PoseSource {
+struct FoundPoses {
   std::string file;
   std::string topic;
   bool are_transforms = false;          // of a bag: they tell of the sensor itself
@@ -48,11 +48,11 @@ struct PoseSource {
 
 // All there are for scans that were listed. A topic of poses comes twice where the bag's
 // transforms tell the sensor's mounting: without it and with it.
-std::vector<PoseSource> pose_sources(const FoundScans& found, const Recording& listed);
+std::vector<FoundPoses> pose_sources(const FoundScans& found, const Recording& listed);
 
 // The options with the poses and mounting of a source; numbers are rounded to micrometres and
 // millionths of a degree.
-RecordingOptions with_poses(const PoseSource& source, RecordingOptions options);
+RecordingOptions with_poses(const FoundPoses& source, RecordingOptions options);
 
 // How well given poses lay a recording's scans on each other.
 struct PoseOverlap {

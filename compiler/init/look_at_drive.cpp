@@ -85,7 +85,7 @@ void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive
 }
 
 struct Candidate {
-  PoseSource source;
+  FoundPoses source;
   RecordingOptions options;
   Recording recording;
   PoseOverlap overlap;
@@ -128,7 +128,7 @@ std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& 
   const auto remark = [&](const Candidate& other, const std::string& what) {
     remarks += concat((remarks.empty() ? "" : "; "), other.source.words(), ": ", what);
   };
-  for (const PoseSource& source : pose_sources(found, listed)) {
+  for (const FoundPoses& source : pose_sources(found, listed)) {
     Candidate candidate{source, with_poses(source, options), {}, {}};
     Result<Recording> recording = list_recording(candidate.options);
     if (!recording) {

@@ -6,13 +6,13 @@ namespace sightline {
 namespace {
 
 Error mismatched(const DrivenPlace& place, const std::string& message) {
-  return {ErrorCode::kMismatchedInputs, message, "", "place '" + place.name + "'"};
+  return {ErrorCode::kMismatchedInputs, message, "", concat("place '", place.name, "'")};
 }
 
 Result<void> validate_drive(const DrivenPlace& place, const MeasuredError& drive) {
   if (drive.scan_of_site.size() != place.sites.sites.size()) {
-    return mismatched(place, "found errors of " + std::to_string(drive.scan_of_site.size()) +
-                                 " sites, expected " + std::to_string(place.sites.sites.size()));
+    return mismatched(place, concat("found errors of ", drive.scan_of_site.size(),
+                                    " sites, expected ", place.sites.sites.size()));
   }
   if (drive.looks != place.factors.looks) {
     return mismatched(place, "factors and errors are of different ranges");
@@ -22,8 +22,8 @@ Result<void> validate_drive(const DrivenPlace& place, const MeasuredError& drive
 
 Result<void> validate_place(const DrivenPlace& place) {
   if (place.factors.site_count != place.sites.sites.size()) {
-    return mismatched(place, "found factors of " + std::to_string(place.factors.site_count) +
-                                 " sites, expected " + std::to_string(place.sites.sites.size()));
+    return mismatched(place, concat("found factors of ", place.factors.site_count,
+                                    " sites, expected ", place.sites.sites.size()));
   }
   if (place.drives.empty()) return mismatched(place, "no drive was measured there");
   Result<void> valid = validate(place.sites);
@@ -49,8 +49,8 @@ Result<void> validate(const DrivenPlaces& places) {
     SIGHTLINE_TRY(validate_place(place));
     if (place.factors.looks != places.places.front().factors.looks ||
         place.factors.factors != places.places.front().factors.factors) {
-      return mismatched(place, "its ranges or factors are not those of place '" +
-                                   places.places.front().name + "'");
+      return mismatched(place, concat("its ranges or factors are not those of place '",
+                                      places.places.front().name, "'"));
     }
   }
   return {};

@@ -35,21 +35,20 @@ Result<void> validate(const FactorTable& table) {
     return invalid_artifact("two factors have the same name", "");
   }
   if (table.shared_count > table.factors.size()) {
-    return invalid_artifact("found " + std::to_string(table.shared_count) +
-                                " factors that looks share of " +
-                                std::to_string(table.factors.size()),
-                            "");
+    return invalid_artifact(
+        concat("found ", table.shared_count, " factors that looks share of ", table.factors.size()),
+        "");
   }
   const std::size_t per_site = table.values_per_site();
   if (table.values.size() != per_site * table.site_count) {
-    return invalid_artifact("found " + std::to_string(table.values.size()) + " values, expected " +
-                                std::to_string(per_site * table.site_count),
-                            "");
+    return invalid_artifact(
+        concat("found ", table.values.size(), " values, expected ", per_site * table.site_count),
+        "");
   }
   for (std::size_t i = 0; i < table.values.size(); ++i) {
     if (!std::isfinite(table.values[i])) {
       return invalid_artifact(table.factors[factor_of(table, i % per_site)] + " is not finite",
-                              "site " + std::to_string(i / per_site));
+                              concat("site ", i / per_site));
     }
   }
   return {};

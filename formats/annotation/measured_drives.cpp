@@ -6,7 +6,7 @@ namespace sightline {
 namespace {
 
 Error invalid_drive(const ByFamily<MeasuredError>& drive, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "drive '" + drive.ranges.drive + "'"};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("drive '", drive.ranges.drive, "'")};
 }
 
 Result<void> validate_beside(const ByFamily<MeasuredError>& first,
@@ -20,14 +20,14 @@ Result<void> validate_beside(const ByFamily<MeasuredError>& first,
   const LocalizerProfile& localizer = drive.ranges.matching.localizer;
   const LocalizerProfile& expected = first.ranges.matching.localizer;
   if (localizer == expected) return {};
-  return invalid_drive(drive, "it was localized by " + to_text(localizer) +
-                                  ", the first drive by " + to_text(expected));
+  return invalid_drive(drive, concat("it was localized by ", to_text(localizer),
+                                     ", the first drive by ", to_text(expected)));
 }
 
 }  // namespace
 
 std::string localization_role(std::size_t number) {
-  return number == 0 ? "localization" : "localization[" + std::to_string(number + 1) + "]";
+  return number == 0 ? "localization" : concat("localization[", number + 1, "]");
 }
 
 RecordingCards without_left_out(const RecordingCards& recordings, const MeasuredDrives& measured) {

@@ -40,14 +40,14 @@ Result<void> validate_setup(const MeasuredError& measured) {
   SIGHTLINE_TRY(validate(measured.looks));
   for (std::size_t i = 0; i < measured.offsets.size(); ++i) {
     if (!are_finite(measured.offsets[i])) {
-      return invalid_artifact("found an offset that is not finite", "offset " + std::to_string(i));
+      return invalid_artifact("found an offset that is not finite", concat("offset ", i));
     }
   }
   if (measured.rows.size() != measured.shape().size(measured.scan_of_site.size())) {
-    return invalid_artifact("found " + std::to_string(measured.rows.size()) + " rows for " +
-                                std::to_string(measured.scan_of_site.size()) + " sites and " +
-                                std::to_string(measured.looks.size()) + " looks",
-                            "");
+    return invalid_artifact(
+        concat("found ", measured.rows.size(), " rows for ", measured.scan_of_site.size(),
+               " sites and ", measured.looks.size(), " looks"),
+        "");
   }
   return {};
 }
@@ -57,8 +57,8 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
   for (const RowField& field : kRowFields) {
     const double value = row.*field.value;
     if (!std::isfinite(value) || value < 0.0) {
-      return invalid_artifact(std::string("found ") + field.name + " = " + format_double(value) +
-                                  ", expected a finite number that is not negative",
+      return invalid_artifact(concat("found ", field.name, " = ", format_double(value),
+                                     ", expected a finite number that is not negative"),
                               place);
     }
     is_zero = is_zero && value == 0.0;
@@ -68,7 +68,8 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
   }
   if (row.lost_share > 1.0) {
     return invalid_artifact(
-        "found lost_share = " + format_double(row.lost_share) + ", expected at most 1", place);
+        concat("found lost_share = ", format_double(row.lost_share), ", expected at most 1"),
+        place);
   }
   return {};
 }
@@ -108,13 +109,12 @@ Result<void> validate(const MeasuredError& measured) {
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
     if (measured.scan_of_site[site] < -1) {
       return invalid_artifact(
-          "found scan " + std::to_string(measured.scan_of_site[site]) + ", expected an index or -1",
-          "site " + std::to_string(site));
+          concat("found scan ", measured.scan_of_site[site], ", expected an index or -1"),
+          concat("site ", site));
     }
     for (std::size_t range = 0; range < measured.looks.size(); ++range) {
-      SIGHTLINE_TRY(
-          validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
-                       "site " + std::to_string(site) + ", range " + std::to_string(range)));
+      SIGHTLINE_TRY(validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
+                                 concat("site ", site, ", range ", range)));
     }
   }
   return {};
@@ -134,7 +134,7 @@ Table dump(const MeasuredError& measured) {
   table.facts.emplace_back("reference", std::string(name_of(measured.reference)));
   table.facts.emplace_back("offset_count", static_cast<std::int64_t>(measured.offsets.size()));
   for (std::size_t k = 0; k < measured.offsets.size(); ++k) {
-    const std::string name = "offset_" + std::to_string(k) + "_";
+    const std::string name = concat("offset_", k, "_");
     table.facts.emplace_back(name + "x_m", measured.offsets[k].x_m);
     table.facts.emplace_back(name + "y_m", measured.offsets[k].y_m);
     table.facts.emplace_back(name + "z_m", measured.offsets[k].z_m);

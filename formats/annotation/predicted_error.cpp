@@ -7,7 +7,7 @@ namespace sightline {
 namespace {
 
 Error invalid_site(std::size_t site, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "site " + std::to_string(site)};
+  return {ErrorCode::kInvalidArtifact, message, "", concat("site ", site)};
 }
 
 bool is_ascending_and_positive(const std::vector<double>& values) {
@@ -29,8 +29,8 @@ Result<void> validate_shape(const PredictedError& predicted) {
       predicted.out_of_fold.size() != predicted.site_count ||
       predicted.has_history.size() != predicted.site_count) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "predictions do not fill " + std::to_string(predicted.site_count) + " sites x " +
-                     std::to_string(predicted.looks.size()) + " looks"};
+                 concat("predictions do not fill ", predicted.site_count, " sites x ",
+                        predicted.looks.size(), " looks")};
   }
   return {};
 }
@@ -38,14 +38,15 @@ Result<void> validate_shape(const PredictedError& predicted) {
 Result<void> validate_pair(const PredictedError& predicted, std::size_t site, std::size_t range) {
   const double mean_m = predicted.mean(site, range);
   if (!std::isfinite(mean_m) || mean_m < 0.0) {
-    return invalid_site(site, "found a predicted mean error of " + format_double(mean_m) + " m");
+    return invalid_site(site,
+                        concat("found a predicted mean error of ", format_double(mean_m), " m"));
   }
   double previous = 0.0;
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
     const double probability = predicted.probability(site, range, limit);
     if (!(probability >= previous && probability <= 1.0)) {
-      return invalid_site(site, "found a probability of " + format_double(probability) +
-                                    ", expected " + format_double(previous) + " to 1");
+      return invalid_site(site, concat("found a probability of ", format_double(probability),
+                                       ", expected ", format_double(previous), " to 1"));
     }
     previous = probability;
   }
@@ -85,7 +86,7 @@ Table dump(const PredictedError& predicted) {
   table.columns = {"site",        "range_m",     "look",        "extrapolated",
                    "out_of_fold", "has_history", "mean_error_m"};
   for (const double limit_m : predicted.limits_m) {
-    table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
+    table.columns.push_back(concat("p_within_", format_double(limit_m), "_m"));
   }
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     for (std::size_t look = 0; look < predicted.looks.size(); ++look) {

@@ -13,10 +13,10 @@ bool is_share(double value) { return value >= 0.0 && value <= 1.0; }
 Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
   const LimitPromise& promise = table.promises[limit];
   const double above_m = limit == 0 ? 0.0 : table.promises[limit - 1].limit_m;
-  const std::string place = "limit " + std::to_string(limit);
+  const std::string place = concat("limit ", limit);
   if (!std::isfinite(promise.limit_m) || promise.limit_m <= above_m) {
-    return invalid_artifact("found a limit of " + format_double(promise.limit_m) +
-                                " m, expected ascending ones above 0",
+    return invalid_artifact(concat("found a limit of ", format_double(promise.limit_m),
+                                   " m, expected ascending ones above 0"),
                             place);
   }
   if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) ||
@@ -36,33 +36,33 @@ Result<void> validate_shape(const RangeTable& table) {
   const std::size_t pairs = table.shape().size(table.site_count);
   SIGHTLINE_TRY(validate(table.looks));
   if (table.looks.size() > 256 || table.promises.empty()) {
-    return invalid_artifact("found " + std::to_string(table.looks.size()) + " looks and " +
-                                std::to_string(table.promises.size()) +
-                                " limits, expected 1 to 256 and at least 1",
-                            "");
+    return invalid_artifact(
+        concat("found ", table.looks.size(), " looks and ", table.promises.size(),
+               " limits, expected 1 to 256 and at least 1"),
+        "");
   }
   if (table.range_index.size() != pairs || table.flags.size() != pairs ||
       table.reasons.size() != pairs) {
-    return invalid_artifact("choices do not fill " + std::to_string(table.site_count) +
-                                " sites x " + std::to_string(table.promises.size()) + " limits",
+    return invalid_artifact(concat("choices do not fill ", table.site_count, " sites x ",
+                                   table.promises.size(), " limits"),
                             "");
   }
   if (table.selection != Selection::kMean && table.selection != Selection::kProbability) {
     return invalid_artifact("found an unknown selection", "");
   }
   if (!std::isfinite(table.dilation_m) || table.dilation_m < 0.0) {
-    return invalid_artifact("found a dilation of " + format_double(table.dilation_m) + " m", "");
+    return invalid_artifact(concat("found a dilation of ", format_double(table.dilation_m), " m"),
+                            "");
   }
   return {};
 }
 
 Result<void> validate_choice(const RangeTable& table, std::size_t site, std::size_t limit) {
   const std::size_t i = table.shape().index(site, limit);
-  const std::string place = "site " + std::to_string(site);
+  const std::string place = concat("site ", site);
   if (table.range_index[i] >= table.looks.size()) {
-    return invalid_artifact("found range " + std::to_string(table.range_index[i]) + " of " +
-                                std::to_string(table.looks.size()),
-                            place);
+    return invalid_artifact(
+        concat("found range ", table.range_index[i], " of ", table.looks.size()), place);
   }
   if ((table.flags[i] & ~(kUnmet | kExtrapolated | kStatic | kSimulatedAnswer)) != 0) {
     return invalid_artifact("found an unknown flag", place);
@@ -127,7 +127,7 @@ Table dump(const RangeTable& table) {
   out.name = "ranges";
   out.facts = {{"selection", cell_of(table.selection)}, {"dilation_m", table.dilation_m}};
   for (const LimitPromise& promise : table.promises) {
-    const std::string limit = "limit_" + format_double(promise.limit_m) + "_m_";
+    const std::string limit = concat("limit_", format_double(promise.limit_m), "_m_");
     visit_cells(promise, [&](const std::string& name, const Cell& cell) {
       if (name != "limit_m") out.facts.emplace_back(limit + name, cell);
     });

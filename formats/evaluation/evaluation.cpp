@@ -40,8 +40,7 @@ Result<void> validate_rules(const Evaluation& evaluation) {
     if (!is_in_place || !are_shares || !are_finite(score) ||
         score.worst_begin_site > score.worst_end_site ||
         score.worst_end_site >= evaluation.site_count) {
-      return invalid_artifact("a score is out of place or makes no sense",
-                              "rule " + std::to_string(i));
+      return invalid_artifact("a score is out of place or makes no sense", concat("rule ", i));
     }
   }
   return {};
@@ -52,8 +51,7 @@ Result<void> validate_sites(const Evaluation& evaluation) {
     const JudgedSite& site = evaluation.sites[i];
     const bool follows = i == 0 || evaluation.sites[i - 1].site < site.site;
     if (!follows || site.site >= evaluation.site_count || !are_finite(site)) {
-      return invalid_artifact("a judged site is out of order or place",
-                              "site " + std::to_string(i));
+      return invalid_artifact("a judged site is out of order or place", concat("site ", i));
     }
   }
   for (const std::uint8_t index : evaluation.chosen_range_index) {
@@ -72,8 +70,7 @@ Result<void> validate_streets(const Evaluation& evaluation) {
                             score.site_share > 0.0 && score.site_share <= 1.0;
     if (!is_known || !are_shares || score.site_count == 0 ||
         score.site_count > evaluation.sites.size() || !are_finite(score)) {
-      return invalid_artifact("the score of a type of street makes no sense",
-                              "row " + std::to_string(i));
+      return invalid_artifact("the score of a type of street makes no sense", concat("row ", i));
     }
   }
   return {};

@@ -40,10 +40,10 @@ std::string table_two(const Evaluation& evaluation) {
                                   in_centimetres(score.mean_error_m)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   };
-  append(std::string("static ") + fixed(evaluation.statics.back().range_m, 0) + " m",
+  append(concat("static ", fixed(evaluation.statics.back().range_m, 0), " m"),
          evaluation.score(0, Rule::kStaticLongest));
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
-    append(std::string("dynamic ") + fixed(100.0 * evaluation.limits_m[limit], 0) + " cm",
+    append(concat("dynamic ", fixed(100.0 * evaluation.limits_m[limit], 0), " cm"),
            evaluation.score(limit, Rule::kOracle));
   }
   return std::string("Table II. Matching time where the error is known beforehand\n") +
@@ -59,15 +59,15 @@ std::string worst_place(const Evaluation& evaluation, const RuleScore& score) {
   const auto place = [&](std::uint32_t site) {
     const JudgedSite& judged = judged_site(evaluation, site);
     // Plus 0: no minus before a zero.
-    return "(" + fixed(std::round(judged.p_x_m) + 0.0, 0) + ", " +
-           fixed(std::round(judged.p_y_m) + 0.0, 0) + ")";
+    return concat("(", fixed(std::round(judged.p_x_m) + 0.0, 0), ", ",
+                  fixed(std::round(judged.p_y_m) + 0.0, 0), ")");
   };
-  return std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site) +
-         ", " + place(score.worst_begin_site) + " to " + place(score.worst_end_site);
+  return concat(score.worst_begin_site, " to ", score.worst_end_site, ", ",
+                place(score.worst_begin_site), " to ", place(score.worst_end_site));
 }
 
 std::string heading(const Evaluation& evaluation, const std::string& what, std::size_t limit) {
-  return what + " at a limit of " + fixed(100.0 * evaluation.limits_m[limit], 0) + " cm";
+  return concat(what, " at a limit of ", fixed(100.0 * evaluation.limits_m[limit], 0), " cm");
 }
 
 std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
@@ -81,14 +81,14 @@ std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
                     fixed(score.work_ratio, 3), in_percent(score.unmet_share),
                     in_percent(score.worst_coverage), worst_place(evaluation, score)});
   }
-  return heading(evaluation, "Rules", limit) + " (ratios to the static longest range; worst " +
-         fixed(evaluation.stretch_m, 0) + " m of route)\n" + aligned(grid);
+  return concat(heading(evaluation, "Rules", limit), " (ratios to the static longest range; worst ",
+                fixed(evaluation.stretch_m, 0), " m of route)\n", aligned(grid));
 }
 
 // "93.1 (12.4 m, 6.0 cm)"
 std::string street_cell(const StreetScore& score) {
-  return in_percent(score.coverage) + " (" + fixed(score.mean_range_m, 1) + " m, " +
-         in_centimetres(score.mean_error_m) + " cm)";
+  return concat(in_percent(score.coverage), " (", fixed(score.mean_range_m, 1), " m, ",
+                in_centimetres(score.mean_error_m), " cm)");
 }
 
 std::string streets_at(const Evaluation& evaluation, std::size_t limit) {
@@ -104,8 +104,8 @@ std::string streets_at(const Evaluation& evaluation, std::size_t limit) {
     }
     grid[2 + static_cast<std::size_t>(score.rule)].push_back(street_cell(score));
   }
-  return heading(evaluation, "Coverage % by type of street (mean range, mean error)", limit) +
-         "\n" + aligned(grid);
+  return concat(heading(evaluation, "Coverage % by type of street (mean range, mean error)", limit),
+                "\n", aligned(grid));
 }
 
 std::string reliability_at(const Evaluation& evaluation, std::size_t limit) {
@@ -116,18 +116,18 @@ std::string reliability_at(const Evaluation& evaluation, std::size_t limit) {
     grid[1].push_back(in_percent(bin.observed));
     grid[2].push_back(std::to_string(bin.count));
   }
-  return heading(evaluation, "Calibration: P(error <= limit) over pairs of site and range", limit) +
-         "\n" + aligned(grid);
+  return concat(
+      heading(evaluation, "Calibration: P(error <= limit) over pairs of site and range", limit),
+      "\n", aligned(grid));
 }
 
 }  // namespace
 
 std::string to_text(const Evaluation& evaluation) {
   std::string text =
-      std::string("Drive ") + evaluation.drive + ": " + std::to_string(evaluation.sites.size()) +
-      " of " + std::to_string(evaluation.site_count) + " sites judged against " +
-      std::string(reference_text(evaluation.reference)) + "; " +
-      std::to_string(evaluation.out_of_fold_count) + " of them predicted out of fold\n\n";
+      concat("Drive ", evaluation.drive, ": ", evaluation.sites.size(), " of ",
+             evaluation.site_count, " sites judged against ", reference_text(evaluation.reference),
+             "; ", evaluation.out_of_fold_count, " of them predicted out of fold\n\n");
   text += table_one(evaluation);
   text += "\n";
   text += table_two(evaluation);

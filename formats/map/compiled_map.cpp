@@ -133,8 +133,8 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "tile-drives") return dump(map.tile_drives.value_or(TileDrives{}));
   return Error{
       ErrorCode::kUnknownName,
-      "a map has no \"" + std::string(name) +
-          "\", only nds, sites, predicted, ranges, factors, model, columns and tile-drives"};
+      concat("a map has no \"", name,
+             "\", only nds, sites, predicted, ranges, factors, model, columns and tile-drives")};
 }
 
 ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_count) {
@@ -173,8 +173,8 @@ Result<ByFamily<ErrorModel>> model_of(const ModelRecord& record) {
   if (record.encoding_version != kKnown) {
     return Error{
         record.encoding_version > kKnown ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
-        "found a model of encoding " + std::to_string(record.encoding_version) +
-            ", this program reads " + std::to_string(kKnown),
+        concat("found a model of encoding ", record.encoding_version, ", this program reads ",
+               kKnown),
         "", place};
   }
   ByteReader reader(record.bytes);
@@ -187,8 +187,8 @@ Result<ByFamily<ErrorModel>> model_of(const ModelRecord& record) {
   const LocalizerProfile& localizer = model.ranges.card.localizer;
   if (!(localizer == record.localizer)) {
     return Error{ErrorCode::kDigestMismatch,
-                 "the model learnt errors of " + to_text(localizer) + ", the map names " +
-                     to_text(record.localizer),
+                 concat("the model learnt errors of ", to_text(localizer), ", the map names ",
+                        to_text(record.localizer)),
                  "", place};
   }
   return model;

@@ -26,11 +26,10 @@ Result<void> validate_artifacts(const CompiledMap& map) {
 Result<void> validate_choice(const PredictedError& predicted, const RangeTable& ranges,
                              std::size_t sites, const std::vector<LimitQuality>& quality) {
   if (predicted.site_count != sites || ranges.site_count != sites) {
-    return invalid_artifact("found " + std::to_string(sites) + " sites, " +
-                                std::to_string(predicted.site_count) + " predicted and " +
-                                std::to_string(ranges.site_count) +
-                                " with ranges, expected equal numbers",
-                            "compiled map");
+    return invalid_artifact(
+        concat("found ", sites, " sites, ", predicted.site_count, " predicted and ",
+               ranges.site_count, " with ranges, expected equal numbers"),
+        "compiled map");
   }
   if (predicted.looks != ranges.looks) {
     return invalid_artifact("errors are predicted at other ranges than are chosen from",
@@ -42,7 +41,7 @@ Result<void> validate_choice(const PredictedError& predicted, const RangeTable& 
                             "compiled map");
   }
   if (quality.size() != ranges.promises.size()) {
-    return invalid_artifact("found " + std::to_string(quality.size()) + " limits with a quality",
+    return invalid_artifact(concat("found ", quality.size(), " limits with a quality"),
                             "compiled map");
   }
   return {};
@@ -82,8 +81,8 @@ Result<void> validate_bounds(const CompiledMap& map) {
     return invalid_artifact("more ranges or limits than a map can hold", "compiled map");
   }
   if (!(map.reach_m > 0.0) || !(map.reach_m <= map.ndt.tile_m)) {
-    return invalid_artifact("found a reach of " + format_double(map.reach_m) +
-                                " m, expected above 0 and at most a tile",
+    return invalid_artifact(concat("found a reach of ", format_double(map.reach_m),
+                                   " m, expected above 0 and at most a tile"),
                             "compiled map");
   }
   // Beyond this a site has no cell of 32 bits in the section "look-up", whose cells have 16 m at

@@ -41,11 +41,11 @@ struct Entry {
 constexpr std::array<Entry, 6> kTriangle = {{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
 
 Error bad(ErrorCode code, const char* message, std::uint64_t row) {
-  return {code, message, "", "row " + std::to_string(row)};
+  return {code, message, "", concat("row ", row)};
 }
 
 Error bad_site(ErrorCode code, const char* message, std::uint64_t row, std::uint32_t id) {
-  return {code, message, "", "row " + std::to_string(row) + ", site " + std::to_string(id)};
+  return {code, message, "", concat("row ", row, ", site ", id)};
 }
 
 Nd load_nd(std::span<const std::byte> raw, const NdtLayout& layout, std::uint64_t row,

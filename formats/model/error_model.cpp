@@ -25,19 +25,19 @@ Result<void> validate_card(const ErrorModel& model) {
   }
   for (const PlaceCard& place : card.places) {
     if (place.labelled_route_m < 0.0) {
-      return invalid_artifact("the route of place '" + place.name + "' makes no sense",
+      return invalid_artifact(concat("the route of place '", place.name, "' makes no sense"),
                               "model card");
     }
     const Result<void> named = validate(place.recordings);
     if (!named) {
-      return invalid_artifact(named.error().message,
-                              "model card, place '" + place.name + "', " + named.error().place);
+      return invalid_artifact(named.error().message, concat("model card, place '", place.name,
+                                                            "', ", named.error().place));
     }
   }
   if (card.tree_count != model.forest.trees.size()) {
-    return invalid_artifact("found " + std::to_string(model.forest.trees.size()) +
-                                " trees, expected " + std::to_string(card.tree_count),
-                            "model card");
+    return invalid_artifact(
+        concat("found ", model.forest.trees.size(), " trees, expected ", card.tree_count),
+        "model card");
   }
   return {};
 }
@@ -45,9 +45,8 @@ Result<void> validate_card(const ErrorModel& model) {
 Result<void> validate_features(const ErrorModel& model) {
   if (model.features.size() != model.forest.feature_count ||
       model.features.back().name != "range_m") {
-    return invalid_artifact("found " + std::to_string(model.features.size()) +
-                                " features, expected " +
-                                std::to_string(model.forest.feature_count) + " that end in range_m",
+    return invalid_artifact(concat("found ", model.features.size(), " features, expected ",
+                                   model.forest.feature_count, " that end in range_m"),
                             "");
   }
   for (const FeatureCard& feature : model.features) {
@@ -73,7 +72,7 @@ Result<void> validate_ranges(const ErrorModel& model) {
   for (std::size_t range = 0; range < model.ranges.size(); ++range) {
     const RangeCard& card = model.ranges[range];
     if (card.range_m != model.out_of_fold.looks[range].range_m || !are_finite(card)) {
-      return invalid_artifact("its card makes no sense", "range " + std::to_string(range));
+      return invalid_artifact("its card makes no sense", concat("range ", range));
     }
   }
   return {};
@@ -84,8 +83,7 @@ Result<void> validate_sites(const ErrorModel& model) {
   if (model.out_of_fold.site_count != count ||
       model.measured_mean_m.size() != model.shape().size(count) ||
       !are_finite(model.measured_mean_m)) {
-    return invalid_artifact("predictions or labels do not fill " + std::to_string(count) + " sites",
-                            "");
+    return invalid_artifact(concat("predictions or labels do not fill ", count, " sites"), "");
   }
   std::size_t labelled_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -96,18 +94,17 @@ Result<void> validate_sites(const ErrorModel& model) {
         site.place >= model.card.places.size() ||
         site.drive >= model.card.places[site.place].drives.size() ||
         site.block >= model.card.block_count) {
-      return invalid_artifact("its place, order or block makes no sense",
-                              "site " + std::to_string(i));
+      return invalid_artifact("its place, order or block makes no sense", concat("site ", i));
     }
     labelled_count += site.has_label;
   }
   const std::size_t most_rows = model.shape().size(labelled_count);
   if (model.forest.labels.size() > most_rows ||
       model.forest.labels.size() % model.ranges.size() != 0) {
-    return invalid_artifact("found " + std::to_string(model.forest.labels.size()) +
-                                " training rows, expected " + std::to_string(model.ranges.size()) +
-                                " for each of at most " + std::to_string(labelled_count) + " sites",
-                            "");
+    return invalid_artifact(
+        concat("found ", model.forest.labels.size(), " training rows, expected ",
+               model.ranges.size(), " for each of at most ", labelled_count, " sites"),
+        "");
   }
   return {};
 }
@@ -118,7 +115,7 @@ Result<void> validate_streets(const ErrorModel& model) {
     const bool is_share = card.coverage >= 0.0 && card.coverage <= 1.0;
     if (card.street == StreetType::kUnknown || !is_share || card.case_count == 0 ||
         !are_finite(card)) {
-      return invalid_artifact("its card makes no sense", "street type " + std::to_string(i));
+      return invalid_artifact("its card makes no sense", concat("street type ", i));
     }
   }
   return {};

@@ -11,7 +11,7 @@ namespace {
 
 Error undecodable_model(std::size_t at) {
   return {ErrorCode::kBadLayer, "the payload of an error-model cannot be decoded", "",
-          "payload byte " + std::to_string(at)};
+          concat("payload byte ", at)};
 }
 
 template <class Model>

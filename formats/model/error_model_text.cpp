@@ -47,7 +47,7 @@ CardFacts card_facts(const ErrorModel& model, std::size_t training_row_count) {
                  {"probability_slope", card.curve.slope}};
   for (const RangeCard& range : model.ranges) {
     const std::string range_m = format_double(range.range_m);
-    const std::string name = "range_" + range_m + "_m_";
+    const std::string name = concat("range_", range_m, "_m_");
     add_figure(name + "r_squared", CardFigureKind::kRSquared, range_m, range.r_squared, found);
     add_figure(name + "rmse_m", CardFigureKind::kRmse_m, range_m, range.rmse_m, found);
     if (!card.knows_history) continue;
@@ -56,16 +56,16 @@ CardFacts card_facts(const ErrorModel& model, std::size_t training_row_count) {
   }
   for (const StreetCard& type : model.streets) {
     found.facts.emplace_back(
-        "coverage_of_" + format_double(type.limit_m) + "_m_in_" + std::string(name_of(type.street)),
+        concat("coverage_of_", format_double(type.limit_m), "_m_in_", name_of(type.street)),
         type.coverage);
   }
   for (const FeatureCard& feature : model.features) {
-    add_figure("importance_" + feature.name + "_m", CardFigureKind::kImportance_m, feature.name,
-               feature.importance_m, found);
+    add_figure(concat("importance_", feature.name, "_m"), CardFigureKind::kImportance_m,
+               feature.name, feature.importance_m, found);
   }
   for (const PlaceCard& place : card.places) {
     for (const RecordingCard& recording : place.recordings.cards) {
-      found.facts.emplace_back("sha256_of_" + recording.role + "_of_" + place.name,
+      found.facts.emplace_back(concat("sha256_of_", recording.role, "_of_", place.name),
                                to_hex(recording.digest));
     }
   }
@@ -117,10 +117,10 @@ Table leaves_table(const ErrorModel& model) {
 }
 
 std::string folds_text(const TrainingCard& card) {
-  const std::string text = std::to_string(card.fold_count) + " folds of ";
+  const std::string text = concat(card.fold_count, " folds of ");
   if (card.hold_out == "places") return text + "whole places";
-  return text + "blocks of " + fixed(card.block_m, 0) + " m" +
-         (card.hold_out == "drives" ? ", each drive judged by trees of the others" : "");
+  return concat(text, "blocks of ", fixed(card.block_m, 0), " m",
+                (card.hold_out == "drives" ? ", each drive judged by trees of the others" : ""));
 }
 
 std::string card_text(const ErrorModel& model) {
@@ -132,10 +132,9 @@ std::string card_text(const ErrorModel& model) {
                     fixed(place.labelled_route_m, 0), std::to_string(place.block_count)});
   }
   text += aligned(grid) + "\n";
-  text += std::to_string(model.forest.trees.size()) + " trees, " +
-          std::to_string(model.forest.labels.size()) +
-          " training rows, features: " + card.feature_set + "; " + folds_text(card) +
-          (card.knows_history ? "; with earlier drives\n" : "; map only\n");
+  text += concat(model.forest.trees.size(), " trees, ", model.forest.labels.size(),
+                 " training rows, features: ", card.feature_set, "; ", folds_text(card),
+                 (card.knows_history ? "; with earlier drives\n" : "; map only\n"));
   return text;
 }
 
@@ -153,7 +152,7 @@ std::string recordings_text(const ErrorModel& model) {
 // "50 m"; looks that take a sample by their number, since their texts are long.
 std::string told_name(std::size_t number, const ErrorModel& model) {
   const Look& look = model.out_of_fold.looks[number];
-  return takes_every_return(look) ? to_text(look) : "look " + std::to_string(number + 1);
+  return takes_every_return(look) ? to_text(look) : concat("look ", number + 1);
 }
 
 std::string fit_text(const ErrorModel& model) {
@@ -177,7 +176,7 @@ std::string fit_text(const ErrorModel& model) {
 std::string looks_text(const ErrorModel& model) {
   std::string text = "\nLooks that take a sample\n";
   for (std::size_t i = 0; i < model.out_of_fold.looks.size(); ++i) {
-    text += "look " + std::to_string(i + 1) + ": " + to_text(model.out_of_fold.looks[i]) + "\n";
+    text += concat("look ", i + 1, ": ", to_text(model.out_of_fold.looks[i]), "\n");
   }
   return text + fit_text(model);
 }
@@ -249,9 +248,9 @@ Table dump(const ByFamily<ErrorModel>& model) { return dump(model.ranges); }
 
 std::string to_text(const ByFamily<ErrorModel>& model) {
   const ErrorModel& ranges = model.ranges;
-  return card_text(ranges) + "\n" + recordings_text(ranges) + "\n" + fit_text(ranges) + "\n" +
-         (ranges.streets.empty() ? "" : street_text(ranges) + "\n") + importance_text(ranges) +
-         (model.samples ? looks_text(*model.samples) : "");
+  return concat(card_text(ranges), "\n", recordings_text(ranges), "\n", fit_text(ranges), "\n",
+                (ranges.streets.empty() ? "" : street_text(ranges) + "\n"), importance_text(ranges),
+                (model.samples ? looks_text(*model.samples) : ""));
 }
 
 }  // namespace sightline

@@ -92,10 +92,10 @@ Result<void> check_measured(const EmitMapInputs& inputs) {
       measured.head().looks == inputs.ranges.ranges.looks) {
     return {};
   }
-  return Error{ErrorCode::kMismatchedInputs,
-               "errors were measured at " + std::to_string(measured.row_count()) +
-                   " sites, expected the map's " + std::to_string(inputs.sites.sites.size()) +
-                   " and the ranges that are chosen from"};
+  return Error{
+      ErrorCode::kMismatchedInputs,
+      concat("errors were measured at ", measured.row_count(), " sites, expected the map's ",
+             inputs.sites.sites.size(), " and the ranges that are chosen from")};
 }
 
 bool is_of_models_localizer(const EmitMapInputs& inputs) {
@@ -132,9 +132,9 @@ bool judges_map(const PassContext& ctx, const EmitMapInputs& inputs) {
   if (is_simulated(inputs.measured)) return false;
   if (is_of_models_localizer(inputs)) return true;
   const MeasuredError& measured = inputs.measured.ranges.head();
-  ctx.warn("the map predicts the errors of " + to_text(inputs.model.record.localizer) +
-           ", but drive '" + measured.drive + "' was localized by " +
-           to_text(measured.matching.localizer) + ": no coverage was measured");
+  ctx.warn(concat("the map predicts the errors of ", to_text(inputs.model.record.localizer),
+                  ", but drive '", measured.drive, "' was localized by ",
+                  to_text(measured.matching.localizer), ": no coverage was measured"));
   return false;
 }
 
@@ -162,9 +162,8 @@ bool must_add_measured(const EmitMapInputs& inputs) {
 void warn_of_simulated(const PassContext& ctx, const CompiledMap& map) {
   const std::uint32_t simulated = simulated_site_count(map.ranges);
   if (simulated == 0) return;
-  ctx.warn("simulated: no scan was ever seen at " + std::to_string(simulated) + " of " +
-           std::to_string(map.sites.sites.size()) +
-           " sites; what they answer rests on scans simulated in the map itself");
+  ctx.warn(concat("simulated: no scan was ever seen at ", simulated, " of ", map.sites.sites.size(),
+                  " sites; what they answer rests on scans simulated in the map itself"));
 }
 
 void warn_of_lost_history(const PassContext& ctx, const EmitMapInputs& inputs) {
@@ -225,8 +224,8 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
                                  inputs.measured.ranges.head().matching.site_step;
   const bool is_measured = !is_simulated(inputs.measured);
   if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs) && is_measured) {
-    ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
-             std::to_string(map.sites.sites.size()) + " sites");
+    ctx.warn(
+        concat("no scan was matched at ", unmeasured, " of ", map.sites.sites.size(), " sites"));
   }
   if (is_finished(inputs)) warn_of_simulated(ctx, map);
   return map;

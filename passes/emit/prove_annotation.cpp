@@ -15,7 +15,7 @@ Error unfounded(const std::string& place, const std::string& message) {
   return {ErrorCode::kDigestMismatch, message, "", place};
 }
 
-std::string at_site(std::size_t site) { return "site " + std::to_string(site); }
+std::string at_site(std::size_t site) { return concat("site ", site); }
 
 // Bit for bit: what is stored is exact.
 bool is_same(double a, double b) {
@@ -42,18 +42,18 @@ Result<void> compare_numbers(const PredictedError& stored, const PredictedError&
   for (std::size_t row = 0; row < stored.mean_m.size(); ++row) {
     const std::string range = " at " + to_text(stored.looks[means.row_of(row)]);
     if (!is_same(stored.mean_m[row], again.mean_m[row])) {
-      return unfounded(at_site(means.site_of(row)),
-                       "found a predicted error of " + format_double(stored.mean_m[row]) + " m" +
-                           range + ", its factors and the forest give " +
-                           format_double(again.mean_m[row]) + " m");
+      return unfounded(
+          at_site(means.site_of(row)),
+          concat("found a predicted error of ", format_double(stored.mean_m[row]), " m", range,
+                 ", its factors and the forest give ", format_double(again.mean_m[row]), " m"));
     }
     for (std::size_t i = row * shares.columns; i < (row + 1) * shares.columns; ++i) {
       if (is_same(stored.within_probability[i], again.within_probability[i])) continue;
-      return unfounded(at_site(shares.site_of(i)),
-                       "found P(error <= " + format_double(stored.limits_m[shares.column_of(i)]) +
-                           " m) = " + format_double(stored.within_probability[i]) + range +
-                           ", its factors and the forest give " +
-                           format_double(again.within_probability[i]));
+      return unfounded(
+          at_site(shares.site_of(i)),
+          concat("found P(error <= ", format_double(stored.limits_m[shares.column_of(i)]),
+                 " m) = ", format_double(stored.within_probability[i]), range,
+                 ", its factors and the forest give ", format_double(again.within_probability[i])));
     }
   }
   return {};
@@ -107,9 +107,9 @@ bool is_same(const LimitPromise& a, const LimitPromise& b) {
 Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) {
   for (std::size_t limit = 0; limit < stored.promises.size(); ++limit) {
     if (is_same(stored.promises[limit], again.promises[limit])) continue;
-    return unfounded("limit " + format_double(stored.promises[limit].limit_m) + " m",
-                     "found the promise \"" + stored.promises[limit].statement +
-                         "\", the model gives \"" + again.promises[limit].statement + "\"");
+    return unfounded(concat("limit ", format_double(stored.promises[limit].limit_m), " m"),
+                     concat("found the promise \"", stored.promises[limit].statement,
+                            "\", the model gives \"", again.promises[limit].statement, "\""));
   }
   const SiteShape shape = stored.shape();
   for (std::size_t i = 0; i < stored.range_index.size(); ++i) {
@@ -117,12 +117,12 @@ Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) 
         stored.reasons[i] == again.reasons[i]) {
       continue;
     }
-    return unfounded(at_site(shape.site_of(i)),
-                     "found " + to_text(stored.looks[stored.range_index[i]]) + ", flags " +
-                         std::to_string(stored.flags[i]) + ", for a limit of " +
-                         format_double(stored.promises[shape.row_of(i)].limit_m) +
-                         " m, its predictions give " + to_text(again.looks[again.range_index[i]]) +
-                         ", flags " + std::to_string(again.flags[i]));
+    return unfounded(
+        at_site(shape.site_of(i)),
+        concat("found ", to_text(stored.looks[stored.range_index[i]]), ", flags ", stored.flags[i],
+               ", for a limit of ", format_double(stored.promises[shape.row_of(i)].limit_m),
+               " m, its predictions give ", to_text(again.looks[again.range_index[i]]), ", flags ",
+               again.flags[i]));
   }
   return {};
 }
@@ -159,7 +159,7 @@ Result<void> compare_quality(const std::vector<LimitQuality>& of_map,
         is_same(stored.expected_coverage, again[limit].expected_coverage)) {
       continue;
     }
-    return unfounded("limit " + format_double(map.ranges.promises[limit].limit_m) + " m",
+    return unfounded(concat("limit ", format_double(map.ranges.promises[limit].limit_m), " m"),
                      "the quality that the map names is not that of its sites");
   }
   return {};
@@ -199,18 +199,19 @@ Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& ma
 }
 
 std::string to_text(const AnnotationProof& proof) {
-  std::string text = "annotation of " + std::to_string(proof.site_count) +
-                     " sites proven: ranges, flags and promises follow from the predictions; " +
-                     std::to_string(proof.forest_count) +
-                     " sites' predictions were made again by the forest from their factors";
+  std::string text = concat(
+      "annotation of ", proof.site_count,
+      " sites proven: ranges, flags and promises follow from the predictions; ", proof.forest_count,
+      " sites' predictions were made again by the forest from their factors");
   if (proof.history_count > 0) {
-    text += " (" + std::to_string(proof.history_count) +
-            " of them with what an earlier drive is stored to have measured)";
+    text += concat(" (", proof.history_count,
+                   " of them with what an earlier drive is stored to have measured)");
   }
   if (proof.out_of_fold_count > 0) {
-    text += "; " + std::to_string(proof.out_of_fold_count) +
-            " sites trained the model, and theirs are those that it keeps of the same place and "
-            "factors, made by trees that are not kept";
+    text +=
+        concat("; ", proof.out_of_fold_count,
+               " sites trained the model, and theirs are those that it keeps of the same place and "
+               "factors, made by trees that are not kept");
   }
   return text + "\n";
 }

@@ -123,9 +123,9 @@ Result<void> check_measured(const StoredTable<FactorTable>& map_factors,
       measured.head().looks == map_factors.head().looks) {
     return {};
   }
-  return mismatched("the mapping drive was localized at " + std::to_string(measured.row_count()) +
-                    " sites, expected the factors' " + std::to_string(map_factors.row_count()) +
-                    " and their ranges");
+  return mismatched(concat("the mapping drive was localized at ", measured.row_count(),
+                           " sites, expected the factors' ", map_factors.row_count(),
+                           " and their ranges"));
 }
 
 // As evidence a simulated error counts twice: surface and NDs are of the same points, and where a
@@ -177,8 +177,8 @@ Use use_of(const PassContext& ctx, const MeasuredError& own, const SensorProfile
   if (own.reference == ErrorReference::kSimulated) return Use::kSimulated;
   if (mapping_sensor == nullptr) return Use::kEvidence;
   if (to_bytes(*mapping_sensor) == to_bytes(localizing_sensor)) return Use::kFactor;
-  ctx.warn("sensor " + mapping_sensor->name + " made the map and " + localizing_sensor.name +
-           " is to localize in it: mapping_error is what virtual scans tell");
+  ctx.warn(concat("sensor ", mapping_sensor->name, " made the map and ", localizing_sensor.name,
+                  " is to localize in it: mapping_error is what virtual scans tell"));
   return Use::kNone;
 }
 

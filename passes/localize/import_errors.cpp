@@ -23,7 +23,7 @@ struct ImportedScan {
 };
 
 Error mismatched(const OutsideError& at, const std::string& message) {
-  return {ErrorCode::kMismatchedInputs, message, "", "line " + std::to_string(at.line)};
+  return {ErrorCode::kMismatchedInputs, message, "", concat("line ", at.line)};
 }
 
 std::string text_of(const std::vector<double>& ranges_m) {
@@ -39,9 +39,9 @@ Result<void> check_complete(const ImportErrorsOptions& options,
                             std::span<const OutsideError> of_scan, std::size_t start_count) {
   for (const OutsideError& error : of_scan) {
     if (std::ranges::find(options.ranges_m, error.range_m) != options.ranges_m.end()) continue;
-    return mismatched(error,
-                      "found a look of " + format_double(error.range_m) +
-                          " m, expected one of annotation.ranges_m: " + text_of(options.ranges_m));
+    return mismatched(
+        error, concat("found a look of ", format_double(error.range_m),
+                      " m, expected one of annotation.ranges_m: ", text_of(options.ranges_m)));
   }
   for (std::size_t i = 0; i < options.ranges_m.size() * start_count; ++i) {
     const double range_m = options.ranges_m[i / start_count];
@@ -50,16 +50,14 @@ Result<void> check_complete(const ImportErrorsOptions& options,
         i < of_scan.size() && of_scan[i].range_m == range_m && of_scan[i].start == start;
     if (is_there) continue;
     return mismatched(of_scan[std::min(i, of_scan.size() - 1)],
-                      "scan " + std::to_string(of_scan.front().scan) +
-                          " has no error for a look of " + format_double(range_m) +
-                          " m and start " + std::to_string(start) +
-                          ": every scan needs the same starts, from 0 on, at each of " +
-                          text_of(options.ranges_m));
+                      concat("scan ", of_scan.front().scan, " has no error for a look of ",
+                             format_double(range_m), " m and start ", start,
+                             ": every scan needs the same starts, from 0 on, at each of ",
+                             text_of(options.ranges_m)));
   }
   if (of_scan.size() == options.ranges_m.size() * start_count) return {};
-  return mismatched(of_scan.back(), "scan " + std::to_string(of_scan.front().scan) +
-                                        " has more starts than the first one's " +
-                                        std::to_string(start_count));
+  return mismatched(of_scan.back(), concat("scan ", of_scan.front().scan,
+                                           " has more starts than the first one's ", start_count));
 }
 
 // The drive's position of each recording index that may be localized.
@@ -96,9 +94,9 @@ Result<std::vector<ImportedScan>> imported_scans(const ImportErrorsOptions& opti
                                        : std::string(name_of(options.scans)) +
                                              " scans, since the others made "
                                              "the map,";
-      return mismatched(all[first], "found scan " + std::to_string(all[first].scan) +
-                                        ", expected one of the " + std::to_string(scans.size()) +
-                                        " " + of_which + " of drive '" + drive.name + "'");
+      return mismatched(
+          all[first], concat("found scan ", all[first].scan, ", expected one of the ", scans.size(),
+                             " ", of_which, " of drive '", drive.name, "'"));
     }
     const std::span<const OutsideError> of_scan = all.subspan(first, last - first);
     SIGHTLINE_TRY(check_complete(options, of_scan, start_count));
@@ -153,9 +151,8 @@ void warn_of_unused(const PassContext& ctx, const std::vector<std::optional<std:
   }
   const auto unused = std::ranges::count(is_used, std::uint8_t{0});
   if (unused == 0) return;
-  ctx.warn(std::to_string(unused) + " of " + std::to_string(told_count) +
-           " imported scans are no site's nearest within " + format_double(options.site_radius_m) +
-           " m, and their errors are not used");
+  ctx.warn(concat(unused, " of ", told_count, " imported scans are no site's nearest within ",
+                  format_double(options.site_radius_m), " m, and their errors are not used"));
 }
 
 std::size_t count_taken(const std::vector<std::optional<std::size_t>>& taken) {
@@ -197,9 +194,9 @@ Result<ByFamily<MeasuredError>> import_errors(PassContext& ctx, const ImportErro
       nearest_imported(options, imported, rebase(trajectory, sites.frame), sites);
   if (count_taken(taken) == 0) {
     return Error{ErrorCode::kNoOverlap,
-                 "none of " + std::to_string(taken.size()) + " sites has one of the " +
-                     std::to_string(imported.size()) + " imported scans of drive '" + drive.name +
-                     "' within " + format_double(options.site_radius_m) + " m",
+                 concat("none of ", taken.size(), " sites has one of the ", imported.size(),
+                        " imported scans of drive '", drive.name, "' within ",
+                        format_double(options.site_radius_m), " m"),
                  "", "pass import-errors"};
   }
   warn_of_unused(ctx, taken, imported.size(), options);

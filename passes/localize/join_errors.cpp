@@ -16,7 +16,8 @@ bool is_measured_somewhere(const ByFamily<MeasuredError>& measured) {
 std::string reason_to_leave_out(const Drive& first, const Drive& drive,
                                 const ByFamily<MeasuredError>& errors) {
   if (drive.sensor.name != first.sensor.name) {
-    return "its sensor is " + drive.sensor.name + ", that of the first is " + first.sensor.name;
+    return concat("its sensor is ", drive.sensor.name, ", that of the first is ",
+                  first.sensor.name);
   }
   if (to_bytes(drive.sensor) != to_bytes(first.sensor)) {
     return "its sensor sits elsewhere on the vehicle than that of the first, or has other beams";
@@ -30,8 +31,8 @@ void add(const PassContext& ctx, const Drive& first, const Drive& drive,
   const std::uint32_t number = joined.named_count++;
   const std::string reason = reason_to_leave_out(first, drive, errors);
   if (!reason.empty()) {
-    ctx.warn("localization drive " + std::to_string(number + 1) + ", '" + drive.name +
-             "', is left out: " + reason);
+    ctx.warn(
+        concat("localization drive ", number + 1, ", '", drive.name, "', is left out: ", reason));
     return;
   }
   joined.drives.push_back(errors);
@@ -79,8 +80,8 @@ Result<ByFamily<MeasuredError>> pool_errors(PassContext&, const NoOptions&,
                                             const MeasuredDrives& measured) {
   if (measured.drives.empty()) {
     return Error{ErrorCode::kNoOverlap,
-                 "none of " + std::to_string(measured.named_count) +
-                     " localization drives comes near a site of the map",
+                 concat("none of ", measured.named_count,
+                        " localization drives comes near a site of the map"),
                  "", "pass pool-errors"};
   }
   ByFamily<MeasuredError> pooled = measured.drives.front();

@@ -178,14 +178,13 @@ Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
   const std::string radius = format_double(options.site_radius_m);
   if (without == scans.size() && !options.may_be_elsewhere) {
     return Error{ErrorCode::kNoOverlap,
-                 "none of " + std::to_string(scans.size()) + " sites has a scan of drive '" +
-                     measuring.drive.name + "' within " + radius + " m",
+                 concat("none of ", scans.size(), " sites has a scan of drive '",
+                        measuring.drive.name, "' within ", radius, " m"),
                  "", "pass measure-error"};
   }
   if (without > 0) {
-    ctx.warn(std::to_string(without) + " of " + std::to_string(scans.size()) +
-             " sites have no scan of drive '" + measuring.drive.name + "' within " + radius +
-             " m and were not measured");
+    ctx.warn(concat(without, " of ", scans.size(), " sites have no scan of drive '",
+                    measuring.drive.name, "' within ", radius, " m and were not measured"));
   }
   return scans;
 }
@@ -244,9 +243,10 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_error(
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
   if (options.reference != wanted.reference) {
-    ctx.warn("drive '" + localization_drive.name +
-             "' has no known poses, its trajectory was found by matching: errors are measured "
-             "against matches to this very map at the sensor's full range");
+    ctx.warn(
+        concat("drive '", localization_drive.name,
+               "' has no known poses, its trajectory was found by matching: errors are measured "
+               "against matches to this very map at the sensor's full range"));
   }
   const Trajectory in_map = rebase(trajectory, nds.head().frame);
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;

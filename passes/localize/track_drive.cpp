@@ -193,9 +193,9 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wante
   TrackDriveOptions options = wanted;
   options.matching.reference = reference_of(wanted.matching, trajectory);
   if (placed.scans.empty()) {
-    return Error{ErrorCode::kNoOverlap, "drive '" + drive.name + "' has no scan within " +
-                                            format_double(options.reach_m) + " m of any of " +
-                                            std::to_string(sites.sites.size()) + " sites"};
+    return Error{ErrorCode::kNoOverlap, concat("drive '", drive.name, "' has no scan within ",
+                                               format_double(options.reach_m), " m of any of ",
+                                               sites.sites.size(), " sites")};
   }
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =

@@ -38,7 +38,7 @@ Result<ByFamily<FactorTable>> add_history(PassContext&, const NoOptions&,
     if (drive.scan_of_site.size() != factors.ranges.site_count ||
         drive.looks != factors.ranges.looks) {
       return Error{ErrorCode::kMismatchedInputs,
-                   "drive '" + drive.drive + "' was measured at other sites or ranges", "",
+                   concat("drive '", drive.drive, "' was measured at other sites or ranges"), "",
                    "pass add-history"};
     }
     table = with_measured_columns(table, measured.drives[i],

@@ -17,9 +17,8 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
                           const ErrorModel& model, const FactorTable& factors) {
   // Factors may be without values here.
   if (predicted.site_count != sites.sites.size()) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "found predictions of " + std::to_string(predicted.site_count) +
-                     " sites, expected " + std::to_string(sites.sites.size())};
+    return Error{ErrorCode::kMismatchedInputs, concat("found predictions of ", predicted.site_count,
+                                                      " sites, expected ", sites.sites.size())};
   }
   if (predicted.looks != model.out_of_fold.looks ||
       predicted.limits_m != model.out_of_fold.limits_m) {
@@ -36,9 +35,8 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
                  "predictions use measured history, of which the model knows nothing"};
   }
   if (predicted.looks.size() > kMostRanges) {
-    return Error{ErrorCode::kMismatchedInputs, "found " + std::to_string(predicted.looks.size()) +
-                                                   " ranges, expected at most " +
-                                                   std::to_string(kMostRanges)};
+    return Error{ErrorCode::kMismatchedInputs, concat("found ", predicted.looks.size(),
+                                                      " ranges, expected at most ", kMostRanges)};
   }
   return {};
 }
@@ -79,10 +77,9 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
     }
     if (unmet_count == 0) continue;
     const char* what = takes_every_return(table.looks.front()) ? "range" : "look";
-    ctx.warn(std::string("no ") + what + " is good enough for " +
-             format_double(table.promises[limit].limit_m) + " m at " + std::to_string(unmet_count) +
-             " of " + std::to_string(table.site_count) +
-             " sites: they take the most probable one, and are flagged");
+    ctx.warn(concat("no ", what, " is good enough for ",
+                    format_double(table.promises[limit].limit_m), " m at ", unmet_count, " of ",
+                    table.site_count, " sites: they take the most probable one, and are flagged"));
   }
 }
 

@@ -54,13 +54,13 @@ ByFamily<MeasuredError> at_sites(const ByFamily<MeasuredError>& drive, const Spe
 std::string reason_to_leave_out(const ByFamily<MeasuredError>& drive, const CompiledMap& map,
                                 const SensorProfile& sensor, const ByFamily<MeasuredError>& like) {
   if (to_bytes(map.sensor) != to_bytes(sensor)) {
-    return "its sensor was " + map.sensor.name +
-           ", or sat elsewhere on the vehicle, and here it is " + sensor.name;
+    return concat("its sensor was ", map.sensor.name,
+                  ", or sat elsewhere on the vehicle, and here it is ", sensor.name);
   }
   const LocalizerProfile& localizer = like.ranges.matching.localizer;
   if (map.model.localizer != localizer) {
-    return "it was localized by " + to_text(map.model.localizer) + ", here it is " +
-           to_text(localizer);
+    return concat("it was localized by ", to_text(map.model.localizer), ", here it is ",
+                  to_text(localizer));
   }
   return has_looks_of(drive, like) ? "" : "it was measured by other ranges or looks";
 }
@@ -78,13 +78,12 @@ Result<void> add_those_of_map(const PassContext& ctx, const HistoryOfMapOptions&
   for (std::size_t i = 0; i < known.size(); ++i) {
     ByFamily<MeasuredError> drive = known[i];
     visit_families(drive, [&](MeasuredError& of_family) {
-      of_family.drive = "drive " + std::to_string(i + 1) + " of the map";
+      of_family.drive = concat("drive ", i + 1, " of the map");
     });
     const std::uint32_t number = drives.named_count++;
     const std::string reason = reason_to_leave_out(drive, map, sensor, like);
     if (!reason.empty()) {
-      ctx.warn("what the map knows of its drive " + std::to_string(i + 1) +
-               " is left out: " + reason);
+      ctx.warn(concat("what the map knows of its drive ", i + 1, " is left out: ", reason));
       continue;
     }
     drives.drives.push_back(

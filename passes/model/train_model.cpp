@@ -32,10 +32,10 @@ Result<TrainingSet> prepare_training_set(const PassContext& ctx, const DrivenPla
   const std::string wanted_m = format_double(options.block_m);
   options.block_m = smaller_blocks.folds.labelled_route_m / smaller_blocks.folds.block_count();
   options.buffer_m = std::min(options.buffer_m, options.block_m / 2.0);
-  ctx.warn("the drive is too short for two blocks of " + wanted_m + " m: it is judged on " +
-           std::to_string(smaller_blocks.folds.block_count()) + " blocks of " +
-           std::to_string(static_cast<int>(options.block_m)) +
-           " m, whose figures are optimistic; nothing is promised");
+  ctx.warn(concat("the drive is too short for two blocks of ", wanted_m, " m: it is judged on ",
+                  smaller_blocks.folds.block_count(), " blocks of ",
+                  static_cast<int>(options.block_m),
+                  " m, whose figures are optimistic; nothing is promised"));
   return smaller_blocks;
 }
 
@@ -209,8 +209,8 @@ Result<ByFamily<ErrorModel>> learn_here(PassContext& ctx, const TrainModelOption
   if (!is_too_short) return model;
   Result<ByFamily<ErrorModel>> own = own_evidence_of(wanted.limits_m, place);
   if (!own) return model;
-  ctx.warn("there is too little to learn from (" + model.error().message +
-           "); the map takes what its own scans ask for everywhere, and promises nothing");
+  ctx.warn(concat("there is too little to learn from (", model.error().message,
+                  "); the map takes what its own scans ask for everywhere, and promises nothing"));
   return own;
 }
 

@@ -170,9 +170,9 @@ Result<Weakness> find_weakness(PassContext& ctx, const WeaknessOptions& options,
   }
   if (options.advice.farthest_m < options.advice.nearest_m) {
     return Error{ErrorCode::kBadArgument,
-                 "found places up to " + format_double(options.advice.farthest_m) +
-                     " m from the driven line, expected at least the nearest, " +
-                     format_double(options.advice.nearest_m) + " m"};
+                 concat("found places up to ", format_double(options.advice.farthest_m),
+                        " m from the driven line, expected at least the nearest, ",
+                        format_double(options.advice.nearest_m), " m")};
   }
   SIGHTLINE_ASSIGN(const std::size_t limit, limit_of(map, options.stretches.limit_m));
   const std::vector<BestLook> best = best_looks(map, limit);

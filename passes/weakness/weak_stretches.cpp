@@ -55,8 +55,8 @@ Result<std::size_t> limit_of(const CompiledMap& map, double limit_m) {
     if (limit_m == 0.0 || map.ranges.promises[i].limit_m == limit_m) return i;
     known += (i == 0 ? "" : ", ") + format_double(map.ranges.promises[i].limit_m);
   }
-  return Error{ErrorCode::kBadArgument, "found the limit " + format_double(limit_m) +
-                                            " m, expected one of the map's: " + known + " m"};
+  return Error{ErrorCode::kBadArgument, concat("found the limit ", format_double(limit_m),
+                                               " m, expected one of the map's: ", known, " m")};
 }
 
 std::vector<BestLook> best_looks(const CompiledMap& map, std::size_t limit) {

@@ -48,7 +48,7 @@ std::string joined_tables(const std::vector<Table>& all, TableFormat format) {
   std::string text = format == TableFormat::kJson ? "[" : "";
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (format == TableFormat::kJson && i > 0) text += ",\n";
-    if (format == TableFormat::kCsv) text += "# table: " + all[i].name + "\n";
+    if (format == TableFormat::kCsv) text += concat("# table: ", all[i].name, "\n");
     text += format_table(all[i], format);
   }
   return format == TableFormat::kJson ? text + "]\n" : text;
@@ -72,7 +72,7 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
                                   const ArtifactSet& artifacts) {
   const Evaluation& evaluation = artifacts.get(made.evaluation);
   const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
-  std::string text = judged_by(map.model.localizer, judging) + to_text(evaluation) + "\n";
+  std::string text = concat(judged_by(map.model.localizer, judging), to_text(evaluation), "\n");
   std::vector<Table> all = tables(evaluation);
   all.front().facts.emplace_back("judged_by", to_text(judging));
   all.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));

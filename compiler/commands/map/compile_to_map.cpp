@@ -68,18 +68,18 @@ Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& art
   std::string text = is_simulated ? "Simulated: no drive was here. What follows is what scans "
                                     "found that were simulated in the map itself.\n\n"
                                   : "";
-  text += judged_by(of_map, measured) + to_text(artifacts.get(made.evaluation)) +
-          "\nWhat the map promises, to a vehicle that localizes with " + localizer_title(of_map) +
-          "\n";
+  text += concat(judged_by(of_map, measured), to_text(artifacts.get(made.evaluation)),
+                 "\nWhat the map promises, to a vehicle that localizes with ",
+                 localizer_title(of_map), "\n");
   for (const LimitPromise& promise : artifacts.get(made.ranges).ranges.promises) {
     text += promise.statement + "\n";
   }
   if (made.sharpness.is_connected()) {
-    text += "\n" + to_text(artifacts.get(made.sharpness)) + "\n";
+    text += concat("\n", to_text(artifacts.get(made.sharpness)), "\n");
   }
   SIGHTLINE_ASSIGN(const FactorReport report, factor_report(artifacts.get(made.factors).ranges,
                                                             artifacts.get(made.measured).ranges));
-  return text + "\n" + to_text(report);
+  return concat(text, "\n", to_text(report));
 }
 
 // Files, one a line.

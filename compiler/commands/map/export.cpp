@@ -140,11 +140,12 @@ Result<void> export_map(const ExportFlags& flags) {
     SIGHTLINE_ASSIGN(const std::string json, to_geojson(map, world));
     return write_file_atomically(flags.answers.output, json, flags.if_exists());
   }
-  return Error{ErrorCode::kBadArgument,
-               "--format " + flags.format +
-                   " needs the drive's scans, which no map carries: export the configuration that "
-                   "compiled it",
-               flags.run.config_file};
+  return Error{
+      ErrorCode::kBadArgument,
+      concat("--format ", flags.format,
+             " needs the drive's scans, which no map carries: export the configuration that "
+             "compiled it"),
+      flags.run.config_file};
 }
 
 Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
@@ -190,8 +191,8 @@ Result<void> export_points(const ExportFlags& flags) {
   const bool needs_map = flags.format == "csv" || flags.format == "geojson" ||
                          flags.format == "gpkg" || asks_the_reader(flags.format);
   if (needs_map) {
-    return Error{ErrorCode::kBadArgument, "--format " + flags.format + " needs a map (.slmap)",
-                 flags.run.config_file};
+    return Error{ErrorCode::kBadArgument,
+                 concat("--format ", flags.format, " needs a map (.slmap)"), flags.run.config_file};
   }
   if (flags.format == "autoware") {
     SIGHTLINE_TRY(check_folder(flags));
@@ -243,7 +244,7 @@ Verb export_verb() {
   Verb verb;
   verb.name = "export";
   verb.summary = "Write a map in forms that other programs open";
-  verb.details =
+  verb.details = concat(
       "Of a map (.slmap): gpkg (QGIS, with a style) and geojson are the route with the annotation "
       "of each site, csv a folder of tables, cells a table of what the vehicle's reader answers by "
       "cell of a grid, lanelet2 the Lanelet2 map --lanes (Autoware's lanelet2_map.osm) with what "
@@ -253,11 +254,11 @@ Verb export_verb() {
       "directory of 20 m squares, pcd and ply are its points, octomap the space that its rays "
       "found "
       "free or occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf "
-      "and up to remove-moving.carve_range_m from the sensor." +
-      std::string(kLanelet2Details) +
+      "and up to remove-moving.carve_range_m from the sensor.",
+      kLanelet2Details,
       "\n\nAll lie where the recordings do, so a vehicle asks the map at the coordinates of its "
       "export. Where these are 100 km and more (UTM), clouds leave out whole 100 km, as squares of "
-      "MGRS do: the reader's export_origin_world_m says which.";
+      "MGRS do: the reader's export_origin_world_m says which.");
   verb.examples = {
       "sightline export town.slmap --format gpkg -o route.gpkg",
       "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",

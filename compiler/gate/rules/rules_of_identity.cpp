@@ -13,14 +13,14 @@ class Differences {
   void add(const std::string& what, const std::string& before, const std::string& after) {
     if (before == after) return;
     ++count_;
-    text_ += (text_.empty() ? "" : ", ") + what + " " + before + " became " + after;
+    text_ += concat((text_.empty() ? "" : ", "), what, " ", before, " became ", after);
   }
   void add(const std::string& what, double before, double after) {
     add(what, format_double(before), format_double(after));
   }
   [[nodiscard]] std::vector<Found> found(const std::string& what) const {
     return of_whole_map(count_,
-                        count_ == 0 ? what + " did not change" : what + " changed: " + text_);
+                        count_ == 0 ? what + " did not change" : concat(what, " changed: ", text_));
   }
 
  private:
@@ -29,8 +29,8 @@ class Differences {
 };
 
 std::string told_point(const Eigen::Vector3d& point_m) {
-  return "(" + format_double(point_m.x()) + ", " + format_double(point_m.y()) + ", " +
-         format_double(point_m.z()) + ")";
+  return concat("(", format_double(point_m.x()), ", ", format_double(point_m.y()), ", ",
+                format_double(point_m.z()), ")");
 }
 
 std::string told_list(const std::vector<double>& values) {
@@ -60,19 +60,19 @@ std::vector<Found> find_format(const GateInput& input, const Threshold&) {
 
 std::string version_of(const std::vector<NamedVersion>& definitions, const std::string& name) {
   const auto found = std::ranges::find(definitions, name, &NamedVersion::name);
-  return found == definitions.end() ? "none" : "v" + std::to_string(found->version);
+  return found == definitions.end() ? "none" : concat("v", found->version);
 }
 
 std::vector<Found> find_definitions(const GateInput& input, const Threshold&) {
   Differences differences;
   for (const NamedVersion& definition : input.old_map->definitions) {
-    differences.add(definition.name, "v" + std::to_string(definition.version),
+    differences.add(definition.name, concat("v", definition.version),
                     version_of(input.map->definitions, definition.name));
   }
   for (const NamedVersion& definition : input.map->definitions) {
     const std::string before = version_of(input.old_map->definitions, definition.name);
     if (before == "none") {
-      differences.add(definition.name, before, "v" + std::to_string(definition.version));
+      differences.add(definition.name, before, concat("v", definition.version));
     }
   }
   return differences.found("a definition");
@@ -106,7 +106,7 @@ std::string told_model(const CompiledMap& map) { return to_hex(map.model.digest)
 std::string told_out_of_fold(const CompiledMap& map) {
   const auto count =
       std::ranges::count_if(map.predicted.out_of_fold, [](auto is) { return is != 0; });
-  return std::to_string(count) + " of " + std::to_string(map.predicted.out_of_fold.size());
+  return concat(count, " of ", map.predicted.out_of_fold.size());
 }
 
 std::vector<Found> find_model(const GateInput& input, const Threshold&) {
@@ -135,8 +135,8 @@ std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
 std::vector<Found> find_release(const GateInput& input, const Threshold&) {
   const auto growth =
       static_cast<double>(input.map->release) - static_cast<double>(input.old_map->release);
-  return of_whole_map(growth, "release " + std::to_string(input.old_map->release) +
-                                  " is followed by " + std::to_string(input.map->release));
+  return of_whole_map(
+      growth, concat("release ", input.old_map->release, " is followed by ", input.map->release));
 }
 
 using enum Severity;

@@ -37,7 +37,7 @@ double rounded_deg(double value) { return std::round(value * 1e9) / 1e9; }
 using Properties = std::vector<std::pair<std::string, SiteProperty>>;
 
 std::string within(const CompiledMap& map, std::size_t limit) {
-  return "_within_" + format_double(map.ranges.promises[limit].limit_m) + "_m";
+  return concat("_within_", format_double(map.ranges.promises[limit].limit_m), "_m");
 }
 
 void add_look(const CompiledMap& map, std::size_t site, std::size_t limit, Properties& properties) {

@@ -25,8 +25,8 @@ Result<void> check_sources(const ReportSources& sources) {
       !sources.gate || sources.gate->root_digest == to_hex(sources.summary.root_digest);
   if (has_sites && is_judged && is_measured && is_seen && is_gated) return {};
   return Error{ErrorCode::kMismatchedInputs,
-               "what was measured, judged, cast or gated is not of this map's " +
-                   std::to_string(sites) + " sites, its ranges and its limits",
+               concat("what was measured, judged, cast or gated is not of this map's ", sites,
+                      " sites, its ranges and its limits"),
                sources.map_file};
 }
 
@@ -70,25 +70,26 @@ std::string title_of(const CompiledMap& map) {
 
 std::string kind_of(const ReportSources& sources) {
   if (!sources.diff) return "sightline map report";
-  return "sightline change report: " + sources.map_file + " against " + sources.old_map_file;
+  return concat("sightline change report: ", sources.map_file, " against ", sources.old_map_file);
 }
 
 // The sections' ids as words: short enough to stand in one row.
 std::string link_to(const Section& section) {
   std::string word = section.id;
   word.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(word.front())));
-  return "<li><a href=\"#" + section.id + "\" title=\"" + xml_text(section.title) + "\">" + word +
-         "</a></li>\n";
+  return concat("<li><a href=\"#", section.id, "\" title=\"", xml_text(section.title), "\">", word,
+                "</a></li>\n");
 }
 
 std::string header(const ReportSources& sources, const std::vector<Section>& all) {
   const CompiledMap& map = *sources.map;
-  std::string html = "<header>\n<p class=\"kind\">" + xml_text(kind_of(sources)) + "</p>\n<h1>" +
-                     xml_text(title_of(map)) + "</h1>\n" +
-                     paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
-                               std::to_string(map.release) +
-                               ". How far a vehicle must look at each place of this map to know "
-                               "where it is, what that saves, and what it rests on.");
+  std::string html =
+      concat("<header>\n<p class=\"kind\">", xml_text(kind_of(sources)), "</p>\n<h1>",
+             xml_text(title_of(map)), "</h1>\n",
+             paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
+                       std::to_string(map.release) +
+                       ". How far a vehicle must look at each place of this map to know "
+                       "where it is, what that saves, and what it rests on."));
   if (page_script().empty()) {
     html += paragraph(
         "This page was made by a program that was built without the page's scripts: it has still "
@@ -116,13 +117,13 @@ Result<std::string> report_html(const ReportSources& sources) {
       std::string(page_style()) + colours_css(*sources.map) + std::string(library_style()) +
       "</style>\n</head>\n<body>\n" + header(sources, all) + "<main>\n";
   for (const Section& section : all) {
-    html += "<section id=\"" + section.id + "\">\n<h2>" + xml_text(section.title) + "</h2>\n" +
-            section.html + "</section>\n";
+    html += concat("<section id=\"", section.id, "\">\n<h2>", xml_text(section.title), "</h2>\n",
+                   section.html, "</section>\n");
   }
   html += "</main>\n";
   if (!page_script().empty()) {
-    html += "<script type=\"application/json\" id=\"data\">" + page_data_json(sources) +
-            "</script>\n<script>\n" + std::string(page_script()) + "</script>\n";
+    html += concat("<script type=\"application/json\" id=\"data\">", page_data_json(sources),
+                   "</script>\n<script>\n", page_script(), "</script>\n");
   }
   return html + "</body>\n</html>\n";
 }

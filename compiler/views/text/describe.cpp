@@ -42,20 +42,21 @@ std::string describe_map(const CompiledMap& map) {
   const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
   const std::size_t runs =
       map.sites.sites.empty() ? 0 : map.sites.sites.back().run + std::size_t{1};
-  return "map " + map.map_id + "\n" +
-         field("version", fmt::format("{}, release {}", map.version, map.release)) +
-         field("written by", map.writer) +
-         field("frame", fmt::format("world minus ({:.15g}, {:.15g}, {:.15g}) m", origin_m.x(),
-                                    origin_m.y(), origin_m.z())) +
-         field("world",
-               map.world == kLocalWorld ? "local: the recording's own coordinates" : map.world) +
-         field("NDs", fmt::format("{} of {:g} m, from {} points; {} cells too sparse, {} flat",
-                                  map.ndt.nds.size(), map.ndt.cell_m, map.ndt.point_count,
-                                  map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count)) +
-         field("sites",
-               fmt::format("{}, every {:g} m, in {} runs of {:.0f} m together",
-                           map.sites.sites.size(), map.sites.spacing_m, runs, route_m(map.sites))) +
-         field("reach", fmt::format("{:g} m around a site", map.reach_m)) + describe_simulated(map);
+  return concat(
+      "map ", map.map_id, "\n",
+      field("version", fmt::format("{}, release {}", map.version, map.release)),
+      field("written by", map.writer),
+      field("frame", fmt::format("world minus ({:.15g}, {:.15g}, {:.15g}) m", origin_m.x(),
+                                 origin_m.y(), origin_m.z())),
+      field("world",
+            map.world == kLocalWorld ? "local: the recording's own coordinates" : map.world),
+      field("NDs", fmt::format("{} of {:g} m, from {} points; {} cells too sparse, {} flat",
+                               map.ndt.nds.size(), map.ndt.cell_m, map.ndt.point_count,
+                               map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count)),
+      field("sites",
+            fmt::format("{}, every {:g} m, in {} runs of {:.0f} m together", map.sites.sites.size(),
+                        map.sites.spacing_m, runs, route_m(map.sites))),
+      field("reach", fmt::format("{:g} m around a site", map.reach_m)), describe_simulated(map));
 }
 
 // Whom the map's probabilities are for, and who was measured where that is another.
@@ -66,8 +67,8 @@ std::string describe_localizer(const CompiledMap& map) {
   const std::string parameters = parameters_text(of_map);
   if (!parameters.empty()) text += field("", parameters);
   if (map.measurement.localizer == of_map) return text;
-  return text + field("measured here",
-                      "by " + to_text(map.measurement.localizer) + ", which is not the one above");
+  return text + field("measured here", concat("by ", to_text(map.measurement.localizer),
+                                              ", which is not the one above"));
 }
 
 // Nothing of a trajectory of one piece that was given.
@@ -114,24 +115,24 @@ std::string describe_sensor(const SensorProfile& sensor) {
 std::string describe_measurement(const CompiledMap& map) {
   const MeasurementCard& card = map.measurement;
   if (card.reference == ErrorReference::kSimulated) {
-    return "simulated error\n" + field("map", card.mapping_drive + ", finished before") +
-           field("localization", "no drive was here") + describe_localizer(map) +
-           field("offsets", fmt::format("{} starts at every site", card.offsets.size())) +
-           field("sensor", describe_sensor(map.sensor));
+    return concat("simulated error\n", field("map", card.mapping_drive + ", finished before"),
+                  field("localization", "no drive was here"), describe_localizer(map),
+                  field("offsets", fmt::format("{} starts at every site", card.offsets.size())),
+                  field("sensor", describe_sensor(map.sensor)));
   }
   const bool is_known = card.reference == ErrorReference::kKnownPose;
-  return "measured error\n" +
-         field("mapping", card.mapping_drive + ", " + card.mapping_scans + " scans") +
-         field("localization",
-               card.localization_drive + ", " + card.localization_scans + " scans") +
-         field("reference", is_known ? "known poses" : "match at the sensor's full range") +
-         describe_localizer(map) +
-         field("offsets", card.offsets.empty()
-                              ? "imported with the errors, not known here"
-                              : fmt::format("{} starts at every site", card.offsets.size())) +
-         field("measured sites",
-               fmt::format("{} of {}", card.measured_site_count, map.sites.sites.size())) +
-         field("sensor", describe_sensor(map.sensor));
+  return concat(
+      "measured error\n",
+      field("mapping", card.mapping_drive + ", " + card.mapping_scans + " scans"),
+      field("localization", card.localization_drive + ", " + card.localization_scans + " scans"),
+      field("reference", is_known ? "known poses" : "match at the sensor's full range"),
+      describe_localizer(map),
+      field("offsets", card.offsets.empty()
+                           ? "imported with the errors, not known here"
+                           : fmt::format("{} starts at every site", card.offsets.size())),
+      field("measured sites",
+            fmt::format("{} of {}", card.measured_site_count, map.sites.sites.size())),
+      field("sensor", describe_sensor(map.sensor)));
 }
 
 std::string describe_promise(const LimitPromise& promise, bool is_simulated) {
@@ -210,9 +211,10 @@ std::string describe_looks(const CompiledMap& map) {
 std::string describe_figure(const CardFigure& figure) {
   switch (figure.kind) {
     case CardFigureKind::kRSquared:
-      return field(("R^2 at " + figure.of + " m").c_str(), fmt::format("{:.2f}", figure.value));
+      return field((concat("R^2 at ", figure.of, " m")).c_str(),
+                   fmt::format("{:.2f}", figure.value));
     case CardFigureKind::kRmse_m:
-      return field(("RMSE at " + figure.of + " m").c_str(),
+      return field((concat("RMSE at ", figure.of, " m")).c_str(),
                    fmt::format("{:.1f} cm", 100.0 * figure.value));
     case CardFigureKind::kImportance_m:
       break;
@@ -222,8 +224,8 @@ std::string describe_figure(const CardFigure& figure) {
 }
 
 std::string describe_model(const ModelRecord& model) {
-  std::string text = "error model\n" + field("sha256", to_hex(model.digest)) +
-                     field("in this map", model.bytes.empty() ? "no, stripped" : "yes");
+  std::string text = concat("error model\n", field("sha256", to_hex(model.digest)),
+                            field("in this map", model.bytes.empty() ? "no, stripped" : "yes"));
   auto figure = model.figures.begin();
   for (std::size_t fact = 0; fact < model.card.size(); ++fact) {
     const bool is_figure = figure != model.figures.end() && figure->fact == fact;
@@ -256,21 +258,20 @@ std::string describe(const CompiledMap& map) {
 
 std::string judged_by(const LocalizerProfile& of_map, const LocalizerProfile& judging) {
   if (judging == of_map) return "";
-  return "Judged by " + to_text(judging) + "; the map's ranges and probabilities are for " +
-         to_text(of_map) + "\n\n";
+  return concat("Judged by ", to_text(judging), "; the map's ranges and probabilities are for ",
+                to_text(of_map), "\n\n");
 }
 
 std::string describe(const ByFamily<ErrorModel>& model) {
   const ModelRecord record = record_of(model);
-  return "error model\n" + field("sha256", to_hex(record.digest)) +
-         field("encoding", std::to_string(record.encoding_version)) + "\n" + to_text(model);
+  return concat("error model\n", field("sha256", to_hex(record.digest)),
+                field("encoding", std::to_string(record.encoding_version)), "\n", to_text(model));
 }
 
 std::string describe(const MapSummary& summary) {
-  std::string text =
-      "file\n" + field("format", summary.format) +
-      field("root digest", to_hex(summary.root_digest)) +
-      field("size", fmt::format("{} bytes, {} tiles", summary.file_size, summary.tile_count));
+  std::string text = concat(
+      "file\n", field("format", summary.format), field("root digest", to_hex(summary.root_digest)),
+      field("size", fmt::format("{} bytes, {} tiles", summary.file_size, summary.tile_count)));
   text += fmt::format("    {:14} {:>8} {:>10} {:>12} {:>12}\n", "part", "blocks", "rows",
                       "raw bytes", "stored bytes");
   const auto line = [&](const std::string& name, std::uint64_t blocks, std::uint64_t rows,
@@ -298,9 +299,9 @@ std::string describe_drives(const TileDrives& tiles) {
     const auto confirmed = tiles_with(&TileDrive::confirming_scan_count);
     std::string name = drive.name;
     name.resize(std::max(kNameWidth, name.size()), ' ');
-    text += "  " + name + " " + (day.empty() ? "day not known" : day) + ", in " +
-            std::to_string(tiles_with(&TileDrive::scan_count)) + " tiles";
-    if (confirmed > 0) text += ", nothing new in " + std::to_string(confirmed);
+    text += concat("  ", name, " ", (day.empty() ? "day not known" : day), ", in ",
+                   tiles_with(&TileDrive::scan_count), " tiles");
+    if (confirmed > 0) text += concat(", nothing new in ", confirmed);
     text += "\n";
   }
   return text;

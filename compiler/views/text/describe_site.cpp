@@ -77,9 +77,9 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
   const std::string needed = map.ranges.selection == Selection::kMean
                                  ? "a predicted error within the limit"
                                  : fmt::format("p* = {:.3f}", p);
-  return own ? "    " + needed + " is first met at " + at_range(map.ranges.looks[*own].range_m) +
-                   "\n"
-             : "    no range meets " + needed + "\n";
+  return own ? concat("    ", needed, " is first met at ", at_range(map.ranges.looks[*own].range_m),
+                      "\n")
+             : concat("    no range meets ", needed, "\n");
 }
 
 // The range that this site would have alone, and what made another of it.
@@ -174,8 +174,8 @@ std::string describe_factors(const CompiledMap& map, const RouteFactors& route, 
                    [](const FarOff& a, const FarOff& b) { return std::abs(a.z) > std::abs(b.z); });
   if (found.size() > kMostTold) found.resize(kMostTold);
   const std::string where = at_range(map.ranges.looks[range].range_m);
-  if (found.empty()) return "  at " + where + " no factor is far from the route's median\n";
-  std::string text = "  far from the route's median at " + where + "\n";
+  if (found.empty()) return concat("  at ", where, " no factor is far from the route's median\n");
+  std::string text = concat("  far from the route's median at ", where, "\n");
   for (const FarOff& one : found) {
     text += fmt::format("    {:18} {:>10.4g}   median {:>10.4g}   z {:+.1f}\n",
                         map.factors.factors[one.factor], one.value, one.median, one.z);
@@ -210,8 +210,8 @@ std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t 
 std::string describe_columns(const CompiledMap& map, std::size_t site) {
   std::string text;
   for (const SiteColumn& column : map.columns) {
-    text += "  " + column.name + " " + format_double(double{column.values[site]}) +
-            (column.unit.empty() ? "" : " " + column.unit) + "\n";
+    text += concat("  ", column.name, " ", format_double(double{column.values[site]}),
+                   (column.unit.empty() ? "" : " " + column.unit), "\n");
   }
   return text;
 }

@@ -29,7 +29,7 @@ void add_ndt(const NdtMap& ndt, FieldTexts& facts) {
 // `of`: "promise.", or "look_promise." of the looks that take a sample.
 void add_promises(const RangeTable& ranges, const std::string& of, FieldTexts& facts) {
   for (const LimitPromise& promise : ranges.promises) {
-    facts.add(of + format_double(promise.limit_m) + "_m", promise);
+    facts.add(concat(of, format_double(promise.limit_m), "_m"), promise);
   }
 }
 
@@ -55,7 +55,7 @@ void add_looks(const CompiledMap& map, FieldTexts& facts) {
   add_promises(looks, "look_promise.", facts);
   for (std::size_t limit = 0; limit < quality.size(); ++limit) {
     const std::string name =
-        "look_coverage." + format_double(map.ranges.promises[limit].limit_m) + "_m.";
+        concat("look_coverage.", format_double(map.ranges.promises[limit].limit_m), "_m.");
     facts.add(name + "expected", quality[limit].expected_coverage);
     facts.add(name + "measured", quality[limit].measured_coverage);
   }
@@ -84,7 +84,7 @@ Facts facts_of(const CompiledMap& map) {
   facts.add("sensor.digest", digest_of(map.sensor));
   facts.add("measurement", map.measurement);
   for (const NamedVersion& definition : map.definitions) {
-    facts.add("definitions." + definition.name, "v" + std::to_string(definition.version));
+    facts.add("definitions." + definition.name, concat("v", definition.version));
   }
   add_model(map.model, facts);
   if (map.sharpness) {
@@ -110,7 +110,7 @@ std::string mean_text(const SiteColumn& column) {
   const std::string mean =
       finite.empty() ? "none"
                      : format_double(ordered_sum(finite) / static_cast<double>(finite.size()));
-  return "mean " + mean + (column.unit.empty() ? "" : " " + column.unit);
+  return concat("mean ", mean, (column.unit.empty() ? "" : " " + column.unit));
 }
 
 // Over places that both maps have.
@@ -145,9 +145,9 @@ Result<Differences> compare_values(MapSide& before, MapSide& after, const SiteCo
 }
 
 std::string differences_text(const Differences& differences, const std::string& unit) {
-  return ", other at " + std::to_string(differences.differing_count) + " of " +
-         std::to_string(differences.place_count) + " places, by at most " +
-         format_double(differences.largest) + (unit.empty() ? "" : " " + unit);
+  return concat(", other at ", differences.differing_count, " of ", differences.place_count,
+                " places, by at most ", format_double(differences.largest),
+                (unit.empty() ? "" : " " + unit));
 }
 
 Result<FactDiff> fact_of(MapSide& before, MapSide& after, const SiteColumn* old_card,

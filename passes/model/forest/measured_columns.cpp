@@ -21,7 +21,7 @@ constexpr const char* kIndependent = "measured_is_independent";
 
 // Of the drive with this number, from 0 on.
 std::string name_of(const char* column, std::size_t drive) {
-  return drive == 0 ? column : std::string(column) + "[" + std::to_string(drive + 1) + "]";
+  return drive == 0 ? column : concat(column, "[", drive + 1, "]");
 }
 
 std::optional<std::size_t> column_of(const FactorTable& factors, const std::string& name) {

@@ -19,16 +19,14 @@ constexpr double kSamePlace_m = 1e-3;
 // `factors` may be without values.
 Result<void> check_inputs(const ErrorModel& model, const Sites& sites, const FactorTable& factors) {
   if (factors.site_count != sites.sites.size()) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "found factors of " + std::to_string(factors.site_count) + " sites, expected " +
-                     std::to_string(sites.sites.size())};
+    return Error{ErrorCode::kMismatchedInputs, concat("found factors of ", factors.site_count,
+                                                      " sites, expected ", sites.sites.size())};
   }
   if (factors.looks != model.out_of_fold.looks) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "factors and model are of different ranges; the model needs " +
-                     std::to_string(model.ranges.size()) + " of " +
-                     format_double(model.ranges.front().range_m) + " to " +
-                     format_double(model.ranges.back().range_m) + " m"};
+                 concat("factors and model are of different ranges; the model needs ",
+                        model.ranges.size(), " of ", format_double(model.ranges.front().range_m),
+                        " to ", format_double(model.ranges.back().range_m), " m")};
   }
   return {};
 }
@@ -169,7 +167,7 @@ History some_of(const History& earlier, std::size_t first, std::size_t count) {
 }
 
 Error from_site(Error error, std::size_t first) {
-  if (first > 0) error.place = "from site " + std::to_string(first) + " on, " + error.place;
+  if (first > 0) error.place = concat("from site ", first, " on, ", error.place);
   return error;
 }
 
@@ -246,10 +244,10 @@ void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const As
     if (places.nearest(p_world_m, model.card.buffer_m, is_known)) ++flattered_count;
   }
   if (flattered_count == 0) return;
-  ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(own.size()) +
-           " sites lie within " + format_double(model.card.buffer_m) +
-           " m of where the model was trained, but are not its own sites: if this is the same "
-           "place, the forest knows it, and predictions there may be optimistic");
+  ctx.warn(concat(
+      flattered_count, " of ", own.size(), " sites lie within ", format_double(model.card.buffer_m),
+      " m of where the model was trained, but are not its own sites: if this is the same "
+      "place, the forest knows it, and predictions there may be optimistic"));
 }
 
 // `history`: none, or measured at these sites and looks.
@@ -296,24 +294,25 @@ Result<ByFamily<PredictedError>> predict_told(const PassContext& ctx,
   const TrainingCard& card = model.ranges.card;
   std::string names;
   for (const MeasuredError* drive : drives) {
-    names += (names.empty() ? "'" : ", '") + drive->drive + "'";
+    names += concat((names.empty() ? "'" : ", '"), drive->drive, "'");
   }
   const bool are_several = drives.size() > 1;
   const std::string who = (are_several ? "drives " : "drive ") + names;
   const LocalizerProfile& localizer = drives.front()->matching.localizer;
   if (!(localizer == card.localizer)) {
-    ctx.warn(who + (are_several ? " were" : " was") + " localized by " + to_text(localizer) +
-             ", the model predicts the errors of " + to_text(card.localizer) +
-             ": what was measured here is no input of it");
+    ctx.warn(concat(who, (are_several ? " were" : " was"), " localized by ", to_text(localizer),
+                    ", the model predicts the errors of ", to_text(card.localizer),
+                    ": what was measured here is no input of it"));
     return predict_both(ctx, options, model, asked, {});
   }
   if (!card.knows_history) {
-    ctx.warn("the model was trained on places that were driven once: it cannot tell what " + who +
-             " measured here " + (are_several ? "are" : "is") + " worth, and does not use it");
+    ctx.warn(concat("the model was trained on places that were driven once: it cannot tell what ",
+                    who, " measured here ", (are_several ? "are" : "is"),
+                    " worth, and does not use it"));
     return predict_both(ctx, options, model, asked, {});
   }
-  ctx.warn("the errors of " + who + " are model inputs: figures judged on " +
-           (are_several ? "those drives" : "that drive") + " are optimistic");
+  ctx.warn(concat("the errors of ", who, " are model inputs: figures judged on ",
+                  (are_several ? "those drives" : "that drive"), " are optimistic"));
   return predict_both(ctx, options, model, asked, history);
 }
 

@@ -15,10 +15,9 @@ Result<void> check_inputs(const EvaluationInputs& inputs) {
   if (inputs.predicted.site_count != site_count || inputs.ranges.site_count != site_count ||
       inputs.judged.scan_of_site.size() != site_count) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found predictions of " + std::to_string(inputs.predicted.site_count) +
-                     ", ranges of " + std::to_string(inputs.ranges.site_count) + " and errors of " +
-                     std::to_string(inputs.judged.scan_of_site.size()) + " sites, expected " +
-                     std::to_string(site_count)};
+                 concat("found predictions of ", inputs.predicted.site_count, ", ranges of ",
+                        inputs.ranges.site_count, " and errors of ",
+                        inputs.judged.scan_of_site.size(), " sites, expected ", site_count)};
   }
   bool have_same_limits = inputs.ranges.promises.size() == inputs.predicted.limits_m.size();
   for (std::size_t i = 0; have_same_limits && i < inputs.ranges.promises.size(); ++i) {
@@ -30,9 +29,8 @@ Result<void> check_inputs(const EvaluationInputs& inputs) {
                  "predictions, ranges and errors are of different ranges or limits"};
   }
   if (inputs.judged_sites.empty()) {
-    return Error{ErrorCode::kNoOverlap, "drive '" + inputs.judged.drive +
-                                            "' has no scan near any of " +
-                                            std::to_string(site_count) + " sites"};
+    return Error{ErrorCode::kNoOverlap, concat("drive '", inputs.judged.drive,
+                                               "' has no scan near any of ", site_count, " sites")};
   }
   return {};
 }
@@ -156,9 +154,8 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
   const RangeTable& ranges = choice.ranges;
   const MeasuredError& judged = measured.ranges;
   if (factors.row_count() != 0 && factors.row_count() != sites.sites.size()) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "found factors of " + std::to_string(factors.row_count()) + " sites, expected " +
-                     std::to_string(sites.sites.size())};
+    return Error{ErrorCode::kMismatchedInputs, concat("found factors of ", factors.row_count(),
+                                                      " sites, expected ", sites.sites.size())};
   }
   SIGHTLINE_ASSIGN(std::vector<StreetType> streets, all_street_types(factors));
   EvaluationInputs inputs{options.stretch_m,  sites, predicted, ranges, judged,

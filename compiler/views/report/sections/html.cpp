@@ -77,7 +77,7 @@ std::string look_colours(const RangeTable& looks, const Tones& tones) {
       share = taken.size() > 1 ? rank / static_cast<double>(taken.size() - 1) : 0.5;
       rank += 1.0;
     }
-    css += colour_css("look-" + std::to_string(i), share, tones);
+    css += colour_css(concat("look-", i), share, tones);
   }
   return css;
 }
@@ -89,7 +89,7 @@ std::string colours_of(const CompiledMap& map, const Tones& tones) {
     css += colour_css(fmt::format("range-{}", i), scale.share(map.ranges.looks[i].range_m), tones);
   }
   for (std::size_t i = 0; i < kScaleSteps; ++i) {
-    css += colour_css("scale-" + std::to_string(i),
+    css += colour_css(concat("scale-", i),
                       static_cast<double>(i) / static_cast<double>(kScaleSteps - 1), tones);
   }
   if (map.looks) css += look_colours(map.looks->ranges, tones);
@@ -98,17 +98,17 @@ std::string colours_of(const CompiledMap& map, const Tones& tones) {
 
 }  // namespace
 
-std::string paragraph(const std::string& text) { return "<p>" + xml_text(text) + "</p>\n"; }
+std::string paragraph(const std::string& text) { return concat("<p>", xml_text(text), "</p>\n"); }
 
 std::string html_table(const TextGrid& grid, const std::string& caption) {
-  std::string html =
-      "<div class=\"scroll\" tabindex=\"0\"><table><caption>" + xml_text(caption) + "</caption>\n";
+  std::string html = concat("<div class=\"scroll\" tabindex=\"0\"><table><caption>",
+                            xml_text(caption), "</caption>\n");
   for (std::size_t row = 0; row < grid.size(); ++row) {
     html += row == 0 ? "<thead><tr>" : "<tr>";
     for (std::size_t column = 0; column < grid[row].size(); ++column) {
       const bool is_head = (row == 0 || column == 0) && !grid[row][column].empty();
       const char* td = grid[row][column].size() > kLongText ? "<td class=\"text\">" : "<td>";
-      html += is_head ? "<th scope=\"" + std::string(row == 0 ? "col" : "row") + "\">" : td;
+      html += is_head ? concat("<th scope=\"", row == 0 ? "col" : "row", "\">") : td;
       html += xml_text(grid[row][column]) + (is_head ? "</th>" : "</td>");
     }
     html += row == 0 ? "</tr></thead><tbody>\n" : "</tr>\n";
@@ -127,19 +127,19 @@ TextGrid transposed(const TextGrid& grid) {
 std::string fact_table(const Facts& facts) {
   std::string html = "<dl class=\"facts\">\n";
   for (const auto& [name, value] : facts) {
-    html += "<dt>" + xml_text(name) + "</dt><dd>" + xml_text(value) + "</dd>\n";
+    html += concat("<dt>", xml_text(name), "</dt><dd>", xml_text(value), "</dd>\n");
   }
   return html + "</dl>\n";
 }
 
 std::string html_figure(const Figure& figure) {
-  std::string html = "<figure id=\"" + figure.id + "\">\n<div class=\"still\" tabindex=\"0\">" +
-                     figure.picture_html + "</div>\n";
+  std::string html = concat("<figure id=\"", figure.id, "\">\n<div class=\"still\" tabindex=\"0\">",
+                            figure.picture_html, "</div>\n");
   if (!figure.live.empty()) {
-    html += "<div class=\"live\" data-drawing=\"" + figure.live + "\"></div>\n";
+    html += concat("<div class=\"live\" data-drawing=\"", figure.live, "\"></div>\n");
   }
-  return html + "<figcaption><b>" + xml_text(figure.name) + "</b> " + xml_text(figure.caption) +
-         "</figcaption>\n</figure>\n";
+  return concat(html, "<figcaption><b>", xml_text(figure.name), "</b> ", xml_text(figure.caption),
+                "</figcaption>\n</figure>\n");
 }
 
 std::string limit_colour(std::size_t limit) {
@@ -147,14 +147,14 @@ std::string limit_colour(std::size_t limit) {
   return colours[limit % 3];
 }
 
-std::string range_colour(std::size_t range) { return "var(--range-" + std::to_string(range) + ")"; }
+std::string range_colour(std::size_t range) { return concat("var(--range-", range, ")"); }
 
-std::string look_colour(std::size_t look) { return "var(--look-" + std::to_string(look) + ")"; }
+std::string look_colour(std::size_t look) { return concat("var(--look-", look, ")"); }
 
 std::string colours_css(const CompiledMap& map) {
-  return ":root{" + colours_of(map, kOnPaper) +
-         "}\n@media screen and (prefers-color-scheme:dark){:root{" + colours_of(map, kOnBlack) +
-         "}}\n";
+  return concat(":root{", colours_of(map, kOnPaper),
+                "}\n@media screen and (prefers-color-scheme:dark){:root{",
+                colours_of(map, kOnBlack), "}}\n");
 }
 
 std::string limit_text(double limit_m) { return fmt::format("{:g} cm", 100.0 * limit_m); }

@@ -15,8 +15,8 @@ constexpr double kMargin_m = 15.0;
 std::string legend(const CompiledMap& map) {
   std::string html = "<div class=\"legend\">range (m): ";
   for (std::size_t i = 0; i < map.ranges.looks.size(); ++i) {
-    html += "<span><i style=\"background:" + range_colour(i) + "\"></i>" +
-            fixed(map.ranges.looks[i].range_m, 0) + "</span> ";
+    html += concat("<span><i style=\"background:", range_colour(i), "\"></i>",
+                   fixed(map.ranges.looks[i].range_m, 0), "</span> ");
   }
   return html + "</div>\n";
 }
@@ -49,11 +49,12 @@ std::string still_route(const Sites& sites, const RangeTable& choice, std::size_
                         const RouteColours& colours, const std::string& background) {
   const MapBox box = box_of_route(sites, kMargin_m);
   const double route_m = std::max(box.width_m(), box.height_m()) / 150.0;
-  return fmt::format(R"(<svg class="still-map" role="img" viewBox="{:.2f} {:.2f} {:.2f} {:.2f}">)"
-                     "<title>The route from above, coloured by {}</title>\n",
-                     box.low_x_m, -box.high_y_m, box.width_m(), box.height_m(), colours.by) +
-         background + route_svg(sites, choice, limit, route_m, colours.colour_of) +
-         scale_bar_svg(box, "currentColor") + "</svg>\n";
+  return concat(
+      fmt::format(R"(<svg class="still-map" role="img" viewBox="{:.2f} {:.2f} {:.2f} {:.2f}">)"
+                  "<title>The route from above, coloured by {}</title>\n",
+                  box.low_x_m, -box.high_y_m, box.width_m(), box.height_m(), colours.by),
+      background, route_svg(sites, choice, limit, route_m, colours.colour_of),
+      scale_bar_svg(box, "currentColor"), "</svg>\n");
 }
 
 // How often each look is chosen that any site takes, with its colour.
@@ -64,8 +65,8 @@ std::string shares(const RangeTable& looks, std::size_t limit) {
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] == 0) continue;
     const double share = static_cast<double>(counts[i]) / static_cast<double>(looks.site_count);
-    html += "<span><i style=\"background:" + look_colour(i) + "\"></i>" + to_text(looks.looks[i]) +
-            ": " + percent(share) + "</span> ";
+    html += concat("<span><i style=\"background:", look_colour(i), "\"></i>",
+                   to_text(looks.looks[i]), ": ", percent(share), "</span> ");
   }
   return html + "</div>\n";
 }
@@ -74,16 +75,16 @@ std::string choice_at(const CompiledMap& map, std::size_t limit) {
   const RangeTable& looks = map.looks->ranges;
   const LimitPromise& promise = looks.promises[limit];
   const std::string limit_words = limit_text(promise.limit_m);
-  const std::string id = "looks-" + std::to_string(limit);
-  return "<h3>Limit " + limit_words + "</h3>\n" +
-         paragraph("Expected within " + limit_words + ": " +
-                   percent(map.looks->quality[limit].expected_coverage) + " of the sites. " +
-                   promise.statement) +
-         html_figure({id, "Looks, " + limit_words + ".",
-                      "The look that each place asks for, from the cheapest to the dearest.",
-                      still_route(map.sites, looks, limit, {"look", &look_colour}, "") +
-                          shares(looks, limit),
-                      ""});
+  const std::string id = concat("looks-", limit);
+  return concat("<h3>Limit ", limit_words, "</h3>\n",
+                paragraph("Expected within " + limit_words + ": " +
+                          percent(map.looks->quality[limit].expected_coverage) + " of the sites. " +
+                          promise.statement),
+                html_figure({id, "Looks, " + limit_words + ".",
+                             "The look that each place asks for, from the cheapest to the dearest.",
+                             still_route(map.sites, looks, limit, {"look", &look_colour}, "") +
+                                 shares(looks, limit),
+                             ""}));
 }
 
 std::string words_of(LookRule rule) {
@@ -109,7 +110,7 @@ std::string judged(const LookEvaluation& evaluation) {
   }
   TextGrid statics = {{"the same look everywhere"}};
   for (const double limit_m : evaluation.limits_m) {
-    statics.front().push_back("within " + limit_text(limit_m) + " (%)");
+    statics.front().push_back(concat("within ", limit_text(limit_m), " (%)"));
   }
   statics.front().insert(statics.front().end(), {"time ratio", "work ratio"});
   for (const StaticLook& look : evaluation.statics) {
@@ -142,11 +143,11 @@ Section map_section(const ReportSources& sources) {
         " Click the route, or use the buttons, to see why a site looks as far as it does.";
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    figure.picture_html += "<h3>Limit " + limit_text(map.ranges.promises[limit].limit_m) +
-                           "</h3>\n" +
-                           still_route(map.sites, map.ranges, limit, {"range", &range_colour},
-                                       background_of(sources, limit)) +
-                           legend(map);
+    figure.picture_html +=
+        concat("<h3>Limit ", limit_text(map.ranges.promises[limit].limit_m), "</h3>\n",
+               still_route(map.sites, map.ranges, limit, {"range", &range_colour},
+                           background_of(sources, limit)),
+               legend(map));
   }
   section.html = html_figure(figure);
   return section;
