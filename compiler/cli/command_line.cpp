@@ -35,14 +35,6 @@ const Flag* find_flag(const Verb& verb, const std::string& name) {
   return flag == verb.flags.end() ? nullptr : &*flag;
 }
 
-std::vector<std::string> long_names(const Verb& verb) {
-  std::vector<std::string> names;
-  for (const Flag& flag : shown_flags(verb)) names.push_back(long_name(flag));
-  return names;
-}
-
-bool has_setter(const Flag& flag) { return std::holds_alternative<Setter>(flag.target); }
-
 CLI::Option* add_flag(CLI::App& app, const Flag& flag) {
   if (!takes_value(flag)) return app.add_flag(flag.names)->disable_flag_override();
   if (!flag.bare_value.empty()) return app.add_flag(concat(flag.names, "{", flag.bare_value, "}"));
@@ -65,7 +57,9 @@ Error unexpected(const std::string& command, const Verb& verb, const std::string
         concat("unexpected word '", word, "'; `", command, " --help` shows what may stand there"));
   }
   const std::string name = word.substr(0, word.find('='));
-  return unknown("unknown flag " + name, name, long_names(verb), command);
+  std::vector<std::string> known;
+  for (const Flag& flag : shown_flags(verb)) known.push_back(long_name(flag));
+  return unknown("unknown flag " + name, name, known, command);
 }
 
 // A flag whose value is missing must be the last word, since it takes whatever follows.
@@ -125,7 +119,7 @@ Result<void> set_flags(const Verb& verb, const std::vector<CLI::Option*>& option
                        bool with_setter) {
   for (std::size_t i = 0; i < verb.flags.size(); ++i) {
     const Flag& flag = verb.flags[i];
-    if (has_setter(flag) != with_setter) continue;
+    if (std::holds_alternative<Setter>(flag.target) != with_setter) continue;
     Result<void> set = check_values(verb, flag, options[i]->results());
     if (set) set = set_flag(flag, long_name(flag), options[i]->results());
     if (!set) return set;

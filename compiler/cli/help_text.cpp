@@ -132,7 +132,6 @@ std::string paragraphs(const std::string& text) {
   return result;
 }
 
-// As they are written.
 std::string literal_lines(const std::vector<std::string>& lines) {
   std::string text = ".RS 2\n.nf\n";
   for (const std::string& line : lines) text += roff(line) + "\n";
@@ -200,8 +199,7 @@ std::string exit_statuses() {
 }  // namespace
 
 std::string flag_title(const Flag& flag) {
-  std::string text;
-  for (const std::string& name : names_of(flag)) text += (text.empty() ? "" : ", ") + name;
+  const std::string text = joined(names_of(flag));
   if (!flag.bare_value.empty()) return concat(text, "[=", flag.value, "]");
   return takes_value(flag) ? concat(text, " ", flag.value) : text;
 }
@@ -215,9 +213,7 @@ std::string facts_of(const Flag& flag) {
     facts.push_back("default: " + value);
   }
   if (is_list(flag.target) && !flag.names.empty()) facts.emplace_back("may be repeated");
-  std::string text;
-  for (const std::string& fact : facts) text += (text.empty() ? "" : "; ") + fact;
-  return text;
+  return joined(facts, "; ");
 }
 
 std::string usage_text(const std::string& command, const Verb& verb) {

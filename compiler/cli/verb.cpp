@@ -13,12 +13,6 @@ namespace {
 
 Flag help_flag() { return {.names = "-h,--help", .help = "Print this help"}; }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 // The shortest text that reads back as the same number.
 template <class Number>
 std::string number_text(Number number) {
@@ -31,11 +25,6 @@ bool is_within_limits(const Flag& flag, double number) {
   return (!flag.minimum || number >= *flag.minimum) && (!flag.maximum || number <= *flag.maximum);
 }
 
-Error bad_value(const Flag& flag, const std::string& called, const std::string& word) {
-  return {ErrorCode::kBadValue,
-          concat(called, ": found '", word, "', expected ", expected_text(flag))};
-}
-
 template <class Number>
 Result<void> set_number(const Flag& flag, const std::string& called, const std::string& word,
                         Number& target) {
@@ -45,7 +34,8 @@ Result<void> set_number(const Flag& flag, const std::string& called, const std::
   const bool is_read = read.ec == std::errc() && read.ptr == end;
   if (!is_read || !std::isfinite(static_cast<double>(number)) ||
       !is_within_limits(flag, static_cast<double>(number))) {
-    return bad_value(flag, called, word);
+    return Error{ErrorCode::kBadValue,
+                 concat(called, ": found '", word, "', expected ", expected_text(flag))};
   }
   target = number;
   return {};
@@ -61,7 +51,6 @@ Result<void> check_choice(const Flag& flag, const std::string& called, const std
   return Error{ErrorCode::kUnknownName, concat(called, ": '", word, "' is not known; ", hint)};
 }
 
-// Overloads for each kind of target.
 struct SetTarget {
   const Flag& flag;
   const std::string& called;
@@ -92,7 +81,6 @@ struct SetTarget {
   }
 };
 
-// Overloads for each kind of target.
 struct DefaultText {
   const Flag& flag;
 
@@ -107,6 +95,12 @@ struct DefaultText {
 };
 
 }  // namespace
+
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+  return text;
+}
 
 Result<int> exit_status_of(const Result<void>& done) {
   if (!done) return done.error();

@@ -68,6 +68,9 @@ struct Program {
   std::vector<Verb> verbs;
 };
 
+// The words with `between` between them.
+std::string joined(const std::vector<std::string>& words, const std::string& between = ", ");
+
 // Exit status 0 of what succeeded.
 Result<int> exit_status_of(const Result<void>& done);
 

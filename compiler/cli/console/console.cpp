@@ -121,21 +121,15 @@ std::string_view origin(const StepReport& report) {
   return report.reason == kNotNeeded ? kNotNeeded : "from the cache";
 }
 
-void end_interrupted(std::string_view text) {
-  (void)!::write(STDERR_FILENO, text.data(), text.size());
-  ::_exit(exit_status(ErrorCode::kInterrupted));
-}
-
+template <bool kHasCache>
 void on_interrupt(int /*signal*/) {
-  end_interrupted(
-      "\nSL7001 interrupted: finished passes are in the cache; the same command goes on from "
-      "there\n");
-}
-
-void on_interrupt_without_cache(int /*signal*/) {
-  end_interrupted(
-      "\nSL7001 interrupted: nothing is kept without a cache; leave out --no-cache to go on from "
-      "finished passes\n");
+  constexpr std::string_view kText =
+      kHasCache ? "\nSL7001 interrupted: finished passes are in the cache; the same command goes "
+                  "on from there\n"
+                : "\nSL7001 interrupted: nothing is kept without a cache; leave out --no-cache to "
+                  "go on from finished passes\n";
+  (void)!::write(STDERR_FILENO, kText.data(), kText.size());
+  ::_exit(exit_status(ErrorCode::kInterrupted));
 }
 
 using Json = nlohmann::ordered_json;
@@ -291,7 +285,7 @@ std::string explanation(const std::vector<StepReport>& reports) {
 }
 
 void explain_interruption(bool has_cache) {
-  const auto handler = has_cache ? on_interrupt : on_interrupt_without_cache;
+  const auto handler = has_cache ? &on_interrupt<true> : &on_interrupt<false>;
   std::signal(SIGINT, handler);
   std::signal(SIGTERM, handler);
 }

@@ -86,7 +86,6 @@ RunObserver json_observer(int descriptor, std::vector<double> expected_s = {});
 // Error: bad-argument where the descriptor is not open for writing.
 Result<void> check_progress_descriptor(int descriptor);
 
-// Tells both.
 RunObserver both(RunObserver first, RunObserver second);
 
 }  // namespace sightline
