@@ -15,12 +15,6 @@
 namespace sightline {
 namespace {
 
-std::string joined(const std::vector<std::string>& words, const std::string& between) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-  return text;
-}
-
 std::string all_names(const std::vector<Flag>& flags) {
   std::vector<std::string> names;
   for (const Flag& flag : flags) names.push_back(joined(names_of(flag), " "));
@@ -163,29 +157,16 @@ std::string zsh_completion(const Program& program) {
                 " \"$@\"; else compdef ", function, " ", program.name, "; fi\n");
 }
 
-void print_help(const std::string& name) {
-  const Program program = sightline_program();
-  const Verb* const verb = find_verb(program, name);
-  const std::string text =
-      verb == nullptr ? help_text(program) : help_text(concat(program.name, " ", name), *verb);
-  std::fputs(text.c_str(), stdout);
-}
-
 struct PassesFlags {
   bool print_schema = false;
   bool print_config = false;
 };
 
-// The example a newcomer sees: a compile with a localization drive, so that every pass is in it.
-CompileConfig complete_config() {
-  CompileConfig config;
+void print_passes() {
+  CompileConfig config;  // with a localization drive, so that every pass is in it
   config.mapping.scans = "mapping/scans";
   config.localization.scans = "drive/scans";
-  return config;
-}
-
-void print_passes() {
-  const Plan plan = compile_plan(complete_config()).plan;
+  const Plan plan = compile_plan(config).plan;
   for (const PassStep& step : plan.steps()) {
     std::string inputs;
     for (const std::size_t input : step.inputs) {
@@ -262,7 +243,11 @@ Verb help_verb(std::vector<std::string> verbs) {
                        .choices = verbs,
                        .is_required = false}};
   verb.run = [name]() -> Result<int> {
-    print_help(*name);
+    const Program program = sightline_program();
+    const Verb* const found = find_verb(program, *name);
+    const std::string text =
+        found == nullptr ? help_text(program) : help_text(concat(program.name, " ", *name), *found);
+    std::fputs(text.c_str(), stdout);
     return 0;
   };
   return verb;

@@ -35,17 +35,9 @@ Result<SignedText> read_signed(const std::string& file) {
   return SignedText{text, signatures};
 }
 
-Result<RootRecord> read_root(const AdmitFlags& flags) {
-  SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.root, kLargestRecord));
-  Result<RootRecord> root = decode_root_record(text);
-  if (!root) return in_file(root.error(), flags.root);
-  return root;
-}
-
 Result<VehicleFacts> facts_of(const AdmitFlags& flags) {
   VehicleFacts facts;
-  SIGHTLINE_ASSIGN(const std::int64_t now, read_time(flags.now));
-  facts.now_s = now;
+  SIGHTLINE_ASSIGN(facts.now_s, read_time(flags.now));
   if (!flags.seen.empty()) {
     SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.seen, kLargestSeenState));
     Result<SeenState> seen = decode_seen_state(text);
@@ -68,30 +60,26 @@ Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
 }
 
 Result<void> admit(const AdmitFlags& flags) {
-  SIGHTLINE_ASSIGN(const RootRecord root, read_root(flags));
-  if (!flags.next_root.empty()) return admit_root(flags, root);
+  if (flags.next_root.empty() == flags.release.empty()) {
+    return Error{ErrorCode::kBadArgument, "either a RELEASE or --next-root is needed"};
+  }
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.root, kLargestRecord));
+  const Result<RootRecord> root = decode_root_record(text);
+  if (!root) return in_file(root.error(), flags.root);
+  if (!flags.next_root.empty()) return admit_root(flags, *root);
   SIGHTLINE_ASSIGN(const VehicleFacts facts, facts_of(flags));
   SIGHTLINE_ASSIGN(const SignedText release, read_signed(flags.release));
-  const Admission admission = admit_and_remember(release.text, release.signatures, root, facts);
+  const Admission admission = admit_and_remember(release.text, release.signatures, *root, facts);
   if (!flags.new_seen.empty() && !admission.seen.release.empty()) {
     SIGHTLINE_TRY(
         write_file_atomically(flags.new_seen, encode(admission.seen), IfExists::kReplace));
   }
   const Result<ReleaseRecord>& record = admission.record;
   if (!record) return in_file(record.error(), flags.release);
-  if (!flags.map.empty()) {
-    SIGHTLINE_TRY(check_map(flags.map, *record));
-  }
+  if (!flags.map.empty()) SIGHTLINE_TRY(check_map(flags.map, *record));
   std::fputs(encode(*record).c_str(), stdout);
   std::printf("fetch %s\n", to_text(plan_fetch(flags.present, *record)).c_str());
   return {};
-}
-
-Result<void> run_admit(const AdmitFlags& flags) {
-  if (flags.next_root.empty() == flags.release.empty()) {
-    return Error{ErrorCode::kBadArgument, "either a RELEASE or --next-root is needed"};
-  }
-  return admit(flags);
 }
 
 }  // namespace
@@ -154,7 +142,7 @@ Verb admit_verb() {
        .value = "FILE",
        .help = "The map to check against the release (.slmap)",
        .target = &flags->map}};
-  verb.run = [flags] { return exit_status_of(run_admit(*flags)); };
+  verb.run = [flags] { return exit_status_of(admit(*flags)); };
   return verb;
 }
 

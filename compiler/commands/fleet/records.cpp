@@ -76,8 +76,7 @@ Result<void> make_release(const ReleaseFlags& flags) {
   SIGHTLINE_ASSIGN(ReleaseRecord record, release_of_map(flags.map));
   record.fleet = flags.fleet;
   record.counter = flags.counter;
-  SIGHTLINE_ASSIGN(const std::int64_t expires, read_time(flags.expires));
-  record.expires_s = expires;
+  SIGHTLINE_ASSIGN(record.expires_s, read_time(flags.expires));
   SIGHTLINE_TRY(add_deltas(flags, record));
   SIGHTLINE_TRY(validate(record));
   return write_file_atomically(flags.out, encode(record), if_exists(flags.force));
@@ -109,8 +108,7 @@ Result<void> make_root(const RootFlags& flags) {
   RootRecord root;
   SIGHTLINE_TRY(follow_previous(flags, root));
   root.threshold = flags.threshold;
-  SIGHTLINE_ASSIGN(const std::int64_t expires, read_time(flags.expires));
-  root.expires_s = expires;
+  SIGHTLINE_ASSIGN(root.expires_s, read_time(flags.expires));
   for (const std::string& file : flags.keys) {
     SIGHTLINE_ASSIGN(const PublicKey key, read_public_key(file));
     root.keys.push_back(key);

@@ -16,11 +16,9 @@
 namespace sightline {
 namespace {
 
-using Writer = std::string (*)(const GateReport&);
-
 struct Form {
   const char* name;
-  Writer write;
+  std::string (*write)(const GateReport&);
   const char* help;
 };
 
@@ -69,14 +67,12 @@ Result<GateReport> judge_files(const GateFlags& flags, const GateSettings& setti
   std::optional<LoadedMap> old_file;
   std::optional<GateMap> old_map;
   if (!flags.old_map.empty()) {
-    SIGHTLINE_ASSIGN(LoadedMap loaded, load_map(flags.old_map));
-    old_file = std::move(loaded);
+    SIGHTLINE_ASSIGN(old_file, load_map(flags.old_map));
     old_map.emplace(GateMap{flags.old_map, old_file->map, old_file->summary});
   }
   std::optional<Observation> observation;
   if (!flags.evaluation.empty()) {
-    SIGHTLINE_ASSIGN(Observation read, read_observation(flags.evaluation));
-    observation = std::move(read);
+    SIGHTLINE_ASSIGN(observation, read_observation(flags.evaluation));
   }
   return judge({subject, old_map ? &*old_map : nullptr, observation ? &*observation : nullptr},
                settings, flags.today.empty() ? day_by_the_clock() : flags.today);
@@ -108,8 +104,7 @@ std::size_t line_of_section(const std::string& file) {
 Result<void> gate(const GateFlags& flags) {
   GateSettings settings = default_gate_settings();
   if (!flags.rules.empty()) {
-    SIGHTLINE_ASSIGN(GateSettings read, read_gate_settings(flags.rules));
-    settings = std::move(read);
+    SIGHTLINE_ASSIGN(settings, read_gate_settings(flags.rules));
   }
   SIGHTLINE_ASSIGN(GateReport report, judge_files(flags, settings));
   report.rules_file = flags.rules;

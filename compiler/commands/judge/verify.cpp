@@ -32,9 +32,8 @@ Result<MapFile> compile_again(const VerifyFlags& flags) {
   run.no_cache = true;  // what somebody put there has no part in it
   run.is_quiet = true;
   SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(run.config_file, run.overrides));
-  const bool is_given = !flags.model.empty();
   const CompilePlan compile =
-      compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+      compile_plan(config, flags.model.empty() ? ModelSource::kTrained : ModelSource::kGiven);
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(run), artifacts));
   SIGHTLINE_TRY(provide_model(compile, flags.model, artifacts));

@@ -49,11 +49,7 @@ Result<void> weak(WeakFlags flags) {
   if (!flags.output.empty()) {
     return write_file_atomically(flags.output, text, if_exists(flags.is_forced));
   }
-  if (flags.format == "text") {
-    print_text(text);
-  } else {
-    print_data(text);
-  }
+  flags.format == "text" ? print_text(text) : print_data(text);
   return {};
 }
 
@@ -67,8 +63,7 @@ Verb weak_verb() {
   verb.summary = "Find where a map is weak, in which direction, why, and what would help";
   verb.details =
       "Of the map alone, also of one without drives. A site is unmet where no range and no look is "
-      "good enough, thin where the predicted error of the best of them leaves less than "
-      "--margin "
+      "good enough, thin where the predicted error of the best of them leaves less than --margin "
       "of the limit. Weak sites of a run that are near are one stretch; the worst come "
       "first.\n\nOf each stretch: the direction that the match holds least, the cause in a word "
       "(empty: few upright surfaces in sight; one-sided: all of them face one way; repeated: it "

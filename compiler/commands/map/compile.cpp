@@ -15,13 +15,6 @@ Result<void> run_compile(const CompileFlags& flags) {
   return compile_to_map(flags, config);
 }
 
-Setter resolve_setter(CompileFlags& flags) {
-  return [&flags](const std::string& /*value*/) -> Result<void> {
-    flags.run.overrides.emplace_back("base.poses=");
-    return {};
-  };
-}
-
 struct AnnotateFlags {
   CompileFlags compile;
   std::string map;
@@ -89,7 +82,10 @@ Verb compile_verb() {
       {.names = "--resolve",
        .help = "Find the poses of all mapping drives anew, also where base names those of an "
                "earlier map (base.poses)",
-       .target = resolve_setter(*flags)});
+       .target = Setter([flags](const std::string& /*value*/) -> Result<void> {
+         flags->run.overrides.emplace_back("base.poses=");
+         return {};
+       })});
   verb.flags.push_back({.names = "--poses",
                         .value = "FILE",
                         .help = "Also write where the scans of the mapping drive were (.slposes), "
@@ -120,8 +116,7 @@ Verb annotate_verb() {
       "Drives that come later are named with --set localization.scans=...: where they passed, the "
       "map then goes by what they measured.\n\n"
       "--route everywhere takes every place of a grid of 2 m that a vehicle can reach on the "
-      "ground "
-      "of the map, walls and what hangs low avoided: by geometry alone, lawns and car parks "
+      "ground of the map, walls and what hangs low avoided: by geometry alone, lawns and car parks "
       "included, whatever is allowed there (options: section choose-field-sites).\n\n"
       "A map that was compiled before (.slmap) is annotated anew, for another sensor, route or "
       "model: its NDs stay as they are, and so do frame and world. It holds no surface, so that "

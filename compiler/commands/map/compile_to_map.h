@@ -25,7 +25,7 @@ struct CompileFlags {
   bool is_forced = false;
 };
 
-// The flags of both: -o, --force, --model, --risk, --strict, --list-inputs, --dry-run,
+// -o, --force, --model, --risk, --strict, --list-inputs, --dry-run,
 // --depfile.
 void add_compile_flags(Verb& verb, CompileFlags& flags);
 

@@ -62,12 +62,10 @@ Result<void> export_cells(const std::string& map_file, const ExportAnswersFlags&
 const std::string_view kLanelet2Details =
     "\n\nlanelet2 leaves every byte of the lanes' file as it was and adds, to each lanelet and for "
     "each limit (010 is 0.10 m): observation_range_010 (m; the longest that a place of it asks "
-    "for), "
-    "_p95 (enough at 95 % of its places), _least, _unmet (share of places where no range is good "
-    "enough); observation_look_010 (the dearest look that a place asks for), _unmet; "
+    "for), _p95 (enough at 95 % of its places), _least, _unmet (share of places where no range is "
+    "good enough); observation_look_010 (the dearest look that a place asks for), _unmet; "
     "observation_known (share of places with an answer); observation_localizer. Where no site is "
-    "near "
-    "it says unknown. Where the limit --area-limit is unmet the lane becomes an area of type "
+    "near it says unknown. Where the limit --area-limit is unmet the lane becomes an area of type "
     "degenerate_area and subtype feature_poor_road, which Autoware's environment adaptor reads; "
     "where it is met and the map is weak, as `sightline weak` lists by that limit, the subtype is "
     "feature_weak_road.";

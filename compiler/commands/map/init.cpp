@@ -35,10 +35,8 @@ Verb init_verb() {
   verb.summary = "Look at a folder of recordings and write a configuration that compiles";
   verb.details =
       "Finds folders of scans, bags of ROS 1 and ROS 2 and pcaps up to four folders deep, poses "
-      "and "
-      "times beside them, recognizes the sensor by its beams and checks whether the poses fit the "
-      "scans. A "
-      "comment above each key says what it was guessed from.";
+      "and times beside them, recognizes the sensor by its beams and checks whether the poses fit "
+      "the scans. A comment above each key says what it was guessed from.";
   verb.examples = {"sightline init recordings/ -o drive.yaml",
                    "sightline init recordings/ > drive.yaml",
                    "sightline compile drive.yaml -o drive.slmap"};

@@ -61,11 +61,10 @@ Result<void> plan(const PlanFlags& flags) {
     print_text(cost_text(made.work) + next_steps(flags));
     return {};
   }
-  const std::filesystem::path folder = std::filesystem::absolute(flags.output).lexically_normal();
   EngineJob job;
   job.program = std::filesystem::read_symlink("/proc/self/exe");
-  job.plan = folder;
-  job.map = flags.map.empty() ? folder / "map.slmap" : std::filesystem::absolute(flags.map);
+  job.plan = std::filesystem::absolute(flags.output).lexically_normal();
+  job.map = flags.map.empty() ? job.plan / "map.slmap" : std::filesystem::absolute(flags.map);
   job.shares = flags.shares;
   job.plan_digest = to_hex(sha256(to_json(made.file))).substr(0, 16);
   print_data(engine_script(flags.engine, job));

@@ -40,17 +40,9 @@ Result<WorkShare> parse_share(const std::string& text) {
   return WorkShare{number - 1, of};
 }
 
-Setter share_setter(WorkFlags& flags) {
-  return [&flags](const std::string& text) -> Result<void> {
-    SIGHTLINE_ASSIGN(flags.share, parse_share(text));
-    return {};
-  };
-}
-
 Result<void> work(const WorkFlags& flags) {
   SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
   const Stage stage = *stage_named(flags.stage);
-  const Plan& plan = work.compile.plan;
   RunOptions options = options_in(work, stage);
   options.threads = flags.run.threads;
   options.share = flags.share;
@@ -61,7 +53,8 @@ Result<void> work(const WorkFlags& flags) {
                 [&](const AnyWire& output) { return std::ranges::find(own, output) != own.end(); });
   for (const std::vector<AnyWire>& wanted : {own, others}) {
     if (wanted.empty()) continue;
-    SIGHTLINE_TRY(run_steps(plan, wanted, flags.run, options, work.config, work.artifacts));
+    SIGHTLINE_TRY(
+        run_steps(work.compile.plan, wanted, flags.run, options, work.config, work.artifacts));
   }
   return {};
 }
@@ -106,11 +99,7 @@ std::string to_json(const std::vector<StepState>& states) {
 Result<void> status(const StatusFlags& flags) {
   SIGHTLINE_ASSIGN(const SharedWork work, open_work(flags.plan));
   const std::vector<StepState> states = states_of(work);
-  if (flags.format == "json") {
-    print_data(to_json(states));
-  } else {
-    print_text(to_text(states));
-  }
+  flags.format == "json" ? print_data(to_json(states)) : print_text(to_text(states));
   return {};
 }
 
@@ -126,12 +115,11 @@ Result<void> link(const LinkFlags& flags) {
   const std::string output = std::filesystem::absolute(flags.output).string();
   SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
   SIGHTLINE_TRY(try_poses_output(output, if_exists(flags.is_forced), work.compile));
-  const Plan& plan = work.compile.plan;
   RunOptions options = options_in(work, Stage::kLink);
   options.threads = flags.run.threads;
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
-                   run_steps(plan, reported_artifacts(work.compile), flags.run, options,
-                             work.config, work.artifacts));
+                   run_steps(work.compile.plan, reported_artifacts(work.compile), flags.run,
+                             options, work.config, work.artifacts));
   SIGHTLINE_TRY(write_compiled(output, if_exists(flags.is_forced), work.config, work.compile,
                                work.artifacts, reports));
   return flags.run.is_quiet ? Result<void>() : print_summary(work.compile, work.artifacts);
@@ -175,7 +163,10 @@ Verb work_verb() {
                 {.names = "--share",
                  .value = "K/N",
                  .help = "Take the K-th of N shares first; else all of it is one share",
-                 .target = share_setter(*flags)}};
+                 .target = Setter([flags](const std::string& text) -> Result<void> {
+                   SIGHTLINE_ASSIGN(flags->share, parse_share(text));
+                   return {};
+                 })}};
   add_flags_of_work(verb, flags->run);
   verb.run = [flags] { return exit_status_of(work(*flags)); };
   return verb;
@@ -188,8 +179,7 @@ Verb status_verb() {
   verb.summary = "Tell how far the work on a plan is";
   verb.details =
       "One line a step. Parts are counted from when a process has begun the step, and are given "
-      "for "
-      "steps that are not finished.";
+      "for steps that are not finished.";
   verb.examples = {"sightline status plan/", "sightline status plan/ --format json"};
   verb.positionals = {plan_positional(flags->plan)};
   verb.flags = {{.names = "--format",
