@@ -133,17 +133,9 @@ GateInput input_of(const GateSubject& subject, const GateSettings& settings) {
 }
 
 bool can_be_asked(const GateRule& rule, const GateInput& input) {
-  switch (rule.needs) {
-    case Needs::kMap:
-      return true;
-    case Needs::kObservation:
-      return input.observation != nullptr;
-    case Needs::kOldMap:
-      return input.old_map != nullptr;
-    case Needs::kExceptions:
-      return false;
-  }
-  SIGHTLINE_CHECK(false);
+  if (rule.needs == Needs::kObservation) return input.observation != nullptr;
+  if (rule.needs == Needs::kOldMap) return input.old_map != nullptr;
+  return rule.needs == Needs::kMap;
 }
 
 Check check_of(const GateRule& rule, const RuleSetting& setting, Found found) {

@@ -246,9 +246,8 @@ Json rules_schema() {
   std::string severity;
   double allowed = 0.0;
   Json full = properties_of(rule_fields(severity, allowed));
-  const Json short_forms = Json::array({full["allowed"], full["severity"]});
+  Json forms = Json::array({full["allowed"], full["severity"]});
   full["at_limits"] = {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}};
-  Json forms = short_forms;
   forms.push_back(object_of(full));
   Json ids = Json::array();
   for (const GateRule& rule : gate_rules()) ids.push_back(rule.id);
@@ -312,8 +311,6 @@ GateSettings default_gate_settings() {
   }
   return settings;
 }
-
-// The section `gate` as YAML: its fields, its reader and its published schema.
 
 Result<GateSettings> parse_gate_settings(const std::string& yaml) {
   SIGHTLINE_ASSIGN(const YamlNode root, parse_yaml(yaml));

@@ -38,15 +38,12 @@ Json check_json(const Check& check) {
   Json json = {{"rule", check.rule},
                {"severity", severity_name(check.severity)},
                {"verdict", verdict_name(check.verdict)},
-               {"limit_m", nullptr},
+               {"limit_m", check.limit_m ? Json(*check.limit_m) : Json()},
                {"found", check.found},
-               {"allowed", nullptr},
+               {"allowed", check.allowed ? Json(*check.allowed) : Json()},
                {"unit", check.unit},
-               {"place", nullptr},
+               {"place", check.place ? place_json(*check.place) : Json()},
                {"message", check.message}};
-  if (check.limit_m) json["limit_m"] = *check.limit_m;
-  if (check.allowed) json["allowed"] = *check.allowed;
-  if (check.place) json["place"] = place_json(*check.place);
   if (!check.exception.empty()) json["exception"] = check.exception;
   return json;
 }
@@ -147,10 +144,9 @@ Json properties_of(const Check& check) {
   if (check.allowed) json["allowed"] = *check.allowed;
   if (check.limit_m) json["limit_m"] = *check.limit_m;
   if (!check.place) return json;
-  const Eigen::Vector3d& p_m = check.place->middle_world_m;
   json["first_site"] = check.place->first_site;
   json["last_site"] = check.place->last_site;
-  json["middle_world_m"] = {p_m.x(), p_m.y(), p_m.z()};
+  json["middle_world_m"] = point_json(check.place->middle_world_m);
   return json;
 }
 
@@ -174,7 +170,7 @@ Json result_of(const GateReport& report, const Check& check) {
 std::string to_json(const GateReport& report) {
   Json json = {{"schema", 1},
                {"map", card_json(report.map)},
-               {"old_map", nullptr},
+               {"old_map", report.old_map ? card_json(*report.old_map) : Json()},
                {"today", report.today},
                {"passed", report.passes()},
                {"fails_at", severity_name(report.fails_at)},
@@ -183,7 +179,6 @@ std::string to_json(const GateReport& report) {
                {"notes", report.violations(Severity::kNote)},
                {"excepted", report.count(Verdict::kExcepted)},
                {"checks", Json::array()}};
-  if (report.old_map) json["old_map"] = card_json(*report.old_map);
   for (const Check& check : report.checks) json["checks"].push_back(check_json(check));
   return json.dump(2) + "\n";
 }

@@ -11,8 +11,6 @@
 
 namespace sightline {
 
-// Stretches of route: where along it a number is bad.
-
 RouteStretch stretch_between(const Sites& sites, std::size_t first, std::size_t last);
 
 // "sites 120 to 163 (run 0, 120 to 163 m, around (12.0, -64.5, 1.8) m in the world)"
@@ -46,8 +44,7 @@ BadStretch worst_stretch(const Sites& sites, const std::vector<double>& value,
 std::vector<BadStretch> bad_or_worst(const Sites& sites, const std::vector<double>& value,
                                      const StretchSearch& search, std::optional<double> allowed);
 
-// Longest piece of route whose sites are all `is_bad`, with its length between first and last site;
-// each piece longer than `longer_than_m`, ascending by site.
+// A piece of route whose sites are all `is_bad`, with the length between first and last site.
 struct LongStretch {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -94,7 +91,6 @@ inline constexpr LimitFigure kExpectedWork = {"the expected work of a match", "o
 // P(error <= limit) of a site at its chosen range.
 double chosen_probability(const CompiledMap& map, std::size_t site, std::size_t limit);
 
-// By site.
 std::vector<bool> unmet_sites(const CompiledMap& map, std::size_t limit);
 
 }  // namespace sightline

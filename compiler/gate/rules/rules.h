@@ -40,9 +40,6 @@ struct Observation {
 Result<Observation> read_observation(const std::filesystem::path& file);
 Result<Observation> parse_observation(std::string_view json);
 
-// What the gate says of a map: one check for each rule, and for each limit or place it was asked
-// of.
-
 enum class Severity : std::uint8_t { kNote, kWarning, kError };
 std::string_view severity_name(Severity severity);  // "note", "warning", "error"
 
@@ -67,6 +64,7 @@ struct RouteStretch {
   Eigen::Vector3d middle_world_m = Eigen::Vector3d::Zero();
 };
 
+// What the gate says of a map: one for each rule, and for each limit or place it was asked of.
 struct Check {
   std::string rule;
   Severity severity = Severity::kError;

@@ -9,11 +9,6 @@
 namespace sightline {
 namespace {
 
-const LimitPromise* promise_of(const CompiledMap& map, double limit_m) {
-  const auto found = std::ranges::find(map.ranges.promises, limit_m, &LimitPromise::limit_m);
-  return found == map.ranges.promises.end() ? nullptr : &*found;
-}
-
 // A number of every limit. `words`: {0} is " within 0.1 m", {1} the number, {2} the drive.
 std::vector<Found> observed(const GateInput& input, double ObservedLimit::*number,
                             std::string_view unit, std::string_view words) {
@@ -41,10 +36,11 @@ std::vector<Found> find_work(const GateInput& input, const Threshold&) {
 }
 
 std::vector<Found> find_broken_promise(const GateInput& input, const Threshold&) {
+  const std::vector<LimitPromise>& promises = input.map->ranges.promises;
   std::vector<Found> found;
   for (const ObservedLimit& limit : input.observation->limits) {
-    const LimitPromise* promise = promise_of(*input.map, limit.limit_m);
-    if (promise == nullptr || !promise->is_earned) {
+    const auto promise = std::ranges::find(promises, limit.limit_m, &LimitPromise::limit_m);
+    if (promise == promises.end() || !promise->is_earned) {
       found.push_back({limit.limit_m, std::nullopt, 0.0,
                        "nothing was promised" + within(limit.limit_m), false});
       continue;
