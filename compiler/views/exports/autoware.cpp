@@ -20,8 +20,7 @@ int corner_m(float coordinate_m) {
 }
 
 std::string metadata_of(const std::vector<AutowareSquare>& squares) {
-  const std::string edge = "20.0";
-  std::string yaml = concat("x_resolution: ", edge, "\ny_resolution: ", edge, "\n");
+  std::string yaml = "x_resolution: 20.0\ny_resolution: 20.0\n";
   for (const AutowareSquare& square : squares) {
     yaml += fmt::format("{}: [{}, {}]\n", square.file, square.x_m, square.y_m);
   }

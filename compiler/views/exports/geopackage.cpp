@@ -158,27 +158,24 @@ std::vector<std::byte> geometry(const std::vector<Eigen::Vector3d>& positions, b
 
 void create_tables(const Crs& crs, Database& database) {
   database.run(
-      "PRAGMA application_id=1196444487; PRAGMA user_version=10300; BEGIN;"
-      "CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY,"
-      " organization TEXT NOT NULL, organization_coordsys_id INTEGER NOT NULL,"
-      " definition TEXT NOT NULL, description TEXT);"
-      "CREATE TABLE gpkg_contents (table_name TEXT NOT NULL PRIMARY KEY, data_type TEXT NOT NULL,"
-      " identifier TEXT UNIQUE, description TEXT DEFAULT '', last_change DATETIME NOT NULL,"
-      " min_x DOUBLE, min_y DOUBLE, max_x DOUBLE, max_y DOUBLE, srs_id INTEGER,"
-      " FOREIGN KEY (srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));"
-      "CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT NOT NULL,"
-      " geometry_type_name TEXT NOT NULL, srs_id INTEGER NOT NULL, z TINYINT NOT NULL,"
-      " m TINYINT NOT NULL, PRIMARY KEY (table_name, column_name),"
-      " FOREIGN KEY (table_name) REFERENCES gpkg_contents(table_name),"
-      " FOREIGN KEY (srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));"
-      "CREATE TABLE layer_styles (id INTEGER PRIMARY KEY, f_table_catalog TEXT,"
-      " f_table_schema TEXT, f_table_name TEXT, f_geometry_column TEXT, styleName TEXT,"
-      " styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT, owner TEXT,"
-      " ui TEXT, update_time DATETIME)");
-  const std::string insert = "INSERT INTO gpkg_spatial_ref_sys VALUES (?, ?, ?, ?, ?, NULL)";
+      "PRAGMA application_id=1196444487; PRAGMA user_version=10300; BEGIN;CREATE TABLE "
+      "gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY, organization TEXT "
+      "NOT NULL, organization_coordsys_id INTEGER NOT NULL, definition TEXT NOT NULL, description "
+      "TEXT);CREATE TABLE gpkg_contents (table_name TEXT NOT NULL PRIMARY KEY, data_type TEXT NOT "
+      "NULL, identifier TEXT UNIQUE, description TEXT DEFAULT '', last_change DATETIME NOT NULL, "
+      "min_x DOUBLE, min_y DOUBLE, max_x DOUBLE, max_y DOUBLE, srs_id INTEGER, FOREIGN KEY "
+      "(srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));CREATE TABLE gpkg_geometry_columns "
+      "(table_name TEXT NOT NULL, column_name TEXT NOT NULL, geometry_type_name TEXT NOT NULL, "
+      "srs_id INTEGER NOT NULL, z TINYINT NOT NULL, m TINYINT NOT NULL, PRIMARY KEY (table_name, "
+      "column_name), FOREIGN KEY (table_name) REFERENCES gpkg_contents(table_name), FOREIGN KEY "
+      "(srs_id) REFERENCES gpkg_spatial_ref_sys(srs_id));CREATE TABLE layer_styles (id INTEGER "
+      "PRIMARY KEY, f_table_catalog TEXT, f_table_schema TEXT, f_table_name TEXT, "
+      "f_geometry_column TEXT, styleName TEXT, styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, "
+      "description TEXT, owner TEXT, ui TEXT, update_time DATETIME)");
   const auto add = [&](const Crs& each, const std::string& organization) {
     database.insert(
-        insert, {each.name, std::int64_t{each.id}, organization, std::int64_t{each.id}, each.wkt});
+        "INSERT INTO gpkg_spatial_ref_sys VALUES (?, ?, ?, ?, ?, NULL)",
+        {each.name, std::int64_t{each.id}, organization, std::int64_t{each.id}, each.wkt});
   };
   World degrees;
   degrees.kind = WorldKind::kEnu;

@@ -14,10 +14,8 @@ constexpr double kStep_m = 1.0;
 bool is_known(std::uint32_t flags) { return (flags & (kAnswerFar | kAnswerUnknownLocalizer)) == 0; }
 
 std::size_t rank_of(const MapLook& look, std::span<const MapLook> cheapest_first) {
-  for (std::size_t i = 0; i < cheapest_first.size(); ++i) {
-    if (look_of(cheapest_first[i]) == look_of(look)) return i;
-  }
-  return cheapest_first.size();
+  const auto found = std::ranges::find(cheapest_first, look_of(look), look_of);
+  return static_cast<std::size_t>(found - cheapest_first.begin());
 }
 
 // The dearer of two: the one that comes later in the map's order, or of two ranges the longer one.
@@ -165,9 +163,8 @@ Result<WeakPlaces> WeakPlaces::of(const CompiledMap& map, const WeakStretchOptio
 }
 
 bool WeakPlaces::is_weak(const Eigen::Vector3d& sensor_world_m) const {
-  constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
-  const Eigen::Vector3d p_map_m = sensor_world_m - origin_world_m_;
-  const std::optional<NearPoint> site = sites_.nearest(p_map_m, kAnywhere_m);
+  const std::optional<NearPoint> site =
+      sites_.nearest(sensor_world_m - origin_world_m_, std::numeric_limits<double>::infinity());
   return site && is_weak_[site->index];
 }
 

@@ -10,14 +10,11 @@
 #include "formats/reader/reader.h"
 #include "passes/weakness/weak_stretches.h"
 
-// What a map answers along lanes.
-
 namespace sightline {
 
 // Where a map is weak (weak_stretches.h), for places beside its sites.
 class WeakPlaces {
  public:
-  // Nowhere.
   WeakPlaces() = default;
   // Of the limit that the options name. Error: bad-argument (no limit of the map).
   static Result<WeakPlaces> of(const CompiledMap& map, const WeakStretchOptions& options);
@@ -62,8 +59,7 @@ Look look_of(const MapLook& look);
 class LaneAsker {
  public:
   // The map must be open for the localizer whose errors it holds, and outlives this. `weak`: where
-  // the same map is weak, by any limit; none: nowhere. Errors: those of
-  // MapReader::sites().
+  // the same map is weak, by any limit; none: nowhere. Errors: those of MapReader::sites().
   static Result<LaneAsker> of(const MapReader& map, double sensor_height_m, WeakPlaces weak = {});
 
   // The sensor's place above a point of a road, in world coordinates. Where the road's height is

@@ -99,11 +99,6 @@ class ScanLooker {
   octomap::OcTree grid_;
 };
 
-void update(const ScanVoxels& scan, octomap::OcTree& tree) {
-  for (const octomap::OcTreeKey& key : scan.free) tree.updateNode(key, false);
-  for (const octomap::OcTreeKey& key : scan.occupied) tree.updateNode(key, true);
-}
-
 Result<void> insert_scans(const SurfacePoints& surface, const OctomapOptions& options,
                           octomap::OcTree& tree) {
   const SurfacePointReader reader(surface);
@@ -115,7 +110,8 @@ Result<void> insert_scans(const SurfacePoints& surface, const OctomapOptions& op
     });
     for (const Result<ScanVoxels>& scan : found) {
       if (!scan) return scan.error();
-      update(*scan, tree);
+      for (const octomap::OcTreeKey& key : scan->free) tree.updateNode(key, false);
+      for (const octomap::OcTreeKey& key : scan->occupied) tree.updateNode(key, true);
     }
   }
   return {};

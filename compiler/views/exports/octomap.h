@@ -24,12 +24,10 @@ struct OctomapFrame {
 OctomapFrame octomap_frame(const MapFrame& frame, double voxel_m);
 
 // The free and the occupied space of a mapping drive as OctoMap's binary file (.bt), in the frame
-// of octomap_frame(). Scans are inserted as OctoMap's insertPointCloud does, with its default
-// sensor model and clamping; space that no ray passed is not in the file. What moved is not
-// occupied: a return in a voxel that moved means that the way to it was free. The same scans give
-// the same bytes for any number of threads. Errors: bad-value (an edge or range not above 0; a
-// place that keys of OctoMap do not reach, 32768 voxels from the frame's origin), empty-map (no
-// ray), those of reading a scan.
+// of octomap_frame(), by its insertPointCloud with the default sensor model; space that no ray
+// passed is left out. What moved is not occupied: the way to its returns is free. Any number of
+// threads gives the same bytes. Errors: bad-value (an edge or range not above 0; a place 32768
+// voxels or more from the frame's origin), empty-map (no ray), those of reading a scan.
 Result<std::vector<std::byte>> octomap_bt(const SurfacePoints& surface,
                                           const OctomapOptions& options);
 

@@ -78,14 +78,10 @@ Sphere divided(const Sphere& coarse) {
 
 // Told apart by those who see colours differently too.
 std::array<std::uint8_t, 3> colour_of(const Nd& nd) {
-  switch (dimension_class(nd)) {
-    case 1:
-      return {230, 159, 0};
-    case 2:
-      return {0, 114, 178};
-    default:
-      return {153, 153, 153};
-  }
+  const int dimension = dimension_class(nd);
+  if (dimension == 1) return {230, 159, 0};
+  if (dimension == 2) return {0, 114, 178};
+  return {153, 153, 153};
 }
 
 void put_vertices(const Nd& nd, const Sphere& sphere, const Eigen::Vector3d& shift_m,
@@ -172,8 +168,7 @@ Result<std::vector<Eigen::Vector3d>> thinned_points(const SurfacePoints& surface
 std::vector<std::byte> points_ply(const std::vector<Eigen::Vector3d>& points_m) {
   const std::string header =
       concat("ply\nformat binary_little_endian 1.0\nelement vertex ", points_m.size(),
-             "\nproperty double x\nproperty double y\nproperty double z\n"
-             "end_header\n");
+             "\nproperty double x\nproperty double y\nproperty double z\nend_header\n");
   ByteWriter writer;
   writer.append(header.data(), header.size());
   for (const Eigen::Vector3d& p_m : points_m) {

@@ -181,8 +181,7 @@ std::string route_svg(const Sites& sites, const RangeTable& ranges, std::size_t 
     if (goes_on && range_of(i + 1) == range_of(i)) continue;
     svg += fmt::format(
         "<path d=\"{}h.01\" "
-        "style=\"fill:none;stroke-linecap:round;stroke-width:{:.2f};stroke:{}\"/>"
-        "\n",
+        "style=\"fill:none;stroke-linecap:round;stroke-width:{:.2f};stroke:{}\"/>\n",
         path, width_m, colour_of(range_of(i)));
     // The next stretch of a run begins where this one ends.
     path = goes_on ? "M" + place : "";

@@ -10,8 +10,7 @@
 
 namespace sightline {
 
-// Parts of a map drawn as SVG. 1 unit is 1 m; y grows downwards in SVG, so everything is drawn at
-// -y.
+// Parts of a map drawn as SVG: 1 unit is 1 m; y grows downwards, so everything is drawn at -y.
 
 // The box around all sites, wider by a margin on each side; {0, 0, 0, 0} where there are no sites.
 MapBox box_of_route(const Sites& sites, double margin_m);

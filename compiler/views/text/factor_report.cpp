@@ -74,13 +74,6 @@ void append(const ErrorRow& row, double virtual_points, Columns& columns) {
   columns.time_ms.push_back(row.mean_time_ms);
 }
 
-std::vector<double> column_of(const FactorTable& factors, const std::vector<std::size_t>& sites,
-                              std::size_t range, std::size_t factor) {
-  std::vector<double> column;
-  for (const std::size_t site : sites) column.push_back(factors.at(site, range, factor));
-  return column;
-}
-
 std::vector<double> rank_correlations(const FactorTable& factors, const MeasuredError& measured,
                                       const std::vector<std::size_t>& sites, std::size_t range) {
   std::vector<double> error_m;
@@ -88,13 +81,13 @@ std::vector<double> rank_correlations(const FactorTable& factors, const Measured
   const std::vector<double> error_ranks = ranks_of(error_m);
   std::vector<double> correlations;
   for (std::size_t factor = 0; factor < factors.factors.size(); ++factor) {
-    const std::vector<double> ranks = ranks_of(column_of(factors, sites, range, factor));
-    correlations.push_back(line_through(ranks, error_ranks).correlation);
+    std::vector<double> column;
+    for (const std::size_t site : sites) column.push_back(factors.at(site, range, factor));
+    correlations.push_back(line_through(ranks_of(column), error_ranks).correlation);
   }
   return correlations;
 }
 
-// The measured sites.
 Result<std::vector<std::size_t>> sites_in_both(const FactorTable& factors,
                                                const MeasuredError& measured) {
   if (factors.site_count != measured.scan_of_site.size() || factors.looks != measured.looks) {

@@ -59,9 +59,7 @@ std::uint64_t changed_nds(const Stretch& stretch) {
 // Indices of the stretches to tell, along the route.
 std::vector<std::size_t> shown_stretches(const MapDiff& diff) {
   std::vector<std::size_t> shown;
-  for (std::size_t i = 0; i < diff.stretches.size(); ++i) {
-    shown.push_back(i);
-  }
+  for (std::size_t i = 0; i < diff.stretches.size(); ++i) shown.push_back(i);
   const auto weight = [&](std::size_t i) {
     return 10 * std::uint64_t{changed_answers(diff.stretches[i])} + changed_nds(diff.stretches[i]);
   };
@@ -80,9 +78,7 @@ std::string answer_text(const Stretch& stretch, const StretchLimit& limit) {
   std::string text =
       concat(fixed(limit.mean_range_before_m, 1), " -> ", fixed(limit.mean_range_after_m, 1), " m");
   if (limit.newly_unmet > 0) text += fmt::format(", {} newly unmet", limit.newly_unmet);
-  if (limit.no_longer_unmet > 0) {
-    text += fmt::format(", {} no longer", limit.no_longer_unmet);
-  }
+  if (limit.no_longer_unmet > 0) text += fmt::format(", {} no longer", limit.no_longer_unmet);
   return text;
 }
 

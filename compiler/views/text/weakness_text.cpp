@@ -17,8 +17,7 @@ std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::s
   const Eigen::Vector3d p_m = world_m(sites, sites.sites[stretch.worst_site].p_map_m);
   return fmt::format(
       "{:3}  {:3}  {:>7.0f}  {:>7.0f}  {:5}  {:>9.1f}  {:>9.1f}  {:>6.1f}  {:>5.3f}  {:>5.0f}  "
-      "{:15}  "
-      "{}\n",
+      "{:15}  {}\n",
       number, stretch.run, stretch.from_m, stretch.to_m, stretch.worst_site, p_m.x(), p_m.y(),
       100.0 * stretch.worst.error_m, stretch.worst.probability, 100.0 * stretch.worst.margin,
       name_of_way(one.loose.off_road_deg), stretch.unmet_count > 0 ? "unmet" : "thin");
@@ -38,8 +37,7 @@ std::string explanation(const ExplainedStretch& one, const Weakness& weakness, c
                         std::size_t number) {
   std::string text = fmt::format(
       "{:3}  {}: {}\n     loose {} ({:.0f} degrees from map +x): {:.1f} times the strongest "
-      "direction; yaw "
-      "{:.3f} degrees\n",
+      "direction; yaw {:.3f} degrees\n",
       number, name_of(one.cause), cause_sentence(one), name_of_way(one.loose.off_road_deg),
       one.loose.heading_deg, one.loose.std_m / one.loose.strong_std_m,
       one.loose.yaw_rad * kDegPerRad);

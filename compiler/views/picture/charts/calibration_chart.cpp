@@ -12,8 +12,6 @@ namespace {
 constexpr double kLargest_px = 9.0;   // radius of the point with most pairs
 constexpr double kSmallest_px = 2.0;  // of one with next to none, so that it can be seen
 
-std::string name_of(double limit_m) { return fmt::format("within {:g} cm", 100.0 * limit_m); }
-
 // The curve, and its points.
 void add_limit(const std::vector<ReliabilityBin>& bins, ChartSeries line, Chart& chart) {
   ChartSeries points = line;
@@ -47,7 +45,8 @@ Chart calibration_chart(const Evaluation& evaluation, const CalibrationColours& 
     std::ranges::copy_if(evaluation.reliability, std::back_inserter(bins),
                          [&](const ReliabilityBin& bin) { return bin.limit_m == limit_m; });
     const std::string& colour = colours.of_limits[limit % colours.of_limits.size()];
-    add_limit(bins, {name_of(limit_m), colour, Mark::kLine, 2.0}, chart);
+    add_limit(bins, {fmt::format("within {:g} cm", 100.0 * limit_m), colour, Mark::kLine, 2.0},
+              chart);
   }
   return chart;
 }

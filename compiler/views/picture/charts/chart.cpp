@@ -39,8 +39,9 @@ std::string stroke(const std::string& colour, double width_px, bool is_dashed) {
 std::string rect(double left_px, double top_px, double width_px, double height_px,
                  const std::string& colour) {
   return fmt::format(
-      R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" style="fill:{}"/>)", left_px,
-      top_px, width_px, height_px, colour);
+      R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" style="fill:{}"/>)"
+      "\n",
+      left_px, top_px, width_px, height_px, colour);
 }
 
 double round_step(double least_step) {
@@ -237,8 +238,7 @@ std::string draw_bars(const ChartSeries& series, const Plot& plot, std::size_t p
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     const double top_px = plot.at_y(series.y[i]);
     text += rect(plot.at_x(series.x[i]) + shift_px, top_px, 0.94 * width_px,
-                 plot.bottom_px - top_px, series.colour) +
-            "\n";
+                 plot.bottom_px - top_px, series.colour);
   }
   return text;
 }
@@ -248,16 +248,15 @@ std::string draw_bands(const Chart& chart, const Plot& plot) {
   for (const ChartBand& band : chart.bands) {
     const double from_px = plot.at_x(band.from_x);
     text += rect(from_px, plot.top_px, std::max(1.0, plot.at_x(band.to_x) - from_px),
-                 plot.bottom_px - plot.top_px, chart.band_colour) +
-            "\n";
+                 plot.bottom_px - plot.top_px, chart.band_colour);
   }
   return text;
 }
 
+bool is_bars(const ChartSeries& series) { return series.mark == Mark::kBars; }
+
 std::string draw_series(const Chart& chart, const Plot& plot) {
-  const auto is_bars = [](const ChartSeries& series) { return series.mark == Mark::kBars; };
-  const auto bar_count =
-      static_cast<std::size_t>(std::count_if(chart.series.begin(), chart.series.end(), is_bars));
+  const auto bar_count = static_cast<std::size_t>(std::ranges::count_if(chart.series, is_bars));
   std::size_t bars = 0;
   std::string text;
   for (const ChartSeries& series : chart.series) {
@@ -288,10 +287,7 @@ AxisSpan span_of(const Chart& chart, std::vector<double> ChartSeries::*numbers) 
 Plot plot_of(const Chart& chart, double legend_px) {
   AxisSpan x = span_of(chart, &ChartSeries::x);
   AxisSpan y = span_of(chart, &ChartSeries::y);
-  const auto has_bars = [](const ChartSeries& series) { return series.mark == Mark::kBars; };
-  if (std::any_of(chart.series.begin(), chart.series.end(), has_bars)) {
-    y.from = std::min(y.from, 0.0);
-  }
+  if (std::ranges::any_of(chart.series, is_bars)) y.from = std::min(y.from, 0.0);
   x = {chart.least_x.value_or(x.from), chart.greatest_x.value_or(x.to)};
   y = {chart.least_y.value_or(y.from), chart.greatest_y.value_or(y.to)};
   Plot plot;

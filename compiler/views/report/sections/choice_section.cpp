@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "compiler/views/report/sections/along.h"
@@ -10,21 +11,14 @@ namespace sightline {
 namespace {
 
 std::string words_of(Rule rule) {
-  switch (rule) {
-    case Rule::kMap:
-      return "this map";
-    case Rule::kMean:
-      return "mean rule (the paper's)";
-    case Rule::kProbability:
-      return "probability rule";
-    case Rule::kStaticEqualCoverage:
-      return "shortest static range of equal coverage";
-    case Rule::kStaticLongest:
-      return "longest static range";
-    case Rule::kOracle:
-      return "oracle (ideal case)";
-  }
-  return "";
+  static constexpr std::array<const char*, kRuleCount> kWords = {
+      "this map",
+      "mean rule (the paper's)",
+      "probability rule",
+      "shortest static range of equal coverage",
+      "longest static range",
+      "oracle (ideal case)"};
+  return kWords[static_cast<std::size_t>(rule)];
 }
 
 std::string rules_table(const Evaluation& evaluation, std::size_t limit) {

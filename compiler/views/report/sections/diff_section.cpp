@@ -4,8 +4,6 @@
 
 #include "compiler/views/report/sections/sections.h"
 
-// What changed against an older map.
-
 namespace sightline {
 namespace {
 

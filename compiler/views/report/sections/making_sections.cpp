@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -11,17 +12,8 @@
 namespace sightline {
 namespace {
 
-std::string source_words(PoseSource source) {
-  switch (source) {
-    case PoseSource::kGiven:
-      return "as given with the recording";
-    case PoseSource::kRefined:
-      return "given, and refined by the scans";
-    case PoseSource::kEstimated:
-      return "estimated from the scans";
-  }
-  return "";
-}
+constexpr std::array<const char*, 3> kSourceWords = {  // by PoseSource
+    "as given with the recording", "given, and refined by the scans", "estimated from the scans"};
 
 // 0 between pieces, whose distance means nothing.
 double step_m(const Trajectory& trajectory, std::size_t i) {
@@ -52,9 +44,9 @@ std::string trajectory_facts(const Trajectory& trajectory) {
   double way_m = 0.0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) way_m += step_m(trajectory, i);
   const TrajectoryQuality quality = quality_of(trajectory);
-  Facts facts = {
-      {"poses", fmt::format("{}, {}", trajectory.poses.size(), source_words(trajectory.source))},
-      {"way", fixed(way_m, 1) + " m"}};
+  Facts facts = {{"poses", fmt::format("{}, {}", trajectory.poses.size(),
+                                       kSourceWords[static_cast<std::size_t>(trajectory.source)])},
+                 {"way", fixed(way_m, 1) + " m"}};
   if (quality.overlap_count > 0) {
     facts.emplace_back("overlap with what was seen before",
                        fmt::format("median {:.0f} %, least {:.0f} %",
@@ -229,10 +221,11 @@ Section making_section(const ReportSources& sources) {
   section.html = "<h3>Trajectory</h3>\n";
   if (sources.trajectory) {
     section.html += trajectory_facts(*sources.trajectory);
-    const bool has_covariance =
-        std::any_of(sources.trajectory->poses.begin(), sources.trajectory->poses.end(),
-                    [](const TrajectoryPose& pose) { return pose.covariance(0, 0) > 0.0; });
-    if (has_covariance) section.html += uncertainty_figure(*sources.trajectory);
+    const auto is_uncertain = [](const TrajectoryPose& pose) {
+      return pose.covariance(0, 0) > 0.0;
+    };
+    if (std::ranges::any_of(sources.trajectory->poses, is_uncertain))
+      section.html += uncertainty_figure(*sources.trajectory);
   }
   if (sources.map->sharpness) section.html += sharpness_table(*sources.map->sharpness);
   section.html += "<h3>What was removed as moving</h3>\n";

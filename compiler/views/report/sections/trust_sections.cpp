@@ -146,7 +146,6 @@ Section trust_section(const ReportSources& sources) {
 }
 
 // The judging drive replayed as a vehicle lives it.
-
 Section tracks_section(const DriveTracks& tracks) {
   Section section = {"driving", "Driven continuously", ""};
   section.html = paragraph(concat(
@@ -158,7 +157,6 @@ Section tracks_section(const DriveTracks& tracks) {
 }
 
 // Where the map is weak, which way, why, and what would help.
-
 Section weak_section(const Weakness& weakness, const Sites& sites) {
   std::string html = paragraph(summary_sentence(weakness));
   if (weakness.stretches.empty()) return {"weak", "Where it is weak", html};
