@@ -84,19 +84,14 @@ Error not_as_released(const std::string& what, const std::string& found,
 
 // The manifest that a map carries against the record that names the map.
 Result<void> check_facts(const ReleaseRecord& map, const ReleaseRecord& record) {
-  if (map.map_id != record.map_id) return not_as_released("map id", map.map_id, record.map_id);
-  if (map.version != record.version) {
-    return not_as_released("version", map.version, record.version);
-  }
-  if (map.map_release != record.map_release) {
-    return not_as_released("map release", std::to_string(map.map_release),
-                           std::to_string(record.map_release));
-  }
-  if (map.root_digest != record.root_digest) {
-    return not_as_released("root digest", to_hex(map.root_digest), to_hex(record.root_digest));
-  }
-  if (map.sensor != record.sensor) {
-    return not_as_released("sensor", to_hex(map.sensor), to_hex(record.sensor));
+  const std::string facts[][3] = {
+      {"map id", map.map_id, record.map_id},
+      {"version", map.version, record.version},
+      {"map release", std::to_string(map.map_release), std::to_string(record.map_release)},
+      {"root digest", to_hex(map.root_digest), to_hex(record.root_digest)},
+      {"sensor", to_hex(map.sensor), to_hex(record.sensor)}};
+  for (const auto& [what, found, expected] : facts) {
+    if (found != expected) return not_as_released(what, found, expected);
   }
   return {};
 }
@@ -134,11 +129,9 @@ bool begins_anew(const RootRecord& root, const SeenState& seen) {
 Result<void> check_signatures(std::string_view message, std::string_view signatures,
                               const RootRecord& root) {
   SIGHTLINE_ASSIGN(const std::vector<bool> signers, signers_of(message, signatures, root));
-  std::size_t count = 0;
-  for (const bool has_signed : signers) count += has_signed ? 1 : 0;
+  const auto count = std::count(signers.begin(), signers.end(), true);
   if (count >= root.threshold) return {};
-  const bool is_foreign = count == 0;
-  return Error{is_foreign ? ErrorCode::kWrongKey : ErrorCode::kTooFewSignatures,
+  return Error{count == 0 ? ErrorCode::kWrongKey : ErrorCode::kTooFewSignatures,
                concat("found signatures by ", count, " keys of root ", root.version, ", expected ",
                       root.threshold)};
 }

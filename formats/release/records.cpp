@@ -91,8 +91,6 @@ Result<void> check_keys(const std::vector<PublicKey>& keys) {
   return {};
 }
 
-constexpr std::string_view kReleaseBegins = "sightline-release ";
-
 bool is_before(const PublicKey& a, const PublicKey& b) { return to_base64(a) < to_base64(b); }
 
 bool ascends(const std::vector<PublicKey>& keys) {
@@ -197,12 +195,9 @@ Result<void> validate(const RootRecord& record) {
 }
 
 std::string encode(const RootRecord& record) {
-  std::string text = "sightline-root 1\n";
-  text += concat("fleet ", record.fleet, "\n");
-  text += concat("version ", record.version, "\n");
-  text += concat("expires ", utc_text(record.expires_s), "\n");
-  text += concat("threshold ", record.threshold, "\n");
-  return text + lines_of(record.keys);
+  return concat("sightline-root 1\nfleet ", record.fleet, "\nversion ", record.version,
+                "\nexpires ", utc_text(record.expires_s), "\nthreshold ", record.threshold, "\n",
+                lines_of(record.keys));
 }
 
 Result<RootRecord> decode_root_record(std::string_view text) {
@@ -231,7 +226,7 @@ std::string encode(const SeenState& state) {
 
 Result<SeenState> decode_seen_state(std::string_view text) {
   SeenState state;
-  const std::size_t begin = text.find(kReleaseBegins);
+  const std::size_t begin = text.find("sightline-release ");
   state.release = begin == std::string_view::npos ? "" : text.substr(begin);
   RecordReader reader(text.substr(0, begin));
   if (begin != 0) {

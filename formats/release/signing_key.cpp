@@ -85,9 +85,7 @@ Result<void> show(std::span<std::uint8_t> file, const std::optional<std::string>
   if (!std::equal(kScrypt.begin(), kScrypt.end(), file.begin())) {
     return malformed("the secret key is of a kind that is not known here");
   }
-  if (!passphrase) {
-    return Error{ErrorCode::kWrongKey, "the secret key needs its passphrase"};
-  }
+  if (!passphrase) return Error{ErrorCode::kWrongKey, "the secret key needs its passphrase"};
   ByteReader cost(std::as_bytes(file.subspan(6 + kSaltSize)));
   const auto operations = cost.get<std::uint64_t>();
   const auto memory = cost.get<std::uint64_t>();

@@ -375,9 +375,7 @@ Result<FloatColumns> parse_float_columns(std::string_view text) {
     }
     return columns_of_count(*count);
   }
-  if (words.size() > kMostColumns) {
-    return bad_columns(concat("found ", words.size(), " names"));
-  }
+  if (words.size() > kMostColumns) return bad_columns(concat("found ", words.size(), " names"));
   return named_columns(words);
 }
 

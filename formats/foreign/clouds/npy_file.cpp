@@ -127,17 +127,13 @@ Result<std::vector<std::uint64_t>> shape_of(const FileBytes& file, std::string_v
 Result<Head> head_of(const FileBytes& file) {
   const std::string_view text = file.text();
   constexpr std::size_t kVersionEnd = 8;
-  if (text.size() < kVersionEnd + 4) {
-    return malformed(file, "shorter than its head");
-  }
+  if (text.size() < kVersionEnd + 4) return malformed(file, "shorter than its head");
   const bool is_first = text[6] == 1;
   const std::size_t length = is_first ? read_at<std::uint16_t>(file.bytes, kVersionEnd)
                                       : read_at<std::uint32_t>(file.bytes, kVersionEnd);
   Head head;
   const std::size_t begin = is_first ? 10 : 12;
-  if (length > text.size() - begin) {
-    return malformed(file, "shorter than its head");
-  }
+  if (length > text.size() - begin) return malformed(file, "shorter than its head");
   head.data_begin = begin + length;
   const std::string_view literal = text.substr(begin, length);
   const std::optional<std::string_view> descr = value_of(literal, "descr");

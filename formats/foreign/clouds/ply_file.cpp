@@ -153,9 +153,7 @@ Result<VertexLayout> vertex_layout(const FileBytes& file, const PlyHeader& heade
   std::size_t vertex_elements = 0;
   for (const PlyElement& element : header.elements) {
     if (element.name != "vertex") continue;
-    if (++vertex_elements > 1) {
-      return malformed(file, header.lines, "a second element vertex");
-    }
+    if (++vertex_elements > 1) return malformed(file, header.lines, "a second element vertex");
     if (element.count == 0) {
       return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
                         at_line(header.lines));

@@ -207,22 +207,92 @@ class HesaiLidar : public RotatingLidar {
     return is_hesai_packet(datagram) && hesai_model_of(datagram) == &model_;
   }
   [[nodiscard]] std::size_t packet_size() const override { return model_.packet_size(); }
-  [[nodiscard]] Result<void> check(std::span<const std::byte> bytes) const override;
+
+  [[nodiscard]] Result<void> check(std::span<const std::byte> bytes) const override {
+    const int unit_mm = byte_at(bytes, model_.unit_at);
+    const auto us = read_at<std::uint32_t>(bytes, model_.tail_begin() + model_.us_at);
+    bool is_right = unit_mm >= 1 && unit_mm <= 20 && us < 2'000'000;
+    for (std::size_t block = 0; block < model_.blocks; ++block) {
+      is_right = is_right && azimuth_cdeg(bytes, block) < kTurn_cdeg;
+    }
+    if (!is_right) {
+      return Error{ErrorCode::kMalformedHeader, concat("found a packet of a ", model_.name,
+                                                       " whose azimuths, unit or time are none")};
+    }
+    if (returns(bytes) > 0) return {};
+    return Error{ErrorCode::kUnsupportedFormat,
+                 "found a return mode that is not read, expected one or two returns; export the "
+                 "scans as PCD with PandarView"};
+  }
+
   [[nodiscard]] int model(std::span<const std::byte> /*bytes*/) const override { return 0; }
   [[nodiscard]] std::size_t block_count() const override { return model_.blocks; }
   [[nodiscard]] unsigned azimuth_cdeg(std::span<const std::byte> bytes,
                                       std::size_t block) const override {
     return read_at<std::uint16_t>(bytes, block_at(block));
   }
-  [[nodiscard]] std::int64_t time_ns(std::span<const std::byte> bytes) const override;
+
+  [[nodiscard]] std::int64_t time_ns(std::span<const std::byte> bytes) const override {
+    const std::size_t date = model_.tail_begin() + model_.date_at;
+    const auto part = [&](std::size_t i, int least, int most) {
+      return std::clamp(byte_at(bytes, date + i), least, most);
+    };
+    // Firmwares count the years from 2000 or from 1900, which a year of this century shows.
+    const int year = byte_at(bytes, date);
+    const int first_year = year >= 100 ? 1900 : model_.first_year;
+    // A clock that was not set may have no month and no day.
+    const std::chrono::sys_days day(std::chrono::year(first_year + year) /
+                                    std::chrono::month(static_cast<unsigned>(part(1, 1, 12))) /
+                                    std::chrono::day(static_cast<unsigned>(part(2, 1, 31))));
+    const std::int64_t seconds = std::int64_t{86'400} * day.time_since_epoch().count() +
+                                 3600 * part(3, 0, 23) + 60 * part(4, 0, 59) + part(5, 0, 60);
+    const auto us = read_at<std::uint32_t>(bytes, model_.tail_begin() + model_.us_at);
+    return 1'000'000'000 * seconds + 1000 * std::int64_t{us};
+  }
+
   [[nodiscard]] bool has_date() const override { return true; }
   [[nodiscard]] std::int64_t block_offset_ns(std::span<const std::byte> bytes,
                                              std::size_t block) const override {
     return whole_ns(block_us(bytes, block) + first_firing_us_);
   }
+
   void append_block(std::span<const std::byte> bytes, std::size_t block, std::int64_t base_ns,
-                    PointCloudFile& cloud) const override;
-  [[nodiscard]] std::vector<std::byte> calibration() const override;
+                    PointCloudFile& cloud) const override {
+    const double tick_m = 0.001 * byte_at(bytes, model_.unit_at);
+    const double start_us = block_us(bytes, block);
+    const double turn = turn_deg_per_us(bytes, block);
+    const bool is_second = returns(bytes) == 2 && block % 2 == 1;
+    for (std::size_t channel = 0; channel < model_.channels; ++channel) {
+      const std::size_t at = block_at(block) + 2 + channel * model_.return_size;
+      const auto ticks = read_at<std::uint16_t>(bytes, at);
+      const bool is_repeated =
+          is_second && ticks == read_at<std::uint16_t>(bytes, at - model_.block_size());
+      if (ticks == 0 || is_repeated) {
+        ++cloud.zero_count;
+        continue;
+      }
+      const HesaiAngles& angles = angles_[channel];
+      const double azimuth_deg =
+          0.01 * azimuth_cdeg(bytes, block) + angles.azimuth_deg + turn * firing_us(bytes, channel);
+      const Eigen::Vector3d direction =
+          direction_of(kRadPerDeg * (90.0 - azimuth_deg), kRadPerDeg * angles.elevation_deg);
+      if (add_point(cloud, tick_m * ticks * direction,
+                    static_cast<float>(byte_at(bytes, at + 2)))) {
+        cloud.time_offset_ns.push_back(
+            static_cast<std::int32_t>(base_ns + whole_ns(start_us + firing_us(bytes, channel))));
+      }
+    }
+  }
+
+  [[nodiscard]] std::vector<std::byte> calibration() const override {
+    ByteWriter bytes;
+    for (const HesaiAngles& angles : angles_) {
+      bytes.put(angles.elevation_deg);
+      bytes.put(angles.azimuth_deg);
+    }
+    return bytes.take();
+  }
+
   [[nodiscard]] std::vector<std::string> warnings() const override { return warnings_; }
 
  private:
@@ -249,7 +319,23 @@ class HesaiLidar : public RotatingLidar {
     const double us = firings_us_[channel];
     return is_high_resolution(bytes) && us > step_us(bytes) ? us - step_us(bytes) : us;
   }
-  [[nodiscard]] double turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const;
+
+  // How fast the head turns, as the packet says, or by the step to the next block: the last block
+  // has none, it takes the step before.
+  [[nodiscard]] double turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const {
+    if (model_.speed_at > 0) {
+      constexpr double kDegPerUsOfRpm = 6e-6;
+      constexpr int kMost_rpm = 20'000;  // far beyond any head
+      const int rpm = read_at<std::uint16_t>(bytes, model_.tail_begin() + model_.speed_at);
+      return rpm <= kMost_rpm ? kDegPerUsOfRpm * rpm : 0.0;
+    }
+    constexpr unsigned kMost_cdeg = 300;  // over 20 Hz, or packets that do not belong together
+    const std::size_t stride = returns(bytes);
+    const std::size_t from = block + stride < model_.blocks ? block : block - stride;
+    const unsigned step_cdeg =
+        (azimuth_cdeg(bytes, from + stride) + kTurn_cdeg - azimuth_cdeg(bytes, from)) % kTurn_cdeg;
+    return step_cdeg <= kMost_cdeg ? 0.01 * step_cdeg / model_.block_us : 0.0;
+  }
 
   const HesaiModel& model_;
   std::vector<HesaiAngles> angles_;
@@ -257,94 +343,6 @@ class HesaiLidar : public RotatingLidar {
   double first_firing_us_;
   std::vector<std::string> warnings_;
 };
-
-Result<void> HesaiLidar::check(std::span<const std::byte> bytes) const {
-  const int unit_mm = byte_at(bytes, model_.unit_at);
-  const auto us = read_at<std::uint32_t>(bytes, model_.tail_begin() + model_.us_at);
-  bool is_right = unit_mm >= 1 && unit_mm <= 20 && us < 2'000'000;
-  for (std::size_t block = 0; block < model_.blocks; ++block) {
-    is_right = is_right && azimuth_cdeg(bytes, block) < kTurn_cdeg;
-  }
-  if (!is_right) {
-    return Error{ErrorCode::kMalformedHeader, concat("found a packet of a ", model_.name,
-                                                     " whose azimuths, unit or time are none")};
-  }
-  if (returns(bytes) > 0) return {};
-  return Error{ErrorCode::kUnsupportedFormat,
-               "found a return mode that is not read, expected one or two returns; export the "
-               "scans as PCD with PandarView"};
-}
-
-std::int64_t HesaiLidar::time_ns(std::span<const std::byte> bytes) const {
-  const std::size_t date = model_.tail_begin() + model_.date_at;
-  const auto part = [&](std::size_t i, int least, int most) {
-    return std::clamp(byte_at(bytes, date + i), least, most);
-  };
-  // Firmwares count the years from 2000 or from 1900, which a year of this century shows.
-  const int year = byte_at(bytes, date);
-  const int first_year = year >= 100 ? 1900 : model_.first_year;
-  // A clock that was not set may have no month and no day.
-  const std::chrono::sys_days day(std::chrono::year(first_year + year) /
-                                  std::chrono::month(static_cast<unsigned>(part(1, 1, 12))) /
-                                  std::chrono::day(static_cast<unsigned>(part(2, 1, 31))));
-  const std::int64_t seconds = std::int64_t{86'400} * day.time_since_epoch().count() +
-                               3600 * part(3, 0, 23) + 60 * part(4, 0, 59) + part(5, 0, 60);
-  const auto us = read_at<std::uint32_t>(bytes, model_.tail_begin() + model_.us_at);
-  return 1'000'000'000 * seconds + 1000 * std::int64_t{us};
-}
-
-// How fast the head turns, as the packet says, or by the step to the next block: the last block has
-// none, it takes the step before.
-double HesaiLidar::turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const {
-  if (model_.speed_at > 0) {
-    constexpr double kDegPerUsOfRpm = 6e-6;
-    constexpr int kMost_rpm = 20'000;  // far beyond any head
-    const int rpm = read_at<std::uint16_t>(bytes, model_.tail_begin() + model_.speed_at);
-    return rpm <= kMost_rpm ? kDegPerUsOfRpm * rpm : 0.0;
-  }
-  constexpr unsigned kMost_cdeg = 300;  // over 20 Hz, or packets that do not belong together
-  const std::size_t stride = returns(bytes);
-  const std::size_t from = block + stride < model_.blocks ? block : block - stride;
-  const unsigned step_cdeg =
-      (azimuth_cdeg(bytes, from + stride) + kTurn_cdeg - azimuth_cdeg(bytes, from)) % kTurn_cdeg;
-  return step_cdeg <= kMost_cdeg ? 0.01 * step_cdeg / model_.block_us : 0.0;
-}
-
-void HesaiLidar::append_block(std::span<const std::byte> bytes, std::size_t block,
-                              std::int64_t base_ns, PointCloudFile& cloud) const {
-  const double tick_m = 0.001 * byte_at(bytes, model_.unit_at);
-  const double start_us = block_us(bytes, block);
-  const double turn = turn_deg_per_us(bytes, block);
-  const bool is_second = returns(bytes) == 2 && block % 2 == 1;
-  for (std::size_t channel = 0; channel < model_.channels; ++channel) {
-    const std::size_t at = block_at(block) + 2 + channel * model_.return_size;
-    const auto ticks = read_at<std::uint16_t>(bytes, at);
-    const bool is_repeated =
-        is_second && ticks == read_at<std::uint16_t>(bytes, at - model_.block_size());
-    if (ticks == 0 || is_repeated) {
-      ++cloud.zero_count;
-      continue;
-    }
-    const HesaiAngles& angles = angles_[channel];
-    const double azimuth_deg =
-        0.01 * azimuth_cdeg(bytes, block) + angles.azimuth_deg + turn * firing_us(bytes, channel);
-    const Eigen::Vector3d direction =
-        direction_of(kRadPerDeg * (90.0 - azimuth_deg), kRadPerDeg * angles.elevation_deg);
-    if (add_point(cloud, tick_m * ticks * direction, static_cast<float>(byte_at(bytes, at + 2)))) {
-      cloud.time_offset_ns.push_back(
-          static_cast<std::int32_t>(base_ns + whole_ns(start_us + firing_us(bytes, channel))));
-    }
-  }
-}
-
-std::vector<std::byte> HesaiLidar::calibration() const {
-  ByteWriter bytes;
-  for (const HesaiAngles& angles : angles_) {
-    bytes.put(angles.elevation_deg);
-    bytes.put(angles.azimuth_deg);
-  }
-  return bytes.take();
-}
 
 // The rows in the order of their channels.
 Result<std::vector<HesaiAngles>> angles_of(const HesaiModel& model, std::string_view text,

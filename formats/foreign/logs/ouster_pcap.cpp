@@ -130,9 +130,7 @@ std::uint32_t range_ticks(std::span<const std::byte> bytes, std::size_t pixel_at
 // The profiles that are read, one space apart, for messages.
 std::string ouster_profile_names() {
   std::string names;
-  for (const OusterLayout& layout : layouts()) {
-    names += (names.empty() ? "" : " ") + layout.profile;
-  }
+  for (const OusterLayout& layout : layouts()) names += (names.empty() ? "" : " ") + layout.profile;
   return names;
 }
 
@@ -334,13 +332,105 @@ class FrameFinder {
   FrameFinder(std::filesystem::path path, const OusterPackets& packets)
       : path_(std::move(path)), packets_(packets), clock_(true) {}
 
-  Result<void> add(const PcapPacket& packet);
-  Result<OusterFrameIndex> finish();
+  Result<void> add(const PcapPacket& packet) {
+    if (!packets_.is_data(packet.datagram)) {
+      ++other_packets_;
+      return {};
+    }
+    SIGHTLINE_TRY(check(packet));
+    const std::uint16_t frame_id = packets_.frame_id(packet.datagram);
+    if (!open_ || frame_id != open_->frame_id) {
+      if (frame_id == closed_id_) {  // late
+        ++other_packets_;
+        return {};
+      }
+      SIGHTLINE_TRY(close());
+      open_ = OusterFrame{packet.offset, frame_id, 0, 0};
+      collected_.emplace(packets_);
+      span_.reset();
+    }
+    if (!collected_->add(packet.datagram)) {
+      ++other_packets_;
+      return {};
+    }
+    ++data_packets_;
+    open_->offset = std::min(open_->offset, packet.offset);
+    const bool is_first = !span_ && index_.scans.empty();
+    span_ = span_of(packets_, packet.datagram, span_);
+    if (is_first) captured_ns_ = packet.time_ns;
+    return {};
+  }
+
+  Result<OusterFrameIndex> finish() {
+    SIGHTLINE_TRY(close());
+    if (index_.frames.empty()) {
+      return error(ErrorCode::kDriveTooShort,
+                   concat("no whole frame of an Ouster sensor among ", data_packets_,
+                          " data packets of ", packets_.size(), " bytes and ", other_packets_,
+                          " others; of several sensors in one capture none is read: keep one, for "
+                          "example with `tshark -r in.pcap -Y \"ip.src == ADDRESS\" -w out.pcap`"),
+                   0);
+    }
+    warn();
+    return std::move(index_);
+  }
 
  private:
-  Result<void> check(const PcapPacket& packet);
-  Result<void> close();
-  void warn();
+  Result<void> check(const PcapPacket& packet) {
+    for (std::size_t column = 0; column < packets_.column_count(); ++column) {
+      const std::size_t id = packets_.measurement_id(packet.datagram, column);
+      if (id < packets_.columns_per_frame()) continue;
+      return error(
+          ErrorCode::kMismatchedInputs,
+          concat("found column ", id, ", but the metadata has ", packets_.columns_per_frame(),
+                 " a frame: it is of another sensor or another mode"),
+          packet.offset);
+    }
+    return {};
+  }
+
+  Result<void> close() {
+    if (!open_) return {};
+    const std::size_t whole = packets_.packets_per_frame();
+    const bool is_kept = collected_->count() + whole / kMostMissing >= whole && span_ &&
+                         span_->last_ns - span_->first_ns <= kLongestFrame_ns;
+    if (is_kept) {
+      open_->packet_count = collected_->count();
+      open_->stamp_ns = span_->first_ns;
+      const std::int64_t stamp_ns = clock_.absolute_ns(span_->first_ns, captured_ns_);
+      if (!index_.scans.empty() && stamp_ns <= index_.scans.back().stamp_ns) {
+        return error(ErrorCode::kTimeRunsBackwards,
+                     concat("the sensor's clock goes back by ",
+                            (index_.scans.back().stamp_ns - stamp_ns) / 1000, " us"),
+                     open_->offset);
+      }
+      if (collected_->count() < whole) missing_ += whole - collected_->count();
+      index_.scans.push_back({stamp_ns, sha256(collected_->bytes())});
+      index_.frames.push_back(*open_);
+    } else {
+      ++left_out_;
+    }
+    closed_id_ = open_->frame_id;
+    open_.reset();
+    return {};
+  }
+
+  void warn() {
+    const std::string name = path_.filename().string();
+    index_.warnings.push_back(concat(name, ": ", index_.frames.size(), " frames in ", data_packets_,
+                                     " data packets; ", left_out_,
+                                     " frames of which over a tenth is missing were left out, and ",
+                                     other_packets_, " packets of other kinds, late or twice"));
+    if (missing_ > 0) {
+      index_.warnings.push_back(concat(name, ": ", missing_, " packets of the frames are missing"));
+    }
+    if (clock_.is_shifted()) {
+      index_.warnings.push_back(name +
+                                ": the sensor's clock was not set; its times count from when the "
+                                "first packet was captured");
+    }
+  }
+
   [[nodiscard]] Error error(ErrorCode code, std::string message, std::uint64_t offset) const {
     return {code, std::move(message), path_.string(), concat("byte ", offset)};
   }
@@ -359,104 +449,6 @@ class FrameFinder {
   std::uint64_t left_out_ = 0;  // frames
   std::uint64_t missing_ = 0;   // packets, of frames that are kept
 };
-
-Result<void> FrameFinder::check(const PcapPacket& packet) {
-  for (std::size_t column = 0; column < packets_.column_count(); ++column) {
-    const std::size_t id = packets_.measurement_id(packet.datagram, column);
-    if (id < packets_.columns_per_frame()) continue;
-    return error(
-        ErrorCode::kMismatchedInputs,
-        concat("found column ", id, ", but the metadata has ", packets_.columns_per_frame(),
-               " a frame: it is of another sensor or another mode"),
-        packet.offset);
-  }
-  return {};
-}
-
-Result<void> FrameFinder::close() {
-  if (!open_) return {};
-  const std::size_t whole = packets_.packets_per_frame();
-  const bool is_kept = collected_->count() + whole / kMostMissing >= whole && span_ &&
-                       span_->last_ns - span_->first_ns <= kLongestFrame_ns;
-  if (is_kept) {
-    open_->packet_count = collected_->count();
-    open_->stamp_ns = span_->first_ns;
-    const std::int64_t stamp_ns = clock_.absolute_ns(span_->first_ns, captured_ns_);
-    if (!index_.scans.empty() && stamp_ns <= index_.scans.back().stamp_ns) {
-      return error(ErrorCode::kTimeRunsBackwards,
-                   concat("the sensor's clock goes back by ",
-                          (index_.scans.back().stamp_ns - stamp_ns) / 1000, " us"),
-                   open_->offset);
-    }
-    if (collected_->count() < whole) missing_ += whole - collected_->count();
-    index_.scans.push_back({stamp_ns, sha256(collected_->bytes())});
-    index_.frames.push_back(*open_);
-  } else {
-    ++left_out_;
-  }
-  closed_id_ = open_->frame_id;
-  open_.reset();
-  return {};
-}
-
-Result<void> FrameFinder::add(const PcapPacket& packet) {
-  if (!packets_.is_data(packet.datagram)) {
-    ++other_packets_;
-    return {};
-  }
-  SIGHTLINE_TRY(check(packet));
-  const std::uint16_t frame_id = packets_.frame_id(packet.datagram);
-  if (!open_ || frame_id != open_->frame_id) {
-    if (frame_id == closed_id_) {  // late
-      ++other_packets_;
-      return {};
-    }
-    SIGHTLINE_TRY(close());
-    open_ = OusterFrame{packet.offset, frame_id, 0, 0};
-    collected_.emplace(packets_);
-    span_.reset();
-  }
-  if (!collected_->add(packet.datagram)) {
-    ++other_packets_;
-    return {};
-  }
-  ++data_packets_;
-  open_->offset = std::min(open_->offset, packet.offset);
-  const bool is_first = !span_ && index_.scans.empty();
-  span_ = span_of(packets_, packet.datagram, span_);
-  if (is_first) captured_ns_ = packet.time_ns;
-  return {};
-}
-
-void FrameFinder::warn() {
-  const std::string name = path_.filename().string();
-  index_.warnings.push_back(concat(name, ": ", index_.frames.size(), " frames in ", data_packets_,
-                                   " data packets; ", left_out_,
-                                   " frames of which over a tenth is missing were left out, and ",
-                                   other_packets_, " packets of other kinds, late or twice"));
-  if (missing_ > 0) {
-    index_.warnings.push_back(concat(name, ": ", missing_, " packets of the frames are missing"));
-  }
-  if (clock_.is_shifted()) {
-    index_.warnings.push_back(name +
-                              ": the sensor's clock was not set; its times count from when the "
-                              "first packet was captured");
-  }
-}
-
-Result<OusterFrameIndex> FrameFinder::finish() {
-  SIGHTLINE_TRY(close());
-  if (index_.frames.empty()) {
-    return error(ErrorCode::kDriveTooShort,
-                 concat("no whole frame of an Ouster sensor among ", data_packets_,
-                        " data packets of ", packets_.size(), " bytes and ", other_packets_,
-                        " others; of several sensors in one capture none is read: keep one, for "
-                        "example with `tshark -r in.pcap -Y \"ip.src == ADDRESS\" -w out.pcap`"),
-                 0);
-  }
-  warn();
-  return std::move(index_);
-}
 
 // Walks through the file once, holding one frame. A frame of which more than a tenth of the packets
 // is missing, whose columns span over a second or which none of them measured is left out and
@@ -480,52 +472,48 @@ class OusterPcap : public ScanContainer {
     sensor_file_ = metadata;
   }
 
-  Result<std::vector<std::byte>> read(std::size_t index) const override;
-  Result<PointCloudFile> parse(std::span<const std::byte> bytes, std::size_t index) const override;
+  Result<std::vector<std::byte>> read(std::size_t index) const override {
+    const OusterFrame& frame = frames_.at(index);
+    SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path_));
+    reader.seek(frame.offset);
+    OusterFramePackets collected(packets_);
+    PcapPacket packet;
+    while (collected.count() < frame.packet_count) {
+      SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
+      if (!more) {
+        return Error{ErrorCode::kCannotRead, "the file has become shorter since it was opened",
+                     path_.string(), concat("byte ", frame.offset)};
+      }
+      if (!packets_.is_data(packet.datagram)) continue;
+      if (packets_.frame_id(packet.datagram) == frame.frame_id) collected.add(packet.datagram);
+    }
+    return collected.bytes();
+  }
+
+  Result<PointCloudFile> parse(std::span<const std::byte> bytes, std::size_t index) const override {
+    const OusterFrame& frame = frames_.at(index);
+    const std::size_t size = packets_.size();
+    SIGHTLINE_CHECK(bytes.size() >= frame.packet_count * size);
+    const std::span<const std::byte> stored = bytes.last(frame.packet_count * size);
+    PointCloudFile cloud;
+    for (std::size_t i = 0; i < frame.packet_count; ++i) {
+      const std::span<const std::byte> packet = stored.subspan(i * size, size);
+      for (std::size_t column = 0; column < packets_.column_count(); ++column) {
+        if (!packets_.is_valid(packet, column)) continue;
+        // Within a second of the stamp: find_ouster_frames made sure.
+        const auto offset_ns =
+            static_cast<std::int32_t>(packets_.time_ns(packet, column) - frame.stamp_ns);
+        packets_.append_column(packet, column, offset_ns, cloud);
+      }
+    }
+    return cloud;
+  }
 
  private:
   std::filesystem::path path_;
   OusterPackets packets_;
   std::vector<OusterFrame> frames_;
 };
-
-Result<std::vector<std::byte>> OusterPcap::read(std::size_t index) const {
-  const OusterFrame& frame = frames_.at(index);
-  SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path_));
-  reader.seek(frame.offset);
-  OusterFramePackets collected(packets_);
-  PcapPacket packet;
-  while (collected.count() < frame.packet_count) {
-    SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
-    if (!more) {
-      return Error{ErrorCode::kCannotRead, "the file has become shorter since it was opened",
-                   path_.string(), concat("byte ", frame.offset)};
-    }
-    if (!packets_.is_data(packet.datagram)) continue;
-    if (packets_.frame_id(packet.datagram) == frame.frame_id) collected.add(packet.datagram);
-  }
-  return collected.bytes();
-}
-
-Result<PointCloudFile> OusterPcap::parse(std::span<const std::byte> bytes,
-                                         std::size_t index) const {
-  const OusterFrame& frame = frames_.at(index);
-  const std::size_t size = packets_.size();
-  SIGHTLINE_CHECK(bytes.size() >= frame.packet_count * size);
-  const std::span<const std::byte> stored = bytes.last(frame.packet_count * size);
-  PointCloudFile cloud;
-  for (std::size_t i = 0; i < frame.packet_count; ++i) {
-    const std::span<const std::byte> packet = stored.subspan(i * size, size);
-    for (std::size_t column = 0; column < packets_.column_count(); ++column) {
-      if (!packets_.is_valid(packet, column)) continue;
-      // Within a second of the stamp: find_ouster_frames made sure.
-      const auto offset_ns =
-          static_cast<std::int32_t>(packets_.time_ns(packet, column) - frame.stamp_ns);
-      packets_.append_column(packet, column, offset_ns, cloud);
-    }
-  }
-  return cloud;
-}
 
 }  // namespace
 

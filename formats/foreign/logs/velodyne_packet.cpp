@@ -70,7 +70,21 @@ class VelodyneLidar : public RotatingLidar {
     return datagram.size() == kVelodynePacketSize;
   }
   [[nodiscard]] std::size_t packet_size() const override { return kVelodynePacketSize; }
-  [[nodiscard]] Result<void> check(std::span<const std::byte> bytes) const override;
+
+  [[nodiscard]] Result<void> check(std::span<const std::byte> bytes) const override {
+    const VelodynePacket packet(bytes);
+    if (!packet.is_valid()) {
+      return Error{ErrorCode::kMalformedHeader,
+                   "found 1206 bytes of UDP that are no Velodyne data packet"};
+    }
+    if (packet.model()) return {};
+    return Error{
+        ErrorCode::kUnsupportedFormat,
+        concat("found product id ", packet.product_id(),
+               ", expected packets of one HDL-32E (33) or VLP-16 (34); export the scans as "
+               "PCD with the sensor's own tools")};
+  }
+
   [[nodiscard]] int model(std::span<const std::byte> bytes) const override {
     return VelodynePacket(bytes).product_id();
   }
@@ -92,19 +106,6 @@ class VelodyneLidar : public RotatingLidar {
     VelodynePacket(bytes).append_block(block, base_ns, cloud);
   }
 };
-
-Result<void> VelodyneLidar::check(std::span<const std::byte> bytes) const {
-  const VelodynePacket packet(bytes);
-  if (!packet.is_valid()) {
-    return Error{ErrorCode::kMalformedHeader,
-                 "found 1206 bytes of UDP that are no Velodyne data packet"};
-  }
-  if (packet.model()) return {};
-  return Error{ErrorCode::kUnsupportedFormat,
-               concat("found product id ", packet.product_id(),
-                      ", expected packets of one HDL-32E (33) or VLP-16 (34); export the scans as "
-                      "PCD with the sensor's own tools")};
-}
 
 }  // namespace
 

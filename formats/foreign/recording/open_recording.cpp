@@ -52,9 +52,7 @@ Result<FloatCounts> common_counts(const std::vector<FloatEvidence>& evidence,
   FloatCounts fitting = kAnyCount;
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     const FloatCounts both = fitting & evidence[i].fitting;
-    if (evidence[i].fitting == 0) {
-      return of_scan(the_one_count(0, kAnyCount).error(), recording, i);
-    }
+    if (evidence[i].fitting == 0) return of_scan(the_one_count(0, kAnyCount).error(), recording, i);
     if (both == 0) return mixed(evidence, recording, i, fitting);
     fitting = both;
   }

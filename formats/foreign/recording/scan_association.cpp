@@ -316,9 +316,7 @@ Result<void> describe_scans(const RecordingOptions& options,
   }
   SIGHTLINE_ASSIGN(Poses poses, poses_of_scans(options, files, stamps_ns, recording));
   SIGHTLINE_TRY(take_calibration(options, poses));
-  if (!(options.rate_hz > 0.0)) {
-    return Error{ErrorCode::kBadValue, "rate_hz must be above 0"};
-  }
+  if (!(options.rate_hz > 0.0)) return Error{ErrorCode::kBadValue, "rate_hz must be above 0"};
   recording.scans.resize(files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
     RecordedScan& scan = recording.scans[i];

@@ -22,7 +22,17 @@ class BagScans : public ScanContainer {
     warnings_ = log_->warnings();
   }
 
-  Result<void> build_index(const std::string& topic);
+  Result<void> build_index(const std::string& topic) {
+    SIGHTLINE_ASSIGN(const std::string chosen,
+                     choose_topic(path_, topics_of(*log_, &is_scan_message), topic));
+    SIGHTLINE_TRY(
+        log_->for_each_message(channels_of(*log_, chosen, &is_scan_message),
+                               [&](const LoggedMessage& message) { return add(message); }));
+    std::ranges::stable_sort(messages_, {}, &Found::time_ns);
+    for (const Found& message : messages_) scans_.push_back(message.scan);
+    return {};
+  }
+
   Result<std::vector<std::byte>> read(std::size_t index) const override {
     return log_->read(messages_.at(index).place);
   }
@@ -41,34 +51,23 @@ class BagScans : public ScanContainer {
   [[nodiscard]] std::string name_of(std::size_t index) const {
     return concat(path_.string(), "#", index);
   }
-  Result<void> add(const LoggedMessage& message);
+
+  // A header's stamp, or the time of its recording where the driver left it at zero.
+  Result<void> add(const LoggedMessage& message) {
+    const MessageEncoding encoding = *log_->channels().at(message.channel).encoding;
+    SIGHTLINE_ASSIGN(const MessageHeader header,
+                     header_of(message.bytes, encoding, name_of(messages_.size())));
+    if (messages_.empty()) frame_ = header.frame;
+    const std::int64_t stamp_ns = header.stamp_ns != 0 ? header.stamp_ns : message.time_ns;
+    messages_.push_back(
+        {message.time_ns, message.channel, message.place, {stamp_ns, sha256(message.bytes)}});
+    return {};
+  }
 
   fs::path path_;
   std::unique_ptr<MessageLog> log_;
   std::vector<Found> messages_;
 };
-
-// A header's stamp, or the time of its recording where the driver left it at zero.
-Result<void> BagScans::add(const LoggedMessage& message) {
-  const MessageEncoding encoding = *log_->channels().at(message.channel).encoding;
-  SIGHTLINE_ASSIGN(const MessageHeader header,
-                   header_of(message.bytes, encoding, name_of(messages_.size())));
-  if (messages_.empty()) frame_ = header.frame;
-  const std::int64_t stamp_ns = header.stamp_ns != 0 ? header.stamp_ns : message.time_ns;
-  messages_.push_back(
-      {message.time_ns, message.channel, message.place, {stamp_ns, sha256(message.bytes)}});
-  return {};
-}
-
-Result<void> BagScans::build_index(const std::string& topic) {
-  SIGHTLINE_ASSIGN(const std::string chosen,
-                   choose_topic(path_, topics_of(*log_, &is_scan_message), topic));
-  SIGHTLINE_TRY(log_->for_each_message(channels_of(*log_, chosen, &is_scan_message),
-                                       [&](const LoggedMessage& message) { return add(message); }));
-  std::ranges::stable_sort(messages_, {}, &Found::time_ns);
-  for (const Found& message : messages_) scans_.push_back(message.scan);
-  return {};
-}
 
 struct TimedPose {
   std::int64_t time_ns = 0;  // of its recording

@@ -72,9 +72,7 @@ Result<std::optional<GeodeticFix>> parse_fix_message(std::span<const std::byte> 
   fix.at.latitude_deg = reader.get<double>();
   fix.at.longitude_deg = reader.get<double>();
   fix.at.altitude_m = reader.get<double>();
-  if (!reader.ok()) {
-    return Error{ErrorCode::kMalformedPose, "a NavSatFix that is short", file};
-  }
+  if (!reader.ok()) return Error{ErrorCode::kMalformedPose, "a NavSatFix that is short", file};
   if (status < 0) return std::optional<GeodeticFix>();
   const bool is_on_earth = std::abs(fix.at.latitude_deg) <= 90.0 &&
                            std::abs(fix.at.longitude_deg) <= 360.0 &&

@@ -262,9 +262,7 @@ Result<GeodeticTrack> read_geodetic_track(const std::filesystem::path& path) {
 
 Result<TrackInWorld> in_world(const GeodeticTrack& track, const std::string& world,
                               const std::string& path) {
-  if (track.fixes.empty()) {
-    return Error{ErrorCode::kMalformedPose, "found no pose", path};
-  }
+  if (track.fixes.empty()) return Error{ErrorCode::kMalformedPose, "found no pose", path};
   TrackInWorld found;
   found.warnings = track.warnings;
   std::string name = world;

@@ -83,9 +83,7 @@ class NmeaReader {
     if (wrong_sentences > 0) {
       warn(concat(wrong_sentences, " lines are no sentence with a right checksum"));
     }
-    if (without_fix_ > 0) {
-      warn(concat(without_fix_, " places without a fix are skipped"));
-    }
+    if (without_fix_ > 0) warn(concat(without_fix_, " places without a fix are skipped"));
     if (!date_ns_) warn("no date is given (RMC, ZDA); times count from midnight");
     for (GeodeticFix& fix : track_.fixes) *fix.stamp_ns += date_ns_.value_or(0);
     return std::move(track_);

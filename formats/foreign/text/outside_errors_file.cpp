@@ -72,9 +72,7 @@ Result<OutsideError> error_of(const Words& words, const Places& places, std::siz
   const auto start = to_number<std::uint32_t>(words[places[kStart]]);
   if (!start) return bad(kStart, "the number of a start, counted from 0");
   const auto error_m = finite_number(words[places[kError]]);
-  if (!error_m || *error_m < 0.0) {
-    return bad(kError, "a finite distance that is not negative, m");
-  }
+  if (!error_m || *error_m < 0.0) return bad(kError, "a finite distance that is not negative, m");
   return OutsideError{*scan, *look_m, *start, *error_m, static_cast<std::uint32_t>(line)};
 }
 

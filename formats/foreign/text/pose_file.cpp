@@ -78,9 +78,7 @@ Result<Eigen::Matrix3d> rotation_of(const Row& row, const Eigen::Matrix3d& matri
 Result<PoseRow> kitti_row(const Row& row) {
   SIGHTLINE_ASSIGN(const std::vector<double> numbers, finite_numbers(row, 0));
   Eigen::Matrix<double, 3, 4> matrix;
-  for (Eigen::Index i = 0; i < 12; ++i) {
-    matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
-  }
+  for (Eigen::Index i = 0; i < 12; ++i) matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
   SIGHTLINE_ASSIGN(const Eigen::Matrix3d rotation, rotation_of(row, matrix.leftCols<3>()));
   PoseRow pose;
   pose.T_world_vehicle.linear() = rotation;

@@ -209,9 +209,7 @@ std::optional<NumberedConnection> connection_of(const BagFields& fields,
 Result<void> add_connection(const RandomAccessFile& file, const Outline& record, BagIndex& index) {
   SIGHTLINE_ASSIGN(const std::vector<std::byte> data, read_data(file, record));
   std::optional<NumberedConnection> found = connection_of(record.fields, data);
-  if (!found) {
-    return file.error_at(record.offset, "expected a connection with a topic and a type");
-  }
+  if (!found) return file.error_at(record.offset, "expected a connection with a topic and a type");
   const bool is_new = index.connections.emplace(found->number, std::move(found->connection)).second;
   if (!is_new) {
     return file.error_at(record.offset, concat("found connection ", found->number, " twice"));
@@ -456,92 +454,85 @@ class BagFile : public MessageLog {
  public:
   explicit BagFile(RandomAccessFile file) : file_(std::move(file)) {}
   // Once, before all other functions.
-  Result<void> read_index();
+  Result<void> read_index() {
+    SIGHTLINE_ASSIGN(BagIndex index, read_bag_index(file_));
+    channels_ = std::move(index.connections);
+    chunks_ = std::move(index.chunks);
+    return index.is_there ? Result<void>() : index_chunks();
+  }
+
   Result<void> for_each_message(const std::set<std::uint32_t>& channels,
-                                const MessageBody& body) const override;
-  Result<Bytes> read(const MessagePlace& place) const override;
+                                const MessageBody& body) const override {
+    for (std::size_t i = 0; i < chunks_.size(); ++i) {
+      if (!holds_any(chunks_[i], channels)) continue;
+      SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunks_[i]));
+      std::map<std::uint32_t, std::uint32_t> found;
+      const auto visit = [&](const LoggedMessage& message, std::size_t /*begin*/) -> Result<void> {
+        ++found[message.channel];
+        return channels.contains(message.channel) ? body(message) : Result<void>();
+      };
+      const auto pass_over = [](const NumberedConnection&, std::size_t) { return Result<void>(); };
+      SIGHTLINE_TRY(walk(file_, chunks_, i, bytes, visit, pass_over));
+      SIGHTLINE_TRY(check_counts(file_, chunks_[i], std::move(found)));
+    }
+    return {};
+  }
+
+  Result<Bytes> read(const MessagePlace& place) const override {
+    const BagChunk& chunk = chunks_.at(place.chunk);
+    if (chunk.compression != BagCompression::kNone) {
+      return recent_.read({place.chunk, chunk.unpacked_size, place.offset, place.size},
+                          [&] { return unpack(chunk); });
+    }
+    Bytes message(place.size);
+    SIGHTLINE_TRY(file_.read(chunk.data_offset + place.offset, message));
+    return message;
+  }
 
  private:
-  [[nodiscard]] Result<Bytes> unpack(const BagChunk& chunk) const;
-  Result<void> index_chunks();
+  [[nodiscard]] Result<Bytes> unpack(const BagChunk& chunk) const {
+    Bytes bytes(chunk.data_size);
+    SIGHTLINE_TRY(file_.read(chunk.data_offset, bytes));
+    if (chunk.compression == BagCompression::kNone) return bytes;
+    std::optional<Bytes> unpacked = unpack_chunk(chunk.compression, bytes, chunk.unpacked_size);
+    if (unpacked) return *std::move(unpacked);
+    return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
+                                               chunk.unpacked_size, " bytes that it promises"));
+  }
+
+  // What the index would have said.
+  Result<void> index_chunks() {
+    for (std::size_t i = 0; i < chunks_.size(); ++i) {
+      BagChunk& chunk = chunks_[i];
+      SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunk));
+      const auto add_message = [&](const LoggedMessage& message,
+                                   std::size_t begin) -> Result<void> {
+        const auto connection = channels_.find(message.channel);
+        if (connection == channels_.end()) {
+          return damaged_chunk(file_, chunk, begin, "found a message before its connection");
+        }
+        ++connection->second.message_count;
+        ++chunk.message_counts[message.channel];
+        return {};
+      };
+      // Every chunk may tell of a connection anew.
+      const auto add_connection = [&](NumberedConnection found, std::size_t begin) -> Result<void> {
+        const auto [entry, is_new] = channels_.emplace(found.number, found.connection);
+        if (is_new || (entry->second.topic == found.connection.topic &&
+                       entry->second.type == found.connection.type)) {
+          return {};
+        }
+        return damaged_chunk(file_, chunk, begin, "found two connections of one number");
+      };
+      SIGHTLINE_TRY(walk(file_, chunks_, i, bytes, add_message, add_connection));
+    }
+    return {};
+  }
 
   RandomAccessFile file_;
   std::vector<BagChunk> chunks_;
   mutable RecentChunks recent_;
 };
-
-Result<void> BagFile::read_index() {
-  SIGHTLINE_ASSIGN(BagIndex index, read_bag_index(file_));
-  channels_ = std::move(index.connections);
-  chunks_ = std::move(index.chunks);
-  return index.is_there ? Result<void>() : index_chunks();
-}
-
-Result<Bytes> BagFile::unpack(const BagChunk& chunk) const {
-  Bytes bytes(chunk.data_size);
-  SIGHTLINE_TRY(file_.read(chunk.data_offset, bytes));
-  if (chunk.compression == BagCompression::kNone) return bytes;
-  std::optional<Bytes> unpacked = unpack_chunk(chunk.compression, bytes, chunk.unpacked_size);
-  if (unpacked) return *std::move(unpacked);
-  return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
-                                             chunk.unpacked_size, " bytes that it promises"));
-}
-
-// What the index would have said.
-Result<void> BagFile::index_chunks() {
-  for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    BagChunk& chunk = chunks_[i];
-    SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunk));
-    const auto add_message = [&](const LoggedMessage& message, std::size_t begin) -> Result<void> {
-      const auto connection = channels_.find(message.channel);
-      if (connection == channels_.end()) {
-        return damaged_chunk(file_, chunk, begin, "found a message before its connection");
-      }
-      ++connection->second.message_count;
-      ++chunk.message_counts[message.channel];
-      return {};
-    };
-    // Every chunk may tell of a connection anew.
-    const auto add_connection = [&](NumberedConnection found, std::size_t begin) -> Result<void> {
-      const auto [entry, is_new] = channels_.emplace(found.number, found.connection);
-      if (is_new || (entry->second.topic == found.connection.topic &&
-                     entry->second.type == found.connection.type)) {
-        return {};
-      }
-      return damaged_chunk(file_, chunk, begin, "found two connections of one number");
-    };
-    SIGHTLINE_TRY(walk(file_, chunks_, i, bytes, add_message, add_connection));
-  }
-  return {};
-}
-
-Result<void> BagFile::for_each_message(const std::set<std::uint32_t>& channels,
-                                       const MessageBody& body) const {
-  for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    if (!holds_any(chunks_[i], channels)) continue;
-    SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunks_[i]));
-    std::map<std::uint32_t, std::uint32_t> found;
-    const auto visit = [&](const LoggedMessage& message, std::size_t /*begin*/) -> Result<void> {
-      ++found[message.channel];
-      return channels.contains(message.channel) ? body(message) : Result<void>();
-    };
-    const auto pass_over = [](const NumberedConnection&, std::size_t) { return Result<void>(); };
-    SIGHTLINE_TRY(walk(file_, chunks_, i, bytes, visit, pass_over));
-    SIGHTLINE_TRY(check_counts(file_, chunks_[i], std::move(found)));
-  }
-  return {};
-}
-
-Result<Bytes> BagFile::read(const MessagePlace& place) const {
-  const BagChunk& chunk = chunks_.at(place.chunk);
-  if (chunk.compression != BagCompression::kNone) {
-    return recent_.read({place.chunk, chunk.unpacked_size, place.offset, place.size},
-                        [&] { return unpack(chunk); });
-  }
-  Bytes message(place.size);
-  SIGHTLINE_TRY(file_.read(chunk.data_offset + place.offset, message));
-  return message;
-}
 
 }  // namespace
 

@@ -59,7 +59,7 @@ class SqliteFile {
 
  private:
   struct Closer {
-    void operator()(sqlite3* database) const;
+    void operator()(sqlite3* database) const { sqlite3_close(database); }
   };
   SqliteFile(std::filesystem::path path, std::uint64_t size)
       : path_(std::move(path)), size_(size) {}
@@ -153,33 +153,26 @@ int file_size(sqlite3_file* file, sqlite3_int64* size) {
   return SQLITE_OK;
 }
 
-int refuse_write(sqlite3_file*, const void*, int, sqlite3_int64) { return SQLITE_READONLY; }
-int refuse_truncate(sqlite3_file*, sqlite3_int64) { return SQLITE_READONLY; }
-int do_nothing(sqlite3_file*, int) { return SQLITE_OK; }
 int is_reserved(sqlite3_file*, int* answer) {
   *answer = 0;
   return SQLITE_OK;
 }
-int control(sqlite3_file*, int, void*) { return SQLITE_NOTFOUND; }
-int sector_size(sqlite3_file*) { return 4096; }
-int characteristics(sqlite3_file*) { return SQLITE_IOCAP_IMMUTABLE; }
-
 const sqlite3_io_methods& methods() {
   static const sqlite3_io_methods kMethods = [] {
     sqlite3_io_methods made{};
     made.iVersion = 1;
     made.xClose = close_file;
     made.xRead = read_file;
-    made.xWrite = refuse_write;
-    made.xTruncate = refuse_truncate;
-    made.xSync = do_nothing;
+    made.xWrite = [](sqlite3_file*, const void*, int, sqlite3_int64) { return SQLITE_READONLY; };
+    made.xTruncate = [](sqlite3_file*, sqlite3_int64) { return SQLITE_READONLY; };
+    made.xSync = [](sqlite3_file*, int) { return SQLITE_OK; };
     made.xFileSize = file_size;
-    made.xLock = do_nothing;
-    made.xUnlock = do_nothing;
+    made.xLock = made.xSync;
+    made.xUnlock = made.xSync;
     made.xCheckReservedLock = is_reserved;
-    made.xFileControl = control;
-    made.xSectorSize = sector_size;
-    made.xDeviceCharacteristics = characteristics;
+    made.xFileControl = [](sqlite3_file*, int, void*) { return SQLITE_NOTFOUND; };
+    made.xSectorSize = [](sqlite3_file*) { return 4096; };
+    made.xDeviceCharacteristics = [](sqlite3_file*) { return SQLITE_IOCAP_IMMUTABLE; };
     return made;
   }();
   return kMethods;
@@ -198,7 +191,6 @@ int open_file(sqlite3_vfs*, const char* name, sqlite3_file* file, int flags, int
   return SQLITE_OK;
 }
 
-int refuse_delete(sqlite3_vfs*, const char*, int) { return SQLITE_READONLY; }
 int nothing_is_there(sqlite3_vfs*, const char*, int, int* answer) {
   *answer = 0;
   return SQLITE_OK;
@@ -215,13 +207,10 @@ int no_randomness(sqlite3_vfs*, int size, char* to) {
   std::memset(to, 0, static_cast<std::size_t>(size));
   return size;
 }
-int no_sleep(sqlite3_vfs*, int) { return 0; }
 int no_time(sqlite3_vfs*, double* days) {
   *days = 0.0;
   return SQLITE_OK;
 }
-int no_error(sqlite3_vfs*, int, char*) { return 0; }
-
 sqlite3_vfs made_vfs() {
   constexpr int kLongestPath = 4096;
   sqlite3_vfs made{};
@@ -230,13 +219,13 @@ sqlite3_vfs made_vfs() {
   made.mxPathname = kLongestPath;
   made.zName = "sightline-read-only";
   made.xOpen = open_file;
-  made.xDelete = refuse_delete;
+  made.xDelete = [](sqlite3_vfs*, const char*, int) { return SQLITE_READONLY; };
   made.xAccess = nothing_is_there;
   made.xFullPathname = full_name;
   made.xRandomness = no_randomness;
-  made.xSleep = no_sleep;
+  made.xSleep = [](sqlite3_vfs*, int) { return 0; };
   made.xCurrentTime = no_time;
-  made.xGetLastError = no_error;
+  made.xGetLastError = [](sqlite3_vfs*, int, char*) { return 0; };
   return made;
 }
 
@@ -266,8 +255,6 @@ std::optional<std::span<const std::byte>> SqliteRow::bytes(int column) const {
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
   return std::span<const std::byte>(data, data == nullptr ? 0 : size);
 }
-
-void SqliteFile::Closer::operator()(sqlite3* database) const { sqlite3_close(database); }
 
 Error SqliteFile::damaged(std::string message) const {
   return {ErrorCode::kMalformedHeader, std::move(message), path_.string()};
@@ -342,114 +329,109 @@ class Db3File : public MessageLog {
  public:
   explicit Db3File(SqliteFile database) : database_(std::move(database)) {}
 
-  Result<void> build_index();
+  Result<void> build_index() {
+    SIGHTLINE_TRY(add_topics());
+    return count_messages();
+  }
+
   Result<void> for_each_message(const std::set<std::uint32_t>& channels,
-                                const MessageBody& body) const override;
-  Result<std::vector<std::byte>> read(const MessagePlace& place) const override;
+                                const MessageBody& body) const override {
+    std::string topics;
+    for (const auto& [topic, channel] : channel_of_topic_) {
+      if (!channels.contains(channel)) continue;
+      topics += concat((topics.empty() ? "" : ","), topic);
+    }
+    const std::string select = concat(
+        "SELECT rowid, topic_id, timestamp, data FROM messages "
+        "WHERE topic_id IN (",
+        topics, ") ORDER BY rowid");
+    const std::scoped_lock lock(mutex_);
+    return database_.for_each_row(select, [&](const SqliteRow& row) -> Result<void> {
+      const auto id = row.integer(0);
+      const auto topic = row.integer(1);
+      const auto time_ns = row.integer(2);
+      const auto bytes = row.bytes(3);
+      const auto channel = channel_of_topic_.find(topic.value_or(0));
+      if (!id || !topic || !time_ns || !bytes || channel == channel_of_topic_.end()) {
+        return database_.damaged(concat("found no time or no bytes of message ", id.value_or(0)));
+      }
+      const MessagePlace place{0, 0, static_cast<std::uint64_t>(*id), bytes->size()};
+      return body({channel->second, *time_ns, place, *bytes});
+    });
+  }
+
+  Result<std::vector<std::byte>> read(const MessagePlace& place) const override {
+    const std::string id = std::to_string(static_cast<std::int64_t>(place.offset));
+    std::vector<std::byte> message;
+    bool is_there = false;
+    const std::scoped_lock lock(mutex_);
+    SIGHTLINE_TRY(database_.for_each_row("SELECT data FROM messages WHERE rowid = " + id,
+                                         [&](const SqliteRow& row) -> Result<void> {
+                                           const auto bytes = row.bytes(0);
+                                           is_there = bytes && bytes->size() == place.size;
+                                           if (is_there)
+                                             message.assign(bytes->begin(), bytes->end());
+                                           return {};
+                                         }));
+    if (is_there) return message;
+    return database_.damaged(concat("found message ", id, " in one table and not again"));
+  }
 
  private:
-  Result<void> add_topics();
-  Result<void> count_messages();
+  Result<void> add_topics() {
+    for (const char* table : {"topics", "messages"}) {
+      SIGHTLINE_ASSIGN(const bool is_there, database_.has_table(table));
+      if (is_there) continue;
+      return Error{
+          ErrorCode::kUnsupportedFormat,
+          concat("a database without a table '", table, "', expected a recording of ros2 bag"),
+          database_.path().string()};
+    }
+    return database_.for_each_row(
+        "SELECT id, name, type, serialization_format FROM topics",
+        [&](const SqliteRow& row) -> Result<void> {
+          const auto id = row.integer(0);
+          const auto name = row.text(1);
+          const auto type = row.text(2);
+          const auto format = row.text(3);
+          const auto number = static_cast<std::uint32_t>(channels_.size());
+          if (!id || !name || !type || !format || !channel_of_topic_.emplace(*id, number).second) {
+            return database_.damaged(
+                "found a topic without number, name, type or format, or twice");
+          }
+          // Tools that rewrite recordings leave it out; ros2 bag itself writes nothing but CDR.
+          const std::string_view encoding = format->empty() ? "cdr" : std::string_view(*format);
+          channels_[number] = {std::string(*name), ros1_type_name(*type), encoding_named(encoding),
+                               0};
+          return {};
+        });
+  }
+
+  Result<void> count_messages() {
+    std::optional<std::int64_t> before;
+    return database_.for_each_row(
+        "SELECT rowid, topic_id FROM messages", [&](const SqliteRow& row) -> Result<void> {
+          const auto id = row.integer(0);
+          const auto topic = row.integer(1);
+          // In a sound tree they ascend; in another a message might not be found again.
+          if (!id || (before && *id <= *before)) {
+            return database_.damaged("found messages whose numbers do not ascend");
+          }
+          before = id;
+          const auto found = channel_of_topic_.find(topic.value_or(0));
+          if (!topic || found == channel_of_topic_.end()) {
+            return database_.damaged(
+                concat("found message ", *id, " of a topic that is not there"));
+          }
+          ++channels_[found->second].message_count;
+          return {};
+        });
+  }
 
   SqliteFile database_;
   std::map<std::int64_t, std::uint32_t> channel_of_topic_;  // by the database's number
   mutable std::mutex mutex_;                                // of the database
 };
-
-Result<void> Db3File::add_topics() {
-  for (const char* table : {"topics", "messages"}) {
-    SIGHTLINE_ASSIGN(const bool is_there, database_.has_table(table));
-    if (is_there) continue;
-    return Error{
-        ErrorCode::kUnsupportedFormat,
-        concat("a database without a table '", table, "', expected a recording of ros2 bag"),
-        database_.path().string()};
-  }
-  return database_.for_each_row(
-      "SELECT id, name, type, serialization_format FROM topics",
-      [&](const SqliteRow& row) -> Result<void> {
-        const auto id = row.integer(0);
-        const auto name = row.text(1);
-        const auto type = row.text(2);
-        const auto format = row.text(3);
-        const auto number = static_cast<std::uint32_t>(channels_.size());
-        if (!id || !name || !type || !format || !channel_of_topic_.emplace(*id, number).second) {
-          return database_.damaged("found a topic without number, name, type or format, or twice");
-        }
-        // Tools that rewrite recordings leave it out; ros2 bag itself writes nothing but CDR.
-        const std::string_view encoding = format->empty() ? "cdr" : std::string_view(*format);
-        channels_[number] = {std::string(*name), ros1_type_name(*type), encoding_named(encoding),
-                             0};
-        return {};
-      });
-}
-
-Result<void> Db3File::count_messages() {
-  std::optional<std::int64_t> before;
-  return database_.for_each_row(
-      "SELECT rowid, topic_id FROM messages", [&](const SqliteRow& row) -> Result<void> {
-        const auto id = row.integer(0);
-        const auto topic = row.integer(1);
-        // In a sound tree they ascend; in another a message might not be found again.
-        if (!id || (before && *id <= *before)) {
-          return database_.damaged("found messages whose numbers do not ascend");
-        }
-        before = id;
-        const auto found = channel_of_topic_.find(topic.value_or(0));
-        if (!topic || found == channel_of_topic_.end()) {
-          return database_.damaged(concat("found message ", *id, " of a topic that is not there"));
-        }
-        ++channels_[found->second].message_count;
-        return {};
-      });
-}
-
-Result<void> Db3File::build_index() {
-  SIGHTLINE_TRY(add_topics());
-  return count_messages();
-}
-
-Result<void> Db3File::for_each_message(const std::set<std::uint32_t>& channels,
-                                       const MessageBody& body) const {
-  std::string topics;
-  for (const auto& [topic, channel] : channel_of_topic_) {
-    if (!channels.contains(channel)) continue;
-    topics += concat((topics.empty() ? "" : ","), topic);
-  }
-  const std::string select = concat(
-      "SELECT rowid, topic_id, timestamp, data FROM messages "
-      "WHERE topic_id IN (",
-      topics, ") ORDER BY rowid");
-  const std::scoped_lock lock(mutex_);
-  return database_.for_each_row(select, [&](const SqliteRow& row) -> Result<void> {
-    const auto id = row.integer(0);
-    const auto topic = row.integer(1);
-    const auto time_ns = row.integer(2);
-    const auto bytes = row.bytes(3);
-    const auto channel = channel_of_topic_.find(topic.value_or(0));
-    if (!id || !topic || !time_ns || !bytes || channel == channel_of_topic_.end()) {
-      return database_.damaged(concat("found no time or no bytes of message ", id.value_or(0)));
-    }
-    const MessagePlace place{0, 0, static_cast<std::uint64_t>(*id), bytes->size()};
-    return body({channel->second, *time_ns, place, *bytes});
-  });
-}
-
-Result<std::vector<std::byte>> Db3File::read(const MessagePlace& place) const {
-  const std::string id = std::to_string(static_cast<std::int64_t>(place.offset));
-  std::vector<std::byte> message;
-  bool is_there = false;
-  const std::scoped_lock lock(mutex_);
-  SIGHTLINE_TRY(database_.for_each_row("SELECT data FROM messages WHERE rowid = " + id,
-                                       [&](const SqliteRow& row) -> Result<void> {
-                                         const auto bytes = row.bytes(0);
-                                         is_there = bytes && bytes->size() == place.size;
-                                         if (is_there) message.assign(bytes->begin(), bytes->end());
-                                         return {};
-                                       }));
-  if (is_there) return message;
-  return database_.damaged(concat("found message ", id, " in one table and not again"));
-}
 
 }  // namespace
 

@@ -217,19 +217,151 @@ std::optional<McapMessage> mcap_message(std::span<const std::byte> data) {
   return if_whole(reader, message);
 }
 
+// Walks through the records of the file, but for what lies in chunks; what the summary at its end
+// says of places is not needed. A file that was not closed may end behind any record. Errors:
+// cannot-read, malformed-header, truncated-scan, unsupported-format; all with the byte.
 class IndexReader {
  public:
   explicit IndexReader(const RandomAccessFile& file) : file_(file) {}
-  Result<McapIndex> read();
+
+  Result<McapIndex> read() {
+    SIGHTLINE_TRY(check_magic(0));
+    for (std::uint64_t offset = kMagic.size(); offset < file_.size();) {
+      SIGHTLINE_ASSIGN(const McapOutline record, read_mcap_outline(file_, offset));
+      const bool is_first = offset == kMagic.size();
+      if (is_first != (record.op == McapOp::kHeader)) {
+        return damaged(record, is_first ? "expected the header of an MCAP file"
+                                        : "found a second header; two files may have been joined");
+      }
+      offset = record.end();
+      if (record.op != McapOp::kFooter) {
+        SIGHTLINE_TRY(add(record));
+        continue;
+      }
+      SIGHTLINE_TRY(check_magic(offset));
+      if (offset + kMagic.size() != file_.size()) {
+        return file_.error_at(offset + kMagic.size(), "found bytes behind the end of the file");
+      }
+      index_.is_closed = true;
+      break;
+    }
+    return std::move(index_);
+  }
 
  private:
-  Result<void> check_magic(std::uint64_t offset) const;
-  Result<void> add(const McapOutline& record);
-  Result<void> add_description(const McapOutline& record);
-  Result<void> add_message(const McapOutline& record);
-  Result<void> add_chunk(const McapOutline& record);
-  Result<void> add_counts(const McapOutline& record);
-  Result<std::vector<std::byte>> first_bytes(const McapOutline& record, std::uint64_t most) const;
+  Result<void> check_magic(std::uint64_t offset) const {
+    std::string found(std::min<std::uint64_t>(file_.size() - offset, kMagic.size()), '\0');
+    SIGHTLINE_TRY(file_.read(offset, std::as_writable_bytes(std::span(found))));
+    if (found == kMagic) return {};
+    if (kMagic.starts_with(found)) {
+      return file_.error_at(offset, "the file ends within its magic number",
+                            ErrorCode::kTruncatedScan);
+    }
+    if (offset > 0) return file_.error_at(offset, "expected the magic number of MCAP at the end");
+    return file_.error_at(0, "expected MCAP of version 0", ErrorCode::kUnsupportedFormat);
+  }
+
+  Result<void> add(const McapOutline& record) {
+    switch (record.op) {
+      case McapOp::kSchema:
+      case McapOp::kChannel:
+        return add_description(record);
+      case McapOp::kMessage:
+      case McapOp::kChunk:
+      case McapOp::kMessageIndex:
+        if (is_behind_data_) return damaged(record, "found messages behind the end of the data");
+        if (record.op == McapOp::kMessage) return add_message(record);
+        return record.op == McapOp::kChunk ? add_chunk(record) : add_counts(record);
+      case McapOp::kStatistics: {
+        SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
+                         first_bytes(record, sizeof(std::uint64_t)));
+        index_.said_messages = ByteReader(data).get<std::uint64_t>();
+        return {};
+      }
+      case McapOp::kDataEnd:
+        is_behind_data_ = true;
+        return {};
+      default:
+        return {};  // what later versions add, attachments, where chunks lie
+    }
+  }
+
+  Result<void> add_description(const McapOutline& record) {
+    if (record.data_size > kMostDescription) {
+      return damaged(record, concat("found a schema or channel of ", record.data_size,
+                                    " bytes, expected at most ", kMostDescription));
+    }
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kMostDescription));
+    if (index_.add({record.op, data})) return {};
+    return damaged(record,
+                   "found a schema or channel that is cut or contradicts one of its number");
+  }
+
+  Result<void> add_message(const McapOutline& record) {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
+                     first_bytes(record, McapMessage::kHeaderSize));
+    const std::optional<McapMessage> message = mcap_message(data);
+    if (!message) return damaged(record, "found a message shorter than its header");
+    if (!index_.channels.contains(message->channel_id)) {
+      return damaged(record, "found a message before its channel");
+    }
+    index_.messages.push_back(
+        {*message, record.data_offset + data.size(), record.data_size - data.size()});
+    return {};
+  }
+
+  Result<void> add_chunk(const McapOutline& record) {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
+                     first_bytes(record, McapChunkHeader::kMostSize));
+    const std::optional<McapChunkHeader> header = mcap_chunk_header(data);
+    if (!header || header->size > record.data_size - header->header_size) {
+      return damaged(record, "found a chunk whose header is cut or promises more than its record");
+    }
+    const std::optional<BagCompression> compression = mcap_compression_named(header->compression);
+    if (!compression) {
+      return file_.error_at(record.offset,
+                            "found a chunk with a compression other than none, lz4 and zstd",
+                            ErrorCode::kUnsupportedFormat);
+    }
+    const bool is_packed = *compression != BagCompression::kNone;
+    if (is_packed
+            ? header->unpacked_size > most_unpacked(header->size)
+            : header->unpacked_size != header->size || header->size > most_unpacked(header->size)) {
+      return damaged(record, concat("found a chunk of ", header->unpacked_size, " bytes in ",
+                                    header->size, " bytes"));
+    }
+    index_.chunks.push_back({record.offset,
+                             record.data_offset + header->header_size,
+                             header->size,
+                             header->unpacked_size,
+                             header->crc,
+                             *compression,
+                             false,
+                             {}});
+    return {};
+  }
+
+  Result<void> add_counts(const McapOutline& record) {
+    constexpr std::uint64_t kFirst = 6;
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kFirst));
+    const std::optional<McapMessageIndex> found = mcap_message_index(data, record.data_size);
+    if (!found || index_.chunks.empty()) {
+      return damaged(record, "expected the places of a chunk's messages behind it");
+    }
+    McapChunk& chunk = index_.chunks.back();
+    chunk.is_indexed = true;
+    const bool is_repeated = chunk.message_counts.contains(found->channel_id);
+    if (is_repeated) return damaged(record, "found the places of one channel's messages twice");
+    if (found->message_count > 0) chunk.message_counts[found->channel_id] = found->message_count;
+    return {};
+  }
+
+  Result<std::vector<std::byte>> first_bytes(const McapOutline& record, std::uint64_t most) const {
+    std::vector<std::byte> bytes(static_cast<std::size_t>(std::min(record.data_size, most)));
+    SIGHTLINE_TRY(file_.read(record.data_offset, bytes));
+    return bytes;
+  }
+
   [[nodiscard]] Error damaged(const McapOutline& record, std::string message) const {
     return file_.error_at(record.offset, std::move(message));
   }
@@ -239,143 +371,6 @@ class IndexReader {
   bool is_behind_data_ = false;
 };
 
-Result<void> IndexReader::check_magic(std::uint64_t offset) const {
-  std::string found(std::min<std::uint64_t>(file_.size() - offset, kMagic.size()), '\0');
-  SIGHTLINE_TRY(file_.read(offset, std::as_writable_bytes(std::span(found))));
-  if (found == kMagic) return {};
-  if (kMagic.starts_with(found)) {
-    return file_.error_at(offset, "the file ends within its magic number",
-                          ErrorCode::kTruncatedScan);
-  }
-  if (offset > 0) return file_.error_at(offset, "expected the magic number of MCAP at the end");
-  return file_.error_at(0, "expected MCAP of version 0", ErrorCode::kUnsupportedFormat);
-}
-
-Result<std::vector<std::byte>> IndexReader::first_bytes(const McapOutline& record,
-                                                        std::uint64_t most) const {
-  std::vector<std::byte> bytes(static_cast<std::size_t>(std::min(record.data_size, most)));
-  SIGHTLINE_TRY(file_.read(record.data_offset, bytes));
-  return bytes;
-}
-
-Result<void> IndexReader::add_description(const McapOutline& record) {
-  if (record.data_size > kMostDescription) {
-    return damaged(record, concat("found a schema or channel of ", record.data_size,
-                                  " bytes, expected at most ", kMostDescription));
-  }
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kMostDescription));
-  if (index_.add({record.op, data})) return {};
-  return damaged(record, "found a schema or channel that is cut or contradicts one of its number");
-}
-
-Result<void> IndexReader::add_message(const McapOutline& record) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
-                   first_bytes(record, McapMessage::kHeaderSize));
-  const std::optional<McapMessage> message = mcap_message(data);
-  if (!message) return damaged(record, "found a message shorter than its header");
-  if (!index_.channels.contains(message->channel_id)) {
-    return damaged(record, "found a message before its channel");
-  }
-  index_.messages.push_back(
-      {*message, record.data_offset + data.size(), record.data_size - data.size()});
-  return {};
-}
-
-Result<void> IndexReader::add_chunk(const McapOutline& record) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
-                   first_bytes(record, McapChunkHeader::kMostSize));
-  const std::optional<McapChunkHeader> header = mcap_chunk_header(data);
-  if (!header || header->size > record.data_size - header->header_size) {
-    return damaged(record, "found a chunk whose header is cut or promises more than its record");
-  }
-  const std::optional<BagCompression> compression = mcap_compression_named(header->compression);
-  if (!compression) {
-    return file_.error_at(record.offset,
-                          "found a chunk with a compression other than none, lz4 and zstd",
-                          ErrorCode::kUnsupportedFormat);
-  }
-  const bool is_packed = *compression != BagCompression::kNone;
-  if (is_packed
-          ? header->unpacked_size > most_unpacked(header->size)
-          : header->unpacked_size != header->size || header->size > most_unpacked(header->size)) {
-    return damaged(record, concat("found a chunk of ", header->unpacked_size, " bytes in ",
-                                  header->size, " bytes"));
-  }
-  index_.chunks.push_back({record.offset,
-                           record.data_offset + header->header_size,
-                           header->size,
-                           header->unpacked_size,
-                           header->crc,
-                           *compression,
-                           false,
-                           {}});
-  return {};
-}
-
-Result<void> IndexReader::add_counts(const McapOutline& record) {
-  constexpr std::uint64_t kFirst = 6;
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kFirst));
-  const std::optional<McapMessageIndex> found = mcap_message_index(data, record.data_size);
-  if (!found || index_.chunks.empty()) {
-    return damaged(record, "expected the places of a chunk's messages behind it");
-  }
-  McapChunk& chunk = index_.chunks.back();
-  chunk.is_indexed = true;
-  const bool is_repeated = chunk.message_counts.contains(found->channel_id);
-  if (is_repeated) return damaged(record, "found the places of one channel's messages twice");
-  if (found->message_count > 0) chunk.message_counts[found->channel_id] = found->message_count;
-  return {};
-}
-
-Result<void> IndexReader::add(const McapOutline& record) {
-  switch (record.op) {
-    case McapOp::kSchema:
-    case McapOp::kChannel:
-      return add_description(record);
-    case McapOp::kMessage:
-    case McapOp::kChunk:
-    case McapOp::kMessageIndex:
-      if (is_behind_data_) return damaged(record, "found messages behind the end of the data");
-      if (record.op == McapOp::kMessage) return add_message(record);
-      return record.op == McapOp::kChunk ? add_chunk(record) : add_counts(record);
-    case McapOp::kStatistics: {
-      SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
-                       first_bytes(record, sizeof(std::uint64_t)));
-      index_.said_messages = ByteReader(data).get<std::uint64_t>();
-      return {};
-    }
-    case McapOp::kDataEnd:
-      is_behind_data_ = true;
-      return {};
-    default:
-      return {};  // what later versions add, attachments, where chunks lie
-  }
-}
-
-Result<McapIndex> IndexReader::read() {
-  SIGHTLINE_TRY(check_magic(0));
-  for (std::uint64_t offset = kMagic.size(); offset < file_.size();) {
-    SIGHTLINE_ASSIGN(const McapOutline record, read_mcap_outline(file_, offset));
-    const bool is_first = offset == kMagic.size();
-    if (is_first != (record.op == McapOp::kHeader)) {
-      return damaged(record, is_first ? "expected the header of an MCAP file"
-                                      : "found a second header; two files may have been joined");
-    }
-    offset = record.end();
-    if (record.op != McapOp::kFooter) {
-      SIGHTLINE_TRY(add(record));
-      continue;
-    }
-    SIGHTLINE_TRY(check_magic(offset));
-    if (offset + kMagic.size() != file_.size()) {
-      return file_.error_at(offset + kMagic.size(), "found bytes behind the end of the file");
-    }
-    index_.is_closed = true;
-    break;
-  }
-  return std::move(index_);
-}
-
 bool McapIndex::add(const McapRecord& record) {
   if (record.op == McapOp::kSchema) {
     const std::optional<McapSchema> schema = mcap_schema(record.data);
@@ -384,11 +379,6 @@ bool McapIndex::add(const McapRecord& record) {
   const std::optional<McapChannel> channel = mcap_channel(record.data);
   return channel && channels.emplace(channel->id, *channel).first->second == *channel;
 }
-
-// Walks through the records of the file, but for what lies in chunks; what the summary at its end
-// says of places is not needed. A file that was not closed may end behind any record. Errors:
-// cannot-read, malformed-header, truncated-scan, unsupported-format; all with the byte.
-Result<McapIndex> read_mcap_index(const RandomAccessFile& file) { return IndexReader(file).read(); }
 
 // The record at `offset` of bytes, and sets `offset` behind it; nothing where there is none that
 // lies within the bytes.
@@ -410,21 +400,157 @@ class McapFile : public MessageLog {
  public:
   explicit McapFile(RandomAccessFile file) : file_(std::move(file)) {}
 
-  Result<void> build_index();
+  Result<void> build_index() {
+    SIGHTLINE_ASSIGN(index_, IndexReader(file_).read());
+    for (McapChunk& chunk : index_.chunks) {
+      if (needs_unpacking(chunk)) SIGHTLINE_TRY(index_chunk(chunk));
+    }
+    SIGHTLINE_TRY(name_channels());
+    warn();
+    return {};
+  }
+
   Result<void> for_each_message(const std::set<std::uint32_t>& channels,
-                                const MessageBody& body) const override;
-  Result<Bytes> read(const MessagePlace& place) const override;
+                                const MessageBody& body) const override {
+    for (std::size_t i = 0; i < index_.chunks.size(); ++i) {
+      const McapChunk& chunk = index_.chunks[i];
+      const bool is_wanted = std::ranges::any_of(
+          chunk.message_counts, [&](const auto& entry) { return channels.contains(entry.first); });
+      if (!is_wanted) continue;
+      SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunk));
+      Counts counts;
+      const auto visit = [&](const McapMessage& message, std::span<const std::byte> data,
+                             std::size_t offset) -> Result<void> {
+        ++counts[message.channel_id];
+        if (!channels.contains(message.channel_id)) return {};
+        return body({message.channel_id, message.log_time_ns, {0, i, offset, data.size()}, data});
+      };
+      const auto pass_over = [](const McapRecord&, std::size_t) { return Result<void>(); };
+      SIGHTLINE_TRY(walk(chunk, bytes, visit, pass_over));
+      SIGHTLINE_TRY(check_counts(chunk, counts));
+    }
+    for (const McapLoneMessage& lone : index_.messages) {
+      if (!channels.contains(lone.message.channel_id)) continue;
+      const MessagePlace place{0, kNoChunk, lone.data_offset,
+                               static_cast<std::size_t>(lone.data_size)};
+      SIGHTLINE_ASSIGN(const Bytes bytes, read(place));
+      SIGHTLINE_TRY(body({lone.message.channel_id, lone.message.log_time_ns, place, bytes}));
+    }
+    return {};
+  }
+
+  Result<Bytes> read(const MessagePlace& place) const override {
+    if (place.chunk != kNoChunk &&
+        index_.chunks.at(place.chunk).compression != BagCompression::kNone) {
+      const McapChunk& chunk = index_.chunks[place.chunk];
+      return recent_.read({place.chunk, static_cast<std::size_t>(chunk.unpacked_size),
+                           static_cast<std::size_t>(place.offset), place.size},
+                          [&] { return unpack(chunk); });
+    }
+    const std::uint64_t begin =
+        place.chunk == kNoChunk ? 0 : index_.chunks[place.chunk].data_offset;
+    Bytes message(place.size);
+    SIGHTLINE_TRY(file_.read(begin + place.offset, message));
+    return message;
+  }
 
  private:
   using Counts = std::map<std::uint16_t, std::uint64_t>;
-  [[nodiscard]] bool needs_unpacking(const McapChunk& chunk) const;
-  [[nodiscard]] Result<Bytes> unpack(const McapChunk& chunk) const;
-  Result<void> index_chunk(McapChunk& chunk);
-  Result<void> name_channels();
-  void warn();
-  Result<void> check_counts(const McapChunk& chunk, const Counts& found) const;
+
+  [[nodiscard]] bool needs_unpacking(const McapChunk& chunk) const {
+    return !chunk.is_indexed || std::ranges::any_of(chunk.message_counts, [&](const auto& entry) {
+      return !index_.channels.contains(entry.first);
+    });
+  }
+
+  [[nodiscard]] Result<Bytes> unpack(const McapChunk& chunk) const {
+    Bytes bytes(static_cast<std::size_t>(chunk.data_size));
+    SIGHTLINE_TRY(file_.read(chunk.data_offset, bytes));
+    if (chunk.compression != BagCompression::kNone) {
+      std::optional<Bytes> unpacked =
+          unpack_chunk(chunk.compression, bytes, static_cast<std::size_t>(chunk.unpacked_size));
+      if (!unpacked) {
+        return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
+                                                   chunk.unpacked_size, " bytes that it promises"));
+      }
+      bytes = *std::move(unpacked);
+    }
+    if (chunk.crc == 0) return bytes;
+    const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+    if (crc == chunk.crc) return bytes;
+    return file_.error_at(chunk.offset, "found a chunk that its checksum does not bear out");
+  }
+
+  // What stands behind the chunk would have said, and the schemas and channels in it.
+  Result<void> index_chunk(McapChunk& chunk) {
+    SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunk));
+    Counts counts;
+    const auto count = [&](const McapMessage& message, std::span<const std::byte>,
+                           std::size_t offset) -> Result<void> {
+      if (!index_.channels.contains(message.channel_id)) {
+        return damaged(chunk, offset, "found a message before its channel");
+      }
+      ++counts[message.channel_id];
+      return {};
+    };
+    const auto add = [&](const McapRecord& record, std::size_t offset) -> Result<void> {
+      if (index_.add(record)) return {};
+      return damaged(chunk, offset,
+                     "found a schema or channel that is cut or contradicts one of its number");
+    };
+    SIGHTLINE_TRY(walk(chunk, bytes, count, add));
+    if (chunk.is_indexed) SIGHTLINE_TRY(check_counts(chunk, counts));
+    chunk.message_counts = std::move(counts);
+    return {};
+  }
+
+  Result<void> name_channels() {
+    for (const auto& [id, channel] : index_.channels) {
+      const auto schema = index_.schemas.find(channel.schema_id);
+      if (schema == index_.schemas.end() && channel.schema_id != 0) {
+        return Error{ErrorCode::kMalformedHeader,
+                     concat("found topic ", channel.topic, " of schema ", channel.schema_id,
+                            ", which is not in the file"),
+                     file_.path().string()};
+      }
+      const std::string type = schema == index_.schemas.end() ? "" : schema->second.name;
+      channels_[id] = {channel.topic, ros1_type_name(type), encoding_named(channel.encoding), 0};
+    }
+    for (const McapChunk& chunk : index_.chunks) {
+      for (const auto& [id, count] : chunk.message_counts) channels_[id].message_count += count;
+    }
+    for (const McapLoneMessage& lone : index_.messages) {
+      ++channels_[lone.message.channel_id].message_count;
+    }
+    return {};
+  }
+
+  void warn() {
+    const std::string name = file_.path().filename().string();
+    if (!index_.is_closed) {
+      warnings_.push_back(name +
+                          ": the recording was not closed; what was written last may be missing");
+    }
+    std::uint64_t found = 0;
+    for (const auto& [id, channel] : channels_) found += channel.message_count;
+    if (index_.said_messages.value_or(found) == found) return;
+    warnings_.push_back(concat(name, ": found ", found, " messages, expected ",
+                               *index_.said_messages, "; a part of it may be damaged"));
+  }
+
+  Result<void> check_counts(const McapChunk& chunk, const Counts& found) const {
+    if (found == chunk.message_counts) return {};
+    return file_.error_at(chunk.offset,
+                          "found other messages in this chunk than the places behind it say");
+  }
+
+  // Where in an unpacked chunk; a packed one has no bytes of the file for it.
   [[nodiscard]] Error damaged(const McapChunk& chunk, std::size_t offset,
-                              const std::string& message) const;
+                              const std::string& message) const {
+    return file_.error_at(chunk.offset, concat(message, " at byte ", offset, " of this chunk's ",
+                                               chunk.unpacked_size));
+  }
+
   template <class OnMessage, class OnDescription>
   Result<void> walk(const McapChunk& chunk, std::span<const std::byte> bytes, OnMessage on_message,
                     OnDescription on_description) const;
@@ -433,13 +559,6 @@ class McapFile : public MessageLog {
   McapIndex index_;
   mutable RecentChunks recent_;
 };
-
-// Where in an unpacked chunk; a packed one has no bytes of the file for it.
-Error McapFile::damaged(const McapChunk& chunk, std::size_t offset,
-                        const std::string& message) const {
-  return file_.error_at(
-      chunk.offset, concat(message, " at byte ", offset, " of this chunk's ", chunk.unpacked_size));
-}
 
 // Calls on_message(message, its bytes, their offset) and on_description(record of a schema or
 // channel, its offset), which return a Result<void>, for the records of a chunk.
@@ -460,146 +579,6 @@ Result<void> McapFile::walk(const McapChunk& chunk, std::span<const std::byte> b
     SIGHTLINE_TRY(on_message(*message, data, offset - data.size()));
   }
   return {};
-}
-
-Result<Bytes> McapFile::unpack(const McapChunk& chunk) const {
-  Bytes bytes(static_cast<std::size_t>(chunk.data_size));
-  SIGHTLINE_TRY(file_.read(chunk.data_offset, bytes));
-  if (chunk.compression != BagCompression::kNone) {
-    std::optional<Bytes> unpacked =
-        unpack_chunk(chunk.compression, bytes, static_cast<std::size_t>(chunk.unpacked_size));
-    if (!unpacked) {
-      return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
-                                                 chunk.unpacked_size, " bytes that it promises"));
-    }
-    bytes = *std::move(unpacked);
-  }
-  if (chunk.crc == 0) return bytes;
-  const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-  if (crc == chunk.crc) return bytes;
-  return file_.error_at(chunk.offset, "found a chunk that its checksum does not bear out");
-}
-
-bool McapFile::needs_unpacking(const McapChunk& chunk) const {
-  return !chunk.is_indexed || std::ranges::any_of(chunk.message_counts, [&](const auto& entry) {
-    return !index_.channels.contains(entry.first);
-  });
-}
-
-// What stands behind the chunk would have said, and the schemas and channels in it.
-Result<void> McapFile::index_chunk(McapChunk& chunk) {
-  SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunk));
-  Counts counts;
-  const auto count = [&](const McapMessage& message, std::span<const std::byte>,
-                         std::size_t offset) -> Result<void> {
-    if (!index_.channels.contains(message.channel_id)) {
-      return damaged(chunk, offset, "found a message before its channel");
-    }
-    ++counts[message.channel_id];
-    return {};
-  };
-  const auto add = [&](const McapRecord& record, std::size_t offset) -> Result<void> {
-    if (index_.add(record)) return {};
-    return damaged(chunk, offset,
-                   "found a schema or channel that is cut or contradicts one of its number");
-  };
-  SIGHTLINE_TRY(walk(chunk, bytes, count, add));
-  if (chunk.is_indexed) SIGHTLINE_TRY(check_counts(chunk, counts));
-  chunk.message_counts = std::move(counts);
-  return {};
-}
-
-Result<void> McapFile::check_counts(const McapChunk& chunk, const Counts& found) const {
-  if (found == chunk.message_counts) return {};
-  return file_.error_at(chunk.offset,
-                        "found other messages in this chunk than the places behind it say");
-}
-
-Result<void> McapFile::name_channels() {
-  for (const auto& [id, channel] : index_.channels) {
-    const auto schema = index_.schemas.find(channel.schema_id);
-    if (schema == index_.schemas.end() && channel.schema_id != 0) {
-      return Error{ErrorCode::kMalformedHeader,
-                   concat("found topic ", channel.topic, " of schema ", channel.schema_id,
-                          ", which is not in the file"),
-                   file_.path().string()};
-    }
-    const std::string type = schema == index_.schemas.end() ? "" : schema->second.name;
-    channels_[id] = {channel.topic, ros1_type_name(type), encoding_named(channel.encoding), 0};
-  }
-  for (const McapChunk& chunk : index_.chunks) {
-    for (const auto& [id, count] : chunk.message_counts) channels_[id].message_count += count;
-  }
-  for (const McapLoneMessage& lone : index_.messages) {
-    ++channels_[lone.message.channel_id].message_count;
-  }
-  return {};
-}
-
-void McapFile::warn() {
-  const std::string name = file_.path().filename().string();
-  if (!index_.is_closed) {
-    warnings_.push_back(name +
-                        ": the recording was not closed; what was written last may be missing");
-  }
-  std::uint64_t found = 0;
-  for (const auto& [id, channel] : channels_) found += channel.message_count;
-  if (index_.said_messages.value_or(found) == found) return;
-  warnings_.push_back(concat(name, ": found ", found, " messages, expected ", *index_.said_messages,
-                             "; a part of it may be damaged"));
-}
-
-Result<void> McapFile::build_index() {
-  SIGHTLINE_ASSIGN(index_, read_mcap_index(file_));
-  for (McapChunk& chunk : index_.chunks) {
-    if (needs_unpacking(chunk)) SIGHTLINE_TRY(index_chunk(chunk));
-  }
-  SIGHTLINE_TRY(name_channels());
-  warn();
-  return {};
-}
-
-Result<void> McapFile::for_each_message(const std::set<std::uint32_t>& channels,
-                                        const MessageBody& body) const {
-  for (std::size_t i = 0; i < index_.chunks.size(); ++i) {
-    const McapChunk& chunk = index_.chunks[i];
-    const bool is_wanted = std::ranges::any_of(
-        chunk.message_counts, [&](const auto& entry) { return channels.contains(entry.first); });
-    if (!is_wanted) continue;
-    SIGHTLINE_ASSIGN(const Bytes bytes, unpack(chunk));
-    Counts counts;
-    const auto visit = [&](const McapMessage& message, std::span<const std::byte> data,
-                           std::size_t offset) -> Result<void> {
-      ++counts[message.channel_id];
-      if (!channels.contains(message.channel_id)) return {};
-      return body({message.channel_id, message.log_time_ns, {0, i, offset, data.size()}, data});
-    };
-    const auto pass_over = [](const McapRecord&, std::size_t) { return Result<void>(); };
-    SIGHTLINE_TRY(walk(chunk, bytes, visit, pass_over));
-    SIGHTLINE_TRY(check_counts(chunk, counts));
-  }
-  for (const McapLoneMessage& lone : index_.messages) {
-    if (!channels.contains(lone.message.channel_id)) continue;
-    const MessagePlace place{0, kNoChunk, lone.data_offset,
-                             static_cast<std::size_t>(lone.data_size)};
-    SIGHTLINE_ASSIGN(const Bytes bytes, read(place));
-    SIGHTLINE_TRY(body({lone.message.channel_id, lone.message.log_time_ns, place, bytes}));
-  }
-  return {};
-}
-
-Result<Bytes> McapFile::read(const MessagePlace& place) const {
-  if (place.chunk != kNoChunk &&
-      index_.chunks.at(place.chunk).compression != BagCompression::kNone) {
-    const McapChunk& chunk = index_.chunks[place.chunk];
-    return recent_.read({place.chunk, static_cast<std::size_t>(chunk.unpacked_size),
-                         static_cast<std::size_t>(place.offset), place.size},
-                        [&] { return unpack(chunk); });
-  }
-  const std::uint64_t begin = place.chunk == kNoChunk ? 0 : index_.chunks[place.chunk].data_offset;
-  Bytes message(place.size);
-  SIGHTLINE_TRY(file_.read(begin + place.offset, message));
-  return message;
 }
 
 }  // namespace

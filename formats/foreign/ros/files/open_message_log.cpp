@@ -118,7 +118,21 @@ bool is_ros1_bag(const fs::path& path) {
 // The files of one recording, with the channels of all.
 class Rosbag2 : public MessageLog {
  public:
-  Result<void> add(const fs::path& path);
+  Result<void> add(const fs::path& path) {
+    File file{path, nullptr, {}};
+    if (is_mcap(path)) {
+      SIGHTLINE_ASSIGN(file.log, open_mcap(path));
+    } else {
+      SIGHTLINE_ASSIGN(file.log, open_db3(path));
+    }
+    for (const auto& [number, channel] : file.log->channels()) {
+      file.channels[number] = number_of(channel);
+    }
+    warnings_.insert(warnings_.end(), file.log->warnings().begin(), file.log->warnings().end());
+    files_.push_back(std::move(file));
+    return {};
+  }
+
   Result<void> for_each_message(const std::set<std::uint32_t>& channels,
                                 const MessageBody& body) const override;
   Result<Bytes> read(const MessagePlace& place) const override;
@@ -129,39 +143,23 @@ class Rosbag2 : public MessageLog {
     std::unique_ptr<MessageLog> log;
     std::map<std::uint32_t, std::uint32_t> channels;  // its numbers to those of the recording
   };
-  [[nodiscard]] std::uint32_t number_of(const LogChannel& channel);
+
+  [[nodiscard]] std::uint32_t number_of(const LogChannel& channel) {
+    const auto next = static_cast<std::uint32_t>(channels_.size());
+    const auto [entry, is_new] =
+        numbers_.emplace(std::tuple(channel.topic, channel.type, channel.encoding), next);
+    if (is_new) {
+      channels_[next] = channel;
+    } else {
+      channels_[entry->second].message_count += channel.message_count;
+    }
+    return entry->second;
+  }
 
   std::vector<File> files_;
   std::map<std::tuple<std::string, std::string, std::optional<MessageEncoding>>, std::uint32_t>
       numbers_;  // of the channels
 };
-
-std::uint32_t Rosbag2::number_of(const LogChannel& channel) {
-  const auto next = static_cast<std::uint32_t>(channels_.size());
-  const auto [entry, is_new] =
-      numbers_.emplace(std::tuple(channel.topic, channel.type, channel.encoding), next);
-  if (is_new) {
-    channels_[next] = channel;
-  } else {
-    channels_[entry->second].message_count += channel.message_count;
-  }
-  return entry->second;
-}
-
-Result<void> Rosbag2::add(const fs::path& path) {
-  File file{path, nullptr, {}};
-  if (is_mcap(path)) {
-    SIGHTLINE_ASSIGN(file.log, open_mcap(path));
-  } else {
-    SIGHTLINE_ASSIGN(file.log, open_db3(path));
-  }
-  for (const auto& [number, channel] : file.log->channels()) {
-    file.channels[number] = number_of(channel);
-  }
-  warnings_.insert(warnings_.end(), file.log->warnings().begin(), file.log->warnings().end());
-  files_.push_back(std::move(file));
-  return {};
-}
 
 // What a message that was packed by itself holds; no message of CDR begins like a frame of zstd.
 Result<Bytes> unpack(std::span<const std::byte> packed, const fs::path& path) {
