@@ -7,8 +7,6 @@
 
 #include "formats/base/result.h"
 
-// Where on the Earth a recording's coordinates lie.
-
 namespace sightline {
 
 // How the world coordinates of a recording lie on Earth, which its user names once

@@ -111,17 +111,12 @@ Result<void> validate(const ReleaseRecord& record) {
 }
 
 std::string encode(const ReleaseRecord& record) {
-  std::string text = "sightline-release 1\n";
-  text += concat("fleet ", record.fleet, "\n");
-  text += concat("map-id ", record.map_id, "\n");
-  text += concat("version ", record.version, "\n");
-  text += concat("counter ", record.counter, "\n");
-  text += concat("expires ", utc_text(record.expires_s), "\n");
-  text += concat("minimum-reader ", record.minimum_major, ".", record.minimum_minor, "\n");
-  text += concat("sensor ", to_hex(record.sensor), "\n");
-  text += concat("map-release ", record.map_release, "\n");
-  text += concat("root-digest ", to_hex(record.root_digest), "\n");
-  text += concat("map ", text_of(record.map), "\n");
+  std::string text =
+      concat("sightline-release 1\nfleet ", record.fleet, "\nmap-id ", record.map_id, "\nversion ",
+             record.version, "\ncounter ", record.counter, "\nexpires ", utc_text(record.expires_s),
+             "\nminimum-reader ", record.minimum_major, ".", record.minimum_minor, "\nsensor ",
+             to_hex(record.sensor), "\nmap-release ", record.map_release, "\nroot-digest ",
+             to_hex(record.root_digest), "\nmap ", text_of(record.map), "\n");
   for (const ReleasedDelta& delta : record.deltas) {
     text += concat("delta ", text_of(delta.file), " ", to_hex(delta.base_sha256), "\n");
   }

@@ -60,9 +60,8 @@ FloatColumns columns_of_count(std::size_t count);  // 3 or more
 // Their names, as parse_float_columns reads them; "_" stands for what is left out.
 std::string to_text(const FloatColumns& columns);
 
-// Float32 without a header: KITTI's four floats a point, nuScenes' five, and others. Where no
-// columns are given the number of floats a point is found from the floats. Errors: those of
-// parse_point_cloud.
+// Float32 without a header, such as KITTI's four floats a point. Without `given` their number is
+// found from the floats. Errors: those of parse_point_cloud.
 Result<PointCloudFile> parse_float_bin(const FileBytes& file,
                                        const std::optional<FloatColumns>& given);
 

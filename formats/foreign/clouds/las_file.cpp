@@ -19,8 +19,6 @@
 namespace sightline {
 namespace {
 
-// What a LAS file says of the space that its coordinates lie in.
-
 // Where the header says that variable length records lie.
 struct LasRecordPlaces {
   std::size_t first = 0;  // byte behind the header

@@ -50,15 +50,11 @@ std::optional<Field> field_of(std::string_view type) {
     return std::nullopt;
   }
   field.type.size = *size;
-  if (type[1] == 'f' && *size >= 4) {
-    field.type.kind = ElementKind::kFloat;
-  } else if (type[1] == 'i') {
-    field.type.kind = ElementKind::kSigned;
-  } else if (type[1] == 'u') {
-    field.type.kind = ElementKind::kUnsigned;
-  } else {
-    return std::nullopt;
-  }
+  if (std::string_view("iuf").find(type[1]) == std::string_view::npos) return std::nullopt;
+  if (type[1] == 'f' && *size < 4) return std::nullopt;
+  field.type.kind = type[1] == 'f'   ? ElementKind::kFloat
+                    : type[1] == 'i' ? ElementKind::kSigned
+                                     : ElementKind::kUnsigned;
   return field;
 }
 
@@ -161,8 +157,8 @@ Result<Layout> layout_of(const FileBytes& file, const Head& head) {
   Layout layout;
   const bool has_names = !head.fields.front().name.empty();
   const std::size_t dimensions = has_names ? 1 : 2;
-  if (head.shape.size() != dimensions || (!has_names && head.shape[1] < 3) ||
-      (!has_names && head.shape[1] > 1024)) {
+  if (head.shape.size() != dimensions ||
+      (!has_names && (head.shape[1] < 3 || head.shape[1] > 1024))) {
     return unsupported(file, "an array of another shape");
   }
   layout.rows = head.shape[0];

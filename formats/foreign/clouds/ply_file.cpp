@@ -15,7 +15,7 @@
 namespace sightline {
 namespace {
 
-enum class PlyEncoding { kAscii, kLittleEndian, kBigEndian };
+enum class PlyEncoding { kAscii, kLittleEndian, kBigEndian };  // as read_format() names them
 
 struct PlyProperty {
   std::string name;
@@ -64,17 +64,14 @@ Error malformed(const FileBytes& file, std::size_t line, std::string message) {
 Result<void> read_format(const FileBytes& file, std::size_t line,
                          const std::vector<std::string_view>& words, PlyHeader& header) {
   const std::string_view name = words.size() == 3 && words[2] == "1.0" ? words[1] : "";
-  if (name == "ascii") {
-    header.encoding = PlyEncoding::kAscii;
-  } else if (name == "binary_little_endian") {
-    header.encoding = PlyEncoding::kLittleEndian;
-  } else if (name == "binary_big_endian") {
-    header.encoding = PlyEncoding::kBigEndian;
-  } else {
+  constexpr std::string_view kNames[] = {"ascii", "binary_little_endian", "binary_big_endian"};
+  const auto* found = std::ranges::find(kNames, name);
+  if (found == std::end(kNames)) {
     return malformed(file, line,
                      "expected format ascii, binary_little_endian or "
                      "binary_big_endian, version 1.0");
   }
+  header.encoding = static_cast<PlyEncoding>(found - kNames);
   return {};
 }
 

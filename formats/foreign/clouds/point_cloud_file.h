@@ -35,9 +35,8 @@ struct PointCloudFile {
   bool has_unclear_times = false;
 };
 
-// Takes the times of a cloud's points as its file has them (one each, any unit, any clock) and
-// fills time_offset_ns, time_origin_ns and has_unclear_times by the rules given there.
-// Where the format itself names the unit, that is `known_unit_ns`.
+// Fills time_offset_ns, time_origin_ns and has_unclear_times by the rules given there, from one
+// time a point in any unit (known_unit_ns where the format names it) and by any clock.
 void set_point_times(std::span<const double> times, PointCloudFile& cloud,
                      std::optional<double> known_unit_ns = std::nullopt);
 

@@ -145,15 +145,7 @@ Span whole_lines(std::string_view text, Span span) {
 std::string escaped(std::string_view value) {
   std::string text;
   for (const char c : value) {
-    if (c == '&') {
-      text += "&amp;";
-    } else if (c == '<') {
-      text += "&lt;";
-    } else if (c == '"') {
-      text += "&quot;";
-    } else {
-      text += c;
-    }
+    text += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
   }
   return text;
 }

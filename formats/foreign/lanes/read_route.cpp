@@ -157,8 +157,7 @@ Result<void> add_geometry(const Json& geometry, Reading& reading) {
   const bool are_lines = geometry["type"] == "MultiLineString";
   if (!is_line && !are_lines) return {};
   const Json& coordinates = geometry.contains("coordinates") ? geometry["coordinates"] : Json();
-  if (is_line) return add_line(coordinates, reading);
-  if (!coordinates.is_array()) return add_line(coordinates, reading);
+  if (is_line || !coordinates.is_array()) return add_line(coordinates, reading);
   for (const Json& positions : coordinates) SIGHTLINE_TRY(add_line(positions, reading));
   return {};
 }

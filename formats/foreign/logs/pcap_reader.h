@@ -12,8 +12,7 @@
 
 namespace sightline {
 
-// What UDP over IPv4 carries, put together where it came in fragments (RFC 791): a datagram longer
-// than a frame of the network, as Ouster's are, comes so.
+// What UDP over IPv4 carries, put together from fragments (RFC 791), as long datagrams come.
 class IpDatagrams {
  public:
   struct Datagram {

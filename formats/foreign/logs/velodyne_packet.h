@@ -49,8 +49,7 @@ class VelodynePacket {
   std::span<const std::byte> bytes_;
 };
 
-// The whole revolutions of a pcap of theirs. Axes as append_block() has them; errors of
-// open_scan_container.
+// The whole revolutions of a pcap. Axes as append_block(); errors of open_scan_container.
 Result<std::shared_ptr<const ScanContainer>> open_velodyne_pcap(const std::filesystem::path& path);
 
 }  // namespace sightline

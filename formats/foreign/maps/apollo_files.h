@@ -44,13 +44,10 @@ struct ApolloNode {
 };
 
 // A node of Apollo's NDT map (modules/localization/msf/local_pyramid_map/ndt_map of
-// github.com/ApolloAuto/apollo): a header of 20 bytes and a body, packed by zlib, of cells column
-// by column. Means are relative to the cell's corner of least x and y, along z to that next to
-// zero: heights are cut towards zero, so that cell 0 is two cells high. A covariance is that of the
-// points, n / (n - 1) (mean of outer products - mean mean^T). An ND belongs to the cell that its
-// mean lies in. Errors: truncated-scan (the file or its body ends early, or cannot be unpacked),
-// malformed-header (another node than `index`, sizes that contradict each other, bytes behind the
-// end), unsupported-format (a body of more than 64 cells a column, or of more than 1 GiB).
+// github.com/ApolloAuto/apollo): a header of 20 bytes and cells, packed by zlib.
+// schemas/definitions.md has covariances, heights and the cell of an ND. Errors: truncated-scan
+// (ends early, or cannot be unpacked), malformed-header (another node than `index`, contradicting
+// sizes, bytes behind the end), unsupported-format (more than 64 cells a column or 1 GiB).
 Result<ApolloNode> parse_apollo_node(std::span<const std::byte> bytes, const ApolloConfig& config,
                                      const ApolloNodeIndex& index, const std::string& file);
 

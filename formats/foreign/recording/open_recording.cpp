@@ -20,8 +20,6 @@ bool has_no_headers(const Recording& recording) {
   return !recording.container && is_without_header(recording.file_of(recording.scans.front()));
 }
 
-constexpr std::size_t kKitti = 4;
-
 Error of_scan(Error error, const Recording& recording, std::size_t index) {
   return in_file(std::move(error), recording.file_of(recording.scans[index]).string());
 }
@@ -77,7 +75,7 @@ Result<void> settle_columns(const std::vector<FloatEvidence>& evidence, Recordin
   const Result<std::size_t> count = the_one_count(fitting, dividing);
   if (!count) return of_scan(count.error(), recording, 0);
   recording.columns = columns_of_count(*count);
-  if (*count != kKitti) {
+  if (*count != FloatColumns().count) {
     recording.warnings.push_back(concat("scans without a header: ", *count,
                                         " floats a point fit, they are read as `columns: ",
                                         to_text(*recording.columns), "` (_ is left out)"));

@@ -23,8 +23,7 @@ struct RecordingOptions {
   std::string name;   // of the drive; empty: the last part of `scans`
   std::string scans;  // folder with one point cloud file per scan, or a file of many
   std::string topic;  // of a bag's scans; empty: its only one
-  // What the floats of scans without a header are, as parse_float_columns reads it; empty: see
-  // open_recording.
+  // Columns of scans without a header (parse_float_columns); empty: see open_recording.
   std::string columns;
   std::string poses;                           // pose file or bag; empty: there are none
   std::string poses_topic;                     // of a bag's poses; empty: its only one

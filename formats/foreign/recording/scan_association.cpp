@@ -18,35 +18,31 @@ namespace {
 
 using Files = std::vector<std::filesystem::path>;
 
-// Which row of a table belongs to which scan.
-struct RowChoice {
+// The row of each scan in a table of `rows`, at least as many as files; warns where not all are
+// used.
+std::vector<std::size_t> choose_rows(const Files& files, std::size_t rows, const std::string& table,
+                                     Recording& recording) {
   std::vector<std::size_t> row_of_scan;
-  std::string warning;  // empty where every row is used
-};
-
-// `rows` >= number of files.
-RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& table) {
-  RowChoice choice;
   bool names_are_rows = rows > files.size();
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::optional<std::int64_t> number = scan_number(files[i]);
     names_are_rows = names_are_rows && number && *number < static_cast<std::int64_t>(rows) &&
                      (i == 0 || *number > *scan_number(files[i - 1]));
-    choice.row_of_scan.push_back(i);
+    row_of_scan.push_back(i);
   }
   if (names_are_rows) {
     for (std::size_t i = 0; i < files.size(); ++i) {
-      choice.row_of_scan[i] = static_cast<std::size_t>(*scan_number(files[i]));
+      row_of_scan[i] = static_cast<std::size_t>(*scan_number(files[i]));
     }
   }
   if (rows > files.size()) {
-    choice.warning = concat(table, " has ", rows, " rows for ", files.size(),
-                            " scans: ", files.front().filename().string(), " takes row ",
-                            choice.row_of_scan.front(), " (from 0), ",
-                            files.back().filename().string(), " row ", choice.row_of_scan.back(),
-                            (names_are_rows ? ", by the number in its name" : ", by its position"));
+    recording.warnings.push_back(
+        concat(table, " has ", rows, " rows for ", files.size(),
+               " scans: ", files.front().filename().string(), " takes row ", row_of_scan.front(),
+               " (from 0), ", files.back().filename().string(), " row ", row_of_scan.back(),
+               (names_are_rows ? ", by the number in its name" : ", by its position")));
   }
-  return choice;
+  return row_of_scan;
 }
 
 using Stamps = std::vector<std::optional<std::int64_t>>;
@@ -66,10 +62,10 @@ Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Rec
                  concat("found ", rows.size(), " times for ", files.size(), " scans"), path};
   }
   warn_of_unit(path, take_finer_unit(rows), recording);
-  const RowChoice choice = choose_rows(files, rows.size(), path);
-  if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
   Stamps stamps;
-  for (const std::size_t row : choice.row_of_scan) stamps.emplace_back(rows[row]);
+  for (const std::size_t row : choose_rows(files, rows.size(), path, recording)) {
+    stamps.emplace_back(rows[row]);
+  }
   return stamps;
 }
 
@@ -100,10 +96,10 @@ Result<Poses> poses_by_row(const std::string& path, const Files& files,
                        concat("found ", rows.size(), " poses for ", files.size(),
                               " scans; supply all, or name no poses so that they are estimated"));
   }
-  const RowChoice choice = choose_rows(files, rows.size(), path);
-  if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
   Poses poses;
-  for (const std::size_t row : choice.row_of_scan) poses.push_back(rows[row]);
+  for (const std::size_t row : choose_rows(files, rows.size(), path, recording)) {
+    poses.push_back(rows[row]);
+  }
   return poses;
 }
 

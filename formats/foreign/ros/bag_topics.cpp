@@ -27,7 +27,6 @@ TopicChoice topics_of(const MessageLog& log, TypeTest is_type) {
   return choice;
 }
 
-// The topic to read: the one that is named, or the only one of a type that is wanted.
 Result<std::string> choose_topic(const fs::path& path, const TopicChoice& topics,
                                  const std::string& wanted) {
   if (topics.fitting.contains(wanted)) return wanted;

@@ -29,10 +29,9 @@ struct BagTopic {
 Result<std::vector<BagTopic>> list_bag_topics(const std::filesystem::path& path);
 
 // The poses of one topic of a bag (see is_pose_message; empty: the only such topic), in order of
-// their stamps. A topic of transforms (/tf), which is taken too where it is named or there is no
-// other, gives those of `frame` (empty: of base_link, else base_footprint), through all topics of
-// transforms; see TransformTree. Errors: those of open_message_log, TransformTree and
-// parse_pose_message; unknown-name, bad-value, time-runs-backwards.
+// their stamps. A topic of transforms (/tf), where named or the only one, gives those of `frame`
+// (empty: base_link, else base_footprint), see TransformTree. Errors: those of open_message_log,
+// TransformTree and parse_pose_message; unknown-name, bad-value, time-runs-backwards.
 Result<std::vector<PoseRow>> read_bag_poses(const std::filesystem::path& path,
                                             const std::string& topic,
                                             const std::string& frame = "");
@@ -59,14 +58,12 @@ struct BagTurns {
   std::vector<std::string> warnings;  // which topic it is, what is left out, and why
 };
 
-// The angular velocities of one topic of sensor_msgs/Imu: of the one named, or, where the name is
-// empty, of the one with the most messages whose frame is that of the scans or is fixed to it by
-// transforms that do not move; where there is none a warning says so. In order of their stamps (of
-// the recording where they are zero), of two at one time the first recorded. Messages that are
+// The angular velocities of one topic of sensor_msgs/Imu, by stamp (of the recording where zero),
+// each time once: of the one named, or, where the name is empty, of the one with the most messages
+// whose frame is fixed to that of the scans; a warning where there is none. Messages that are
 // short, not finite, without angular velocity or faster than 100 rad/s are counted in a warning.
-// Nothing, without a warning, where no topic is of that type and none is named. Errors, where a
-// topic is named: unknown-name, and those of open_message_log and parse_transforms; else these are
-// a warning.
+// Errors, where a topic is named, else warnings: unknown-name, and those of open_message_log and
+// parse_transforms.
 Result<BagTurns> read_bag_turns(const std::filesystem::path& path, const std::string& topic,
                                 const std::string& sensor_frame);
 

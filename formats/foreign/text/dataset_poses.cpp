@@ -48,7 +48,7 @@ Result<Pose> pose_of(const FileBytes& file, const Eigen::Matrix3d& rotation,
   constexpr double kTolerance = 1e-3;
   const Eigen::Matrix3d excess = rotation * rotation.transpose() - Eigen::Matrix3d::Identity();
   if (!(excess.cwiseAbs().maxCoeff() <= kTolerance) || rotation.determinant() <= 0.0) {
-    return file.error(ErrorCode::kNotARotation, "the 3x3 part is no rotation", "");
+    return file.error(ErrorCode::kNotARotation, "the 3x3 part is no rotation");
   }
   Pose pose = Pose::Identity();
   pose.linear() = nearest_rotation(rotation);
@@ -188,8 +188,7 @@ Result<KittiCalibration> parse_kitti_calibration(std::string_view text,
   if (!has("R", 9) || !has("T", 3)) {
     return file.error(ErrorCode::kMissingField,
                       "expected KITTI's calib.txt (Tr: and 12 numbers), calib_velo_to_cam.txt or "
-                      "calib_imu_to_velo.txt (R: and 9, T: and 3)",
-                      "");
+                      "calib_imu_to_velo.txt (R: and 9, T: and 3)");
   }
   const Eigen::Map<const RowMajor3> rotation(entries.at("R").data());
   const Eigen::Map<const Eigen::Vector3d> translation_m(entries.at("T").data());
@@ -214,8 +213,7 @@ bool is_nuscenes_poses(const std::filesystem::path& path) {
 Result<std::vector<PoseRow>> parse_nuscenes_poses(std::string_view text,
                                                   const std::filesystem::path& path) {
   PoseTable table(path.string());
-  const bool is_json = nlohmann::json::sax_parse(text, &table);
-  return table.finish(is_json);
+  return table.finish(nlohmann::json::sax_parse(text, &table));
 }
 
 Result<std::vector<PoseRow>> read_nuscenes_poses(const std::filesystem::path& path) {

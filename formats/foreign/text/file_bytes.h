@@ -12,8 +12,6 @@
 
 #include "formats/base/result.h"
 
-// What the parsers of formats/foreign share.
-
 namespace sightline {
 
 // A file in memory, and its name for messages.
@@ -27,7 +25,7 @@ struct FileBytes {
   static FileBytes of_text(std::string_view text, std::string file) {
     return {std::as_bytes(std::span(text.data(), text.size())), std::move(file)};
   }
-  [[nodiscard]] Error error(ErrorCode code, std::string message, std::string place) const {
+  [[nodiscard]] Error error(ErrorCode code, std::string message, std::string place = "") const {
     return {code, std::move(message), file, std::move(place)};
   }
 };

@@ -11,8 +11,6 @@
 #include "formats/foreign/text/pose_file.h"
 #include "formats/geodesy.h"
 
-// Poses of a satellite receiver or an inertial unit in degrees.
-
 namespace sightline {
 
 // A pose of a satellite receiver or an inertial unit. Angles as ROS has them (REP 103):

@@ -94,8 +94,7 @@ Result<PoseRow> stamped_row(const Row& row, std::size_t first) {
     return row.error(ErrorCode::kMalformedPose,
                      concat("found ", in_quotes(row.words[first]), ", expected a time in seconds"));
   }
-  SIGHTLINE_ASSIGN(const std::vector<double> numbers, finite_numbers(row, first + 1));
-  const std::vector<double>& n = numbers;
+  SIGHTLINE_ASSIGN(const std::vector<double> n, finite_numbers(row, first + 1));
   const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
   if (!(std::abs(rotation.norm() - 1.0) <= kRotationTolerance)) {
     return row.error(

@@ -57,23 +57,18 @@ struct YamlReader {
   }
 
   Result<void> take_number(std::size_t line, std::string_view key, double number) {
-    if (key == "beams") even.count = number;
-    if (key == "lowest_beam_deg") even.lowest_deg = number;
-    if (key == "highest_beam_deg") even.highest_deg = number;
-    if (key == "azimuth_step_deg") profile.azimuth_step_deg = number;
-    if (key == "azimuth_view_deg") profile.azimuth_view_deg = number;
-    if (key == "min_range_m") profile.min_range_m = number;
-    if (key == "max_range_m") profile.max_range_m = number;
-    if (key == "height_m") profile.height_m = number;
-    constexpr std::string_view kKnown[] = {"beams",
-                                           "lowest_beam_deg",
-                                           "highest_beam_deg",
-                                           "azimuth_step_deg",
-                                           "azimuth_view_deg",
-                                           "min_range_m",
-                                           "max_range_m",
-                                           "height_m"};
-    if (std::ranges::find(kKnown, key) != std::end(kKnown)) return {};
+    const auto is_taken = [&](std::string_view name, auto& to) {
+      if (key == name) to = number;
+      return key == name;
+    };
+    if (is_taken("beams", even.count) || is_taken("lowest_beam_deg", even.lowest_deg) ||
+        is_taken("highest_beam_deg", even.highest_deg) ||
+        is_taken("azimuth_step_deg", profile.azimuth_step_deg) ||
+        is_taken("azimuth_view_deg", profile.azimuth_view_deg) ||
+        is_taken("min_range_m", profile.min_range_m) ||
+        is_taken("max_range_m", profile.max_range_m) || is_taken("height_m", profile.height_m)) {
+      return {};
+    }
     return file.error(ErrorCode::kUnknownKey,
                       concat("found ", in_quotes(key),
                              ", expected name, beams_deg (or beams, lowest_beam_deg, "
@@ -89,11 +84,10 @@ Result<void> add_even_beams(const FileBytes& file, const EvenBeams& even, Sensor
   if (!even.count || !even.lowest_deg || !even.highest_deg) {
     return file.error(ErrorCode::kMissingKey,
                       "found no beams_deg, and not all of beams, lowest_beam_deg and "
-                      "highest_beam_deg",
-                      "");
+                      "highest_beam_deg");
   }
   if (!(*even.count >= 2.0 && *even.count <= kMostBeams)) {
-    return file.error(ErrorCode::kBadValue, "beams: expected 2 to 1024", "");
+    return file.error(ErrorCode::kBadValue, "beams: expected 2 to 1024");
   }
   const int count = static_cast<int>(*even.count);
   for (int i = 0; i < count; ++i) {
@@ -251,7 +245,7 @@ Result<SensorProfile> parse_sensor_file(std::string_view text, const std::filesy
   const Result<void> valid = validate(profile);
   if (!valid || beams.size() < 2) {
     return file.error(ErrorCode::kBadValue,
-                      valid ? "found one beam, expected two or more" : valid.error().message, "");
+                      valid ? "found one beam, expected two or more" : valid.error().message);
   }
   return profile;
 }

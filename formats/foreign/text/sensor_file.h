@@ -15,12 +15,11 @@ namespace sightline {
 bool is_sensor_file(std::string_view name);
 
 // A LiDAR that is not built in. .yaml, one "key: value" a line: `beams_deg: [-15, -13, ...]`, or
-// `beams` with `lowest_beam_deg` and `highest_beam_deg` for even ones; and, where they differ from
-// those of generic-16, `name`, `azimuth_step_deg`, `azimuth_view_deg` (what the sensor sees of a
-// turn, half to each side of its x axis), `min_range_m`, `max_range_m`, `height_m`. .csv: a table
-// of beams (parse_beam_table). .json: Ouster's metadata. Beams may come in any order; those of one
-// elevation are one. The profile is valid. Errors: file-not-found, cannot-read, malformed-text
-// (with the line), unknown-key, missing-key, bad-value (no sensor).
+// `beams` with `lowest_beam_deg` and `highest_beam_deg`; and, where they differ from generic-16,
+// `name`, `azimuth_step_deg`, `azimuth_view_deg`, `min_range_m`, `max_range_m`, `height_m`. .csv:
+// parse_beam_table. .json: Ouster's metadata. Beams of one elevation are one. The profile is valid.
+// Errors: file-not-found, cannot-read, malformed-text (with the line), unknown-key, missing-key,
+// bad-value.
 Result<SensorProfile> read_sensor_file(const std::filesystem::path& path);
 // The same of what the file holds.
 Result<SensorProfile> parse_sensor_file(std::string_view text, const std::filesystem::path& path);

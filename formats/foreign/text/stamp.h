@@ -9,10 +9,9 @@
 
 namespace sightline {
 
-// A time as people write it: seconds in decimals ("1567410201.7452047", "1.5e9"), or, where it is
-// too large for seconds, milliseconds (12 to 14 digits before the point), or as a whole number
-// microseconds (15 to 17 digits) or nanoseconds (18 and more).
-// No rounding down to the nanosecond, half a nanosecond rounds up. nullopt: no time.
+// A time in seconds ("1567410201.7452047", "1.5e9") or, where too large for seconds, in
+// milliseconds (12 to 14 digits before the point), or as a whole number in microseconds (15 to 17
+// digits) or nanoseconds (18 and more). Exact to the ns; half a ns rounds up. nullopt: no time.
 std::optional<std::int64_t> parse_stamp_ns(std::string_view word);
 
 // Seconds with nine decimals, which parse_stamp_ns reads back exactly.
@@ -21,10 +20,9 @@ std::string format_stamp(std::int64_t stamp_ns);
 // "2011-09-26" and "13:02:25.594360375", UTC. nullopt: none.
 std::optional<std::int64_t> parse_date_time_ns(std::string_view date, std::string_view time);
 
-// Times that were read as seconds but are whole numbers of a finer unit: half of the steps between
-// them are 20 s or more, so that no drive was recorded at them. Divides them so that the middle
-// step is below, and returns the unit: "milliseconds", "microseconds" or "nanoseconds"; "" where
-// they stay. `stamps_ns` are ascending.
+// Divides ascending times that were read as seconds but are whole numbers of a finer unit, where
+// half of their steps are 20 s or more, so that the middle step is below. Returns the unit:
+// "milliseconds", "microseconds" or "nanoseconds"; "" where they stay.
 std::string take_finer_unit(std::vector<std::int64_t>& stamps_ns);
 
 // In the order of their times; of several at one time the first stays.

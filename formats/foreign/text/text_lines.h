@@ -9,8 +9,6 @@
 #include <string_view>
 #include <vector>
 
-// Lines and words of text files that other programs wrote.
-
 namespace sightline {
 
 // Walks over lines; their ends (LF or CR LF) are not part of them.

@@ -19,8 +19,6 @@
 namespace sightline {
 namespace {
 
-// What a ROS 1 bag holds, without its messages.
-
 // A ROS 1 bag of format 2.0 is a line of text and records: a header and data, each behind its
 // length in 32 bits; the header is a list of fields "name=value", each behind its length too.
 

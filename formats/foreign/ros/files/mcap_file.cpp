@@ -22,8 +22,6 @@
 namespace sightline {
 namespace {
 
-// What an MCAP file holds, without its messages.
-
 // The records of an MCAP file (mcap.dev/spec): a kind in one byte, the length of what follows in
 // 64 bits, and fields one after the other, little-endian, strings behind a 32-bit length.
 

@@ -82,21 +82,18 @@ Result<std::unique_ptr<MessageLog>> open_message_log(const std::filesystem::path
 
 // The kinds of files behind open_message_log(); not for other folders.
 
-// Opens a ROS 1 bag of format 2.0 (chunks as they are, or packed by bz2 or lz4). A chunk that holds
-// no wanted message by the bag's index is passed over. Where there is no index, since the bag was
-// not closed, the chunks are read in turn. The most memory is the index and one chunk, packed and
-// unpacked (most_unpacked). Errors: those of MessageLog, with the byte; cannot-open.
-// unsupported-format: another version, an unknown compression, an encrypted bag.
+// Opens a ROS 1 bag of format 2.0 (chunks none, bz2 or lz4), also one that was not closed. Holds
+// the index and one chunk, packed and unpacked (most_unpacked). Errors: those of MessageLog, with
+// the byte; cannot-open; unsupported-format (another version or compression, encrypted).
 Result<std::unique_ptr<MessageLog>> open_ros1_bag(const std::filesystem::path& path);
 
 // Whether a file begins like MCAP.
 bool is_mcap(const std::filesystem::path& path);
 
-// Opens an MCAP file with messages of ROS 1 or ROS 2, with chunks (as they are, lz4, zstd) or
-// without, with an index or without: then chunks are unpacked once more. The most memory is the
-// index and one chunk, packed and unpacked (most_unpacked). A chunk's checksum is verified where it
-// has one. A file that was not closed, or holds other messages than its summary counts, gives a
-// warning. Errors: those of MessageLog, with the byte; cannot-open.
+// Opens an MCAP file of ROS 1 or ROS 2, with chunks (none, lz4, zstd) and an index or without.
+// Holds the index and one chunk, packed and unpacked (most_unpacked). Checksums are verified. A
+// file that was not closed, or holds other messages than its summary counts, gives a warning.
+// Errors: those of MessageLog, with the byte; cannot-open.
 Result<std::unique_ptr<MessageLog>> open_mcap(const std::filesystem::path& path);
 
 // Whether a file begins like a database of SQLite that names no application of its own: a .db3 of
