@@ -64,23 +64,16 @@ Result<World> parse_world(std::string_view text) {
   const std::string copy(text);
   World world;
   if (copy == "local") return world;
-  if (copy.starts_with("utm:")) {
-    if (!read_zone(copy.substr(4), world)) return bad(copy);
-    return world;
-  }
-  if (copy.starts_with("mgrs:")) {
-    if (!read_square(copy.substr(5), world)) return bad(copy);
-    return world;
-  }
+  if (copy.starts_with("utm:") && read_zone(copy.substr(4), world)) return world;
+  if (copy.starts_with("mgrs:") && read_square(copy.substr(5), world)) return world;
   char rest = 0;
   if (std::sscanf(copy.c_str(), "enu:%lf,%lf,%lf%c", &world.latitude_deg, &world.longitude_deg,
                   &world.altitude_m, &rest) == 3) {
     const bool is_on_earth = std::abs(world.latitude_deg) <= 90.0 &&
                              std::abs(world.longitude_deg) <= 180.0 &&
                              std::isfinite(world.altitude_m);
-    if (!is_on_earth) return bad(copy);
     world.kind = WorldKind::kEnu;
-    return world;
+    if (is_on_earth) return world;
   }
   return bad(copy);
 }

@@ -25,8 +25,7 @@ Result<PointCloudFile> parse_npy(const FileBytes& file);
 bool is_gzip(std::string_view text);
 
 // What all members of a gzip file hold, one after the other. Errors: truncated-scan (cut or
-// damaged), malformed-header (bytes behind the last member that are no padding), unsupported-format
-// (unpacks to more than 1 GiB: no single scan is so large).
+// damaged), malformed-header (bytes behind the last member), unsupported-format (more than 1 GiB).
 Result<std::vector<std::byte>> unpack_gzip(const FileBytes& file);
 
 }  // namespace sightline

@@ -26,9 +26,8 @@ struct PointCloudFile {
   // A text file whose last line has no end: its last number may have lost digits.
   bool may_be_cut = false;
   // When each point was measured, one per point; empty where the file does not say. ns after
-  // time_origin_ns, which is a time of the file's own clock, or after the scan's stamp where the
-  // file counts from there (times within 2 s of 0). Files name no unit: it is the one of s, ms, us
-  // and ns in which the scan takes between 2 ms and 2 s.
+  // time_origin_ns, a time of the file's clock, or after the scan's stamp (times within 2 s of 0).
+  // The unit is the one of s, ms, us and ns in which the scan takes 2 ms to 2 s.
   std::vector<std::int32_t> time_offset_ns;
   std::optional<std::int64_t> time_origin_ns;
   // There is a field of times in which no unit makes sense, or with a NaN; it was left out.

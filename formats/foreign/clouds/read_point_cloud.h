@@ -19,15 +19,11 @@ bool is_scan_ending(std::string_view extension);
 // ".pcd, .ply, .las, .npy or .bin", for messages.
 std::string scan_endings_text();
 
-// Reads PCD (versions up to 0.7), PLY, LAS (1.0 to 1.4), .npy (an array of numpy, one point a row),
-// .bin (float32 without a header: by `columns`, else by the one count of floats that fits, see
-// fitting_counts), and any of them in gzip. Coordinates keep the precision that the file has. A
-// damaged file is refused.
-//
+// Reads PCD (up to 0.7), PLY, LAS (1.0 to 1.4), .npy (one point a row), .bin (float32 without a
+// header, by `columns` or fitting_counts), and any of them in gzip, in the file's precision.
 // Errors, with the byte or line: file-not-found, cannot-open, cannot-read, git-lfs-pointer,
-// unsupported-format (says what to do; also coordinates in degrees or feet), malformed-header,
-// malformed-text, missing-field (no x, y or z), truncated-scan, empty-scan (no points at all),
-// no-finite-points (every point was dropped).
+// unsupported-format (says what to do; also degrees or feet), malformed-header, malformed-text,
+// missing-field (no x, y or z), truncated-scan, empty-scan, no-finite-points (all were dropped).
 Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path,
                                         const std::optional<FloatColumns>& columns = {});
 

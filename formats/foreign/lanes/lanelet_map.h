@@ -9,9 +9,8 @@
 
 #include "formats/foreign/lanes/read_route.h"
 
-// The lanes of a Lanelet2 map in OpenStreetMap's XML: nodes with places, ways of nodes, relations
-// of ways. A lanelet is a relation with a way on its left and one on its right; which is which
-// decides its direction, not the order of the nodes (Poggenhans et al., Lanelet2, ITSC 2018).
+// The lanes of a Lanelet2 map in OpenStreetMap's XML. A lanelet is a relation with a way on its
+// left and one on its right, which decides its direction (Poggenhans et al., Lanelet2, ITSC 2018).
 
 namespace sightline {
 
@@ -81,8 +80,7 @@ struct LaneletMap {
 
 enum class LaneletsRead : std::uint8_t { kAll, kForVehicles };
 
-// A lanelet is at most this long, and the file's sides have at most so many nodes, each counted for
-// each lanelet that names it: what a small file can cost is bounded.
+// The longest lanelet, and the most nodes of all sides: bounds what a small file can cost.
 inline constexpr double kLongestLanelet_m = 1e5;
 inline constexpr std::size_t kMostSideNodes = std::size_t{1} << 23;
 

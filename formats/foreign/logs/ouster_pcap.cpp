@@ -450,11 +450,10 @@ class FrameFinder {
   std::uint64_t missing_ = 0;   // packets, of frames that are kept
 };
 
-// Walks through the file once, holding one frame. A frame of which more than a tenth of the packets
-// is missing, whose columns span over a second or which none of them measured is left out and
-// counted. Stamps are the sensor's; where its clock counts from its start (before 2005), from when
-// the first packet was captured. Errors: those of PcapReader, mismatched-inputs (columns that no
-// frame has), time-runs-backwards, drive-too-short (no frame).
+// Walks through the file once, holding one frame. A frame that lacks more than a tenth of its
+// packets, spans over a second or was not measured is left out and counted. Stamps are the
+// sensor's; where its clock counts from its start (before 2005), from the first packet's capture.
+// Errors: those of PcapReader, mismatched-inputs, time-runs-backwards, drive-too-short (no frame).
 Result<OusterFrameIndex> find_ouster_frames(const std::filesystem::path& path,
                                             const OusterPackets& packets) {
   FrameFinder finder(path, packets);

@@ -195,10 +195,8 @@ class RevolutionFinder {
 };
 
 // Walks through the file once, holding one revolution. What stands before the first fall, behind
-// the last one or around a gap of more than 10 ms is no whole revolution; a packet with the time of
-// the one before was captured twice. Errors: those of PcapReader, malformed-header (no data
-// packet), unsupported-format (another model), time-runs-backwards, drive-too-short (no whole
-// revolution).
+// the last or around a gap of more than 10 ms is no whole revolution; a packet with the time of the
+// one before was captured twice. Errors: those of open_rotating_pcap.
 Result<RevolutionIndex> find_revolutions(const std::filesystem::path& path,
                                          const RotatingLidar& lidar) {
   RevolutionFinder finder(path, lidar);

@@ -36,10 +36,9 @@ class VelodynePacket {
   // When the block's first laser fired, ns after the packet's time.
   [[nodiscard]] std::int64_t block_offset_ns(std::size_t block) const;
 
-  // Adds the returns of one block; time_offset_ns is that of their firing, with the packet's own
-  // time at `base_ns`. Axes: x along azimuth 0, y left, z up, from the sensor's origin. Intensity
-  // 0 .. 255. A distance of 0 is no return (zero_count), nor is the second of two equal ones of the
-  // mode that gives two. model() must be known.
+  // Adds the returns of one block; time_offset_ns counts from the packet's time at `base_ns`. Axes:
+  // x along azimuth 0, y left, z up, from the sensor's origin. Intensity 0 .. 255. A distance of 0
+  // is no return (zero_count), nor is the second of two equal ones. model() must be known.
   void append_block(std::size_t block, std::int64_t base_ns, PointCloudFile& cloud) const;
 
  private:

@@ -42,19 +42,17 @@ Table dump(const PointMap& map);
 
 // Opens a file (.pcd, .ply, .las, each also .gz), a folder of such files, or Autoware's map folder:
 // one with pointcloud_map_metadata.yaml, which names the squares, beside them or above
-// pointcloud_map.pcd/. Every file is read once here, `threads` (0: all) at a time, so that the
-// digest names what later passes will see.
-// Errors: file-not-found (also a square that the metadata name), empty-directory, mixed-formats,
-// malformed-text (metadata that name no square), unsupported-format (.bin, which is no map; all
-// points within a metre of each other: degrees), and those of read_point_cloud.
+// pointcloud_map.pcd/. Reads every file once, for its digest, `threads` (0: all) at a time. Errors:
+// file-not-found (also a square of the metadata), empty-directory, mixed-formats, malformed-text
+// (no square), unsupported-format (.bin; all points within a metre: degrees), and those of
+// read_point_cloud.
 Result<PointMap> open_point_map(const std::filesystem::path& path, int threads);
 
 // The same files, but none is read: for lists of what a compile depends on.
 Result<std::vector<std::filesystem::path>> list_point_map(const std::filesystem::path& path);
 
-// Reads the pieces one at a time, in the map's own coordinates; index = position in map.files. No
-// piece has an origin that it was seen from. Error: mismatched-inputs where a file is not the one
-// that was opened, and those of read_point_cloud.
+// Reads the pieces one at a time, in the map's own coordinates, without origins; index = position
+// in map.files. Errors: mismatched-inputs (a file changed), and those of read_point_cloud.
 std::shared_ptr<const ScanStore> point_map_store(const PointMap& map);
 
 // A cell of somebody's NDT map.

@@ -57,11 +57,10 @@ Result<FloatCounts> common_counts(const std::vector<FloatEvidence>& evidence,
   return fitting;
 }
 
-// Settles what the floats of scans without a header are, by the evidence of each file in the order
-// of the scans: where the recording has columns, whether a file refutes them; else the count of
-// floats a point that fits all files. Warns where that is not KITTI's four. Errors:
-// unsupported-format (none fits, or several, or the given ones cannot be), truncated-scan,
-// mixed-formats (each file speaks for a count, and not for the same).
+// Settles the columns of scans without a header by the evidence of each file: whether one refutes
+// given columns, else the count of floats a point that fits all. Warns where that is not KITTI's
+// four. Errors: unsupported-format (none fits, or several, or not the given), truncated-scan,
+// mixed-formats.
 Result<void> settle_columns(const std::vector<FloatEvidence>& evidence, Recording& recording) {
   if (recording.columns) return check_given(evidence, recording);
   SIGHTLINE_ASSIGN(const FloatCounts fitting, common_counts(evidence, recording));

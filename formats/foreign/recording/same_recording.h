@@ -12,10 +12,9 @@
 
 namespace sightline {
 
-// A file that was not written to since is not read again to know its digest. That it was not
-// written to is decided as make and git do: by its place, size, inode, and the times of its last
-// change, the second of which cannot be set. A file that is read later is compared with its digest
-// all the same.
+// A file that was not written to since is not read again for its digest, as make and git decide it:
+// by its place, size, inode and times of its last change, the second of which cannot be set. A file
+// that is read later is compared with its digest all the same.
 
 // Keeps what was read of scan files from one run to the next, under a key that names in which state
 // the files were then.

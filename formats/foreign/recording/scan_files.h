@@ -29,8 +29,7 @@ std::optional<std::int64_t> scan_number(const std::filesystem::path& file);
 // The time that a scan's name is ("1567410201745204736.pcd", "1567410201.745204.bin"), or nothing.
 std::optional<std::int64_t> scan_stamp_ns(const std::filesystem::path& file);
 
-// Whether open_scan_container is the one to ask: a bag of ROS 1 or ROS 2 or a pcap,
-// by its first bytes.
+// Whether a path is a bag of ROS 1 or ROS 2 or a pcap, by its first bytes.
 bool is_scan_container(const std::filesystem::path& path);
 
 // Opens a bag of ROS 1 or ROS 2 (scans of `topic`, see is_scan_message; empty: the only such topic)
