@@ -73,16 +73,12 @@ bool end_at_once(const std::vector<double>& elevations, double from_deg, double 
   return share_between(elevations, from_deg, to_deg) >= kLeastDensity * even;
 }
 
-bool is_level(const SensorProfile& sensor) {
-  constexpr double kLeastCosine = 0.98;
-  return sensor.T_vehicle_lidar(2, 2) >= kLeastCosine;
-}
-
 // Beams go on below the last returns although ground must lie there, at least 4 m away.
 bool are_idle_below(const std::vector<double>& elevations, const SensorProfile& sensor,
                     const SensorGuess& guess) {
   constexpr double kNearestGround_m = 4.0;
-  if (!is_level(sensor) || !guess.height_m) return false;
+  constexpr double kLeastCosine = 0.98;  // of a sensor that is level
+  if (sensor.T_vehicle_lidar(2, 2) < kLeastCosine || !guess.height_m) return false;
   const double sine = std::clamp(*guess.height_m / kNearestGround_m, 0.0, 1.0);
   const double lowest_deg =
       std::max(sensor.beam_elevations_deg.front(), -portable_asin(sine) * kDegPerRad);
@@ -118,11 +114,9 @@ bool is_view_half_empty(const SensorProfile& sensor, const SensorGuess& guess) {
 
 double returns_per_ray(const std::vector<PointCloudFile>& scans, const SensorProfile& sensor) {
   const double rays = sensor.ring_count() * sensor.azimuth_view_deg / sensor.azimuth_step_deg;
-  double most = 0.0;
-  for (const PointCloudFile& scan : scans) {
-    most = std::max(most, static_cast<double>(scan.points_m.size()) / rays);
-  }
-  return most;
+  std::size_t most = 0;
+  for (const PointCloudFile& scan : scans) most = std::max(most, scan.points_m.size());
+  return static_cast<double>(most) / rays;
 }
 
 double share_beyond_range(const std::vector<PointCloudFile>& scans, const SensorProfile& sensor) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
@@ -115,10 +116,8 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
     guess.reason = fmt::format("no built-in profile fits; {} distinct beams are found from {}",
                                rings.told_apart, span);
     if (rings.merged > 0) {
-      guess.reason += fmt::format(
-          ", and the returns between them are as many as those of {} more: please correct the "
-          "number",
-          rings.merged);
+      guess.reason += concat(", and the returns between them are as many as those of ",
+                             rings.merged, " more: please correct the number");
     }
     return;
   }
@@ -265,9 +264,8 @@ BeamFit fit_beams(const std::vector<double>& elevations, const std::vector<doubl
   const double least = 0.05 * count / static_cast<double>(beams_deg.size());
   BeamFit fit;
   fit.off = sum / count;
-  std::size_t inside = 0;
-  for (const std::size_t hit : hits) inside += hit;
-  fit.inside = static_cast<double>(inside) / count;
+  fit.inside =
+      static_cast<double>(std::accumulate(hits.begin(), hits.end(), std::size_t{0})) / count;
   fit.hit = static_cast<double>(std::ranges::count_if(
                 hits, [&](std::size_t hit) { return static_cast<double>(hit) > least; })) /
             static_cast<double>(hits.size());

@@ -32,19 +32,17 @@ struct ScanCounts {
 ScanCounts count(const PointCloudFile& cloud) {
   // Farther than any LiDAR sees: then these are no coordinates of the sensor.
   constexpr double kFarthest_m = 2000.0;
-  ScanCounts counts;
-  counts.point_count = cloud.points_m.size();
-  counts.nonfinite_count = cloud.nonfinite_count;
-  counts.zero_count = cloud.zero_count;
-  counts.withheld_count = cloud.withheld_count;
-  counts.may_be_cut = cloud.may_be_cut;
-  counts.has_point_times = !cloud.time_offset_ns.empty();
-  counts.has_unclear_times = cloud.has_unclear_times;
   const auto far_points = std::ranges::count_if(cloud.points_m, [](const Eigen::Vector3d& point_m) {
     return point_m.squaredNorm() > kFarthest_m * kFarthest_m;
   });
-  counts.is_far_away = 2 * static_cast<std::size_t>(far_points) > cloud.points_m.size();
-  return counts;
+  return {.point_count = cloud.points_m.size(),
+          .nonfinite_count = cloud.nonfinite_count,
+          .zero_count = cloud.zero_count,
+          .withheld_count = cloud.withheld_count,
+          .may_be_cut = cloud.may_be_cut,
+          .is_far_away = 2 * static_cast<std::size_t>(far_points) > cloud.points_m.size(),
+          .has_point_times = !cloud.time_offset_ns.empty(),
+          .has_unclear_times = cloud.has_unclear_times};
 }
 
 Result<void> check_times(const Recording& recording) {

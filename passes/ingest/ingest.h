@@ -16,14 +16,12 @@ std::vector<OptionField> option_fields(IngestOptions& options);
 // Which recording, and how it was made: the keys of a drive in the configuration.
 std::vector<OptionField> option_fields(RecordingOptions& options);
 
-// Reads every scan of a recording once and says what is in it: points, and what was dropped of
-// them. Memory holds one scan per thread. The drive's store reads the same files again on demand.
-// Quaternions of poses are read as w x y z where the scans contradict x y z w (pose_reading.h).
-// Its map frame begins at the multiple of tile_m at or below the first pose; at zero where there
-// are no poses. Warns of points dropped (not finite, at zero, withheld), of text files that may be
-// cut, of scans with most points beyond 2 km, of point times that make no sense,
-// of gaps in time (longer than 1 s and than three times the usual step), of a sensor profile that
-// the returns contradict (check_sensor.h), and of what open_recording assumed. Errors:
+// A drive with the counts of each scan of a recording, which is read once; its store reads the
+// files again on demand. Memory holds one scan per thread. Its map frame begins at the multiple of
+// tile_m at or below the first pose; at zero without poses. Warns of points dropped (not finite, at
+// zero, withheld), text files that may be cut, scans mostly beyond 2 km, senseless point times,
+// gaps in time (longer than 1 s and three usual steps), and by open_recording, check_sensor and
+// try_w_first. Errors:
 // drive-too-short (no scans), time-runs-backwards, unsupported-format (so most scans: no
 // coordinates of the sensor in metres), unlike-profile, and those of read_recorded_scan for the
 // first scan that cannot be read.

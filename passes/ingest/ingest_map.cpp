@@ -34,7 +34,6 @@ Result<double> points_per_m2(PassContext& ctx, const SurfacePoints& points) {
   return static_cast<double>(points.standing_count) / surface_m2;
 }
 
-// Nothing of a map that is dense enough for all that is made of it.
 void warn_of_density(const PassContext& ctx, const PointMap& map, double density) {
   if (density >= kDenseForSurface) return;
   const bool is_too_thin = density < kDenseForNds;

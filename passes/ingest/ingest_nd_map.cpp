@@ -18,9 +18,8 @@ constexpr double kWidest_cells = 0x1.0p29;
 Eigen::Vector3d lowest_corner_m(const ForeignNds& map) {
   Eigen::Vector3d lowest_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   for (const ForeignNd& nd : map.nds) {
-    const Eigen::Vector3d corner_m =
-        map.cell_m * Eigen::Vector3d(nd.key_world.x, nd.key_world.y, nd.key_world.z);
-    lowest_m = lowest_m.cwiseMin(corner_m);
+    const Eigen::Vector3d corner(nd.key_world.x, nd.key_world.y, nd.key_world.z);
+    lowest_m = lowest_m.cwiseMin(map.cell_m * corner);
   }
   return lowest_m;
 }
@@ -32,9 +31,8 @@ Eigen::Vector3d mean_of(const ForeignNd& nd, const CellKey& key, double cell_m) 
   const std::int32_t off[] = {found.x - key.x, found.y - key.y, found.z - key.z};
   for (int axis = 0; axis < 3; ++axis) {
     if (off[axis] == 0) continue;
-    const double towards_m = off[axis] > 0 ? -std::numeric_limits<double>::infinity()
-                                           : std::numeric_limits<double>::infinity();
-    mean_m[axis] = std::nextafter(mean_m[axis], towards_m);
+    constexpr double kFar_m = std::numeric_limits<double>::infinity();
+    mean_m[axis] = std::nextafter(mean_m[axis], off[axis] > 0 ? -kFar_m : kFar_m);
   }
   return mean_m;
 }
@@ -97,9 +95,8 @@ Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options
       concat("map ", map.name, " has no cell of ", options.min_points, " points or more"), "",
       kPlace};
   if (map.nds.empty()) return is_empty;
-  const Eigen::Vector3d lowest_m = lowest_corner_m(map);
   NdtMap ndt;
-  ndt.frame = frame_near(lowest_m, options.tile_m);
+  ndt.frame = frame_near(lowest_corner_m(map), options.tile_m);
   ndt.cell_m = map.cell_m;
   ndt.tile_m = options.tile_m;
   ndt.point_count = map.point_count;

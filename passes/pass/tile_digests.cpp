@@ -72,10 +72,7 @@ void put_place(const Site& site, ByteWriter& writer) {
 
 Eigen::AlignedBox2d box_around(std::span<const Eigen::Vector3d> places_m, double reach_m) {
   Eigen::AlignedBox2d box_m;
-  for (const Eigen::Vector3d& place_m : places_m) {
-    const Eigen::Vector2d at_m = place_m.head<2>();
-    box_m.extend(at_m);
-  }
+  for (const Eigen::Vector3d& place_m : places_m) box_m.extend(place_m.head<2>());
   const Eigen::Vector2d reach = Eigen::Vector2d::Constant(reach_m);
   return {box_m.min() - reach, box_m.max() + reach};
 }

@@ -7,7 +7,6 @@
 #include "formats/base/parallel.h"
 
 namespace sightline {
-
 namespace {
 
 // How many threads the i-th of `count` parts may use, of which `at_once` are made side by side.
@@ -70,24 +69,18 @@ std::optional<std::size_t> take_apart(std::size_t count, int at_once, const Take
   return failure.call();
 }
 
-std::vector<PartName> names_of_parts(const PartedWork& work, int at_once) {
+}  // namespace
+
+Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once) {
+  at_once = at_once > 0 ? at_once : threads_each(ctx.threads, 1);
   std::vector<PartName> names(work.count);
   parallel_for(work.count, at_once, [&](std::size_t part) {
     names[part].number = part;
     if (work.content) names[part].content = work.content(part);
   });
-  return names;
-}
-
-}  // namespace
-
-Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once) {
-  at_once = at_once > 0 ? at_once : threads_each(ctx.threads, 1);
-  const std::vector<PartName> names = names_of_parts(work, at_once);
   if (ctx.parts_sink) ctx.parts_sink(names);
   std::vector<std::optional<Error>> failures(work.count);
   std::atomic<std::size_t> done = 0;
-  // Whether that worked.
   const auto take_part = [&](std::size_t part, int threads) {
     const auto saved = ctx.saved_part ? ctx.saved_part(names[part]) : std::nullopt;
     if (!saved || !work.take(part, *saved)) {

@@ -36,13 +36,12 @@ struct PartedWork {
   PartOrder order = PartOrder::kSideBySide;
 };
 
-// Takes every part: as it was saved, else it is made and saved. Parts go through bytes either way,
-// so that the result does not depend on who made them. Those of ctx.share come first, then the
-// others from the one before it backwards: processes of different shares meet, and one alone does
-// all. They begin in that order, or stretch by stretch (PartOrder); `at_once` of them (0: as many
-// as ctx.threads, which they share). After a failure those that have begun are finished and saved,
-// and no further one begins. Side by side, the failure of the part that begins first is returned,
-// which does not depend on the number of threads; else the one of the lowest part that failed.
+// Takes every part: as it was saved, else it is made and saved, through bytes either way. Those of
+// ctx.share come first, then the others backwards from there: processes of different shares meet.
+// They begin in that order, or stretch by stretch (PartOrder); `at_once` of them (0: as many as
+// ctx.threads, which they share). After a failure those that have begun are finished and saved, and
+// no further one begins. Side by side, the failure of the part that begins first is returned, which
+// does not depend on the number of threads; else the one of the lowest part that failed.
 Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once = 0);
 
 // Work whose parts are records, or what holds records: their bytes are those of record/codec.h.

@@ -99,12 +99,6 @@ std::vector<Packet> packets_of(const RayFan& fan, double margin) {
   return packets;
 }
 
-void set_origin(const Eigen::Vector3f& origin_m, Packet& packet) {
-  std::fill_n(packet.rays.ray.org_x, kPacket, origin_m.x());
-  std::fill_n(packet.rays.ray.org_y, kPacket, origin_m.y());
-  std::fill_n(packet.rays.ray.org_z, kPacket, origin_m.z());
-}
-
 // What a packet is to be compared with in double, and the nearest hit of each of its rays.
 struct ExactCast : EmbreeContext {
   std::span<const ExactPatch> patches;
@@ -237,7 +231,9 @@ class FanCaster {
       const std::size_t count = std::min(kPacket, distance_m.size() - first);
       exact.directions = std::span(fan_.directions).subspan(first, count);
       exact.distance_m.fill(kNotHit_m);
-      set_origin(origin_m, packet);
+      std::fill_n(packet.rays.ray.org_x, kPacket, origin_m.x());
+      std::fill_n(packet.rays.ray.org_y, kPacket, origin_m.y());
+      std::fill_n(packet.rays.ray.org_z, kPacket, origin_m.z());
       const auto is_left_out = [&](std::size_t lane) {
         return !fan_.view.holds(forward, exact.directions[lane]) ||
                (fan_.wants && !fan_.wants(number, first + lane));

@@ -42,9 +42,7 @@ void separate_piece(const std::vector<Pose>& T_own_lidar, const ScanRange& piece
   constexpr double kApart_m = 2000.0;
   double farthest_m = 0.0;
   for (const Site& site : sites.sites) farthest_m = std::max(farthest_m, site.p_map_m.x());
-  for (const Pose& pose : T_map_lidar) {
-    farthest_m = std::max(farthest_m, pose.translation().x());
-  }
+  for (const Pose& pose : T_map_lidar) farthest_m = std::max(farthest_m, pose.translation().x());
   double lowest_m = T_own_lidar[piece.begin].translation().x();
   for (std::size_t k = piece.begin; k < piece.end; ++k) {
     lowest_m = std::min(lowest_m, T_own_lidar[k].translation().x());
@@ -73,13 +71,11 @@ Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
   };
   Pose T_map_own = placement.T_map_own;
   for (std::size_t k = placement.anchor; k < piece.end; ++k) {
-    SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
-    T_map_own = next;
+    SIGHTLINE_ASSIGN(T_map_own, visit(k, T_map_own));
   }
   T_map_own = followed.T_map_lidar[placement.anchor] * T_own_lidar[placement.anchor].inverse();
   for (std::size_t k = placement.anchor; k-- > piece.begin;) {
-    SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
-    T_map_own = next;
+    SIGHTLINE_ASSIGN(T_map_own, visit(k, T_map_own));
   }
   return {};
 }
@@ -160,26 +156,19 @@ Result<Followed> follow_or_find(PassContext& ctx, const Alignment& alignment,
   return followed;
 }
 
-std::vector<std::uint32_t> piece_numbers(const Trajectory& trajectory) {
-  std::vector<std::uint32_t> numbers;
-  for (const TrajectoryPose& pose : trajectory.poses) numbers.push_back(pose.piece);
-  return numbers;
-}
-
 PoseGraph graph_of(const Followed& followed, const std::vector<ScanRange>& pieces,
                    const std::vector<Pose>& T_own_lidar) {
   PoseGraph graph;
   for (const ScanRange& piece : pieces) {
     const auto of_piece =
         std::span(followed.is_matched).subspan(piece.begin, piece.end - piece.begin);
-    const bool is_placed = std::ranges::find(of_piece, 1) != of_piece.end();
-    if (!is_placed) graph.held.push_back(piece.begin);
+    if (std::ranges::count(of_piece, 1) == 0) graph.held.push_back(piece.begin);
   }
   std::size_t next = 0;
   for (std::uint32_t k = 0; k < T_own_lidar.size(); ++k) {
-    const bool begins = next < pieces.size() && pieces[next].begin == k;
-    if (begins) ++next;
-    if (!begins) {
+    if (next < pieces.size() && pieces[next].begin == k) {
+      ++next;
+    } else {
       graph.odometry.push_back(
           {k - 1, k, T_own_lidar[k - 1].inverse() * T_own_lidar[k], kStepSigma_m, kStepSigma_rad});
     }
@@ -248,7 +237,9 @@ Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& optio
   SIGHTLINE_ASSIGN(const NdtMap map, nds.whole());
   const Trajectory near = rebase(own, map.frame);
   const std::vector<Pose> T_own_lidar = sensor_poses(drive, near);
-  const std::vector<ScanRange> pieces = ranges_of(piece_numbers(own));
+  std::vector<std::uint32_t> numbers;
+  for (const TrajectoryPose& pose : own.poses) numbers.push_back(pose.piece);
+  const std::vector<ScanRange> pieces = ranges_of(numbers);
   SIGHTLINE_ASSIGN(const TileDigests tiles, digests_of(nds));
   const Alignment alignment{options, drive, sites, map, pieces, T_own_lidar};
   SIGHTLINE_ASSIGN(const Followed followed, follow_or_find(ctx, alignment, tiles, own));

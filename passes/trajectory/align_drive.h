@@ -23,14 +23,11 @@ struct AlignDriveOptions {
 std::vector<OptionField> option_fields(AlignDriveOptions& options);
 
 // The trajectory of another drive of the place, in the map's frame. `own`: its poses in a frame of
-// its own, or nearly in the map's. A few scans are matched against the map from all places of the
-// route, in both directions; the placement that most of them confirm is followed through the drive,
-// and a pose graph joins those matches with the drive's own steps, which bridges stretches outside
-// the map. Each piece of `own` is placed by itself; one that is not found, or a whole drive that
-// may be elsewhere, is moved 2 km from every site, with a warning. A warning, too, for a drive that
-// measures larger or smaller than the map. Errors: mismatched-inputs (`own` is not of the drive),
-// empty-map, no-overlap (no placement of any piece is confirmed), trajectory-lost (no solution),
-// and those of reading a scan.
+// its own, or nearly in the map's. Each piece of it is placed by itself; one that is not found, or
+// a whole drive that may be elsewhere, is moved 2 km from every site, with a warning. A warning,
+// too, for a drive that measures larger or smaller than the map. Errors: mismatched-inputs (`own`
+// is not of the drive), empty-map, no-overlap (no placement of any piece is confirmed),
+// trajectory-lost (no solution), and those of reading a scan.
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites);

@@ -78,7 +78,6 @@ Error refused(const std::string& text, const Drive& drive, std::uint32_t scan) {
   return {ErrorCode::kMismatchedInputs, text, worst.source, concat("scan ", worst.recording_index)};
 }
 
-// Error: mismatched-inputs, at the worst scan.
 Error refused_jumps(const std::vector<PoseJump>& jumps, const Drive& drive) {
   const auto worst = std::ranges::max_element(jumps, {}, &PoseJump::off_m);
   std::string text = jumps_text(jumps, drive);
@@ -91,24 +90,6 @@ Error refused_jumps(const std::vector<PoseJump>& jumps, const Drive& drive) {
                  worst->worst);
 }
 
-Error refused_disagreements(const std::vector<PoseDisagreement>& found, const Drive& drive) {
-  return refused(disagreements_text(found, drive), drive, found.front().first);
-}
-
-Error refused_parts(const std::vector<MisplacedPart>& parts, const Drive& drive) {
-  return refused(parts_text(parts, drive) +
-                     "; estimate-trajectory.bad_poses=repair joins them by what they see",
-                 drive, parts.front().worst);
-}
-
-// The poses without those of jumps.
-GivenPoses without_jumps(GivenPoses given, const std::vector<PoseJump>& jumps) {
-  for (const PoseJump& jump : jumps) {
-    for (std::uint32_t k = jump.first; k <= jump.last; ++k) given[k].reset();
-  }
-  return given;
-}
-
 // Without the poses that the scans contradict.
 Result<Estimate> repaired(const EstimateTask& task, const GivenPoses& given,
                           const std::vector<PoseJump>& jumps, const SolvePoses& solve) {
@@ -118,7 +99,10 @@ Result<Estimate> repaired(const EstimateTask& task, const GivenPoses& given,
       (options.mode == PoseMode::kRefine && options.bad_poses == BadPoses::kWarn);
   if (!may_repair) return refused_jumps(jumps, task.drive);
   task.ctx.warn(jumps_text(jumps, task.drive) + ". These are left out, the others refined");
-  const GivenPoses used = without_jumps(given, jumps);
+  GivenPoses used = given;
+  for (const PoseJump& jump : jumps) {
+    for (std::uint32_t k = jump.first; k <= jump.last; ++k) used[k].reset();
+  }
   // Anew: where a scan did not match, odometry continued from its given pose.
   SIGHTLINE_ASSIGN(const Odometry odometry,
                    run_odometry(task.ctx, options.local_map_m, task.drive, used));
@@ -163,7 +147,7 @@ Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const
   const auto& [ctx, options, drive] = task;
   const bool disagrees = !disagreements.empty();
   if (disagrees && options.bad_poses == BadPoses::kRefuse) {
-    return refused_disagreements(disagreements, drive);
+    return refused(disagreements_text(disagreements, drive), drive, disagreements.front().first);
   }
   if (disagrees && options.bad_poses == BadPoses::kRepair) {
     ctx.warn(disagreements_text(disagreements, drive) + ". They are refined");
@@ -197,7 +181,9 @@ Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve) 
   SIGHTLINE_ASSIGN(const std::vector<MisplacedPart> misplaced, find_misplaced_parts(drive, given));
   if (!misplaced.empty()) {
     if (options.bad_poses == BadPoses::kRepair) return refine_given(task, solve);
-    return refused_parts(misplaced, drive);
+    return refused(parts_text(misplaced, drive) +
+                       "; estimate-trajectory.bad_poses=repair joins them by what they see",
+                   drive, misplaced.front().worst);
   }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
   SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,

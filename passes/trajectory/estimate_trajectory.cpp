@@ -44,14 +44,11 @@ PlaneUse plane_use(const Odometry& odometry, const Connections& connections, boo
   return refines || !is_connected || has_far ? PlaneUse::kPoses : PlaneUse::kCovariance;
 }
 
-bool has_any(const GivenPoses& given) {
-  return std::ranges::any_of(given, [](const auto& pose) { return pose.has_value(); });
-}
-
 // Steps 2 to 6 of an odometry, with `given` poses as priors.
 Result<Estimate> solved(const EstimateTask& task, const GivenPoses& given, Odometry odometry) {
   const auto& [ctx, options, drive] = task;
-  const bool refines = has_any(given);
+  const bool refines =
+      std::ranges::any_of(given, [](const auto& pose) { return pose.has_value(); });
   start_at_given(given, odometry);
   if (lead_to_all(given)) {
     SIGHTLINE_ASSIGN(odometry.overlap, overlaps_along(ctx, drive, options.local_map_m, odometry));
@@ -110,10 +107,9 @@ enum class PosesFrom { kGiven, kGivenAndScans, kScans };
 
 // Receivers have other errors on another day: given poses of several drives are refined together.
 PosesFrom poses_from(const EstimateTrajectoryOptions& options, const Drive& drive) {
-  const bool is_one_drive = drive.later_parts.empty();
   if (options.mode == PoseMode::kGiven) return PosesFrom::kGiven;
   if (options.mode == PoseMode::kEstimate) return PosesFrom::kScans;
-  if (options.mode == PoseMode::kAuto && drive.has_poses() && is_one_drive) {
+  if (options.mode == PoseMode::kAuto && drive.has_poses() && drive.later_parts.empty()) {
     return PosesFrom::kGiven;
   }
   const bool has_given = std::ranges::any_of(

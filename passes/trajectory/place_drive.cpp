@@ -37,12 +37,9 @@ Result<std::vector<QueryScan>> make_queries(const Drive& drive, const ScanRange&
                                             const std::vector<Pose>& T_own_lidar) {
   std::vector<QueryScan> queries;
   for (const std::size_t i : evenly(piece.size(), kQueries)) {
-    QueryScan query;
-    query.scan = piece.begin + i;
-    query.T_own_lidar = T_own_lidar[query.scan];
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan, ThinnedFor::kMatch));
-    query.points_m = scan.to_match_m;
-    queries.push_back(std::move(query));
+    const std::size_t k = piece.begin + i;
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k, ThinnedFor::kMatch));
+    queries.push_back({k, T_own_lidar[k], scan.to_match_m});
   }
   return queries;
 }
@@ -71,7 +68,6 @@ std::vector<Pose> likely_places(const MatchGrid& grid, const QueryScan& query,
   return likely;
 }
 
-// The best place of one scan anywhere.
 std::optional<Placement> place_anywhere(const MatchGrid& grid, const QueryScan& query,
                                         const std::vector<Pose>& places) {
   MapMatch best;
@@ -169,8 +165,7 @@ Result<std::optional<Placement>> place_piece(const PassContext& ctx, const Match
     if (placement && (!best || placement->support > best->support)) best = placement;
   }
   // A scan confirms its own place: a second one is needed.
-  const int needed = queries.size() > 1 ? 2 : 1;
-  if (best && best->confirmed < needed) best.reset();
+  if (best && best->confirmed < (queries.size() > 1 ? 2 : 1)) best.reset();
   return best;
 }
 

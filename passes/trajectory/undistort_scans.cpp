@@ -25,10 +25,6 @@ Result<std::optional<Drive>> undistorted_by_order(PassContext& ctx, const Drive&
   return is_sharper ? std::optional(straight) : std::nullopt;
 }
 
-std::size_t timed_scans(const Drive& drive) {
-  return static_cast<std::size_t>(std::ranges::count_if(drive.scans, &ScanInfo::has_point_times));
-}
-
 // A drive of one part, undistorted; none: its scans stay as they are.
 Result<std::optional<Drive>> undistorted_part(PassContext& ctx, const Drive& drive,
                                               const Trajectory& trajectory) {
@@ -53,7 +49,7 @@ Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& opt
                               const Drive& drive, const Trajectory& trajectory) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   if (!options.enabled) {
-    const std::size_t timed = timed_scans(drive);
+    const auto timed = std::ranges::count_if(drive.scans, &ScanInfo::has_point_times);
     if (timed > 0) {
       ctx.warn(concat("drive ", drive.name, ": ", timed,
                       " scans have point times that are not used: undistort-scans is off"));

@@ -148,12 +148,6 @@ std::vector<MeetingsOfPair> pairs_that_meet(const Drive& drive, const Odometry& 
   return pairs;
 }
 
-std::vector<Meeting> some_of(const std::vector<Meeting>& meetings) {
-  std::vector<Meeting> some;
-  for (const std::size_t i : evenly(meetings.size(), kMostScans)) some.push_back(meetings[i]);
-  return some;
-}
-
 // The ratio of distances of the later scan to those of a map of the earlier drive.
 Result<std::optional<double>> ratio_of(const Drive& drive, const Odometry& odometry,
                                        const ScanRange& earlier_run, const Meeting& meeting) {
@@ -204,7 +198,7 @@ class FitByScale {
 std::vector<Contradiction> find_contradictions(const Odometry& odometry,
                                                const std::vector<GraphEdge>& loops,
                                                const std::vector<Pose>& T_map_lidar) {
-  // Loops by pieces: the earlier one's number and the later one's.
+  // By the numbers of the earlier and the later piece.
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<JudgedLoop>> between;
   for (const GraphEdge& loop : loops) {
     const JudgedLoop of_loop = judged(loop, T_map_lidar);
@@ -246,7 +240,10 @@ Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& c
   const Odometry odometry = as_odometry(drive, trajectory);
   const std::vector<ScanRange> runs = ranges_of(odometry.piece);
   for (const MeetingsOfPair& pair : pairs_that_meet(drive, odometry, from)) {
-    const std::vector<Meeting> meetings = some_of(pair.meetings);
+    std::vector<Meeting> meetings;
+    for (const std::size_t i : evenly(pair.meetings.size(), kMostScans)) {
+      meetings.push_back(pair.meetings[i]);
+    }
     SIGHTLINE_ASSIGN(const std::vector<double> ratios,
                      ratios_of_scans(ctx.threads, meetings.size(), [&](std::size_t i) {
                        const ScanRange& earlier_run = runs[odometry.piece[meetings[i].earlier]];

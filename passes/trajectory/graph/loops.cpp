@@ -167,14 +167,11 @@ Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odome
     }
     if (!match.is_sure()) continue;
     T_found_odometry = tidied(match.T_map_lidar * T_map_later.inverse());
-    GraphEdge edge;
-    edge.from = static_cast<std::uint32_t>(candidate.earlier);
-    edge.to = static_cast<std::uint32_t>(candidate.later);
-    edge.T_from_to = odometry.T_map_lidar[candidate.earlier].inverse() *
-                     sharpened(visit, scan.to_match_m, match);
-    edge.sigma_m = kLoopSigma_m;
-    edge.sigma_rad = kLoopSigma_rad;
-    edges.push_back(edge);
+    edges.push_back({static_cast<std::uint32_t>(candidate.earlier),
+                     static_cast<std::uint32_t>(candidate.later),
+                     odometry.T_map_lidar[candidate.earlier].inverse() *
+                         sharpened(visit, scan.to_match_m, match),
+                     kLoopSigma_m, kLoopSigma_rad});
   }
   return edges;
 }

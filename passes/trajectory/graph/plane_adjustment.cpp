@@ -88,9 +88,7 @@ std::map<TileKey, std::vector<std::uint32_t>> keys_of_tiles(const std::vector<Po
     const TileKey low = tile_key(at_m - reach_m, kTile_m);
     const TileKey high = tile_key(at_m + reach_m, kTile_m);
     for (std::int32_t x = low.x; x <= high.x; ++x) {
-      for (std::int32_t y = low.y; y <= high.y; ++y) {
-        tiles[{x, y}].push_back(key);
-      }
+      for (std::int32_t y = low.y; y <= high.y; ++y) tiles[{x, y}].push_back(key);
     }
   }
   return tiles;
@@ -183,17 +181,6 @@ bool moves_more(const Eigen::VectorXd& step, std::vector<Pose>& poses) {
   return longest_m >= kStopStep_m || largest_rad >= kStopStep_rad;
 }
 
-std::vector<Pose> poses_of_keys(const std::vector<Pose>& start,
-                                const std::vector<std::uint32_t>& keys) {
-  std::vector<Pose> poses;
-  for (const std::uint32_t scan : keys) poses.push_back(start[scan]);
-  return poses;
-}
-
-Equations no_equations(std::size_t pose_count) {
-  return {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * pose_count))};
-}
-
 // All scans, moved as their keys were, with the covariance by planes at these poses.
 Result<Adjustment> weighed(const KeyGraph& keys, const std::vector<Pose>& start,
                            const std::vector<Pose>& poses, Equations& planes,
@@ -218,13 +205,14 @@ Matrix6d moved_by(const Eigen::Vector3d& arm_m, const Matrix6d& covariance) {
 
 Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const KeyGraph& keys,
                                     const std::vector<Pose>& start, PlaneUse use) {
-  std::vector<Pose> poses = poses_of_keys(start, keys.scans);
+  std::vector<Pose> poses;
+  for (const std::uint32_t scan : keys.scans) poses.push_back(start[scan]);
   ScanCache cache(drive, keys.scans);
   NormalSolver solver;
   Equations planes;
   bool is_done = false;
   for (int round = 0; round < kMostRounds && !is_done; ++round) {
-    planes = no_equations(poses.size());
+    planes = {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * poses.size()))};
     SIGHTLINE_TRY(add_planes(ctx, poses, held_keys(keys), cache, planes));
     if (use == PlaneUse::kCovariance) break;
     const std::map<BlockKey, Matrix6d> of_planes_alone =

@@ -56,12 +56,6 @@ std::vector<GraphPrior> priors_of(const EstimateTrajectoryOptions& options,
   return priors;
 }
 
-using PiecePair = std::pair<std::uint32_t, std::uint32_t>;
-
-PiecePair pieces_of(const Odometry& odometry, const GraphEdge& edge) {
-  return std::minmax({odometry.piece[edge.from], odometry.piece[edge.to]});
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> all_scans(const Odometry& odometry) {
@@ -94,18 +88,12 @@ std::vector<GraphEdge> steps_of(const Odometry& odometry, const std::vector<std:
       is_matched = is_matched && odometry.is_matched[k];
       is_far = is_far || odometry.is_far[k];
     }
-    GraphEdge edge;
-    edge.from = i - 1;
-    edge.to = i;
-    edge.T_from_to = odometry.T_map_lidar[scans[i - 1]].inverse() * odometry.T_map_lidar[scans[i]];
     const double count = std::sqrt(static_cast<double>(scans[i] - scans[i - 1]));
-    edge.sigma_m = count * (is_matched ? kStepSigma_m : kUnmatchedSigma_m);
-    edge.sigma_rad = count * (is_matched ? kStepSigma_rad : kUnmatchedSigma_rad);
-    if (is_far) {
-      edge.sigma_m = kFarSigma_m;
-      edge.sigma_rad = kFarSigma_rad;
-    }
-    steps.push_back(edge);
+    const double sigma_m = count * (is_matched ? kStepSigma_m : kUnmatchedSigma_m);
+    const double sigma_rad = count * (is_matched ? kStepSigma_rad : kUnmatchedSigma_rad);
+    steps.push_back({i - 1, i,
+                     odometry.T_map_lidar[scans[i - 1]].inverse() * odometry.T_map_lidar[scans[i]],
+                     is_far ? kFarSigma_m : sigma_m, is_far ? kFarSigma_rad : sigma_rad});
   }
   return steps;
 }
@@ -169,8 +157,10 @@ Result<Connections> connect_scans(const EstimateTask& task, const GivenPoses& gi
 
 bool are_connected(const Odometry& odometry, const std::vector<GraphEdge>& joins,
                    const std::vector<GraphEdge>& loops) {
-  std::map<PiecePair, std::uint32_t> loop_count;
-  for (const GraphEdge& loop : loops) ++loop_count[pieces_of(odometry, loop)];
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> loop_count;
+  for (const GraphEdge& loop : loops) {
+    ++loop_count[std::minmax({odometry.piece[loop.from], odometry.piece[loop.to]})];
+  }
   std::vector<std::uint32_t> group(odometry.piece_starts.size() + 1);  // by piece
   std::iota(group.begin(), group.end(), 0U);
   for (const auto& [pair, count] : loop_count) {

@@ -175,11 +175,9 @@ PoseGraph graph_of_later(const Followed& all, const Connections& connections) {
   return graph;
 }
 
-// Released scans this near have planes in common with the others.
-constexpr double kCommonReach_m = 30.0;
-
 // Scans to be adjusted: of those that are not released, and of those near them.
 std::vector<std::uint32_t> keys_beside(const Followed& all, const std::vector<Pose>& poses) {
+  constexpr double kCommonReach_m = 30.0;  // this near they have planes in common
   std::vector<Eigen::Vector3d> later_m;
   for (std::size_t i = all.known.scans; i < poses.size(); ++i)
     later_m.push_back(poses[i].translation());
