@@ -122,17 +122,11 @@ void warn_of(const PassContext& ctx, const Recording& recording,
              const std::vector<ScanCounts>& counts) {
   for (const std::string& warning : recording.warnings) ctx.warn(warning);
   ScanCounts sum;
-  std::size_t cut_scans = 0;
-  std::size_t far_scans = 0;
-  std::size_t unclear_scans = 0;
   for (const ScanCounts& scan : counts) {
     sum.point_count += scan.point_count;
     sum.nonfinite_count += scan.nonfinite_count;
     sum.zero_count += scan.zero_count;
     sum.withheld_count += scan.withheld_count;
-    cut_scans += scan.may_be_cut ? 1 : 0;
-    far_scans += scan.is_far_away ? 1 : 0;
-    unclear_scans += scan.has_unclear_times ? 1 : 0;
   }
   const std::string drive = concat("drive ", recording.name, ": ");
   if (sum.nonfinite_count + sum.zero_count > 0) {
@@ -143,12 +137,15 @@ void warn_of(const PassContext& ctx, const Recording& recording,
     ctx.warn(fmt::format("{}dropped {} points that their files mark as withheld, kept {}", drive,
                          sum.withheld_count, sum.point_count));
   }
-  const auto warn_of_some = [&](std::size_t scans, const char* what) {
+  const auto warn_of_some = [&](bool ScanCounts::*is_so, const char* what) {
+    const auto scans = std::ranges::count_if(counts, is_so);
     if (scans > 0) ctx.warn(concat(drive, scans, what));
   };
-  warn_of_some(cut_scans, " text scans end without a line end; their last number may be cut");
-  warn_of_some(far_scans, " scans have most of their points beyond 2 km, where no LiDAR sees");
-  warn_of_some(unclear_scans,
+  warn_of_some(&ScanCounts::may_be_cut,
+               " text scans end without a line end; their last number may be cut");
+  warn_of_some(&ScanCounts::is_far_away,
+               " scans have most of their points beyond 2 km, where no LiDAR sees");
+  warn_of_some(&ScanCounts::has_unclear_times,
                " scans have point times that span no scan of 2 ms to 2 s in any unit; they were "
                "left out, and motion within these scans stays");
   warn_of_gaps(ctx, recording);
@@ -169,13 +166,6 @@ std::vector<ScanInfo> describe(const Recording& recording, const std::vector<Sca
     scan.has_point_times = counts[i].has_point_times;
   }
   return scans;
-}
-
-std::string sensor_names() {
-  std::string names;
-  for (const std::string& name : sensor_profile_names())
-    names += (names.empty() ? "" : ", ") + name;
-  return names;
 }
 
 }  // namespace
@@ -215,7 +205,8 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
       number("rate_hz", options.rate_hz, "scans a second, where their times are unknown", 0.01,
              1000.0),
       text("sensor", options.sensor,
-           concat("sensor: ", sensor_names(), ", or a file with its beams")),
+           fmt::format("sensor: {}, or a file with its beams",
+                       fmt::join(sensor_profile_names(), ", "))),
       integer("rings", options.rings, "number of evenly spaced beams; 0: the profile's own", 0,
               1024),
       number("lowest_beam_deg", options.lowest_beam_deg, "elevation of the lowest, degrees", -90.0,

@@ -75,14 +75,6 @@ Drive with_part(const PassContext& ctx, const Drive& drive, const Drive& later) 
 
 constexpr std::int64_t kLongestGap_ns = kSecond_ns;
 
-std::vector<std::int64_t> stamps_of_first_sensor(const Drive& drive) {
-  std::vector<std::int64_t> stamps_ns;
-  for (const ScanInfo& scan : drive.scans) {
-    if (scan.sensor_index == 0) stamps_ns.push_back(scan.stamp_ns);
-  }
-  return stamps_ns;
-}
-
 // Whether two of the ascending stamps, no gap apart, are around a time.
 bool is_between(const std::vector<std::int64_t>& stamps_ns, std::int64_t stamp_ns) {
   const auto after = std::ranges::lower_bound(stamps_ns, stamp_ns);
@@ -105,9 +97,10 @@ Error no_common_time(const Drive& drive, const Drive& other) {
 
 // `drive` with the scans of one more sensor.
 Result<Drive> with_sensor(const PassContext& ctx, const Drive& drive, const Drive& other) {
-  const std::vector<std::int64_t> stamps_ns = stamps_of_first_sensor(drive);
+  std::vector<std::int64_t> stamps_ns;  // of the first sensor
   std::vector<std::pair<ScanInfo, ScanOrigin>> scans;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (drive.scans[i].sensor_index == 0) stamps_ns.push_back(drive.scans[i].stamp_ns);
     scans.emplace_back(drive.scans[i], ScanOrigin{0, i});
   }
   for (std::size_t i = 0; i < other.scans.size(); ++i) {

@@ -18,10 +18,9 @@ inline constexpr Pass kJoinDrives =
     Pass{"join-drives", 1, "drives", "Several drives in one", &join_drives}.in(Stage::kGraph);
 
 // One drive of all sensors on a vehicle: the scans of `others`, drives of one sensor each, among
-// those of `drive` in order of time, distinguished by sensor_index; each keeps its sensor's place
-// in the vehicle, beams and ranges. Name, frame and poses are those of `drive`, and its turn rates,
-// or where it has none those of the first that has some. recording_index becomes 2 x place + (its
-// own modulo 2), so that it ascends and even scans stay even.
+// those of `drive` in order of time, distinguished by sensor_index. Name, frame and poses are those
+// of `drive`, and turn rates those of the first that has some. recording_index becomes 2 x place +
+// (its own modulo 2), so that it ascends and even scans stay even.
 //
 // Scans of others before the first and behind the last scan of drive's first sensor, and within a
 // gap of more than 1 s between two of these, have no place on its trajectory: they are left out,

@@ -25,16 +25,6 @@ struct ReadPair {
   PointCloudFile second;
 };
 
-Result<std::vector<ReadPair>> read_pairs(const Recording& recording) {
-  std::vector<ReadPair> pairs;
-  for (const ScanPair& pair : choose_pairs(recording)) {
-    SIGHTLINE_ASSIGN(PointCloudFile first, read_recorded_scan(recording, pair.first));
-    SIGHTLINE_ASSIGN(PointCloudFile second, read_recorded_scan(recording, pair.second));
-    pairs.push_back({pair, std::move(first), std::move(second)});
-  }
-  return pairs;
-}
-
 double share_on_ground(const PointCloudFile& cloud, const Pose& T_world_lidar, double height_m) {
   constexpr double kNearest_m = 3.0;
   constexpr double kFarthest_m = 20.0;
@@ -109,7 +99,12 @@ Result<void> try_w_first(PassContext& ctx, const Recording& recording, Drive& dr
     read.push_back(*scan.T_world_vehicle);
     other.push_back(read_w_first(read.back()));
   }
-  SIGHTLINE_ASSIGN(const std::vector<ReadPair> pairs, read_pairs(recording));
+  std::vector<ReadPair> pairs;
+  for (const ScanPair& pair : choose_pairs(recording)) {
+    SIGHTLINE_ASSIGN(PointCloudFile first, read_recorded_scan(recording, pair.first));
+    SIGHTLINE_ASSIGN(PointCloudFile second, read_recorded_scan(recording, pair.second));
+    pairs.push_back({pair, std::move(first), std::move(second)});
+  }
   if (pairs.empty()) return {};
   const Evidence as_read = weigh(pairs, drive.sensor, read);
   const Evidence as_other = weigh(pairs, drive.sensor, other);

@@ -10,9 +10,8 @@
 #include "formats/base/result.h"
 #include "formats/drive/look.h"
 
-// Options of a pass are a plain struct with default values beside the pass; this is the one
-// description of its fields, from which the configuration file, the flags of the command line, the
-// published JSON Schema, the cache key and the printed configuration are all made:
+// Options of a pass are a plain struct with default values beside the pass. From this description
+// of its fields the configuration file, flags, JSON Schema and cache key are made:
 //
 //   struct BuildNdtOptions { double cell_m = 2.0; };
 //   std::vector<OptionField> option_fields(BuildNdtOptions& options) {

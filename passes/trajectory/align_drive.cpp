@@ -215,13 +215,6 @@ void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
       drive.name, 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter"));
 }
 
-void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const ScanRange& piece) {
-  ctx.warn(fmt::format(
-      "scans {} to {} of drive {}, a piece of its own, are found nowhere in the map and left out",
-      drive.scans[piece.begin].recording_index, drive.scans[piece.end - 1].recording_index,
-      drive.name));
-}
-
 // Error: no-overlap where no piece is placed.
 Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& options,
                                 const Drive& drive, const Trajectory& own, const TiledNds& nds,
@@ -248,7 +241,10 @@ Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& optio
                  "drive " + drive.name};
   }
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    if (followed.is_placed[i] == 0) warn_of_unplaced(ctx, drive, pieces[i]);
+    if (followed.is_placed[i] != 0) continue;
+    ctx.warn(concat("scans ", drive.scans[pieces[i].begin].recording_index, " to ",
+                    drive.scans[pieces[i].end - 1].recording_index, " of drive ", drive.name,
+                    ", a piece of its own, are found nowhere in the map and left out"));
   }
   warn_of_unmatched(ctx, drive, followed);
   warn_of_scale(ctx, drive, followed.scale);

@@ -44,17 +44,13 @@ Result<std::vector<QueryScan>> make_queries(const Drive& drive, const ScanRange&
   return queries;
 }
 
-std::vector<Eigen::Vector3d> few_points(const std::vector<Eigen::Vector3d>& points_m) {
-  const std::size_t stride = std::max<std::size_t>(1, points_m.size() / kFewPoints);
-  std::vector<Eigen::Vector3d> few_m;
-  for (std::size_t i = 0; i < points_m.size(); i += stride) few_m.push_back(points_m[i]);
-  return few_m;
-}
-
 // Where a few points of a scan match best, the best first. Starts that end at one place count once.
 std::vector<Pose> likely_places(const MatchGrid& grid, const QueryScan& query,
                                 const std::vector<Pose>& places) {
-  const std::vector<Eigen::Vector3d> few_m = few_points(query.points_m);
+  const std::vector<Eigen::Vector3d>& points_m = query.points_m;
+  const std::size_t stride = std::max<std::size_t>(1, points_m.size() / kFewPoints);
+  std::vector<Eigen::Vector3d> few_m;
+  for (std::size_t i = 0; i < points_m.size(); i += stride) few_m.push_back(points_m[i]);
   std::vector<MapMatch> found;
   for (const Pose& place : places) found.push_back(match_to_map(grid, few_m, place));
   std::ranges::stable_sort(found, std::greater(), &MapMatch::likelihood);
@@ -90,16 +86,6 @@ void confirm(const MatchGrid& grid, const std::vector<QueryScan>& queries, Place
 }
 
 constexpr std::size_t kComparedScans = 8;
-
-std::vector<std::size_t> scans_to_compare(const std::vector<std::uint8_t>& is_matched) {
-  std::vector<std::size_t> matched;
-  for (std::size_t k = 0; k < is_matched.size(); ++k) {
-    if (is_matched[k] != 0) matched.push_back(k);
-  }
-  std::vector<std::size_t> some;
-  for (const std::size_t i : evenly(matched.size(), kComparedScans)) some.push_back(matched[i]);
-  return some;
-}
 
 Result<std::optional<double>> ratio_to_map(const MatchGrid& grid, const Drive& drive,
                                            std::size_t scan, const Pose& T_map_lidar) {
@@ -172,7 +158,12 @@ Result<std::optional<Placement>> place_piece(const PassContext& ctx, const Match
 Result<double> scale_against_map(const PassContext& ctx, const MatchGrid& grid, const Drive& drive,
                                  const std::vector<Pose>& T_map_lidar,
                                  const std::vector<std::uint8_t>& is_matched) {
-  const std::vector<std::size_t> scans = scans_to_compare(is_matched);
+  std::vector<std::size_t> matched;
+  for (std::size_t k = 0; k < is_matched.size(); ++k) {
+    if (is_matched[k] != 0) matched.push_back(k);
+  }
+  std::vector<std::size_t> scans;
+  for (const std::size_t i : evenly(matched.size(), kComparedScans)) scans.push_back(matched[i]);
   SIGHTLINE_ASSIGN(const std::vector<double> ratios,
                    ratios_of_scans(ctx.threads, scans.size(), [&](std::size_t i) {
                      return ratio_to_map(grid, drive, scans[i], T_map_lidar[scans[i]]);

@@ -100,8 +100,7 @@ LocalMatch follow(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& p
   if (!average.is_met_by(best)) {
     best = best_of(search, bolder(T_map_before, starts.front()), best);
   }
-  const bool is_first = average.likelihood == 0.0;
-  if (is_first || !best.is_good()) {
+  if (average.likelihood == 0.0 || !best.is_good()) {
     for (const Pose& start : starts) {
       best = best_of(search, starts_around(start, kSearchReach_m), best);
     }
@@ -258,13 +257,9 @@ void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
 void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
   Found found;
   if (!is_jump(k)) found = find(k, scan);
-  if (!found.is_believed) {
-    begin_piece({static_cast<std::uint32_t>(k), is_jump(k),
-                 found.match.is_good() ? found.overlap.value_or(0.0) : 0.0,
-                 found.overlap_elsewhere});
-    return;
-  }
-  step_to(k, scan, found);
+  if (found.is_believed) return step_to(k, scan, found);
+  begin_piece({static_cast<std::uint32_t>(k), is_jump(k),
+               found.match.is_good() ? found.overlap.value_or(0.0) : 0.0, found.overlap_elsewhere});
 }
 
 void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) {

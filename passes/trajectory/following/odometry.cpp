@@ -45,10 +45,7 @@ class FirstSteps {
 
   // The next scan of the drive.
   void take(const ReadScan& scan) {
-    if (followed_.size() == 1 && followed_.front().is_at_first_step()) {
-      begin_trials(scan);
-      return;
-    }
+    if (followed_.size() == 1 && followed_.front().is_at_first_step()) return begin_trials(scan);
     const bool is_trial = followed_.size() > 1;
     if (is_trial) scans_.push_back(scan);
     for (Follower& follower : followed_) follower.take(scan);
@@ -146,28 +143,25 @@ class Progress {
   std::atomic<std::size_t> done_ = 0;
 };
 
-// Errors: the first of reading a scan.
-Result<void> follow_read(std::span<const Result<ReadScan>> scans, FirstSteps& follower,
-                         Progress& progress) {
-  for (const Result<ReadScan>& scan : scans) {
-    if (!scan) return scan.error();
-    follower.take(*scan);
-    progress.add_one();
-  }
-  return {};
-}
-
 // Scans are followed in order, and read ahead in parallel.
 Result<void> follow_run(const Drive& drive, const ScanRun& run, Upright upright, int threads,
                         FirstSteps& follower, Progress& progress) {
   constexpr std::size_t kAhead = 8;  // scans
   std::vector<Result<ReadScan>> read;
+  const auto follow_read = [&]() -> Result<void> {
+    for (const Result<ReadScan>& scan : read) {
+      if (!scan) return scan.error();
+      follower.take(*scan);
+      progress.add_one();
+    }
+    return {};
+  };
   for (std::size_t end = run.first;;) {
     std::vector<Result<ReadScan>> next(std::min(kAhead, run.end - end), ReadScan{});
     Result<void> followed;
     parallel_for(1 + next.size(), threads, [&](std::size_t i) {
       if (i == 0) {
-        followed = follow_read(read, follower, progress);
+        followed = follow_read();
       } else {
         next[i - 1] = read_scan(drive, end + i - 1, upright);
       }
@@ -224,17 +218,6 @@ void add_runs_within(const GivenWay& given, double local_map_m, std::vector<Scan
   }
 }
 
-// Appends a scan of a run.
-void append_scan(const Odometry& from, std::size_t k, const Pose& T_joined_found, Odometry& to) {
-  const Pose T_map_lidar = tidied(T_joined_found * from.T_map_lidar[k]);
-  const double step_m =
-      k == 0 ? 0.0
-             : (from.T_map_lidar[k].translation() - from.T_map_lidar[k - 1].translation()).norm();
-  to.append(T_map_lidar, step_m, from.is_matched[k], from.overlap[k]);
-  to.is_far.back() = from.is_far[k];
-}
-
-// Appends a run.
 void append_run(const ScanRun& run, const Odometry& found, Odometry& joined) {
   const bool begins_piece = run.first == run.begin;
   const std::size_t before = begins_piece ? 0 : run.begin - run.first - 1;  // in both
@@ -246,7 +229,12 @@ void append_run(const ScanRun& run, const Odometry& found, Odometry& joined) {
   joined.piece_starts.insert(joined.piece_starts.end(), found.piece_starts.begin(),
                              found.piece_starts.end());
   for (std::size_t k = run.begin - run.first; k < found.T_map_lidar.size(); ++k) {
-    append_scan(found, k, T_joined_found, joined);
+    const Pose& T_found_lidar = found.T_map_lidar[k];
+    const Pose& T_found_last = found.T_map_lidar[k == 0 ? 0 : k - 1];
+    joined.append(tidied(T_joined_found * T_found_lidar),
+                  (T_found_lidar.translation() - T_found_last.translation()).norm(),
+                  found.is_matched[k], found.overlap[k]);
+    joined.is_far.back() = found.is_far[k];
     joined.piece.back() = first_piece + found.piece[k];
   }
   if (begins_piece) joined.is_matched[run.begin] = false;

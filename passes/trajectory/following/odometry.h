@@ -25,12 +25,11 @@ bool lead_to_all(const GivenPoses& given);
 void start_at_given(const GivenPoses& given, Odometry& odometry);
 
 // Matches scan after scan to a map of the last `local_map_m` of way, from where even motion leads
-// by their stamps. A scan that meets too little of that map is searched for at all headings and
-// farther around. Where no place or several fit, where time jumps and where a part of the drive
-// begins, the scan begins a new piece, with a map of its own, at the pose of the last scan.
-// `given` poses place the first scan and are used where matching fails. Parts of a drive, and
-// stretches with given poses, are followed in parallel, each with a local map of its own
-// (scan_runs). Overlaps are left out where poses are given for all scans (overlaps_along).
+// by their stamps, or by a search farther around ("Trajectories" in schemas/definitions.md). Where
+// no place or several fit, where time jumps and where a part of the drive begins, the scan begins a
+// new piece, with a map of its own, at the pose of the last scan. `given` poses place the first
+// scan and are used where matching fails. Runs (scan_runs) are followed in parallel. Overlaps are
+// left out where poses are given for all scans (overlaps_along).
 // Errors: drive-too-short, and those of reading a scan.
 Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive& drive,
                               const GivenPoses& given);

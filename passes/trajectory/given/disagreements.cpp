@@ -175,10 +175,8 @@ MotionPair motion_between(const GivenPoses& given, const Odometry& odometry, std
 }
 
 bool is_matched_through(const Odometry& odometry, std::uint32_t from, std::uint32_t to) {
-  for (std::uint32_t k = from + 1; k <= to; ++k) {
-    if (!odometry.is_matched[k]) return false;
-  }
-  return true;
+  const auto scan = odometry.is_matched.begin();
+  return std::find(scan + from + 1, scan + to + 1, false) == scan + to + 1;
 }
 
 Result<bool> is_contradicted(const Drive& drive, const MotionPair& motion) {

@@ -31,12 +31,6 @@ struct JudgedLoop {
   auto operator<=>(const JudgedLoop&) const = default;
 };
 
-JudgedLoop judged(const GraphEdge& loop, const std::vector<Pose>& T_map_lidar) {
-  const Pose T_from_to = T_map_lidar[loop.from].inverse() * T_map_lidar[loop.to];
-  const double off_m = (T_from_to.translation() - loop.T_from_to.translation()).norm();
-  return {std::max(loop.from, loop.to), std::min(loop.from, loop.to), off_m};
-}
-
 Contradiction contradiction_of(std::span<const JudgedLoop> loops) {
   const JudgedLoop& worst = *std::ranges::max_element(loops, {}, &JudgedLoop::off_m);
   return {loops.front().later,
@@ -64,10 +58,6 @@ void add_contradictions(std::span<const JudgedLoop> loops, std::vector<Contradic
     end = first + window;
   }
   if (end > 0) found.push_back(contradiction_of(loops.subspan(begin, end - begin)));
-}
-
-std::string drive_of(const Drive& drive, std::uint32_t scan) {
-  return drive.name_of_part(drive.scans[scan].part);
 }
 
 constexpr double kMeetingStep_m = 2.0;  // of the later way
@@ -201,8 +191,10 @@ std::vector<Contradiction> find_contradictions(const Odometry& odometry,
   // By the numbers of the earlier and the later piece.
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<JudgedLoop>> between;
   for (const GraphEdge& loop : loops) {
-    const JudgedLoop of_loop = judged(loop, T_map_lidar);
-    between[{odometry.piece[of_loop.earlier], odometry.piece[of_loop.later]}].push_back(of_loop);
+    const Pose T_from_to = T_map_lidar[loop.from].inverse() * T_map_lidar[loop.to];
+    const double off_m = (T_from_to.translation() - loop.T_from_to.translation()).norm();
+    const auto [earlier, later] = std::minmax({loop.from, loop.to});
+    between[{odometry.piece[earlier], odometry.piece[later]}].push_back({later, earlier, off_m});
   }
   std::vector<Contradiction> found;
   for (auto& [pieces, of_pieces] : between) {
@@ -215,12 +207,12 @@ std::vector<Contradiction> find_contradictions(const Odometry& odometry,
 
 std::string to_text(const Contradiction& found, const Drive& drive) {
   const auto number = [&](std::uint32_t scan) { return drive.scans[scan].recording_index; };
+  const auto name = [&](std::uint32_t scan) { return drive.name_of_part(drive.scans[scan].part); };
   return fmt::format(
       "drive {}, scans {} to {}: {} of {} loops to an earlier visit put the scan more than 0.25 m "
       "from its pose, scan {} most ({:.2f} m, by scan {} of drive {})",
-      drive_of(drive, found.later), number(found.first), number(found.last), found.off_count,
-      found.loop_count, number(found.later), found.off_m, number(found.earlier),
-      drive_of(drive, found.earlier));
+      name(found.later), number(found.first), number(found.last), found.off_count, found.loop_count,
+      number(found.later), found.off_m, number(found.earlier), name(found.earlier));
 }
 
 void warn_of_contradictions(const PassContext& ctx, const Drive& drive,

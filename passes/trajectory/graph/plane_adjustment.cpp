@@ -106,12 +106,6 @@ void add_tile(const PlaneEquations& tile, const std::vector<std::uint32_t>& keys
   }
 }
 
-std::vector<bool> held_keys(const KeyGraph& keys) {
-  std::vector<bool> is_held(keys.scans.size(), false);
-  for (const std::uint32_t key : keys.graph.held) is_held[key] = true;
-  return is_held;
-}
-
 // The terms of planes for poses that are not held.
 Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses,
                         const std::vector<bool>& is_held, ScanCache& cache, Equations& all) {
@@ -207,13 +201,15 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
                                     const std::vector<Pose>& start, PlaneUse use) {
   std::vector<Pose> poses;
   for (const std::uint32_t scan : keys.scans) poses.push_back(start[scan]);
+  std::vector<bool> is_held(poses.size(), false);
+  for (const std::uint32_t key : keys.graph.held) is_held[key] = true;
   ScanCache cache(drive, keys.scans);
   NormalSolver solver;
   Equations planes;
   bool is_done = false;
   for (int round = 0; round < kMostRounds && !is_done; ++round) {
     planes = {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * poses.size()))};
-    SIGHTLINE_TRY(add_planes(ctx, poses, held_keys(keys), cache, planes));
+    SIGHTLINE_TRY(add_planes(ctx, poses, is_held, cache, planes));
     if (use == PlaneUse::kCovariance) break;
     const std::map<BlockKey, Matrix6d> of_planes_alone =
         blocks_below_graph(keys.graph, poses, planes);

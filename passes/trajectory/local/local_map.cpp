@@ -41,10 +41,6 @@ Eigen::Matrix3d information_per_m2(const Nd& nd, double thinnest_m) {
   return nd.eigenvectors * variance_m2.cwiseInverse().asDiagonal() * nd.eigenvectors.transpose();
 }
 
-Eigen::Matrix3d sharp_information_per_m2(const Nd& nd) {
-  return information_per_m2(nd, kSharplyThinnest_m);
-}
-
 std::vector<CellPart> parts_of(const CellTable<CellMoments>& cells) {
   std::vector<CellPart> parts;
   parts.reserve(cells.keys().size());
@@ -134,12 +130,6 @@ void RollingCells::add(const std::vector<CellPart>& parts, double sign) {
   }
 }
 
-void RollingCells::forget_empty_cells() {
-  std::erase_if(cells_, [](const Cell& cell) { return is_empty(cell.moments); });
-  index_ = CellIndex();
-  for (const Cell& cell : cells_) index_.add(cell.key);
-}
-
 void RollingCells::finish() {
   std::vector<std::size_t> full;  // of the cells that changed
   std::vector<Nd> nds;
@@ -170,7 +160,10 @@ void RollingCells::finish() {
   grid_.put(nds, surface_information_per_m2);
   grid_.finish();
   // Renumbering all cells takes longer than skipping a few empty ones.
-  if (4 * empty_count > cells_.size()) forget_empty_cells();
+  if (4 * empty_count <= cells_.size()) return;
+  std::erase_if(cells_, [](const Cell& cell) { return is_empty(cell.moments); });
+  index_ = CellIndex();
+  for (const Cell& cell : cells_) index_.add(cell.key);
 }
 
 NdtMap RollingCells::nds() const {
@@ -203,8 +196,10 @@ void LocalGrids::finish() {
 }
 
 const MatchGrid& LocalGrids::sharp() const {
-  std::call_once(sharp_->once,
-                 [this] { sharp_->grid = make_match_grid(fine_.nds(), sharp_information_per_m2); });
+  std::call_once(sharp_->once, [this] {
+    sharp_->grid = make_match_grid(
+        fine_.nds(), [](const Nd& nd) { return information_per_m2(nd, kSharplyThinnest_m); });
+  });
   return sharp_->grid;
 }
 
@@ -220,8 +215,6 @@ bool is_key_step(const Pose& T_map_last, const Pose& T_map_lidar) {
   return step.translation().norm() >= kKeyframeStep_m ||
          rotation_angle_rad(step.linear()) >= kKeyframeTurn_rad;
 }
-
-LocalMap::LocalMap(double reach_m) : reach_m_(reach_m) {}
 
 void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar,
                    double driven_m) {
@@ -290,10 +283,9 @@ bool UprightMap::has_near(const Eigen::Vector3d& point_m) const {
   const CellKey middle = cell_of(point_m);
   // The likeliest first: the same height, then nearer to farther.
   static constexpr std::int32_t kOrder[] = {0, -1, 1};
-  static constexpr std::int32_t kAcross[] = {0, -1, 1};
   for (const std::int32_t z : kOrder) {
-    for (const std::int32_t x : kAcross) {
-      for (const std::int32_t y : kAcross) {
+    for (const std::int32_t x : kOrder) {
+      for (const std::int32_t y : kOrder) {
         const std::int32_t* count = counts_.find({middle.x + x, middle.y + y, middle.z + z});
         if (count != nullptr && *count > 0) return true;
       }

@@ -50,7 +50,6 @@ class RollingCells {
     bool is_changed = true;
     bool is_valid = false;  // the ND
   };
-  void forget_empty_cells();
 
   double cell_m_;
   std::vector<Cell> cells_;  // by their number in the index
@@ -96,7 +95,7 @@ bool is_key_step(const Pose& T_map_last, const Pose& T_map_lidar);
 // The latest key scans, in the map frame.
 class LocalMap {
  public:
-  explicit LocalMap(double reach_m);
+  explicit LocalMap(double reach_m) : reach_m_(reach_m) {}
 
   // Points of a scan in its own frame; those of scans more than the reach ago are removed.
   void add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar, double driven_m);

@@ -170,12 +170,9 @@ std::optional<LocalMatch> LocalSearch::match(const Pose& T_map_start) {
   if (is_known) return std::nullopt;
   T_map_ends_.push_back(T_map_end);
   const MatchResult fine = sightline::match(grids_.fine(), fine_, T_map_end);
-  LocalMatch result;
-  result.T_map_lidar = tidied(fine.T_map_sensor);
-  result.likelihood = fine.nearest_voxel_likelihood;
   const std::size_t count = fine_.points_m.size();
-  result.scored_share = count == 0 ? 0.0 : fine.scored_points / static_cast<double>(count);
-  return result;
+  return LocalMatch{tidied(fine.T_map_sensor), fine.nearest_voxel_likelihood,
+                    count == 0 ? 0.0 : fine.scored_points / static_cast<double>(count)};
 }
 
 std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m) {

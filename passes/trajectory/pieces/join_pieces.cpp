@@ -205,13 +205,6 @@ void hold_pieces_without_given(const GivenPoses& given, JoinedPieces& joined) {
 // Largest share of steps that lead nowhere.
 constexpr double kMostLost = 0.25;
 
-std::string scan_text(const Drive& drive, std::uint32_t k) {
-  const ScanInfo& scan = drive.scans[k];
-  std::string text = concat("scan ", scan.recording_index);
-  if (!scan.source.empty()) text += concat(" (", scan.source, ")");
-  return text;
-}
-
 std::string reason_text(const Drive& drive, const PieceStart& start) {
   const std::uint32_t part = drive.scans[start.scan].part;
   if (part != drive.scans[start.scan - 1].part) {
@@ -268,11 +261,14 @@ void warn_of_pieces(const PassContext& ctx, const Drive& drive, const Odometry& 
   for (std::size_t i = 0; i < joined.starts.size(); ++i) {
     const PieceStart& start = joined.starts[i];
     const auto before = static_cast<std::size_t>(start.scan) - 1;
+    const ScanInfo& scan = drive.scans[start.scan];
     ctx.warn(fmt::format(
-        "drive {}: piece {} of the trajectory begins at {}, {:.3f} s, after {:.1f} m of way at {}: "
-        "{}. How it lies to the pieces before is not known: it is laid apart from them, at {}",
-        drive.name, i + 1, scan_text(drive, start.scan),
-        1e-9 * static_cast<double>(drive.scans[start.scan].stamp_ns), odometry.driven_m[before],
+        "drive {}: piece {} of the trajectory begins at scan {}{}, {:.3f} s, after {:.1f} m of way "
+        "at {}: {}. How it lies to the pieces before is not known: it is laid apart from them, at "
+        "{}",
+        drive.name, i + 1, scan.recording_index,
+        scan.source.empty() ? "" : concat(" (", scan.source, ")"),
+        1e-9 * static_cast<double>(scan.stamp_ns), odometry.driven_m[before],
         place_text(odometry.T_map_lidar[before].translation()), reason_text(drive, start),
         place_text(odometry.T_map_lidar[start.scan].translation())));
   }

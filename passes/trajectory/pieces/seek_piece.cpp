@@ -126,11 +126,6 @@ Result<bool> fits(const Drive& drive, const Odometry& odometry, const Places& se
 constexpr double kKeyEvery_m = 5.0;
 constexpr double kKeyReach_m = 15.0;
 
-Result<PlaceKey> key_of(const Drive& drive, std::uint32_t scan) {
-  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, scan, ThinnedFor::kMatch));
-  return place_key(upright_points(thinned.to_match_m, drive.sensor.T_vehicle_lidar.linear()));
-}
-
 constexpr double kRing_m = 2.0;
 constexpr std::size_t kDirections = 60;
 
@@ -190,13 +185,11 @@ Result<std::vector<Query>> read_queries(const Drive& drive, const Odometry& odom
 
 std::vector<Hypothesis> look_for(const PassContext& ctx, const Visit& visit,
                                  const Odometry& odometry, const std::vector<Query>& queries) {
-  WideSearch search;
-  search.least_share = kLeastOverlap;
   const std::vector<std::optional<WidePlacement>> placed =
       parallel_map<std::optional<WidePlacement>>(queries.size(), ctx.threads, [&](std::size_t i) {
         return place_widely({visit.grids, visit.upright},
                             {queries[i].thinned.to_match_m, queries[i].upright_m},
-                            odometry.T_map_lidar[visit.middle], search);
+                            odometry.T_map_lidar[visit.middle], {.least_share = kLeastOverlap});
       });
   std::vector<Hypothesis> found;
   for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -270,10 +263,13 @@ Result<std::vector<std::uint32_t>> PlaceRecognition::before(std::uint32_t later,
 Result<void> PlaceRecognition::read_keys(std::uint32_t piece) {
   if (!keys_[piece].empty()) return {};
   const std::vector<std::uint32_t> scans = scans_every(odometry_, pieces_[piece], kKeyEvery_m);
+  const Eigen::Matrix3d level = drive_.sensor.T_vehicle_lidar.linear();
+  const auto key_of = [&](std::size_t i) -> Result<PlaceKey> {
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive_, scans[i], ThinnedFor::kMatch));
+    return place_key(upright_points(scan.to_match_m, level));
+  };
   SIGHTLINE_ASSIGN(const std::vector<PlaceKey> keys,
-                   parallel_results<PlaceKey>(scans.size(), ctx_.threads, [&](std::size_t i) {
-                     return key_of(drive_, scans[i]);
-                   }));
+                   parallel_results<PlaceKey>(scans.size(), ctx_.threads, key_of));
   for (std::size_t i = 0; i < scans.size(); ++i) keys_[piece].emplace_back(scans[i], keys[i]);
   return {};
 }

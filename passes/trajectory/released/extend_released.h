@@ -25,9 +25,8 @@ inline constexpr Pass kReleasedTrajectory = Pass{"released-trajectory", 1, "rele
 
 // Where the vehicle was at each scan of several drives, some of which were shipped in a map:
 // released poses stay to the bit, in their frame. The other drives, named after the released ones,
-// are estimated by themselves (estimate_trajectory), then aligned to the released ones: joined by
-// given poses or by scans, held by loops between both, in a graph in which released poses are
-// fixed, and adjusted to common planes. Pieces that meet nothing are separated (join_pieces).
+// are estimated by themselves (estimate_trajectory), then aligned to the released ones, which are
+// fixed. Pieces that meet nothing are separated (join_pieces).
 // `straight`: undistort_scans() of released_drive() and released_trajectory(). Errors: those of
 // released_drive(), mismatched-inputs (`straight` is not of the released drives), and those of
 // estimate_trajectory.

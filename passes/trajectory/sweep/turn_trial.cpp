@@ -172,14 +172,6 @@ std::vector<Interval> intervals_of(const Trajectory& trajectory, const Integral&
   return intervals;
 }
 
-// Keeps enough intervals, evenly over the drive.
-void keep_some(std::vector<Interval>& intervals) {
-  const std::size_t step = (intervals.size() + kMostIntervals - 1) / kMostIntervals;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < intervals.size(); i += step) intervals[kept++] = intervals[i];
-  intervals.resize(kept);
-}
-
 // Of vectors about their mean, by their number.
 double spread(const std::vector<Eigen::Vector3d>& values) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -243,9 +235,11 @@ Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
 TurnClock turn_clock(const Trajectory& trajectory, std::span<const TurnRate> rates) {
   TurnClock clock;
   const Integral integral(rates);
-  std::vector<Interval> intervals = intervals_of(trajectory, integral);
-  if (intervals.size() < kLeastIntervals) return clock;
-  keep_some(intervals);
+  const std::vector<Interval> all = intervals_of(trajectory, integral);
+  if (all.size() < kLeastIntervals) return clock;
+  std::vector<Interval> intervals;  // enough, evenly over the drive
+  const std::size_t step = (all.size() + kMostIntervals - 1) / kMostIntervals;
+  for (std::size_t i = 0; i < all.size(); i += step) intervals.push_back(all[i]);
   std::vector<Eigen::Vector3d> measured;
   for (const Interval& interval : intervals) measured.push_back(interval.rate_radps);
   const double turning = spread(measured);

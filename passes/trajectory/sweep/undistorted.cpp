@@ -154,10 +154,8 @@ class MotionOfScan {
   const std::optional<TurnCurve>& curve_of(const Segment& segment) {
     const auto [entry, is_new] = curves_.try_emplace(segment.from_ns);
     if (is_new) {
-      const Eigen::Matrix3d R_map_from = segment.T_map_from.linear();
-      const Eigen::Matrix3d R_map_to = segment.R_map_to;
-      entry->second =
-          TurnCurve::between(rates_, {segment.from_ns, segment.to_ns, R_map_from, R_map_to});
+      entry->second = TurnCurve::between(
+          rates_, {segment.from_ns, segment.to_ns, segment.T_map_from.linear(), segment.R_map_to});
     }
     return entry->second;
   }
