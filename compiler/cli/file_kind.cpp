@@ -17,14 +17,6 @@ namespace fs = std::filesystem;
 // The first bytes of deltas (schemas/delta_format.md) and of artifacts (formats/artifact.h).
 constexpr std::string_view kDeltaBegins("\x89SLD\r\n\x1a\n", 8);
 constexpr std::string_view kArtifactBegins("SLA\x1a", 4);
-constexpr std::string_view kModelName = "error-model";
-constexpr std::string_view kPosesName = "released-poses";
-
-std::string first_bytes(const fs::path& path) {
-  constexpr std::size_t kEnough = 512;
-  const Result<std::string> bytes = read_beginning(path.string(), kEnough);
-  return bytes ? *bytes : std::string();
-}
 
 bool has_ending(const fs::path& path, std::initializer_list<std::string_view> endings) {
   return std::ranges::find(endings, path.extension().string()) != endings.end();
@@ -131,12 +123,14 @@ std::optional<FileKind> kind_of_file(const fs::path& path) {
   std::error_code failure;
   if (fs::is_directory(path, failure)) return FileKind::kFolder;
   if (!fs::is_regular_file(path, failure)) return std::nullopt;
-  const std::string bytes = first_bytes(path);
+  constexpr std::size_t kEnough = 512;
+  const Result<std::string> beginning = read_beginning(path.string(), kEnough);
+  const std::string bytes = beginning ? *beginning : std::string();
   if (bytes.starts_with(kMapBeginning)) return FileKind::kMap;
   if (bytes.starts_with(kDeltaBegins)) return FileKind::kDelta;
   if (bytes.starts_with(kArtifactBegins)) {
-    if (bytes.find(kModelName) != std::string::npos) return FileKind::kModel;
-    if (bytes.find(kPosesName) != std::string::npos) return FileKind::kPoses;
+    if (bytes.find("error-model") != std::string::npos) return FileKind::kModel;
+    if (bytes.find("released-poses") != std::string::npos) return FileKind::kPoses;
     return std::nullopt;
   }
   if (holds_many_scans(path) || has_ending(path, {".pcd", ".ply", ".las", ".bin", ".npy", ".gz"})) {

@@ -54,12 +54,10 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
-bool names_a_file(const std::string& value) { return value == "FILE" || value == "FOLDER"; }
-
 // Nothing is offered for a value that is neither a choice nor a file.
 std::string zsh_action(const std::string& value, const std::vector<std::string>& choices) {
   if (!choices.empty()) return concat("(", joined(choices, " "), ")");
-  return names_a_file(value) ? "_files" : " ";
+  return value == "FILE" || value == "FOLDER" ? "_files" : " ";
 }
 
 // ":FILE:_files:FILE:_files", one pair for each word.

@@ -214,8 +214,7 @@ Result<void> read_section(const YamlNode& node, GateSettings& settings) {
 // The section to read: that of a file of sections, or the file itself where it is nothing else;
 // nullptr where a compile's configuration says nothing of the gate.
 const YamlNode* section_in(const YamlNode& root) {
-  const YamlNode* section = root.find("gate");
-  if (section) return section;
+  if (const YamlNode* section = root.find("gate")) return section;
   return root.find("mapping") || root.find("map") ? nullptr : &root;
 }
 

@@ -109,12 +109,6 @@ std::shared_ptr<spdlog::logger> logger() {
   return kLogger;
 }
 
-// What --verbose adds to the line of a finished step.
-std::string cost_text(const StepReport& report) {
-  return fmt::format(": {}; {:.1f} s of processor time, {:.0f} MiB at most", report.reason,
-                     report.cpu_s, report.peak_memory_mib);
-}
-
 // Where the output of a step comes from.
 std::string_view origin(const StepReport& report) {
   if (!report.from_cache) return "done";
@@ -236,8 +230,10 @@ RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s
   observer.finished = [line, is_quiet, is_verbose](const StepReport& report) {
     line->finish(report);
     if (is_quiet) return;
+    const std::string cost = fmt::format(": {}; {:.1f} s of processor time, {:.0f} MiB at most",
+                                         report.reason, report.cpu_s, report.peak_memory_mib);
     logger()->info("{:<28} {:>7.1f} s  {}{}", report.name, report.wall_s, origin(report),
-                   is_verbose ? cost_text(report) : "");
+                   is_verbose ? cost : "");
   };
   observer.printed = [line](const std::string& /*pass*/, const Table& table) {
     line->wipe();

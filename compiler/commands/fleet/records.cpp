@@ -42,9 +42,7 @@ Result<void> add_deltas(const ReleaseFlags& flags, ReleaseRecord& record) {
     SIGHTLINE_ASSIGN(const ReleasedFile delta, released_file(flags.deltas[i + 1]));
     record.deltas.push_back({delta, base.sha256});
   }
-  std::sort(
-      record.deltas.begin(), record.deltas.end(),
-      [](const ReleasedDelta& a, const ReleasedDelta& b) { return a.base_sha256 < b.base_sha256; });
+  std::ranges::sort(record.deltas, {}, &ReleasedDelta::base_sha256);
   return {};
 }
 

@@ -118,16 +118,12 @@ Result<void> gate(const GateFlags& flags) {
                flags.map};
 }
 
-std::vector<std::string> form_names() {
-  std::vector<std::string> names;
-  for (const Form& form : kForms) names.emplace_back(form.name);
-  return names;
-}
-
 }  // namespace
 
 Verb gate_verb() {
   const auto flags = std::make_shared<GateFlags>();
+  std::vector<std::string> forms;
+  for (const Form& form : kForms) forms.emplace_back(form.name);
   Verb verb;
   verb.name = "gate";
   verb.summary = "Judge a map by rules, alone and against the one before it";
@@ -160,7 +156,7 @@ Verb gate_verb() {
                  .value = "FORMAT",
                  .help = "Form of the output",
                  .target = &flags->formats,
-                 .choices = form_names()}};
+                 .choices = forms}};
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
     verb.flags.push_back({.names = std::string("--") + kForms[i].name,
                           .value = "FILE",

@@ -59,12 +59,6 @@ Result<void> work(const WorkFlags& flags) {
   return {};
 }
 
-std::vector<std::string> names_of_stages() {
-  std::vector<std::string> names;
-  for (const Stage stage : kWorkStages) names.emplace_back(stage_name(stage));
-  return names;
-}
-
 struct StatusFlags {
   std::string plan;
   std::string format = "text";
@@ -140,6 +134,8 @@ void add_flags_of_work(Verb& verb, RunFlags& run) {
 
 Verb work_verb() {
   const auto flags = std::make_shared<WorkFlags>();
+  std::vector<std::string> stages;
+  for (const Stage stage : kWorkStages) stages.emplace_back(stage_name(stage));
   Verb verb;
   verb.name = "work";
   verb.summary = "Do a share of one stage of a plan";
@@ -158,7 +154,7 @@ Verb work_verb() {
                  .value = "STAGE",
                  .help = "What to work on",
                  .target = &flags->stage,
-                 .choices = names_of_stages(),
+                 .choices = stages,
                  .is_required = true},
                 {.names = "--share",
                  .value = "K/N",

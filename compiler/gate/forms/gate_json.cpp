@@ -70,7 +70,6 @@ Json text(std::string_view words) { return {{"text", words}}; }
 
 // How a person goes on from here.
 Json help_of(const GateRule& rule) {
-  const std::string id(rule.id);
   const std::string bound = rule.bound == Bound::kAtMost ? "at most" : "at least";
   const std::string usual =
       rule.allowed ? concat("Allowed is ", bound, " ", in_words(*rule.allowed, rule.unit),
@@ -80,11 +79,10 @@ Json help_of(const GateRule& rule) {
       "`sightline inspect MAP --site N` shows why a place has its range, `sightline report` shows "
       "it. Another bound stands under `gate:` in the configuration; a place that must differ is "
       "excepted there, with a reason and an end.";
-  const std::string summary(rule.summary);
-  const std::string plain = concat(summary, ". ", usual, " ", how);
-  return {{"text", plain},
-          {"markdown", concat("**", id, "**: ", summary, ". ", usual, "\n\n", how,
-                              "\n\n```yaml\ngate:\n  rules:\n    ", id, ": {allowed: ...}\n```")}};
+  return {
+      {"text", concat(rule.summary, ". ", usual, " ", how)},
+      {"markdown", concat("**", rule.id, "**: ", rule.summary, ". ", usual, "\n\n", how,
+                          "\n\n```yaml\ngate:\n  rules:\n    ", rule.id, ": {allowed: ...}\n```")}};
 }
 
 Json rules_json() {

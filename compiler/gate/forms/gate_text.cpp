@@ -171,9 +171,9 @@ std::string warnings_of(const GateReport& report) {
     const bool is_failure =
         check.verdict == Verdict::kViolated && check.severity >= report.fails_at;
     if (check.verdict == Verdict::kMet || is_failure) continue;
-    text += std::string(check.verdict == Verdict::kViolated ? severity_name(check.severity)
-                                                            : verdict_name(check.verdict));
-    text += concat(" [", check.rule, "] ", check.message);
+    text += concat(check.verdict == Verdict::kViolated ? severity_name(check.severity)
+                                                       : verdict_name(check.verdict),
+                   " [", check.rule, "] ", check.message);
     if (!check.exception.empty()) text += "; excepted: " + check.exception;
     text += "\n";
   }

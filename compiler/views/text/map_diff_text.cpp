@@ -135,12 +135,12 @@ std::vector<std::string> quality_row(const char* name, const LimitDiff& limit, d
 }
 
 Section limit_section(const LimitDiff& limit) {
-  Section section{"Limit " + limit_name(limit.limit_m), {{"all sites", "before", "after", ""}}, ""};
-  section.grid.push_back(quality_row("mean range (m)", limit, 1.0, &LimitQuality::mean_range_m));
-  section.grid.push_back(
-      quality_row("coverage expected (%)", limit, 100.0, &LimitQuality::expected_coverage));
-  section.grid.push_back(
-      quality_row("coverage measured (%)", limit, 100.0, &LimitQuality::measured_coverage));
+  Section section{"Limit " + limit_name(limit.limit_m), {}, ""};
+  section.grid = {
+      {"all sites", "before", "after", ""},
+      quality_row("mean range (m)", limit, 1.0, &LimitQuality::mean_range_m),
+      quality_row("coverage expected (%)", limit, 100.0, &LimitQuality::expected_coverage),
+      quality_row("coverage measured (%)", limit, 100.0, &LimitQuality::measured_coverage)};
   if (limit.work_before && limit.work_after) {
     section.grid.push_back({"work in changed tiles (% of the longest range's)",
                             fixed(100.0 * *limit.work_before, 1),
@@ -184,22 +184,21 @@ Section size_section(const MapDiff& diff) {
   const DiffedMap& before = diff.before;
   const DiffedMap& after = diff.after;
   Section section{"Map " + after.map_id, {{"", "before", "after", ""}}, ""};
+  const auto append = [&](const char* name, std::uint64_t old_count, std::uint64_t new_count,
+                          const std::string& change) {
+    section.grid.push_back({name, std::to_string(old_count), std::to_string(new_count), change});
+  };
   section.grid.push_back({"root digest", shortened(to_hex(before.root_digest)),
                           shortened(to_hex(after.root_digest)), ""});
-  section.grid.push_back({"tiles", std::to_string(before.tile_count),
-                          std::to_string(after.tile_count),
-                          counts(diff.tiles_added, diff.tiles_removed, diff.tiles_changed)});
-  section.grid.push_back({"NDs", std::to_string(before.nd_count), std::to_string(after.nd_count),
-                          diff.has_comparable_nds
-                              ? counts(diff.nds_added, diff.nds_removed, diff.nds_moved)
-                              : "not comparable"});
-  section.grid.push_back({"sites", std::to_string(before.site_count),
-                          std::to_string(after.site_count),
-                          counts(diff.sites_added, diff.sites_removed,
-                                 diff.sites.size() - diff.sites_added - diff.sites_removed)});
-  section.grid.push_back({"bytes", std::to_string(before.file_size),
-                          std::to_string(after.file_size),
-                          difference(before.file_size, after.file_size)});
+  append("tiles", before.tile_count, after.tile_count,
+         counts(diff.tiles_added, diff.tiles_removed, diff.tiles_changed));
+  append("NDs", before.nd_count, after.nd_count,
+         diff.has_comparable_nds ? counts(diff.nds_added, diff.nds_removed, diff.nds_moved)
+                                 : "not comparable");
+  append("sites", before.site_count, after.site_count,
+         counts(diff.sites_added, diff.sites_removed,
+                diff.sites.size() - diff.sites_added - diff.sites_removed));
+  append("bytes", before.file_size, after.file_size, difference(before.file_size, after.file_size));
   const double size = static_cast<double>(before.file_size + after.file_size);
   section.remark =
       percent(static_cast<double>(diff.bytes_read) / size) + " of both files were read.";
