@@ -142,7 +142,7 @@ void RollingCells::finish() {
     }
     if (!std::exchange(cell.is_changed, false)) continue;
     cell.is_valid = false;
-    if (cell.moments.count < kLeastUprightPoints) {
+    if (cell.moments.count < kLeastPoints) {
       grid_.take_away(cell.key);
       continue;
     }
