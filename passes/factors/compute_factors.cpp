@@ -96,13 +96,6 @@ struct View {
   std::span<const Eigen::Vector3d> virtual_points_m;
 };
 
-VirtualMatch match_virtual_scan(const FactorWorld& world, const View& view, double range_m,
-                                double loose_heading_deg) {
-  const std::vector<Eigen::Vector3d> points_m = crop(view.virtual_points_m, range_m);
-  return virtual_match(world.localizer, {view.site.p_map_m, view.site.T_map_vehicle.linear(),
-                                         points_m, loose_heading_deg});
-}
-
 // Fills [range][factor] of one site; returns how many virtual points lie in no valid ND.
 std::size_t compute_site(const FactorWorld& world, const GroupNds& group, const View& view,
                          std::span<double> values) {
@@ -119,8 +112,11 @@ std::size_t compute_site(const FactorWorld& world, const GroupNds& group, const 
     const auto& [d1, d2, d3] = dimensions[range];
     const auto [d1_ratio, d2_ratio, d3_ratio] = dimension_ratios(dimensions[range]);
     const Crlb bound = crlb(informations[range].pose);
-    const VirtualMatch match =
-        match_virtual_scan(world, view, world.ranges_m[range], bound.heading_deg);
+    const std::vector<Eigen::Vector3d> points_m =
+        crop(view.virtual_points_m, world.ranges_m[range]);
+    const VirtualMatch match = virtual_match(
+        world.localizer,
+        {view.site.p_map_m, view.site.T_map_vehicle.linear(), points_m, bound.heading_deg});
     // In the order of kFactorNames.
     const std::array<double, kFactorCount> row = {
         counts[range],
@@ -169,14 +165,6 @@ Result<void> check_inputs(const NdtMap& map, const Sites& sites, const DepthImag
   return {};
 }
 
-Result<void> check_ranges(const std::vector<double>& ranges_m) {
-  const bool ascends = std::adjacent_find(ranges_m.begin(), ranges_m.end(),
-                                          std::greater_equal<>()) == ranges_m.end();
-  if (!ranges_m.empty() && ranges_m.front() > 0.0 && ascends) return {};
-  return Error{ErrorCode::kBadValue, "ranges_m must ascend from above 0", "",
-               "pass compute-factors"};
-}
-
 TileIndex tile_index(const NdtMap& map) {
   TileIndex index;
   for (std::uint32_t i = 0; i < map.nds.size(); ++i) {
@@ -189,7 +177,12 @@ TileIndex tile_index(const NdtMap& map) {
 }  // namespace
 
 Result<FactorWorld> make_factor_world(const NdtMap& map, const std::vector<double>& ranges_m) {
-  SIGHTLINE_TRY(check_ranges(ranges_m));
+  const bool ascends =
+      std::ranges::adjacent_find(ranges_m, std::greater_equal<>()) == ranges_m.end();
+  if (ranges_m.empty() || !(ranges_m.front() > 0.0) || !ascends) {
+    return Error{ErrorCode::kBadValue, "ranges_m must ascend from above 0", "",
+                 "pass compute-factors"};
+  }
   return FactorWorld{map, make_match_grid(map),
                      make_localizer(map, localizer_options(LocalizerKind::kSearching)),
                      tile_index(map), ranges_m};

@@ -134,12 +134,6 @@ Result<FactorTable> table_without_sites(const PassContext& ctx,
   return std::move(seen.table);
 }
 
-void warn_of_unmatched(const PassContext& ctx, const BlockRows& sum) {
-  if (sum.unmatched_count == 0) return;
-  ctx.warn(concat(sum.unmatched_count, " of ", sum.point_count,
-                  " virtual points lie in no valid ND and tell nothing of the pose"));
-}
-
 }  // namespace
 
 std::vector<OptionField> option_fields(FactorsOfSitesOptions& options) {
@@ -194,7 +188,10 @@ Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
     sum.point_count += rows.point_count;
     sum.unmatched_count += rows.unmatched_count;
   }
-  warn_of_unmatched(ctx, sum);
+  if (sum.unmatched_count > 0) {
+    ctx.warn(concat(sum.unmatched_count, " of ", sum.point_count,
+                    " virtual points lie in no valid ND and tell nothing of the pose"));
+  }
   return writer.take();
 }
 

@@ -18,11 +18,6 @@ constexpr int kBands = 4;
 constexpr double kCapBegin = 72.0 / 73.0;
 constexpr double kBandHeight = 18.0 / 73.0;
 
-int sector_of(double azimuth_deg, double width_deg) {
-  const int sector = static_cast<int>(std::floor((azimuth_deg + width_deg / 2.0) / width_deg));
-  return sector % kSectors;
-}
-
 // Shannon entropy in bits of a histogram with the given total; 0 log 0 = 0, and 0 where it is
 // empty.
 double entropy_bits(std::span<const double> histogram, double total) {
@@ -153,8 +148,9 @@ int normal_bin(const Eigen::Vector3d& normal) {
   double azimuth_deg = portable_atan2(up.y(), up.x()) * 180.0 / std::numbers::pi;
   if (azimuth_deg < 0.0) azimuth_deg += 360.0;
   // On the rim n and -n are both up: there 18 sectors of 10 degrees go round twice.
-  const int sector = sector_of(azimuth_deg, band == 0 ? 10.0 : 20.0);
-  return 1 + kSectors * band + sector;
+  const double width_deg = band == 0 ? 10.0 : 20.0;
+  const int sector = static_cast<int>(std::floor((azimuth_deg + width_deg / 2.0) / width_deg));
+  return 1 + kSectors * band + sector % kSectors;
 }
 
 std::vector<double> normal_entropy(const Vicinity& vicinity, std::span<const int> normal_bin_of) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "formats/base/portable_math.h"
@@ -15,21 +16,16 @@
 namespace sightline {
 namespace {
 
-struct Sample {
-  double distance_m = 0.0;
-  std::size_t index = 0;
-};
+using Sample = std::pair<double, std::size_t>;  // distance, m, and index
 
 std::vector<Sample> nearest_first(std::span<const Eigen::Vector3d> points_m, double longest_m) {
   std::vector<Sample> samples;
   samples.reserve(points_m.size());
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     const double distance_m = points_m[i].norm();
-    if (distance_m <= longest_m) samples.push_back({distance_m, i});
+    if (distance_m <= longest_m) samples.emplace_back(distance_m, i);
   }
-  std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
-    return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.index < b.index;
-  });
+  std::ranges::sort(samples);
   return samples;
 }
 
@@ -56,15 +52,6 @@ void add_point(const Eigen::Vector3d& p_map_m, const Eigen::Vector3d& r_m, const
 
 constexpr double kPriorPosition_m = 10.0;
 constexpr double kPriorAngle_rad = 10.0 * std::numbers::pi / 180.0;
-
-Matrix6d with_prior(const Matrix6d& information) {
-  Matrix6d sum = information;
-  for (int i = 0; i < 3; ++i) {
-    sum(i, i) += 1.0 / (kPriorPosition_m * kPriorPosition_m);
-    sum(i + 3, i + 3) += 1.0 / (kPriorAngle_rad * kPriorAngle_rad);
-  }
-  return sum;
-}
 
 // Information on x and y alone: z, roll, pitch and yaw eliminated.
 Eigen::Matrix2d horizontal_part(const Matrix6d& information) {
@@ -93,21 +80,6 @@ constexpr std::size_t kViews = 4;
 constexpr double kHidden_rad = 0.5 * std::numbers::pi;  // of azimuth, in each view
 constexpr double kNoise_m = 0.085;                      // the most, each coordinate
 constexpr std::uint64_t kNoiseSeed = 0x7669727475616cULL;
-
-Pose start_of(const VirtualPlace& place, const InitialOffset& offset) {
-  Pose T_map_start = start_pose(offset);  // the scan's axes are the map's: turned by the yaw alone
-  T_map_start.translation() = place.p_map_m + place.R_map_vehicle * T_map_start.translation();
-  return T_map_start;
-}
-
-std::vector<double> azimuths_of(std::span<const Eigen::Vector3d> points_m) {
-  std::vector<double> azimuths_rad;
-  azimuths_rad.reserve(points_m.size());
-  for (const Eigen::Vector3d& point_m : points_m) {
-    azimuths_rad.push_back(portable_atan2(point_m.y(), point_m.x()));
-  }
-  return azimuths_rad;
-}
 
 // Between two azimuths less than a turn and a half apart. What is more than half a turn lies
 // between a half and twice the whole one, so that this difference is exact: std::remainder's, which
@@ -179,8 +151,8 @@ std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,
   ScanInformation sum;
   std::size_t next = 0;
   for (const double range_m : ranges_m) {
-    for (; next < samples.size() && samples[next].distance_m <= range_m; ++next) {
-      add_point(p_map_m, points_m[samples[next].index], map, grid, sum);
+    for (; next < samples.size() && samples[next].first <= range_m; ++next) {
+      add_point(p_map_m, points_m[samples[next].second], map, grid, sum);
     }
     by_range.push_back(sum);
   }
@@ -188,7 +160,11 @@ std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,
 }
 
 Crlb crlb(const Matrix6d& information) {
-  const Matrix6d posterior = with_prior(information);
+  Matrix6d posterior = information;
+  for (int i = 0; i < 3; ++i) {
+    posterior(i, i) += 1.0 / (kPriorPosition_m * kPriorPosition_m);
+    posterior(i + 3, i + 3) += 1.0 / (kPriorAngle_rad * kPriorAngle_rad);
+  }
   const SymmetricEigen<2> eigen = symmetric_eigen<2>(horizontal_part(posterior));
   Crlb bound;
   bound.max_m = 1.0 / std::sqrt(eigen.values[0]);
@@ -212,7 +188,10 @@ double hz_lmin(const Eigen::Matrix2d& planar_normals) {
 
 VirtualMatch virtual_match(const Localizer& localizer, const VirtualPlace& place) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
-  const std::vector<double> azimuths_rad = azimuths_of(place.points_m);
+  std::vector<double> azimuths_rad;
+  for (const Eigen::Vector3d& point_m : place.points_m) {
+    azimuths_rad.push_back(portable_atan2(point_m.y(), point_m.x()));
+  }
   VirtualMatch result;
   std::vector<Eigen::Vector3d> seen_m;
   ScanForMatch scan;
@@ -222,7 +201,9 @@ VirtualMatch virtual_match(const Localizer& localizer, const VirtualPlace& place
     fill_scan_for_match(seen_m, lead_stride(localizer, seen_m.size()), scan);
     climbs.clear();
     for (std::size_t k = view; k < offsets.size(); k += kViews) {
-      const Pose T_map_start = start_of(place, offsets[k]);
+      // The scan's axes are the map's: the start is turned by the yaw alone.
+      Pose T_map_start = start_pose(offsets[k]);
+      T_map_start.translation() = place.p_map_m + place.R_map_vehicle * T_map_start.translation();
       const MatchResult found = localize(localizer, scan, T_map_start, {}, &climbs);
       result.error_m += (found.T_map_sensor.translation() - place.p_map_m).norm() /
                         static_cast<double>(offsets.size());

@@ -21,19 +21,14 @@
 namespace sightline {
 namespace {
 
-bool is_outside(double x_m, double reach_m) { return !(std::abs(x_m) < reach_m); }
-
 double grid_reach_m(double cell_m) { return 0x1.0p30 * cell_m; }
 
 // Position of the first point that the grid cannot hold, or the number of points.
 std::size_t first_outside(std::span<const Eigen::Vector3d> points_m, double cell_m) {
-  const double reach_m = grid_reach_m(cell_m);
-  std::size_t i = 0;
-  while (i < points_m.size() && !is_outside(points_m[i].x(), reach_m) &&
-         !is_outside(points_m[i].y(), reach_m) && !is_outside(points_m[i].z(), reach_m)) {
-    ++i;
-  }
-  return i;
+  const auto outside = std::ranges::find_if_not(points_m, [&](const Eigen::Vector3d& point_m) {
+    return (point_m.array().abs() < grid_reach_m(cell_m)).all();
+  });
+  return static_cast<std::size_t>(outside - points_m.begin());
 }
 
 // The same question without a branch. Doubles without their sign compare as their bits do, NaN and

@@ -54,9 +54,7 @@ Result<ScanCounts> counts_of(const SurfacePoints& points, const std::vector<std:
   for (const std::size_t scan : scans) {
     SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> standing_m, reader.standing(scan));
     ScanCounts returns;
-    for (const Eigen::Vector3d& point_m : standing_m) {
-      ++returns[tile_of(point_m, tile_m)];
-    }
+    for (const Eigen::Vector3d& point_m : standing_m) ++returns[tile_of(point_m, tile_m)];
     for (const auto& [tile, count] : returns) {
       if (count >= kLeastReturns) ++counts[tile];
     }

@@ -64,22 +64,11 @@ Change change_of(const Opinion& before, const Opinion& since) {
 
 // `below`: voxels of its column further down that came, less those that went.
 DriveEvidence::Comparison comparison_of(Change change, int below) {
-  switch (change) {
-    case Change::kStands:
-      return DriveEvidence::Comparison::kConfirmed;
-    case Change::kWent:
-    case Change::kCame:
-      return DriveEvidence::Comparison::kChanged;
-    case Change::kNotSeen:
-      return below <= -kLeastBelow ? DriveEvidence::Comparison::kChanged
-                                   : DriveEvidence::Comparison::kNothing;
-    case Change::kNotKnown:
-      return below >= kLeastBelow ? DriveEvidence::Comparison::kChanged
-                                  : DriveEvidence::Comparison::kNothing;
-    case Change::kNone:
-      break;
-  }
-  return DriveEvidence::Comparison::kNothing;
+  if (change == Change::kStands) return DriveEvidence::Comparison::kConfirmed;
+  const bool has_changed = change == Change::kWent || change == Change::kCame ||
+                           (change == Change::kNotSeen && below <= -kLeastBelow) ||
+                           (change == Change::kNotKnown && below >= kLeastBelow);
+  return has_changed ? DriveEvidence::Comparison::kChanged : DriveEvidence::Comparison::kNothing;
 }
 
 // In which bands of height something stands, of each column.

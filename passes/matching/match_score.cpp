@@ -62,11 +62,6 @@ void add_point(const PointScore& point, const Eigen::Vector3d& arm_m, MatchScore
   total.hessian.bottomRightCorner<3, 3>() += by_rotation.transpose() * mixed + bend;
 }
 
-// int32 keys hold this many cells; farther points have no ND near anyway.
-bool is_on_grid(const Eigen::Vector3d& point_m, double cell_m) {
-  return point_m.cwiseAbs().maxCoeff() < 0x1.0p30 * cell_m;
-}
-
 }  // namespace
 
 MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
@@ -75,7 +70,8 @@ MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> p
   for (const Eigen::Vector3d& point_sensor_m : points_m) {
     const Eigen::Vector3d arm_m = T_map_sensor.linear() * point_sensor_m;
     const Eigen::Vector3d point_m = arm_m + T_map_sensor.translation();
-    if (!is_on_grid(point_m, grid.cell_m)) continue;
+    // int32 keys hold this many cells; farther points have no ND near anyway.
+    if (!(point_m.cwiseAbs().maxCoeff() < 0x1.0p30 * grid.cell_m)) continue;
     const std::int32_t cell = find_cell(grid, cell_key(point_m, grid.cell_m));
     if (cell == MatchGrid::kNone) continue;
     ++total.scored_points;

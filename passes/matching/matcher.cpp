@@ -116,17 +116,8 @@ void climb(const MatchLevel& level, ScanForMatch& scan, const MatchOptions& opti
 }  // namespace
 
 std::string_view to_text(MatchStop stop) {
-  switch (stop) {
-    case MatchStop::kConverged:
-      return "converged";
-    case MatchStop::kIterationLimit:
-      return "iteration limit";
-    case MatchStop::kNoPoints:
-      return "no points";
-    case MatchStop::kNoOverlap:
-      return "no overlap";
-  }
-  return "";
+  constexpr std::string_view kTexts[] = {"converged", "iteration limit", "no points", "no overlap"};
+  return kTexts[static_cast<std::size_t>(stop)];
 }
 
 std::optional<Matrix6d> covariance_of(const MatchResult& result) {
@@ -161,9 +152,7 @@ MatchResult match(std::span<const MatchLevel> levels, ScanForMatch& scan, const 
   result.T_map_sensor = T_map_start;
   if (scan.points_m.empty()) return result;
   result.stop = MatchStop::kNoOverlap;
-  for (const MatchLevel& level : levels) {
-    climb(level, scan, options, result);
-  }
+  for (const MatchLevel& level : levels) climb(level, scan, options, result);
   return result;
 }
 

@@ -90,11 +90,9 @@ void bridge(const Columns& columns, std::size_t from, const std::array<int, 2>& 
   if (std::abs(far.height_m - near.height_m) > kMostStep_m + kMostSlope * length_m) return;
   for (int i = 1; i < count; ++i) {
     const double share = static_cast<double>(i) / count;
-    Bridge between;
-    between.length_m = length_m;
-    between.column.height_m = (1.0 - share) * near.height_m + share * far.height_m;
-    between.column.normal = ((1.0 - share) * near.normal + share * far.normal).normalized();
-    note(beside(key, step, i), between, bridges);
+    const Column between{(1.0 - share) * near.height_m + share * far.height_m,
+                         ((1.0 - share) * near.normal + share * far.normal).normalized()};
+    note(beside(key, step, i), {length_m, between}, bridges);
   }
 }
 
@@ -106,10 +104,7 @@ void extend(const Columns& columns, std::size_t from, const std::array<int, 2>& 
   for (int i = 1; i <= kColumnsBeyond; ++i) {
     if (columns.find(beside(key, step, i)) != nullptr) return;
     const double off_m = i * column_m * std::sqrt(step[0] * step[0] + step[1] * step[1]);
-    Bridge beyond;
-    beyond.length_m = kMostColumns * column_m + off_m;
-    beyond.column.height_m = last.height_m;
-    note(beside(key, step, i), beyond, bridges);
+    note(beside(key, step, i), {kMostColumns * column_m + off_m, {last.height_m}}, bridges);
   }
 }
 

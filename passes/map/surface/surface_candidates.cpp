@@ -47,7 +47,7 @@ SurfacePatch patch_of(const Nd& nd, double cell_m, double half_side_m) {
 
 double thickness_m(const Nd& nd) { return std::sqrt(nd.eigenvalues_m2[2]); }
 
-bool is_solid(const SurfacePatch& patch, int square) { return (patch.solid >> square & 1) != 0; }
+bool has(std::uint64_t squares, int square) { return (squares >> square & 1) != 0; }
 
 // Whether one of the first patches of the grid is solid there.
 bool is_covered(const Eigen::Vector3d& place_m, const PatchGrid& grid,
@@ -57,7 +57,7 @@ bool is_covered(const Eigen::Vector3d& place_m, const PatchGrid& grid,
     const PatchPlane& plane = grid.plane(i);
     if (std::abs(plane.normal.dot(place_m - plane.centre_m)) > kSamePlane_m) continue;
     const int square = plane.square_of(place_m);
-    if (square >= 0 && is_solid(first[i], square)) return true;
+    if (square >= 0 && has(first[i].solid, square)) return true;
   }
   return false;
 }
@@ -76,9 +76,9 @@ std::uint64_t known_between(const SurfaceCandidate& candidate, std::uint64_t sto
 void clear_covered(const PatchPlane& plane, const PatchGrid& grid,
                    std::span<const SurfacePatch> first, std::uint64_t& squares) {
   for (int square = 0; square < kSquaresOfPatch; ++square) {
-    const std::uint64_t bit = std::uint64_t{1} << square;
-    if ((squares & bit) == 0) continue;
-    if (is_covered(plane.middle_m(square), grid, first)) squares &= ~bit;
+    if (has(squares, square) && is_covered(plane.middle_m(square), grid, first)) {
+      squares &= ~(std::uint64_t{1} << square);
+    }
   }
 }
 
@@ -110,8 +110,6 @@ bool is_left_of_all(const std::vector<Place>& way, const Place& place) {
   }
   return true;
 }
-
-bool has(std::uint64_t squares, int square) { return (squares >> square & 1) != 0; }
 
 template <class Holds>
 std::uint64_t squares_where(const Holds& holds) {

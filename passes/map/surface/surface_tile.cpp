@@ -134,8 +134,7 @@ Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTi
   SIGHTLINE_TRY(look_at_scans(points, reader, seeing, threads, evidence));
   made.patches = solid_patches(candidates, grid, evidence, options.returns_per_ray);
   std::erase_if(made.patches, [&](const SurfacePatch& patch) { return !box.holds(patch.key); });
-  const Surface order{{}, options.cell_m, options.tile_m, {}};
-  sort_patches(order, made.patches);
+  sort_patches({{}, options.cell_m, options.tile_m, {}}, made.patches);
   return made;
 }
 
@@ -211,8 +210,7 @@ Result<std::vector<SurfacePatch>> PatchesByTile::over(const Eigen::AlignedBox2d&
     for (std::int32_t y = low.y; y <= high.y; ++y) {
       SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> of_tile, read({x, y}));
       for (const SurfacePatch& patch : of_tile) {
-        const Eigen::Vector2d at_m = patch.centre_m.head<2>();
-        if (box_m.contains(at_m)) patches.push_back(patch);
+        if (box_m.contains(patch.centre_m.head<2>())) patches.push_back(patch);
       }
     }
   }

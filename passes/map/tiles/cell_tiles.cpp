@@ -70,15 +70,14 @@ class ExtentSum {
   explicit ExtentSum(const BlockGrid& grid) : grid_(grid), reach_m_(0x1.0p30 * grid.cell_m) {}
 
   void add(const Eigen::Vector3d& point_m) {
-    has_outside_ = has_outside_ || !is_held(point_m);
+    // What is not finite is not held either.
+    has_outside_ = has_outside_ || !(point_m.array().abs() < reach_m_).all();
     if (has_outside_) return;
     const Eigen::Vector2d at_m = point_m.head<2>();
     if (extent_.point_count++ == 0) extent_.low_m = extent_.high_m = at_m;
     extent_.low_m = extent_.low_m.cwiseMin(at_m);
     extent_.high_m = extent_.high_m.cwiseMax(at_m);
-    const TileKey cell = tile_key(point_m, grid_.cell_m);
-    const TileKey block{floor_divide(cell.x, grid_.block_cells),
-                        floor_divide(cell.y, grid_.block_cells)};
+    const TileKey block = divided(tile_key(point_m, grid_.cell_m), grid_.block_cells);
     std::vector<TileKey>& blocks = extent_.blocks;
     if (blocks.empty() || blocks.back() != block) blocks.push_back(block);
   }
@@ -92,12 +91,6 @@ class ExtentSum {
   }
 
  private:
-  // False for what is not finite.
-  [[nodiscard]] bool is_held(const Eigen::Vector3d& point_m) const {
-    return std::abs(point_m.x()) < reach_m_ && std::abs(point_m.y()) < reach_m_ &&
-           std::abs(point_m.z()) < reach_m_;
-  }
-
   BlockGrid grid_;
   double reach_m_;
   ScanExtent extent_;
