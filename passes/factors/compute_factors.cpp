@@ -66,7 +66,6 @@ std::vector<Nd> nds_within(double reach_m, const NdtMap& map, const TileIndex& i
   return found;
 }
 
-// All NDs within reach of any site of the group; a few beyond may come along.
 GroupNds gather_nds(const FactorWorld& world, std::span<const Site> sites, int threads) {
   GroupNds found;
   found.nds = nds_within(world.ranges_m.back() + kSlack_m, world.map, world.index, sites);
@@ -202,7 +201,7 @@ Result<SeenFactors> compute_factors(const PassContext& ctx, const FactorWorld& w
   const SiteShape shape = table.shape();
   table.values.resize(shape.size(site_count));
   std::vector<std::size_t> unmatched(site_count);
-  // Groups one after another, so that one group's grids at a time are in memory.
+  // One group's grids at a time are in memory.
   for (std::size_t begin = 0; begin < site_count; begin += kSitesPerGroup) {
     const std::size_t size = std::min(kSitesPerGroup, site_count - begin);
     const std::span<const Site> members = std::span(sites.sites).subspan(begin, size);

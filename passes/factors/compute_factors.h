@@ -17,7 +17,7 @@ namespace sightline {
 // Where the NDs of each tile lie in a map: [first, second) of its list.
 using TileIndex = std::map<TileKey, std::pair<std::uint32_t, std::uint32_t>>;
 
-// What the factors of all sites share: made once of the map, to which it refers.
+// What the factors of all sites share. Refers to the map.
 struct FactorWorld {
   const NdtMap& map;
   MatchGrid grid;
@@ -34,10 +34,9 @@ struct SeenFactors {
   std::size_t unmatched_count = 0;  // of them: in no valid ND
 };
 
-// The map factors of sites at every range, as defined in schemas/definitions.md ("Factors from the
-// paper" and "Factors from a virtual scan"). A site depends on NDs within its longest range plus 2
-// sqrt(2) m and two cells, the last two factors on NDs as far beyond that as the localizer strays,
-// and on nothing else. Sites work side by side on ctx.threads threads. Error: mismatched-inputs
+// The map factors of sites at every range (schemas/definitions.md, "Factors from the paper" and
+// "Factors from a virtual scan"). A site depends on NDs within its longest range plus 2 sqrt(2) m
+// and two cells, the last two factors also on kFarthestFound_m more. Error: mismatched-inputs
 // (frames or sites that differ, or depth images or scans that end before the longest range).
 Result<SeenFactors> compute_factors(const PassContext& ctx, const FactorWorld& world,
                                     const Sites& sites, const DepthImages& depth,

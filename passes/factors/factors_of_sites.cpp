@@ -31,7 +31,6 @@ Sites sites_of(const SiteBlock& block, const Sites& all) {
   return sites;
 }
 
-// What one block of sites comes to.
 struct BlockRows {
   std::uint64_t point_count = 0;
   std::uint64_t unmatched_count = 0;
@@ -45,7 +44,6 @@ struct ContentDigests {
   TileDigests patches;
 };
 
-// Sees and judges the sites of one block after another.
 class BlockFactors {
  public:
   BlockFactors(const FactorsOfSitesOptions& options, const TiledNds& nds,

@@ -22,12 +22,10 @@ struct FactorsOfSitesOptions {
 };
 std::vector<OptionField> option_fields(FactorsOfSitesOptions& options);
 
-// The map factors of every site at every range (compute_factors.h). What a site sees of the surface
-// is cast for its block of sites and forgotten with it: of a whole map, depth images and virtual
-// scans would be most of what a compile keeps. Each block is a part of the work. Virtual points in
-// no valid ND are counted in a warning. Errors: bad-value (ranges that do not ascend from above 0),
-// mismatched-inputs (frames that differ, or rays that end before the longest range), and those of
-// cast-rays and cast-scans; disk-full or cannot-write (a temporary file).
+// The map factors of every site at every range (compute_factors.h), block by block of sites: their
+// depth images and virtual scans are not kept. Virtual points in no valid ND are counted in a
+// warning. Errors: those of compute_factors(), make_factor_world(), cast-rays and cast-scans;
+// disk-full or cannot-write (a temporary file).
 Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
                                                   const FactorsOfSitesOptions& options,
                                                   const TiledNds& nds, const TiledSurface& surface,

@@ -12,8 +12,8 @@
 
 namespace sightline {
 
-// The NDs around one site, nearest first (ties by cell key), cut into shells by the ranges: those
-// within ranges_m[r] are the first end[r]. Whether they can be seen does not matter.
+// The NDs around one site, seen or not, nearest first (ties by cell key): those within ranges_m[r]
+// are the first end[r].
 struct Vicinity {
   std::vector<double> ranges_m;         // ascending
   std::vector<std::size_t> end;         // per range
@@ -75,9 +75,8 @@ inline constexpr std::size_t kShiftCount = kShiftsPerAxis * kShiftsPerAxis;  // 
 // One value for each shift v = kShiftStep_m (i, j, 0), at (j + 8) * 17 + (i + 8).
 using ShiftGrid = std::array<double, kShiftCount>;
 
-// What one ND sends to all NDs of the map, its own cell included: over its five samples mu,
-// mu +- sigma1 e1, mu +- sigma2 e2, the sum of exp(-d2/2 m^2) with the ND of the cell that the
-// shifted sample falls into. A property of the map: the same for every site that looks at the ND.
+// Over the five samples mu, mu +- sigma1 e1, mu +- sigma2 e2 of an ND, the sum of exp(-d2/2 m^2)
+// with the ND of the cell that the shifted sample falls into. The same for every site.
 ShiftGrid self_score(const Nd& sender, const MatchGrid& receivers);
 
 // S(v) of each range: self scores summed over the senders within it, nearest first.
@@ -88,8 +87,8 @@ std::vector<ShiftGrid> self_scores(const Vicinity& vicinity, std::span<const Shi
 // is ours, schemas/definitions.md says why); log2 289 where S is 0 everywhere.
 double score_entropy(const ShiftGrid& self_score);
 
-// Largest self score over the shifts of about half a metre (0.375 <= |v| < 0.625 m), over that of
-// no shift: how easily half a metre goes unnoticed. 1 where nothing scores; not clamped.
+// Largest self score over the shifts of 0.375 <= |v| < 0.625 m, over that of no shift. 1 where
+// nothing scores; not clamped.
 double flat_050(const ShiftGrid& self_score);
 
 }  // namespace sightline

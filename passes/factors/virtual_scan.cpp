@@ -131,7 +131,6 @@ double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanFo
 
 }  // namespace
 
-// Block by block.
 void add_sample(const Eigen::Vector3d& r_m, const Eigen::Matrix3d& information_per_m2,
                 Matrix6d& pose) {
   const Eigen::Matrix3d cross = cross_matrix(r_m);

@@ -20,14 +20,13 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // rows and columns in the order t_x, t_y, t_z, w_x, w_y, w_z.
 struct ScanInformation {
   Matrix6d pose = Matrix6d::Zero();  // sum of J^T Sigma^-1 J, without prior
-  Eigen::Matrix2d planar_normals =
-      Eigen::Matrix2d::Zero();      // sum of n n^T, horizontal part, 2D NDs
+  // Sum of n n^T over 2D NDs, horizontal part.
+  Eigen::Matrix2d planar_normals = Eigen::Matrix2d::Zero();
   std::size_t point_count = 0;      // samples, in valid NDs or not
   std::size_t unmatched_count = 0;  // of them, in no valid ND
 };
 
-// Adds the information of one sample r from p, by the information (inverse covariance) of its ND:
-// J^T A J with J = [I, -[r]x] (schemas/definitions.md, "Factors from a virtual scan").
+// Adds J^T A J of one sample r from p, with J = [I, -[r]x] and A the inverse covariance of its ND.
 void add_sample(const Eigen::Vector3d& r_m, const Eigen::Matrix3d& information_per_m2,
                 Matrix6d& pose);
 
@@ -38,9 +37,8 @@ std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,
                                               const NdtMap& map, const MatchGrid& grid,
                                               const std::vector<double>& ranges_m);
 
-// How far off the pose may be by the Cramer-Rao bound of the samples, with the prior of
-// schemas/definitions.md (10 m, 10 degrees). It takes samples as independent: it ranks places, it
-// is no accuracy.
+// The Cramer-Rao bound of the samples with the prior of schemas/definitions.md (10 m, 10 degrees).
+// It takes samples as independent: it ranks places and is no accuracy.
 struct Crlb {
   double max_m = 0.0;        // along the weakest horizontal direction
   double min_m = 0.0;        // along the strongest
@@ -71,8 +69,7 @@ struct VirtualMatch {
   // The best score 0.5 to 2.5 m off along the loose direction, over that at p, of points that lead.
   double rival_score = 1.0;
 };
-// As a vehicle localizes its own scan: shows what bounds around the right pose cannot, another
-// optimum down the street.
+// As a vehicle localizes its own scan. Shows other optima, which bounds around the right pose miss.
 VirtualMatch virtual_match(const Localizer& localizer, const VirtualPlace& place);
 
 }  // namespace sightline

@@ -35,20 +35,17 @@ struct LookingScan {
   std::span<const std::uint32_t> hit_voxels;
 };
 
-// Voxels that scans may look through: all but those that stand whatever the scans near them say.
-// Part of remove-moving.
+// Voxels that scans may look through: all but those that stand in any case. Part of remove-moving.
 //
-// Carving by voxels alone eats what stands: a ray that grazes the ground, or passes a wall at a
-// small angle, crosses many voxels whose points it does not touch; a thin pole fills a small part
-// of its voxel. So a scan contradicts a voxel only when one of its rays
+// Carving by voxels alone removes ground, walls and poles that rays graze. So a scan contradicts a
+// voxel only when one of its rays
 // - passes near the centre of the voxel's own points, not anywhere through the voxel;
 // - goes on well beyond it;
 // - and, where the voxel is the lowest of its place, passes below its points: ground stays;
 // and when the scan hit nothing that stands above the ground in a neighbouring voxel.
-// Near the ground a ray that ends beneath it says nothing: wet or polished ground mirrors.
+// Near the ground rays that end beneath it are ignored: wet or polished ground mirrors.
 //
-// Holds what was seen, its ground marked, and what it means to each of several drives (or nullptr):
-// both must stay until the last scan has looked.
+// Refers to what was seen, its ground marked, and to the evidence of several drives (or nullptr).
 class AskedVoxels {
  public:
   AskedVoxels(const LookOptions& options, SeenVoxels& seen, DriveEvidence* of_drives,
@@ -56,7 +53,7 @@ class AskedVoxels {
 
   // Counts what the scan contradicts.
   void look(const LookingScan& scan);
-  // Tells what was seen of all misses.
+  // Writes the misses into the voxels seen.
   void conclude();
 
   // Rays that come as near as this to the middle of a voxel's points pass through them.
@@ -84,7 +81,7 @@ class AskedVoxels {
     float radius_m = 0.0F;
   };
 
-  // What rays are asked about first: the means of voxels from the anchors of their columns.
+  // The means of voxels from the anchors of their columns.
   struct Places {
     std::vector<float> x_m, y_m, z_m;
 

@@ -6,15 +6,13 @@
 
 namespace sightline {
 
-// What rays can hit where of a place nothing but its NDs is known, as in a map file: a patch for
-// each ND, flat at right angles to its shortest axis, solid as far as points that lie evenly would
-// reach with the ND's variances (sqrt(3) sigma along each of the other axes). Of NDs of class 3,
-// which are leaves and clutter, every other square is open.
+// A patch for each ND, flat at right angles to its shortest axis, solid as far as evenly spread
+// points with the ND's variances reach (sqrt(3) sigma along each of the other axes). Of NDs of
+// class 3, which are leaves and clutter, every other square is open.
 Surface surface_of_nds(const NdtMap& map);
 
-// The surface of a map of which only NDs are left, in their cells; of a map file, for instance,
-// which holds no surface. Rougher than that of points, as a warning says. Error:
-// empty-map (no ND).
+// The surface of a map of which only NDs are left, as in a map file. Rougher than that of points,
+// as a warning says. Error: empty-map (no ND).
 Result<TiledSurface> build_nd_surface(PassContext& ctx, const NoOptions& options,
                                       const NdtMap& map);
 inline constexpr Pass kBuildNdSurface =

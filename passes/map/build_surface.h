@@ -16,13 +16,9 @@ struct BuildSurfaceOptions {
 std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 
 // Square patches that rays can hit, in the frame of `points`, solid where returns lie and between
-// them, open where rays of the scans went through and on. Through the mean of each cell that holds
-// enough points, facing along their least spread; longer cells that see one plane, and ground
-// between ground, close the gaps that scan lines leave. Definition: schemas/definitions.md,
-// "Surface".
+// them, open where rays of the scans went through and on (schemas/definitions.md, "Surface").
 // Errors: bad-value (a tile that is no multiple of the cell), empty-map (no patch),
-// invalid-artifact (a point that the grid cannot hold), disk-full or
-// cannot-write (a street that memory does not hold lies in a temporary file).
+// invalid-artifact (a point that the grid cannot hold), disk-full or cannot-write (temporary file).
 Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                                    const SurfacePoints& points);
 inline constexpr Pass kBuildSurface =

@@ -26,8 +26,7 @@ constexpr double kSquare_m = 4.0;
 constexpr double kConfirmed_m = 30.0;
 constexpr double kLeastConfirmed_m2 = 4.0;
 
-// Scans by their places in the drive.
-using ScanNumbers = std::vector<std::size_t>;
+using ScanNumbers = std::vector<std::size_t>;  // places in the drive
 
 Eigen::Vector3d place_m(const Trajectory& trajectory, std::size_t scan) {
   return trajectory.poses[scan].T_map_vehicle.translation();
@@ -47,8 +46,7 @@ constexpr double kSameHeight_m = 3.0;
 constexpr double kSameDirection = 0.7071067811865476;  // cosine of 45 degrees
 constexpr double kSameWay_m = 2.0;
 
-// The ways that the drives of an earlier map laid. Keeps references to the drive and its
-// trajectory.
+// The ways that the drives of an earlier map laid. Refers to the drive and its trajectory.
 class KnownWays {
  public:
   // `earlier`: the scans that were laid, by their places in the drive.
@@ -125,7 +123,6 @@ std::vector<PlacedScan> placed(const Drive& drive, const Trajectory& trajectory,
   return all;
 }
 
-// Tile by tile.
 Result<std::vector<ComparedSquare>> compare(const PassContext& ctx,
                                             const ChooseScansOptions& options,
                                             const ScanStore& store,
@@ -158,7 +155,6 @@ Result<std::vector<ComparedSquare>> compare(const PassContext& ctx,
   return all;
 }
 
-// Squares of the plane, by what lies there.
 class Squares {
  public:
   Squares(const std::vector<ComparedSquare>& squares, const ChooseScansOptions& options)

@@ -24,10 +24,8 @@ std::vector<OptionField> option_fields(ChooseScansOptions& options);
 // The trajectory with `is_laid` of each scan. Scans that were released stay as they were released.
 // A scan of another drive is not laid where `known_drives` drives of the earlier map, laid, passed
 // the same way, and where nothing within reach has changed since (schemas/definitions.md, "Several
-// drives").
-// `undistorted`: the scans of the drive as if each had been measured at once. Errors:
-// mismatched-inputs (the trajectory or the undistorted scans are not of this drive), and what
-// reading a scan says.
+// drives"). Errors: mismatched-inputs (the trajectory or the undistorted scans are not of this
+// drive), and those of reading a scan.
 Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& options,
                                 const Drive& drive, const Drive& undistorted,
                                 const Trajectory& trajectory, const ReleasedPoses& released);

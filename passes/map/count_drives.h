@@ -14,12 +14,10 @@ struct CountDrivesOptions {
 };
 std::vector<OptionField> option_fields(CountDrivesOptions& options);
 
-// Of a map of several drives: how many of each one's scans left ten standing returns or more in
-// each tile, in the map frame, and how many of those that are not laid, since they show nothing
-// new, were taken in it. Of every drive scans step_m apart are looked at, from its first on: which
-// days a tile is from does not hang on single scans, and reading all of them once more would.
-// Errors: mismatched-inputs (the points or the trajectory are not of this drive), and what reading
-// a scan says.
+// For each drive and tile, map frame: how many of its scans left ten standing returns or more
+// there, and how many that are not laid, since they show nothing new, were taken there. Of every
+// drive scans step_m apart are counted, from its first on. Errors: mismatched-inputs (the points or
+// the trajectory are not of this drive), and those of reading a scan.
 Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& options,
                                 const Drive& drive, const Trajectory& trajectory,
                                 const SurfacePoints& points);

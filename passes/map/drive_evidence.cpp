@@ -23,7 +23,7 @@ constexpr double kLowestOfChange_m = 0.5;
 constexpr double kHighestParked_m = 2.0;
 constexpr int kLeastBelow = 4;  // voxels of a column that tell of what is above them
 
-// What the drives that know a voxel say of it.
+// The evidence of the drives that know a voxel.
 struct Opinion {
   double log_odds = 0.0;  // after the latest
   int standing = 0;       // drives

@@ -8,11 +8,9 @@
 
 namespace sightline {
 
-// What several drives through one place say of its voxels, each for itself; part of remove-moving.
-//
-// The log odds of the drives are added in their order, and clamped after each to OctoMap's
-// thresholds (Hornung et al., Autonomous Robots 34, 2013, section 3.2), so that a hundred scans of
-// one afternoon do not outweigh the next ("Several drives" in schemas/definitions.md).
+// Evidence of several drives for the voxels of one place; part of remove-moving. The log odds of
+// the drives are added in their order, and clamped after each to OctoMap's thresholds (Hornung et
+// al., Autonomous Robots 34, 2013, section 3.2; "Several drives" in schemas/definitions.md).
 class DriveEvidence {
  public:
   explicit DriveEvidence(std::size_t drive_count) : drive_count_(drive_count) {}
@@ -20,8 +18,7 @@ class DriveEvidence {
   void add_hit(std::uint32_t voxel, std::size_t drive) { ++counts(voxel, drive).hits; }
   void add_miss(std::uint32_t voxel, std::size_t drive) { ++counts(voxel, drive).misses; }
 
-  // Whether a voxel stands beyond doubt even if every scan that did not hit it looks through it.
-  // `scan_counts`: scans near it, of each drive.
+  // As stands_anyway() of moving_verdict.h. `scan_counts`: scans near it, of each drive.
   [[nodiscard]] bool stands_anyway(std::uint32_t voxel,
                                    const std::vector<std::size_t>& scan_counts) const;
 
@@ -32,10 +29,8 @@ class DriveEvidence {
   enum class Comparison : std::uint8_t { kNothing, kConfirmed, kChanged };
 
   // Of each voxel; nothing up to 2 m above the ground, where things are parked. Confirmed: it stood
-  // for the drives before beyond doubt, and it stands for the others. Changed: it stood and is
-  // looked through, or it was looked through and stands. Where one side knows it standing and the
-  // other does not know it (over open ground no ray goes through it), what both say of its column
-  // further down decides. After mark_ground.
+  // before and stands. Changed: it stood and is looked through, or the reverse. Where one side did
+  // not see it, the evidence of both for its column further down decides. After mark_ground.
   [[nodiscard]] std::vector<Comparison> compare(const SeenVoxels& seen,
                                                 std::size_t first_new) const;
 

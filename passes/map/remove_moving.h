@@ -19,16 +19,14 @@ struct RemoveMovingOptions {
 std::vector<OptionField> option_fields(RemoveMovingOptions& options);
 
 // The returns of the chosen scans within the sensor's minimum and maximum range, in the
-// trajectory's frame, without what moved. A voxel moved when other scans look through its points
-// more often than its own returns can answer for, by the sensor model of OctoMap (Hornung et al.,
-// Autonomous Robots 34, 2013): log odds of hits and misses, each counted once a scan, below even.
-// Edges of what stands stay, weakly seen parts of what moved go with it, ground stays unless rays
-// pass below it (pavements and verges too, level surfaces up to 0.5 m above it), and what is over
-// 2 m above the ground goes only with something at every height below it that moved, never above
-// 4.5 m. Works tile by tile and scan by scan: memory does not grow with the
-// drive, and the result refers to the drive's scans instead of holding them. Errors:
+// trajectory's frame, without what moved. A voxel moved when its log odds by the sensor model of
+// OctoMap (Hornung et al., Autonomous Robots 34, 2013), hits and misses counted once a scan, are
+// below even. Edges of what stands stay, weakly seen parts of what moved are removed with it,
+// ground (and level surfaces up to 0.5 m above it) stays unless rays pass below it, and what is
+// over 2 m above the ground is removed only with something at every height below it, never above
+// 4.5 m. Memory does not grow with the drive: the result refers to the drive's scans. Errors:
 // mismatched-inputs (the trajectory is not of this drive), drive-too-short (no scan chosen),
-// empty-map (no return within range), and what reading a scan says.
+// empty-map (no return within range), and those of reading a scan.
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
 inline constexpr Pass kRemoveMoving =

@@ -8,11 +8,10 @@
 // need no trigonometric function: rows by the sine of the elevation, columns by a turn that grows
 // with the azimuth, from 0 to 4, by half a unit to one a radian.
 //
-// Most queries meet no ray at all: they look between two beams. Bands of elevation, far narrower
-// than rows, tell so at once. Most others look at what the rays hit, or behind it: the longest ray
-// of the bins around shows it. find_passable() checks both of many places in a few steps of vector
-// code. It computes in float and leaves more room than float loses, so that it denies no place that
-// the exact test, in double, would not.
+// Most queries meet no ray: they look between two beams, which bands of elevation, far narrower
+// than rows, show at once, or at what the rays hit and behind it, which the longest ray of the bins
+// around shows. find_passable() checks both for many places in float, with more room than float
+// loses, so that it denies no place that the exact test, in double, would not.
 
 namespace sightline {
 namespace {

@@ -39,9 +39,8 @@ struct RaySector {
   float least_range_m = 0.0F;                           // no ray that passes is shorter
 };
 
-// The rays of one scan, from the sensor's origin to its returns, found by direction. What the
-// sensor's beams do not cover, or lost, is covered by no ray and says nothing. Takes one scan after
-// another and keeps its memory.
+// The rays of one scan, from the sensor's origin to its returns, found by direction. Takes one scan
+// after another and keeps its memory.
 class ScanRays {
  public:
   ScanRays() = default;
@@ -54,14 +53,12 @@ class ScanRays {
   [[nodiscard]] bool pass_through(const RayQuery& query) const;
 
   // Fills `found` with the positions, ascending, of the places through which a ray may pass; of all
-  // others pass_through() is false, whatever else is asked. Many places are answered at once, and
-  // what lies between two beams, behind what was hit or at it, is mostly not among those found.
-  // `T_lidar_places` takes the places' coordinates, anchor added, to the sensor's frame.
+  // others pass_through() is false for any query. `T_lidar_places` takes the places' coordinates,
+  // anchor added, to the sensor's frame.
   void find_passable(const RayPlaces& places, const Pose& T_lidar_places, double touch_m,
                      std::vector<std::uint32_t>& found) const;
 
-  // A ray says nothing of the last stretch before its end: range noise, and the slant of what it
-  // hit.
+  // Unused at the end of a ray: range noise, and the slant of what it hit.
   static constexpr double kEndMargin_m = 0.5;
 
  private:

@@ -26,8 +26,7 @@ struct SeenVoxel {
   [[nodiscard]] Eigen::Vector3d mean_m() const { return sum_m / point_count; }
 };
 
-// The voxels with returns of one place. Free space is not stored: memory grows with the surface
-// alone.
+// The voxels with returns of one place. Free space is not stored.
 using SeenVoxels = CellTable<SeenVoxel>;
 
 // Columns of the plane, 3 x 3 voxels each, as one number, so that the neighbour of a column is a
@@ -38,10 +37,9 @@ std::int64_t column_of(const CellKey& key);
 // How many voxels away the ground below one is looked for.
 std::int32_t reach_of_ground_voxels();
 
-// Fills is_ground, is_level and above_ground_m. Ground is what lies within a hand's breadth of the
-// lowest return of its surroundings, and a level surface up to 0.5 m above it on which nothing
-// stands; what lies beneath the level that the surroundings have in common is a mirror image in wet
-// or polished ground and does not count.
+// Fills is_ground, is_level and above_ground_m. Ground is what lies within 0.15 m of the lowest
+// return of its surroundings, and a level surface up to 0.5 m above it on which nothing stands.
+// What lies beneath the common level of the surroundings is a mirror image and does not count.
 void mark_ground(SeenVoxels& seen);
 
 }  // namespace sightline

@@ -22,11 +22,10 @@ bool is_supported(MatchKernel kernel);
 MatchKernel fastest_kernel();
 std::string_view kernel_name(MatchKernel kernel);  // "avx2"
 
-// From here on kFastest stands for this version in the whole process, which must be supported;
-// kFastest undoes it. So that tests can show that results are the same.
+// For tests: from here on kFastest is this supported version in the whole process; kFastest undoes
+// it.
 void replace_fastest_kernel(MatchKernel kernel);
-// The same with a version that stands elsewhere, which must outlive its use; null undoes it. So
-// that a benchmark can tell what a change of the kernel is worth.
+// For benchmarks: a version that is defined elsewhere and must outlive its use; null undoes it.
 void replace_fastest_kernel(const KernelVersion* version);
 
 // Points of one scan as the kernels read them, and what one evaluation remembers for the next: the

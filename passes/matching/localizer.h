@@ -56,8 +56,7 @@ struct Localizer {
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
-// The same for samples of scans, as make_localizer(map, options_for_samples(coarse_cells)) makes
-// it. It shares the grids of `own`, which are most of a localizer, where that is annealed.
+// As make_localizer(map, options_for_samples(coarse_cells)); shares the grids of an annealed `own`.
 Localizer localizer_for_samples(const Localizer& own, const NdtMap& map, int coarse_cells = 1);
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,
@@ -65,16 +64,15 @@ ScanForMatch make_scan_for_match(const Localizer& localizer,
 // One in so many of its points leads.
 std::size_t lead_stride(const Localizer& localizer, std::size_t point_count);
 
-// The points of a whole scan, cut in the sensor's frame with the stride that suits the sensor, then
-// expressed in the vehicle's, since it is the vehicle's pose that is looked for.
+// The points of a whole scan, cut in the sensor's frame and expressed in the vehicle's.
 ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
                                  const SensorProfile& sensor, const ScanCut& cut);
 
 // The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are
-// those of the last level; an annealed one stops turning where no point moves farther than
-// stop_step_m, whatever stop_step_rad is. Never fails: `stop` says what happened. A searching one
-// takes over from `shared`, and adds to it, what earlier starts of this scan found; without it
-// nothing is allocated.
+// those of the last level; an annealed localizer ignores stop_step_rad and stops turning where no
+// point moves farther than stop_step_m. Never fails: see `stop`. A searching one takes over from
+// `shared`, and adds to it, what earlier starts of this scan found; without it nothing is
+// allocated.
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
                      const MatchOptions& options = {}, SharedClimbs* shared = nullptr);
 

@@ -17,8 +17,7 @@ namespace sightline {
 // even_stride().
 double look_stride(const Look& look, std::size_t count);
 
-// Cuts one scan after another as a look says and keeps its memory from one to the next: the one
-// place that does. One thread at a time.
+// Cuts one scan after another by a look and keeps its memory. One thread at a time.
 class LookCutter {
  public:
   explicit LookCutter(double leaf_m = 1.0) : leaf_m_(leaf_m) {}
@@ -71,9 +70,8 @@ struct LookMatching {
   bool shares_climbs = false;
 };
 
-// Localizes one scan after the other: what measure-error measures and what a vehicle does, so that
-// a map's errors are the vehicle's own. One thread at a time. What `matching` refers to outlives
-// it.
+// Localizes one scan after the other, for measure-error and for vehicles, so that a map's errors
+// are the vehicle's own. One thread at a time. What `matching` refers to must outlive it.
 class LookMatcher {
  public:
   explicit LookMatcher(const LookMatching& matching)

@@ -39,7 +39,7 @@ struct PlannedMatch {
   double doubt = 0.0;
 };
 
-// What does not change from scan to scan. `plan` is valid.
+// `plan` is valid.
 struct PlannedLocalizer {
   const Localizer& localizer;  // made with options_for_samples()
   const SensorProfile& sensor;
@@ -47,7 +47,7 @@ struct PlannedLocalizer {
   MatchOptions options = {.stop_step_m = kSampleStop_m};
 };
 
-// What does, and is kept for its memory alone. One thread at a time.
+// Kept for its memory alone. One thread at a time.
 struct LookMemory {
   LookCutter cutter;
   ScanForMatch cut;

@@ -20,8 +20,7 @@ std::vector<InitialOffset> initial_offsets(const StartPattern& pattern);
 // T_reference_start.
 Pose start_pose(const InitialOffset& offset);
 
-// Where a vehicle will be that moves on evenly. `motion` is its last one, in its own frame
-// (T_before_last); `factor` is the time until then over the time which that took.
+// Where a vehicle will be after its last motion (T_before_last) times `factor`.
 inline Pose predicted_pose(const Pose& T_map_last, const Pose& motion, double factor = 1.0) {
   const AxisAngle turn = axis_angle(motion.linear());
   Pose onwards = Pose::Identity();

@@ -44,8 +44,8 @@ struct MatchResult {
   Matrix6d hessian = Matrix6d::Zero();  // of minus the score; order dx dy dz wx wy wz, map axes
 };
 
-// Inverse of the Hessian: how the score says the error is spread. It treats points as independent,
-// so it ranks and is no accuracy. Nothing where the Hessian is not positive definite.
+// Inverse of the Hessian. It treats points as independent: it ranks and is no accuracy. Nothing
+// where the Hessian is not positive definite.
 std::optional<Matrix6d> covariance_of(const MatchResult& result);
 
 // One level of a match from coarse to fine: where it ends the next one starts.
@@ -56,14 +56,12 @@ struct MatchLevel {
   double max_step_rad = 0.02;
   double stop_step_m = 0.005;
   double stop_step_rad = 1e-4;
-  // Where the score is not concave: the pivots of an LDLT decomposition taken by their size, an
-  // eighth of the time that eigenvalues take.
+  // Where the score is not concave: pivots of an LDLT decomposition instead of eigenvalues.
   bool has_quick_steps = false;
 };
 
 // Newton's method on the NDT score from T_map_start. `points_m` are finite, in the frame of the
-// pose (sensor or vehicle), already cropped and subsampled. Never fails: `stop` says what happened.
-// Allocates nothing while it iterates.
+// pose (sensor or vehicle), cropped and subsampled. Allocates nothing while it iterates.
 MatchResult match(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
                   const Pose& T_map_start, const MatchOptions& options = {});
 

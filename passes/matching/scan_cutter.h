@@ -24,13 +24,12 @@ struct ScanCut {
 // alike.
 double even_stride(double longest);
 
-// A sensor turns by the same angle between two returns wherever they lie, so near ones are denser
-// than any voxel needs. The longest stride that leaves neighbours on a ring a quarter of a voxel
-// apart at the range, or nearer ("Measured error" in schemas/definitions.md), as even_stride() has
-// it. 1 where every return is taken.
+// The longest stride, as even_stride() has it, that leaves neighbours on a ring at most a quarter
+// of a voxel apart at the range ("Measured error" in schemas/definitions.md). 1 where every return
+// is taken.
 double return_stride(const ScanCut& cut, double azimuth_step_deg);
 
-// Cuts one scan after another and keeps its memory from one to the next. One thread at a time.
+// Keeps its memory from one scan to the next. One thread at a time.
 class ScanCutter {
  public:
   // Of the returns number floor(n stride), n = 0, 1, .., those at slant range |x| <= range are put

@@ -9,11 +9,10 @@
 namespace sightline {
 
 // Every place of a grid of spacing_m where a vehicle could stand and that it could reach from the
-// largest stretch of such places, or from the place that options.from names, and the way that it
-// looks there (schemas/definitions.md, "Everywhere" and "Heading"). A run is a row of the grid
-// along x without a gap. Warns of how many places there are, about what annotating them takes, and
-// of what is apart. Errors: no-ground (no place, or none near options.from), too-many-places,
-// bad-value (numbers that from or within cannot hold).
+// largest stretch of such places, or from options.from, with its heading there
+// (schemas/definitions.md, "Everywhere" and "Heading"). A run is a row of the grid along x without
+// a gap. Warns of the number of places, their cost, and of what is apart. Errors: no-ground (no
+// place, or none near options.from), too-many-places, bad-value (`from` or `within`).
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
                                  const TiledSurface& surface, const SensorProfile& sensor);
 inline constexpr Pass kChooseFieldSites =

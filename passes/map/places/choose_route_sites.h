@@ -15,12 +15,11 @@ struct ChooseRouteSitesOptions {
 };
 std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options);
 
-// Places every spacing_m along the lines of a route, each line a run of its own, and another one
-// back where it is driven both ways ("Places" in schemas/definitions.md, "Annotating a finished
-// map"). The vehicle stands level on the ground of the map and looks along the line; its sensor is
-// height_m above the ground. Places that are left out are counted in a warning that names the
-// first; one ends a run. Errors where no place is left: no-overlap (off the map; says how far away
-// it is), no-ground, two-floors.
+// Places every spacing_m along the lines of a route, each line a run, and another one back where it
+// is driven both ways ("Places" in schemas/definitions.md, "Annotating a finished map"). The
+// vehicle stands level on the ground and looks along the line; its sensor is height_m above the
+// ground. A place that is left out ends a run and is counted in a warning. Errors where no place is
+// left: no-overlap (off the map; says how far away it is), no-ground, two-floors.
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
                                  const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor);

@@ -25,9 +25,8 @@ struct GroundPlace {
   double ground_m = 0.0;
 };
 
-// Where a vehicle could stand, and which of these places it could drive between: free ground,
-// computed from a surface alone ("Everywhere" in schemas/definitions.md). Several floors are
-// several places.
+// Where a vehicle could stand, and which of these places it could drive between, from a surface
+// alone ("Everywhere" in schemas/definitions.md). Several floors are several places.
 class FreeGround {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();

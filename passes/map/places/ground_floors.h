@@ -11,9 +11,9 @@
 
 namespace sightline {
 
-// The heights at which a vehicle could stand over places of the plane, from the level patches
-// of a surface. Where the surface's own cells are wider than a column, a patch counts in each
-// column that the middle of a solid square of it lies in. Keeps no reference to the surface.
+// The heights at which a vehicle could stand over places of the plane, from the level patches of a
+// surface. Of a surface with cells wider than a column a patch counts in each column that the
+// middle of a solid square of it lies in.
 class GroundFloors {
  public:
   static constexpr double kColumn_m = 1.0;  // edge of the columns that patches are sorted into

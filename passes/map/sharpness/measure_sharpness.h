@@ -13,10 +13,9 @@ namespace sightline {
 
 std::vector<OptionField> option_fields(MeasureSharpnessOptions& options);
 
-// How sharp the drive's scans are when the trajectory lays them on each other, and when the poses
-// that came with the drive do, where every scan taken has one ("Sharpness" in
-// schemas/definitions.md, v2). Tile by tile: memory does not grow with the drive. Errors:
-// mismatched-inputs (the trajectory is not of the drive) and what reading a scan says.
+// How sharp the drive's scans are by the trajectory, and by the poses that came with the drive,
+// where every scan taken has one ("Sharpness" in schemas/definitions.md, v2). Errors:
+// mismatched-inputs (the trajectory is not of the drive) and those of reading a scan.
 Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
 inline constexpr Pass kMeasureSharpness =

@@ -18,7 +18,7 @@ struct MeasureSharpnessOptions {
 // Which points are judged; others are there for their sake.
 using IsOwn = std::function<bool(const Eigen::Vector3d& point_m)>;
 
-// SharpnessSums over points, of which figures of any set of tiles are made.
+// Sums over points, of which figures of any set of tiles are made.
 struct SharpnessSums {
   double entropy_nat = 0.0;
   std::uint64_t entropy_points = 0;

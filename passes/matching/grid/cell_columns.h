@@ -9,9 +9,8 @@
 
 namespace sightline {
 
-// Where the cells of a grid are, column by column of a rectangle around them: a cell is found by
-// two looks, and no keys are compared. Much smaller than a CellIndex of the same cells, so that it
-// stays in the caches.
+// Where the cells of a grid are, column by column of a rectangle around them. Finds a cell without
+// comparing keys and is much smaller than a CellIndex, so that it stays in the caches.
 class CellColumns {
  public:
   CellColumns() = default;

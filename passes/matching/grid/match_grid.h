@@ -35,9 +35,8 @@ inline constexpr std::size_t kAzimuthClasses = 4;
 inline constexpr std::size_t kNormalClasses = kAzimuthClasses + 1;
 std::uint8_t normal_class(const Eigen::Vector3d& normal);
 
-// A map made ready for matching: for each cell that a point can score in, the NDs of that cell and
-// of its six face neighbours, found by one look-up. A cell that none of these seven has an ND for
-// is not listed.
+// A map made ready for matching: for each cell that has an ND or is beside one, the NDs of the cell
+// and of its six face neighbours, found by one look-up.
 struct MatchGrid {
   static constexpr std::int32_t kNone = -1;
   // Own cell, then the neighbours at -x, +x, -y, +y, -z, +z: indices into `nds` or kNone. The
@@ -72,16 +71,16 @@ std::int32_t record_of_cell(const MatchGrid& grid, const CellKey& key);
 // Brings what that looks into first nearer.
 void prefetch_cell(const MatchGrid& grid, const CellKey& key);
 
-// Index of the ND of a cell itself, or MatchGrid::kNone. Its neighbours do not count here.
+// Index of the ND in a cell, or MatchGrid::kNone.
 inline std::int32_t nd_of_cell(const MatchGrid& grid, const CellKey& key) {
   const std::int32_t cell = find_cell(grid, key);
   if (cell == MatchGrid::kNone) return MatchGrid::kNone;
   return grid.neighbourhoods[static_cast<std::size_t>(cell)][0];
 }
 
-// A MatchGrid whose NDs come, change and go, in time in proportion to those that do. Scores what
-// make_match_grid() of the same NDs does, to the bit. Its NDs and cells are numbered otherwise, and
-// up to half of its cells may be unused.
+// A MatchGrid whose NDs can be added, changed and removed, in time in proportion to these. Scores
+// are those of make_match_grid(), to the bit; NDs and cells are numbered otherwise, and up to half
+// of the cells may be unused.
 class RollingMatchGrid {
  public:
   explicit RollingMatchGrid(double cell_m);
@@ -89,7 +88,6 @@ class RollingMatchGrid {
   // What NDs of different cells say, in place of what those of their cells said before. One that
   // make_match_grid() would leave out is taken away.
   void put(std::span<const Nd> nds, const InformationOfNd& information_per_m2);
-  // Nothing where there is none.
   void take_away(const CellKey& key);
   // To be called behind the last change, before the grid is looked at.
   void finish();
@@ -104,7 +102,6 @@ class RollingMatchGrid {
   void put_some(std::span<const Nd> nds, const InformationOfNd& information_per_m2);
   // In a cell that has none.
   void add(const CellKey& key, const MatchNd& nd);
-  // What an ND that is there says now.
   void change(const CellKey& key, std::int32_t number, const MatchNd& nd);
   // Puts an ND, or kNone, into the neighbourhoods around a cell.
   void set_lanes(const CellKey& key, const CellNumbers& numbers, std::int32_t nd);

@@ -3,10 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
-// The score's inner loop behind plain pointers, in three versions that give the same bits: the
-// vector instructions of a version stay in its own file. This header includes neither Eigen nor
-// anything with inline code, which a file with vector flags could leak to the rest of the program,
-// unless each file has its own (find_record).
+// The score's inner loop behind plain pointers, in three versions that give the same bits. Files
+// with vector flags must not leak inline code to the rest of the program: this header includes no
+// Eigen, and its inline functions are unnamed.
 
 namespace sightline {
 

@@ -52,8 +52,7 @@ unsigned locate(const KernelInput& in, std::size_t first, std::size_t lane, Batc
   return changed;
 }
 
-// So many pairs of points are a batch. What takes many steps that wait for each other is done step
-// by step for all of them, since a processor looks only so far ahead for other work.
+// Pairs of points in a batch. Steps that wait for each other are done one by one for all pairs.
 constexpr std::size_t kPairs = kKernelBatch / 2;
 
 // e^(-m2 / 2) = 2^(n + f) in place of each m2: n by adding a number so large that only whole ones
@@ -145,7 +144,7 @@ template <class B>
   terms[10] = B::fnma(fz, q[2], B::mul(e, c[5]));
 }
 
-// The terms of two pairs, half summed: the largest of term 1, the sum of the others.
+// The terms of two pairs, half summed; of term 1 the largest.
 template <class B>
 [[gnu::always_inline]] inline void fold_terms(const typename B::Floats (&a)[kTerms],
                                               const typename B::Floats (&b)[kTerms],
@@ -208,23 +207,13 @@ unsigned locate_batch(const KernelInput& in, std::size_t first, BatchPoints& poi
   return locate<B>(in, first, 0, points) | locate<B>(in, first + 8, 8, points) << 8;
 }
 
-// The cell of point `i` in columns.
-inline const KernelColumn* column_of(const KernelInput& in, std::size_t i) {
-  return find_column(in.columns, static_cast<std::int32_t>(in.cell_x[i]),
-                     static_cast<std::int32_t>(in.cell_y[i]));
-}
-
-inline std::int32_t record_of(const KernelInput& in, std::size_t i) {
-  return find_record(in.columns, static_cast<std::int32_t>(in.cell_x[i]),
-                     static_cast<std::int32_t>(in.cell_y[i]),
-                     static_cast<std::int32_t>(in.cell_z[i]));
-}
-
 // Brings nearer what find_records() looks into for the points whose cells changed.
 inline void fetch_places(const KernelInput& in, std::size_t first, unsigned changed) {
   if (in.columns.columns != nullptr) {
     for_changed(changed, [&](std::size_t i) {
-      const KernelColumn* const column = column_of(in, first + i);
+      const KernelColumn* const column =
+          find_column(in.columns, static_cast<std::int32_t>(in.cell_x[first + i]),
+                      static_cast<std::int32_t>(in.cell_y[first + i]));
       if (column != nullptr) __builtin_prefetch(column);
     });
     return;
@@ -236,7 +225,12 @@ inline void fetch_places(const KernelInput& in, std::size_t first, unsigned chan
 
 inline void find_records(const KernelInput& in, std::size_t first, unsigned changed) {
   if (in.columns.columns != nullptr) {
-    for_changed(changed, [&](std::size_t i) { in.record[first + i] = record_of(in, first + i); });
+    for_changed(changed, [&](std::size_t i) {
+      in.record[first + i] =
+          find_record(in.columns, static_cast<std::int32_t>(in.cell_x[first + i]),
+                      static_cast<std::int32_t>(in.cell_y[first + i]),
+                      static_cast<std::int32_t>(in.cell_z[first + i]));
+    });
     return;
   }
   for_changed(changed, [&](std::size_t i) {
@@ -255,10 +249,8 @@ inline void fetch_records(const KernelInput& in, std::size_t first) {
   }
 }
 
-// In which order batches are located and computed. A map is larger than the caches, and where a
-// point's cell changes, its place in the table and then its record come from memory. So a batch is
-// located this many batches before it is computed, which asks for the places, and its records are
-// asked for on half of the way.
+// In which order batches are located and computed. A map is larger than the caches: a batch is
+// located this many batches before it is computed, and its records are fetched halfway.
 struct Ahead {
   static constexpr std::size_t kLocateAhead = 6;
   static constexpr std::size_t kRecordsAhead = 3;
@@ -334,7 +326,6 @@ void run_kernel(const KernelInput& in, KernelSums& sums) {
   });
 }
 
-// Written over the vectors B; Order says in which order batches are located and computed.
 template <class B, class Order>
 KernelVersion kernel_of() {
   return {run_kernel<B, Order>, run_score<B, Order>};
