@@ -16,12 +16,10 @@
 namespace sightline {
 namespace {
 
-// Of each drive one scan in so much of its way is compared.
-constexpr double kStep_m = 8.0;
-// Earlier scans this near others are asked, and rays look so far for what has changed.
+constexpr double kStep_m = 8.0;  // of a drive's way, between scans that are compared
+// Earlier scans this near others are compared, and rays look so far for what has changed.
 constexpr double kSeenTogether_m = 40.0;
-// Edge of the squares of the plane in which voxels are one change.
-constexpr double kSquare_m = 4.0;
+constexpr double kSquare_m = 4.0;  // edge of the squares in which voxels are one change
 // From a place so much must be confirmed within this distance: who sees nothing finds no change.
 constexpr double kConfirmed_m = 30.0;
 constexpr double kLeastConfirmed_m2 = 4.0;
@@ -69,9 +67,8 @@ class KnownWays {
       const Eigen::Vector3d ahead = there.T_map_vehicle.linear().col(0);
       const Eigen::Vector3d offset_m =
           here.T_map_vehicle.translation() - there.T_map_vehicle.translation();
-      const bool passes = there.piece == here.piece && std::abs(offset_m.z()) <= kSameHeight_m &&
-                          ahead.dot(here.T_map_vehicle.linear().col(0)) >= kSameDirection;
-      if (!passes) return;
+      if (there.piece != here.piece || std::abs(offset_m.z()) > kSameHeight_m) return;
+      if (ahead.dot(here.T_map_vehicle.linear().col(0)) < kSameDirection) return;
       parts.insert(drive_.scans[earlier].part);
       const double along_m = offset_m.dot(ahead);
       if ((offset_m - along_m * ahead).head<2>().norm() > kSameWay_m) return;
@@ -149,9 +146,7 @@ Result<std::vector<ComparedSquare>> compare(const PassContext& ctx,
   };
   SIGHTLINE_ASSIGN(const std::vector<OfTile> of_tile, make_parts(ctx, std::move(work)));
   std::vector<ComparedSquare> all;
-  for (const std::vector<ComparedSquare>& some : of_tile) {
-    all.insert(all.end(), some.begin(), some.end());
-  }
+  for (const OfTile& some : of_tile) all.insert(all.end(), some.begin(), some.end());
   return all;
 }
 
@@ -241,8 +236,8 @@ Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& opti
   for (const std::size_t scan : known) {
     chosen.poses[scan].is_laid = !squares.confirm(place_m(trajectory, scan));
   }
-  std::size_t left_out = 0;
-  for (const std::size_t scan : others) left_out += chosen.poses[scan].is_laid ? 0 : 1;
+  const std::ptrdiff_t left_out =
+      std::ranges::count_if(others, [&](std::size_t i) { return !chosen.poses[i].is_laid; });
   if (left_out > 0) {
     ctx.warn(concat(left_out, " of ", others.size(),
                     " scans beside the earlier map show nothing new and are not laid into it"));

@@ -126,14 +126,14 @@ std::vector<Run> split_into_runs(const std::vector<RoutePose>& poses, double lar
   return runs;
 }
 
-// Appends the sites of one run; the k-th lies at k * spacing_m exactly, so that no error adds up.
+// Appends the sites of one run; the k-th is at k * spacing_m exactly, so that no error adds up.
 void append_sites(const Run& poses, const Pose& T_vehicle_lidar, Sites& sites) {
   const std::uint32_t run = sites.sites.empty() ? 0 : sites.sites.back().run + 1;
   std::uint32_t next = 0;
   const auto place = [&](const Pose& T_map_vehicle) {
     const Pose T_map_lidar = T_map_vehicle * T_vehicle_lidar;
-    sites.sites.push_back({run, next * sites.spacing_m, T_map_vehicle, T_map_lidar.translation()});
-    ++next;
+    const double s_m = next++ * sites.spacing_m;
+    sites.sites.push_back({run, s_m, T_map_vehicle, T_map_lidar.translation()});
   };
   place(poses.front());
   double start_m = 0.0;
@@ -161,20 +161,18 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options) {
 Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, const Drive& drive,
                            const Trajectory& trajectory) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  const ScanSelection selection = options.scans;
   std::vector<RoutePose> poses;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
-    if (!is_selected(drive.scans[i], selection) || !pose.is_laid) continue;
+    if (!is_selected(drive.scans[i], options.scans) || !pose.is_laid) continue;
     poses.push_back({pose.T_map_vehicle, pose.piece, drive.scans[i].part});
   }
   if (poses.empty()) {
-    return Error{
-        ErrorCode::kDriveTooShort,
-        concat("none of the drive's ", drive.scans.size(), " scans is ",
-               (selection == ScanSelection::kAll ? "there" : std::string(name_of(selection))),
-               ", expected at least one"),
-        "", "pass choose-sites"};
+    return Error{ErrorCode::kDriveTooShort,
+                 concat("none of the drive's ", drive.scans.size(), " scans is ",
+                        (options.scans == ScanSelection::kAll ? "there" : name_of(options.scans)),
+                        ", expected at least one"),
+                 "", "pass choose-sites"};
   }
   Sites sites;
   sites.frame = trajectory.frame;

@@ -14,10 +14,9 @@ namespace {
 
 Result<std::vector<PlacedScan>> place_scans(const RemoveMovingOptions& options, const Drive& drive,
                                             const Trajectory& trajectory) {
-  const ScanSelection selection = options.scans;
   std::vector<PlacedScan> scans;
   for (std::uint32_t i = 0; i < drive.scans.size(); ++i) {
-    if (!is_selected(drive.scans[i], selection) || !trajectory.poses[i].is_laid) continue;
+    if (!is_selected(drive.scans[i], options.scans) || !trajectory.poses[i].is_laid) continue;
     const SensorProfile& sensor = drive.sensor_of(drive.scans[i]);
     scans.push_back({i, trajectory.poses[i].T_map_vehicle * sensor.T_vehicle_lidar,
                      sensor.min_range_m, sensor.max_range_m, drive.scans[i].part});
@@ -27,22 +26,13 @@ Result<std::vector<PlacedScan>> place_scans(const RemoveMovingOptions& options, 
                "pass remove-moving"};
 }
 
-Result<ReturnCounts> count_returns(const ScanStore& store, const PlacedScan& placed) {
-  SIGHTLINE_ASSIGN(const Scan scan, store.read(placed.index));
-  ReturnCounts counts;
-  for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
-    ++(is_within_range(placed, point_lidar_m) ? counts.in_range : counts.out_of_range);
-  }
-  return counts;
-}
-
-// Of consecutive scans.
 Result<ReturnCounts> count_returns(const ScanStore& store, std::span<const PlacedScan> scans) {
   ReturnCounts sum;
-  for (const PlacedScan& scan : scans) {
-    SIGHTLINE_ASSIGN(const ReturnCounts counts, count_returns(store, scan));
-    sum.in_range += counts.in_range;
-    sum.out_of_range += counts.out_of_range;
+  for (const PlacedScan& placed : scans) {
+    SIGHTLINE_ASSIGN(const Scan scan, store.read(placed.index));
+    for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
+      ++(is_within_range(placed, point_lidar_m) ? sum.in_range : sum.out_of_range);
+    }
   }
   return sum;
 }
@@ -73,7 +63,6 @@ class Search {
     return find_moving_in_tile(carve_, *points_.store, scans_of(tiles_[part]), tiles_[part]);
   }
 
-  // Of the scans that a part looks at.
   [[nodiscard]] std::optional<Digest> content(std::size_t part) const {
     if (tiles_.empty()) return content_of_scans(*points_.store, block(part), ByteWriter());
     return content_of_scans(*points_.store, scans_of(tiles_[part]), written(tiles_[part]));
@@ -133,11 +122,10 @@ std::vector<OptionField> option_fields(RemoveMovingOptions& options) {
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  SIGHTLINE_ASSIGN(std::vector<PlacedScan> scans, place_scans(options, drive, trajectory));
   SurfacePoints points;
   points.frame = trajectory.frame;
-  points.scans = std::move(scans);
   points.store = drive.store;
+  SIGHTLINE_ASSIGN(points.scans, place_scans(options, drive, trajectory));
   SIGHTLINE_TRY(search(ctx, options, points));
   if (points.standing_count == 0) {
     return Error{

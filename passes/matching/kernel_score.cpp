@@ -116,15 +116,6 @@ MatchScore to_score(const Totals& totals, double d1) {
   return score;
 }
 
-// No cell is known yet.
-void forget_cells(ScanForMatch& scan) {
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) {
-    std::ranges::fill(*axis, kUnknown);
-  }
-  std::ranges::fill(scan.record, 0);
-}
-
 // Calls run(input) for a chunk after the other of the first `count` points.
 template <class Run>
 void for_chunks(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
@@ -132,7 +123,11 @@ void for_chunks(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
   SIGHTLINE_CHECK(count == scan.points_m.size() ||
                   (count < scan.points_m.size() && count % kKernelBatch == 0));
   if (scan.cells_digest != grid.cells_digest) {
-    forget_cells(scan);
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) {
+      std::ranges::fill(*axis, kUnknown);
+    }
+    std::ranges::fill(scan.record, 0);
     scan.cells_digest = grid.cells_digest;
   }
   KernelInput input = make_input(grid, T_map_sensor);
@@ -226,9 +221,7 @@ MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, std::size_t c
     for (std::size_t s = 0; s < kKernelSums; ++s) totals[s] += sum_of(sums.lanes[s]);
   });
   MatchScore score = to_score(totals, grid.gauss.d1);
-  for (std::size_t i = 0; i < count; ++i) {
-    score.scored_points += scan.record[i] != 0 ? 1 : 0;
-  }
+  for (std::size_t i = 0; i < count; ++i) score.scored_points += scan.record[i] != 0 ? 1 : 0;
   return score;
 }
 

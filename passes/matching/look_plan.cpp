@@ -24,13 +24,6 @@ namespace {
 constexpr int kHeadings = 5;  // to each side
 constexpr double kHeadingStep_rad = 2.0 * std::numbers::pi / 180.0;
 
-// About the vertical, at the vehicle's own place.
-Pose turned(const Pose& T_map_vehicle, double angle_rad) {
-  Pose result = T_map_vehicle;
-  result.linear() = rotation_matrix({Eigen::Vector3d::UnitZ(), angle_rad}) * T_map_vehicle.linear();
-  return result;
-}
-
 // Of the headings that the blurred score of the leading points likes best, the least turned.
 Pose best_heading(const PlannedLocalizer& planned, ScanForMatch& cut, const Pose& T_map_vehicle,
                   PlannedMatch& result) {
@@ -39,7 +32,9 @@ Pose best_heading(const PlannedLocalizer& planned, ScanForMatch& cut, const Pose
   double best_score = 0.0;
   for (int i = 0; i <= 2 * kHeadings; ++i) {
     const int step = (i + 1) / 2 * (i % 2 == 0 ? 1 : -1);  // 0, -1, 1, -2, 2, ..
-    const Pose pose = turned(T_map_vehicle, step * kHeadingStep_rad);
+    Pose pose = T_map_vehicle;  // turned about the vertical, at the vehicle's own place
+    pose.linear() = rotation_matrix({Eigen::Vector3d::UnitZ(), step * kHeadingStep_rad}) *
+                    T_map_vehicle.linear();
     const double score =
         kernel_score_alone(widest, cut, cut.thin_count, pose, planned.options.kernel);
     ++result.match.iterations;
@@ -108,9 +103,7 @@ PlannedMatch localize_in_looks(const PlannedLocalizer& planned, const Scan& scan
   PlannedMatch result;
   if (prediction.is_tracking) {
     look_first(planned, scan, prediction.T_map_vehicle, memory, result);
-    const bool is_first_good =
-        has_matched(result.match) && result.doubt <= planned.plan.doubt_above;
-    if (is_first_good) return result;
+    if (has_matched(result.match) && result.doubt <= planned.plan.doubt_above) return result;
     result.is_past_deadline = deadline.now_ms && deadline.now_ms() > deadline.latest_ms;
     if (result.is_past_deadline) return result;
   }

@@ -20,9 +20,8 @@ std::vector<InitialOffset> initial_offsets(const StartPattern& pattern) {
   std::vector<InitialOffset> offsets;
   for (int k = 0; k < count; ++k) {
     const double radius_m = pattern.radius_m * std::sqrt((k + 0.5) / count);
-    const double angle_rad = kGoldenAngle_rad * k;
+    const SinCos direction = portable_sin_cos(kGoldenAngle_rad * k);
     InitialOffset offset;
-    const SinCos direction = portable_sin_cos(angle_rad);
     offset.x_m = radius_m * direction.cos;
     offset.y_m = radius_m * direction.sin;
     offset.z_m = pattern.z_m * evenly(7 * k % count, count);

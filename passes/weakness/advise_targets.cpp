@@ -228,8 +228,7 @@ std::vector<TargetAdvice> advise_targets(const PassContext& ctx, const AdviceOpt
 }
 
 double facing_deg(const Target& target) {
-  const double facing_rad = portable_atan2(target.facing.y(), target.facing.x());
-  return facing_rad * 180.0 / std::numbers::pi;
+  return portable_atan2(target.facing.y(), target.facing.x()) * 180.0 / std::numbers::pi;
 }
 
 std::optional<double> distance_to_target_m(const Target& target, const Eigen::Vector3d& p_map_m,
@@ -244,8 +243,7 @@ std::optional<double> distance_to_target_m(const Target& target, const Eigen::Ve
   const double up_m = from_foot_m.z() - target.size.bottom_m;
   const bool is_hit = std::abs(across_m) <= 0.5 * target.size.width_m && up_m >= 0.0 &&
                       up_m <= target.size.height_m;
-  if (!is_hit) return std::nullopt;
-  return distance_m;
+  return is_hit ? std::optional(distance_m) : std::nullopt;
 }
 
 std::vector<TargetHit> hits_of(const Target& target, const SiteView& view,

@@ -23,15 +23,6 @@ std::map<CellKey, ScanVoxel> voxels_of(const std::vector<Eigen::Vector3d>& direc
   return voxels;
 }
 
-NdtMap map_of(const NearNds& nds, const MapFrame& frame) {
-  NdtMap map;
-  map.frame = frame;
-  map.cell_m = nds.cell_m;
-  map.tile_m = nds.cell_m;
-  map.nds = nds.nds;
-  return map;
-}
-
 }  // namespace
 
 const Eigen::Matrix3d* NearNds::information_at(const CellKey& key) const {
@@ -77,7 +68,7 @@ Result<std::vector<SiteView>> views_from(PassContext& ctx, const ViewOptions& op
     views[i].p_map_m = sites.sites[of[i]].p_map_m;
   }
   const RayFan fan{directions, options.near_m, options.range_m, options.view};
-  const Surface surface = surface_of_nds(map_of(nds, sites.frame));
+  const Surface surface = surface_of_nds({sites.frame, nds.cell_m, nds.cell_m, nds.nds, 0, 0, 0});
   SIGHTLINE_TRY(cast_at_sites(ctx, surface, seen_from, fan,
                               [&](std::size_t i, std::span<const double> distance_m) {
                                 SiteView& view = views[i];

@@ -21,12 +21,9 @@ namespace {
 
 constexpr const char* kPlace = "pass choose-field-sites";
 
-// The raster of free ground is finer than the grid, and half a metre at most.
-constexpr double kFinest_m = 0.5;
-// From the place that a user names to free ground.
-constexpr double kNear_m = 10.0;
-// The sensor sits on the roof.
-constexpr double kAboveSensor_m = 0.2;
+constexpr double kFinest_m = 0.5;       // of the raster of free ground, at most
+constexpr double kNear_m = 10.0;        // from the place that a user names to free ground
+constexpr double kAboveSensor_m = 0.2;  // the sensor is on the roof
 
 // Numbers between commas. Error: bad-value.
 Result<std::vector<double>> numbers_of(const std::string& name, const std::string& text,
@@ -172,9 +169,7 @@ std::vector<std::vector<std::uint32_t>> runs_of(const FreeGround& free, const Gr
 void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& options,
                     const FreeGround& free, std::uint32_t stretch, std::size_t count) {
   const double square_m2 = free.step_m() * free.step_m();
-  std::size_t apart = 0;
-  for (const std::size_t size : free.stretch_sizes()) apart += size;
-  apart -= free.stretch_sizes()[stretch];
+  const std::size_t apart = free.places().size() - free.stretch_sizes()[stretch];
   const auto places = static_cast<double>(count);
   char text[320];
   std::snprintf(text, sizeof text,
@@ -212,9 +207,8 @@ std::array<Eigen::Vector2d, kWays> ways() {
   return all;
 }
 
-// The way that a vehicle looks at a free place, of unit length: the first of 16, evenly over half a
-// turn from +x on, along which free ground goes on farthest, ahead and behind together, each for
-// 20 m at most.
+// A vehicle's heading at a free place, of unit length: the first of 16, evenly over half a turn
+// from +x, along which free ground goes on farthest, ahead and behind together, 20 m each at most.
 Eigen::Vector2d free_heading(const FreeGround& free, std::uint32_t place) {
   static const std::array<Eigen::Vector2d, kWays> kAll = ways();
   const auto most = static_cast<int>(kLookAlong_m / free.step_m());

@@ -190,8 +190,7 @@ void PatchEvidence::count_passes(int threads) {
     std::vector<Visit>& visits = visits_of[share.part];
     visits.clear();
     for (const std::uint32_t& i : share.things) {
-      const RayVisit& later = rays_.visits[sorted_.later(i)];
-      __builtin_prefetch(&later);
+      __builtin_prefetch(&rays_.visits[sorted_.later(i)]);
       const RayVisit& visit = rays_.visits[i];
       const FollowedRay& ray = rays_.rays[visit.ray];
       visits.push_back({ray.lanes, visit.enter_m, visit.leave_m, &ray});
