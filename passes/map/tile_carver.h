@@ -39,8 +39,8 @@ std::vector<PlacedScan> scans_of_tile(const CarveOptions& options,
                                       std::span<const PlacedScan> scans, const PointGrid& origins,
                                       const TileKey& tile);
 
-// Looks at one tile with all scans that reach it, one scan in memory at a time. What is found does
-// not depend on where tiles begin and end. Errors: what reading a scan says.
+// Looks at one tile with all scans that reach it, one scan in memory at a time. The findings do not
+// depend on the tiling. Errors: those of reading a scan.
 Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
                                          std::span<const PlacedScan> scans, const TileKey& tile);
 
@@ -60,9 +60,8 @@ Result<std::vector<ComparedSquare>> compare_in_tile(const CarveOptions& options,
                                                     const TileKey& tile, std::uint32_t first_new,
                                                     double square_m);
 
-// What the scans say of the voxels of a tile and of those around it, before any verdict: hits,
-// misses, and which are ground. A voxel that stands whatever a scan says is asked of none: no
-// misses. Errors: what reading a scan says.
+// The voxels of a tile and of those around it, before any verdict: hits, misses, and which are
+// ground. Voxels that stand in any case have no misses. Errors: those of reading a scan.
 Result<SeenVoxels> look_at_tile(const CarveOptions& options, const ScanStore& store,
                                 std::span<const PlacedScan> scans, const TileKey& tile);
 

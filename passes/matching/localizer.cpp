@@ -8,9 +8,8 @@
 #include "formats/base/check.h"
 #include "formats/surroundings/cell_moments.h"
 
-// Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
-// only shows the way may end far from its optimum and needs few points; what it costs is small
-// beside the last level, which starts so near that it takes three or four evaluations.
+// Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A first level
+// may end far from its optimum and needs few points; the last takes three or four evaluations.
 
 namespace sightline {
 namespace {

@@ -7,9 +7,8 @@
 #include "formats/base/check.h"
 #include "formats/grid/cell_key.h"
 
-// What makes it fast: only the returns that the stride touches are read, and each of them is
-// fetched long before it is needed, since a scan is larger than the caches. Crop and chance leave
-// a few hundred points; from there on all stays in the nearest cache.
+// Only the returns that the stride touches are read, each fetched long before it is needed, since a
+// scan is larger than the caches. The few hundred points that are left stay in the nearest cache.
 
 namespace sightline {
 namespace {

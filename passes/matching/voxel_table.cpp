@@ -52,8 +52,7 @@ void VoxelTable::begin(const VoxelBox& box) {
   words_.resize(bits_.size() / kWordBits + 1);
 }
 
-// Everything that the loop needs stands in local variables: the compiler cannot know that adding to
-// a sum leaves the table's own members alone.
+// In local variables: the compiler cannot know that adding to a sum leaves the members alone.
 void VoxelTable::add_keyed(std::span<const Eigen::Vector3d> points_m,
                            std::span<const CellKey> keys) {
   if (voxels_.size() < voxel_count_ + keys.size()) voxels_.resize(2 * voxel_count_ + keys.size());

@@ -59,7 +59,7 @@ sightline_points points_of(std::span<const Number> numbers, std::size_t numbers_
           std::is_same_v<Number, double> ? 1 : 0};
 }
 
-// As sightline_localizer.h says of each function. Safe to use from several threads at once.
+// See sightline_localizer.h. Safe to use from several threads at once.
 class VehicleLocalizer {
  public:
   // Opens a compiled map, a point cloud or a folder of clouds.

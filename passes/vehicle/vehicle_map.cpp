@@ -63,8 +63,7 @@ Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMa
   }
   const double tile_m = kCellsOfTile * options.cell_m;
   const double reach_m = kMostCells * options.cell_m;
-  const bool fits = low_m.cwiseAbs().maxCoeff() < reach_m && high_m.cwiseAbs().maxCoeff() < reach_m;
-  if (!fits) {
+  if (!(low_m.cwiseAbs().maxCoeff() < reach_m && high_m.cwiseAbs().maxCoeff() < reach_m)) {
     return Error{ErrorCode::kUnsupportedFormat,
                  "a point lies farther from the origin than 2^29 cells: are these metres?",
                  path.string()};

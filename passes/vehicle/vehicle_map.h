@@ -31,8 +31,8 @@ struct VehicleMapOptions {
 };
 
 // A compiled map with the localizer whose errors it holds (searching, where that is no own one), or
-// a point cloud or a folder of clouds, of which the NDs are computed. Where clouds are read, the
-// map's frame is that of the lowest corner of all points, the world that of the files.
+// a point cloud or a folder of clouds, of which the NDs are computed: the map's frame is then that
+// of the lowest corner of all points, the world that of the files.
 // Errors: those of read_map(), read_point_cloud(), list_scan_files(); empty-map (no cell has points
 // enough), unsupported-format (points farther apart than 2^29 cells), bad-value (an option).
 Result<VehicleMap> read_vehicle_map(const std::filesystem::path& path,

@@ -9,8 +9,6 @@
 
 namespace sightline {
 
-// What an upright board beside the road would add to the match of scans.
-
 struct TargetSize {
   double width_m = 1.0;
   double height_m = 2.0;
@@ -39,9 +37,8 @@ struct TargetHit {
 std::vector<TargetHit> hits_of(const Target& target, const SiteView& view,
                                const std::vector<Eigen::Vector3d>& directions, double range_m);
 
-// The information of NDs that would be others with the target in the map, by cell: their points and
-// those of `hits`, each of which stands for `weight` scans from about there that made the map, 2.8
-// cm off on each axis as a map's points are. A cell is in the list where it would have a valid ND.
+// By cell, the information of valid NDs that change with the target in the map: their points and
+// those of `hits`, each of which counts for `weight` scans, 2.8 cm off on each axis.
 using ChangedNds = std::map<CellKey, Eigen::Matrix3d>;
 struct WeightedHits {
   const SiteView& view;
@@ -52,8 +49,7 @@ ChangedNds nds_with_target(const NearNds& nds, const std::vector<WeightedHits>& 
                            const std::vector<Eigen::Vector3d>& directions);
 
 // The information of the view with the target there: its beams end at the target, and samples in
-// changed cells are judged by the changed NDs. The same, but for rounding, as casting and adding up
-// anew.
+// changed cells use the changed NDs. Equals casting and adding up anew, but for rounding.
 struct TargetScene {
   const NearNds& nds;
   const ChangedNds& changed;
@@ -91,9 +87,8 @@ struct StretchScene {
   const NearNds& nds;
   const Sites& sites;
   const std::vector<SiteView>& views;  // of the judged sites, the worst one first
-  // For each view: the standard deviation along the loose direction without a board, m, as far as
-  // the map's own factors tell it; that of the view itself, cast on NDs, sees gaps in walls as
-  // closed.
+  // For each view: the standard deviation along the loose direction without a board, m, by the
+  // map's own factors where known: views cast on NDs close gaps in walls.
   const std::vector<double>& std_m;
   const std::vector<double>& weights;  // for each view: scans of the map that it stands for
   const std::vector<Eigen::Vector3d>& directions;
@@ -112,13 +107,11 @@ std::optional<double> ground_height_m(const NearNds& nds, const Eigen::Vector2d&
 // edge of the board.
 bool is_taken(const NearNds& nds, const Target& target, double clear_m);
 
-// Standard deviation with what `after` knows more than `before`, on top of `std_m`: information
-// adds up.
+// `std_m` with the information that `after_m` has more than `before_m`.
 double std_with_more_m(double std_m, double before_m, double after_m);
 
-// The best places, by gain over the judged sites; of equal ones the nearer to the stretch's start.
-// Boards face along the loose direction, which is what they are to hold. Only what is better than
-// nothing is named.
+// The best places with any gain, by gain over the judged sites; of equal ones the nearer to the
+// stretch's start. Boards face along the loose direction.
 std::vector<TargetAdvice> advise_targets(const PassContext& ctx, const AdviceOptions& options,
                                          const StretchScene& scene);
 

@@ -11,9 +11,8 @@
 #include "passes/pass/pass_context.h"
 #include "passes/rays/surface_caster.h"
 
-// What a sensor sees from sites of a map of which only the NDs are known, and what that says
-// of its pose: the virtual scan and the information of schemas/definitions.md ("Factors from a
-// virtual scan"), cast on the patches of passes/map/build_nd_surface.h.
+// The virtual scan and its information (schemas/definitions.md, "Factors from a virtual scan") at
+// sites of a map of NDs alone, cast on the patches of passes/map/build_nd_surface.h.
 
 namespace sightline {
 

@@ -7,12 +7,10 @@
 
 namespace sightline {
 
-// Level patches for ground that lies between ground: the lines of a scan are many metres apart on
-// the ground where the sensor looks far, and rays between them would go on below it. Straight from
-// what was seen on one side to what was seen on the other, in the direction in which that is
+// Level patches for unseen ground between the lines of a scan, where rays would go on below it.
+// Straight from ground on one side to ground on the other, in the direction in which that is
 // nearest, where both are at heights that one street may have; level for five columns of two cells
-// where ground lies on one side alone, as at the foot of a wall. Not where ground was seen.
-// Patches that are not is_ground() do not count.
+// where ground lies on one side alone, as at the foot of a wall. Only is_ground() patches count.
 std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, double cell_m);
 
 // Patches farther away, along either axis, have no part in what is between.

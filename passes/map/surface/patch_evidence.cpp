@@ -11,9 +11,8 @@
 #include "formats/grid/cell_index.h"
 #include "passes/map/tiles/cell_tiles.h"
 
-// What scans say is gathered from many of them and then counted cell by cell: a cell's patches and
-// their counts are brought near once for all of it, where scan by scan most of the time went into
-// waiting for them.
+// Evidence of many scans is gathered and then counted cell by cell, so that a cell's patches and
+// their counts are fetched from memory once.
 
 namespace sightline {
 namespace {

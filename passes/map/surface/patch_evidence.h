@@ -23,8 +23,7 @@ struct SeenScan {
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
 };
 
-// Things in the order of their cells, so that who asks for a cell has them together. Keeps its
-// memory from one sort() to the next.
+// Things in the order of their cells. Keeps its memory from one sort() to the next.
 class SortedByCell {
  public:
   // numbers[i]: of the cell of thing i, below cell_count or kNone.
@@ -59,9 +58,8 @@ class SortedByCell {
   std::vector<std::uint32_t> begin_;  // by cell, in order_; and the end
 };
 
-// All returns of a scan without an origin; of others a part of the returns and a smaller part of
-// the rays, spread evenly, so that dense scans cost what sparse ones do. A return that moved is
-// none of what stands, but its ray went through all that lies before it.
+// Counts all returns of a scan without an origin; of others a part of the returns and a smaller
+// part of the rays, spread evenly. Of a return that moved only the ray counts.
 class PatchEvidence {
  public:
   // Keeps a reference to the grid, which holds `patch_count` patches.

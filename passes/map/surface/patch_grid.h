@@ -20,10 +20,9 @@ struct PatchBlock {
   std::uint32_t first_cell = 0;  // the number of the first one
 };
 
-// Finds the patches that reach into a cell of a grid. Most cells hold none, so that one look at a
-// block of 4 x 4 x 4 of them answers for many. Takes memory for all blocks of the plane between
-// patches, and in each of its columns for those between the lowest and the highest patch: for
-// patches of one place.
+// Finds the patches that reach into a cell of a grid, by blocks of 4 x 4 x 4 cells. Takes memory
+// for all blocks of the plane between patches, and in each of its columns for those between the
+// lowest and the highest patch: for patches of one place.
 class PatchGrid {
  public:
   PatchGrid(std::span<const SurfacePatch> patches, double cell_m);

@@ -32,11 +32,11 @@ SIGHTLINE_FIELDS(SurfaceTile, cells, patches)
 
 // The patches whose centres lie over a tile, but for ground between ground: those of the surface of
 // all scans, to the bit. `tiles`: of cells of the options, blocks a multiple of kLongestCell_cells.
-// As many scans in memory as threads (0: all there are). Errors: what reading a scan says.
-// What decides it (PartedWork::content): content_of_tile().
+// As many scans in memory as threads (0: all there are). Errors: those of reading a scan.
 Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTileOptions& options,
                                     const CellTiles& tiles, std::size_t tile, int threads);
 
+// What decides it (PartedWork::content).
 std::optional<Digest> content_of_tile(const SurfacePoints& points,
                                       const SurfaceTileOptions& options, const CellTiles& tiles,
                                       std::size_t tile);

@@ -9,13 +9,12 @@
 #include "formats/tables/stored_table_writer.h"
 #include "passes/pass/pass_context.h"
 
-// The cells of a map, or of a part of it, while points are added to them; part of build-ndt.
+// Part of build-ndt.
 
 namespace sightline {
 
-// The sums of CellMoments (formats/surroundings/cell_moments.h, used by local maps), also about the
-// cell's centre, but faster and additive only: no point can be taken away. In pairs, since every
-// x86-64 adds two doubles at once.
+// The sums of CellMoments (formats/surroundings/cell_moments.h), about the cell's centre, but
+// faster: no point can be taken away, and every x86-64 adds pairs of doubles at once.
 struct CellSums {
   Eigen::Array2d x_y = Eigen::Array2d::Zero();
   Eigen::Array2d xx_yy = Eigen::Array2d::Zero();

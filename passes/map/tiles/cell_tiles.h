@@ -15,14 +15,12 @@
 #include "passes/map/tiles/build_ndt_cells.h"
 #include "passes/pass/pass_context.h"
 
-// Tiles of whole cells, and which parts of surface points reach them: a pass that goes tile by tile
-// needs memory for one, however long the street is.
+// Tiles of whole cells, and which parts of surface points reach them.
 
 namespace sightline {
 
-// What is known of one part of surface points (SurfacePointReader) without its points. It covers
-// all points within range, both standing and moving: a further drive can change which points count
-// as moving, but the extents of earlier scans stay the same.
+// The extent of one part of surface points (SurfacePointReader): of all points within range, moving
+// or not, so that a further drive does not change it.
 struct ScanExtent {
   std::uint64_t point_count = 0;
   Eigen::Vector2d low_m = Eigen::Vector2d::Zero();  // box of the points, map frame
@@ -37,15 +35,13 @@ struct BlockGrid {
   std::int32_t block_cells = 1;
 };
 
-// Of each part, in their order: so that a pass can go tile by tile and reads only the scans that
-// reach a tile. These are the first parts of the work of `pass`; for what it does next see
-// after_extents(). Errors: what reading says; invalid-artifact (a point that is not finite or lies
-// more than 2^30 cells from the origin).
+// Of each part, in their order. These are the first parts of the work of `pass`; then see
+// after_extents(). Errors: those of reading; invalid-artifact (a point that is not finite or more
+// than 2^30 cells from the origin).
 Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const SurfacePoints& points,
                                                 const BlockGrid& grid, const std::string& pass);
 
-// The context for the later parts of the same pass. Their numbers begin after those that
-// measure_extents() used, so that each number is used once.
+// The context for later parts of the pass: their numbers begin after those of measure_extents().
 PassContext after_extents(const PassContext& ctx, const SurfacePoints& points);
 
 // Columns of cells of all heights: x and y of their keys from low to high, both included.
@@ -87,9 +83,8 @@ class CellTiles {
   std::vector<TileKey> tiles_;  // ascending
 };
 
-// The cells of a box with the points of these parts that lie over it, added in the order of parts
-// and of points: each cell is that of all parts, to the bit. As many parts in memory as threads (0:
-// all there are). Errors: what reading a scan says.
+// The cells of a box with the points of these parts, added in the order of parts and of points. As
+// many parts in memory as threads (0: all there are). Errors: those of reading a scan.
 Result<NdtCells> cells_over(const SurfacePointReader& reader, std::span<const std::size_t> parts,
                             const CellBox& box, double cell_m, int threads);
 
