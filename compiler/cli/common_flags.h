@@ -24,7 +24,6 @@ Flag world_flag(std::string& world);
 Flag expires_flag(std::string& time);
 Flag passphrase_flag(std::string& file);
 
-// A positional that names a compiled map.
 Positional map_positional(std::string& file, const std::string& help);
 
 // Whether a file may be written there, asked before hours of work rather than after them: as

@@ -7,7 +7,6 @@
 
 namespace sightline {
 
-// One function a verb.
 Verb init_verb();
 Verb compile_verb();
 Verb annotate_verb();

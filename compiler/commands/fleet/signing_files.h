@@ -21,7 +21,6 @@ Result<void> write_secret_file(const std::string& path, const std::string& text)
 Result<SecretKey> read_secret_key(const std::string& file, const std::string& passphrase_file);
 Result<PublicKey> read_public_key(const std::string& file);
 
-// Where the signatures of a file lie.
 std::string signatures_of(const std::string& file);
 
 // "2026-12-01T00:00:00Z", or "+30d": so many days from now; the clock's time for no text.

@@ -40,7 +40,6 @@ struct GateFlags {
   bool is_forced = false;
 };
 
-// What a map file holds, kept while it is judged.
 struct LoadedMap {
   CompiledMap map;
   MapSummary summary;

@@ -31,7 +31,6 @@ Result<void> check(const AnnotateFlags& flags) {
                "--sensor is required: which LiDAR will localize (a compiled map names its own)"};
 }
 
-// The configuration that the flags stand for.
 std::vector<std::string> overrides_of(const AnnotateFlags& flags) {
   std::vector<std::string> overrides = {"map.points=" + flags.map, "map.sensor=" + flags.sensor,
                                         "route.file=" + flags.route, "route.world=" + flags.world};

@@ -31,7 +31,6 @@ std::string section(const std::string& title, const std::string& lines) {
   return lines.empty() ? "" : concat(title, "\n", lines);
 }
 
-// Text in a cell of a table.
 std::string cell(const std::string& text) {
   std::string safe;
   for (const char c : text) {

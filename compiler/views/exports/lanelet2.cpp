@@ -137,9 +137,8 @@ Result<LaneletMap> lanes_of(const CompiledMap& map, const World& world, const st
 
 Result<std::size_t> limit_of(const MapInfo& info, double limit_m) {
   if (limit_m == 0.0) return info.limits_m.size() - 1;
-  for (std::size_t i = 0; i < info.limits_m.size(); ++i) {
-    if (info.limits_m[i] == limit_m) return i;
-  }
+  const auto found = std::ranges::find(info.limits_m, limit_m);
+  if (found != info.limits_m.end()) return static_cast<std::size_t>(found - info.limits_m.begin());
   std::string known;
   for (const double said_m : info.limits_m) known += " " + format_double(said_m);
   return Error{ErrorCode::kBadArgument,

@@ -11,7 +11,6 @@ namespace sightline {
 namespace {
 
 constexpr Colour kPaper = {255, 255, 255};
-
 constexpr std::uint32_t kPixelsPerCell = 4;
 constexpr std::uint32_t kScaleHeight = 16;
 constexpr std::uint32_t kScaleGap = 4;

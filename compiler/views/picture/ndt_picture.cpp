@@ -21,7 +21,6 @@ constexpr Colour kLyingPlane = {205, 205, 205};
 constexpr Colour kVolume = {60, 160, 70};
 constexpr Colour kSite = {0, 0, 0};
 
-// An ND or a site from above.
 struct Shape {
   NdEllipse ellipse;
   double height_m = 0.0;

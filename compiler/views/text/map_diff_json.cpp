@@ -99,7 +99,6 @@ Json stretch_json(const Stretch& stretch, const std::vector<double>& limits_m) {
   return json;
 }
 
-// A place as GeoJSON wants it.
 Result<Json> geo_position(const World& world, const Eigen::Vector3d& p_m) {
   if (world.kind == WorldKind::kLocal) return position_json(p_m);
   SIGHTLINE_ASSIGN(const Geodetic p, to_geodetic(world, p_m));

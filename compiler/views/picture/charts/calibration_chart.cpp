@@ -12,7 +12,6 @@ namespace {
 constexpr double kLargest_px = 9.0;   // radius of the point with most pairs
 constexpr double kSmallest_px = 2.0;  // of one with next to none, so that it can be seen
 
-// The curve, and its points.
 void add_limit(const std::vector<ReliabilityBin>& bins, ChartSeries line, Chart& chart) {
   ChartSeries points = line;
   points.mark = Mark::kPoints;

@@ -178,7 +178,6 @@ PageJson nds_json(const NdtMap& map) {
 
 constexpr std::size_t kMostNds = 200'000;  // drawn on the page's map
 
-// A range in whole decimetres.
 std::uint16_t decimetres(double range_m) {
   return static_cast<std::uint16_t>(std::lround(10.0 * range_m));
 }

@@ -34,7 +34,6 @@ class Along {
   std::vector<bool> is_after_gap_;
 };
 
-// A chart with the route as its x axis.
 Chart route_chart(const std::string& title, const std::string& y_label, double height_px = 300.0);
 
 }  // namespace sightline

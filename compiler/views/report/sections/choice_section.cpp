@@ -80,9 +80,8 @@ std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::si
 
 double coverage_of_range(const Evaluation& evaluation, std::size_t limit, std::size_t range) {
   double met = 0.0;
-  for (std::size_t i = 0; i < evaluation.sites.size(); ++i) {
-    const double error_m = evaluation.error_m[i * evaluation.statics.size() + range];
-    met += error_m <= evaluation.limits_m[limit] ? 1.0 : 0.0;
+  for (std::size_t i = range; i < evaluation.error_m.size(); i += evaluation.statics.size()) {
+    met += evaluation.error_m[i] <= evaluation.limits_m[limit] ? 1.0 : 0.0;
   }
   return met / static_cast<double>(evaluation.sites.size());
 }

@@ -23,7 +23,6 @@ std::string paragraph(const std::string& text);
 // The first row is the head; the first column names the rows; numbers stand under each other.
 std::string html_table(const TextGrid& grid, const std::string& caption);
 
-// Rows as columns.
 TextGrid transposed(const TextGrid& grid);
 
 // Names and values, two columns without a head.
