@@ -52,16 +52,14 @@ std::uint32_t changed_answers(const Stretch& stretch) {
   return most;
 }
 
-std::uint64_t changed_nds(const Stretch& stretch) {
-  return stretch.nds_added + stretch.nds_removed + stretch.nds_moved;
-}
-
 // Indices of the stretches to tell, along the route.
 std::vector<std::size_t> shown_stretches(const MapDiff& diff) {
   std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < diff.stretches.size(); ++i) shown.push_back(i);
   const auto weight = [&](std::size_t i) {
-    return 10 * std::uint64_t{changed_answers(diff.stretches[i])} + changed_nds(diff.stretches[i]);
+    const Stretch& stretch = diff.stretches[i];
+    return 10 * std::uint64_t{changed_answers(stretch)} + stretch.nds_added + stretch.nds_removed +
+           stretch.nds_moved;
   };
   if (shown.size() > kMostStretches) {
     std::stable_sort(shown.begin(), shown.end(),

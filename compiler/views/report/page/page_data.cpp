@@ -123,10 +123,6 @@ std::uint16_t steps_of(double value, double step) {
   return static_cast<std::uint16_t>(std::clamp(std::lround(value / step), 0L, 65535L));
 }
 
-std::uint8_t kind_of(const Nd& nd) {
-  return is_lying_plane(nd) ? kLyingPlane : static_cast<std::uint8_t>(dimension_class(nd));
-}
-
 // NDs of one tile, column by column.
 struct NdColumns {
   std::vector<std::uint16_t> place, height, radius;
@@ -147,7 +143,8 @@ void append(const Nd& nd, const Eigen::Vector3d& corner_m, double tile_m, NdColu
   const Eigen::Vector2d along = eigen.vectors.col(1);
   const double turn = std::atan2(along.y(), along.x()) * 256.0 / std::numbers::pi;
   columns.turn.push_back(static_cast<std::uint8_t>(std::lround(turn) & 255L));
-  columns.kind.push_back(kind_of(nd));
+  columns.kind.push_back(is_lying_plane(nd) ? kLyingPlane
+                                            : static_cast<std::uint8_t>(dimension_class(nd)));
 }
 
 PageJson nds_json(const NdtMap& map) {
