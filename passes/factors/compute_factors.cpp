@@ -13,10 +13,8 @@
 #include "passes/factors/virtual_scan.h"
 #include "passes/matching/scan_preparation.h"
 
-// Sites are taken in groups of consecutive ones. A group gathers the NDs within reach of any of its
-// sites and works out once what belongs to the ND alone: class, bin of the normal, and the grid of
-// self scores. Each site then sorts its NDs by distance, sums over shells, and localizes its
-// virtual scan, which is most of the work.
+// A group of consecutive sites computes once what depends on an ND alone: class, bin of the normal
+// and grid of self scores. Each site sums over shells and localizes its virtual scan.
 
 namespace sightline {
 namespace {

@@ -11,12 +11,10 @@
 #include "passes/map/tiles/cell_tiles.h"
 #include "passes/pass/work_in_parts.h"
 
-// How a cell gets the same bits for any number of threads: each cell belongs to one part of the
-// map, and a part adds its points in the order of the input. Points pass through in windows of
-// chunks: first every chunk finds its runs of points in one cell and hands them to parts, then
-// every part adds its runs, chunk after chunk. Nothing that a window needs outlives it, so memory
-// grows with the cells and not with the points. A recording goes tile by tile instead, each with
-// the scans that reach it in their order, and memory grows with neither.
+// A cell has the same bits for any number of threads: it belongs to one part of the map, which adds
+// its points in the order of the input. In windows of chunks every chunk finds its runs of points
+// in one cell for the parts, then every part adds its runs, chunk after chunk: memory grows with
+// the cells alone. A recording goes tile by tile instead, and memory does not grow.
 
 namespace sightline {
 namespace {
@@ -44,10 +42,7 @@ bool all_inside(std::span<const Eigen::Vector3d> points_m, double cell_m) {
   return signs >= 0;
 }
 
-// Cut, ChunkRuns and add_points() are for points in memory, such as a point cloud that a vehicle
-// opens (ndt_from_points). Recordings and the files of a finished map go through map_of_scans().
-
-// How work is cut; no result depends on it.
+// How work on points in memory is cut (recordings: map_of_scans()); no result depends on it.
 struct Cut {
   std::size_t part_count = 1;
   std::size_t chunk_count = 1;    // of a window
@@ -131,7 +126,6 @@ Error outside_grid(std::size_t point) {
           "", "pass build-ndt"};
 }
 
-// In memory, as the points are. Error: invalid-artifact.
 Result<TiledNds> map_of_points(PassContext& ctx, const BuildNdtOptions& options,
                                const SurfacePoints& points) {
   const std::vector<Eigen::Vector3d>& points_m = points.points_m;
@@ -145,7 +139,6 @@ Result<TiledNds> map_of_points(PassContext& ctx, const BuildNdtOptions& options,
   return TiledNds(map);
 }
 
-// Tile by tile. Errors: what reading says, invalid-artifact, disk-full, cannot-write.
 Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& options,
                               const SurfacePoints& points) {
   const BlockGrid blocks = blocks_of_tiles(options.cell_m);

@@ -16,11 +16,9 @@
 #include "passes/map/tiles/cell_tiles.h"
 #include "passes/pass/work_in_parts.h"
 
-// Points alone do not say where a surface ends: between two of them it may go on, or have a hole
-// that rays go through. So each patch is laid through the points of a cell and cut into squares,
-// and of each square it is counted how many returns lie there and how many rays went through it and
-// on. Rays decide where there were any; elsewhere a patch is solid between its returns, which the
-// scan lines leave apart, and nowhere beyond them.
+// Between two points a surface may go on or have a hole. So each patch is laid through the points
+// of a cell and cut into squares, and of each square the returns and the rays that went through and
+// on are counted. Rays decide where there were any; elsewhere a patch is solid between its returns.
 
 namespace sightline {
 namespace {
@@ -41,7 +39,6 @@ double returns_per_ray(const SurfacePoints& points, std::span<const ScanExtent> 
          kSteps;
 }
 
-// Adds the patches of all tiles. Errors: what reading a scan says, invalid-artifact.
 Result<CellTally> add_patches(const PassContext& ctx, const BuildSurfaceOptions& options,
                               const SurfacePoints& points, PatchesByTile& patches) {
   const BlockGrid blocks = blocks_of_tiles(options.cell_m, kLongestCell_cells);
@@ -100,7 +97,6 @@ Result<std::vector<SurfacePatch>> finished_tile(const PatchesByTile& patches, co
   return finished;
 }
 
-// Finishes and writes tiles, some at a time. Errors: cannot-read; those of the writer.
 Result<void> write_tiles(const PassContext& ctx, const PatchesByTile& patches,
                          std::span<const TileKey> tiles, const Surface& surface,
                          StoredTableWriter<Surface>& writer) {

@@ -10,10 +10,8 @@
 #include "passes/map/scan_rays.h"
 #include "passes/map/seen_voxels.h"
 
-// A return says that something was there, and that nothing was between it and the sensor. A voxel
-// that some scans hit and many others look through held something that moved.
-//
-// A tile needs two readings of its scans: one to know its voxels, one to look through them.
+// A voxel that some scans hit and many others look through held something that moved. A tile reads
+// its scans twice: for its voxels, then to look through them.
 
 namespace sightline {
 namespace {

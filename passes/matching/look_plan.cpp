@@ -8,11 +8,10 @@
 #include "formats/geometry.h"
 #include "passes/matching/match_score.h"
 
-// Why the test can be linear and small: a first look fails in two ways, and each can be seen in its
-// match. Where one direction is loose, its curvature is low and the match slides along it, away
-// from the predicted pose. Where the forecast is wrong, as at the entry of a bend, whose seven
-// degrees are beyond what Newton's method climbs, points lie beside their walls and the score is
-// half of the usual.
+// Why the test can be linear and small: a first look fails in two ways, and each shows in its
+// match. Where one direction is loose, its curvature is low and the match slides away from the
+// predicted pose. Where the prediction is wrong, as at the entry of a bend, whose seven degrees are
+// beyond what Newton's method climbs, the score is half of the usual.
 //
 // Why the second look stands alone where it was asked for: joined with the first by their Hessians
 // it is no better, and rules that keep what moved less, or the predicted pose, go on with an error

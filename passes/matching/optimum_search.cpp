@@ -7,11 +7,9 @@
 #include "formats/base/stopwatch.h"
 #include "passes/matching/match_score.h"
 
-// Why a search: between two long walls the score has a chain of optima along the street, a metre or
-// so apart, and a start a metre off climbs the wrong one. The right one is nearly always the
-// highest. The first level's Hessian gives the loose direction, a handful of looks at the blurred
-// score along it tell where another optimum is, and the last level's score, of all points, decides
-// between the two.
+// Why a search: between two long walls the score has optima along the street about a metre apart,
+// of which the right one is nearly always the highest. The first level's Hessian gives the loose
+// direction, its score along that shows another optimum, and the last level's score decides.
 
 namespace sightline {
 namespace {

@@ -30,8 +30,7 @@ void cells_of(const PatchPlane& plane, double cell_m, std::vector<CellKey>& keys
 constexpr double kLeastBehindPlane_m = 0.2;
 constexpr double kLeastBeyond_m = 0.4;  // along the ray
 
-// From cell to cell along a ray (Amanatides and Woo, 1987). Each axis has its own sum of steps,
-// from the sensor on, so that the cells are the same wherever one begins to look.
+// From cell to cell along a ray (Amanatides and Woo, 1987), the same cells wherever it begins.
 class CellWalk {
  public:
   CellWalk(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction, double cell_m)
@@ -104,8 +103,7 @@ class CellWalk {
   Axis x_, y_, z_;
 };
 
-// Along an axis on which a ray hardly moves, rounding decides where it changes cells: then nothing
-// can say beforehand how long it is in one.
+// Along an axis on which a ray hardly moves, rounding decides where it changes cells.
 bool hardly_moves(const Eigen::Vector3d& direction) {
   constexpr double kLeastAlong = 1e-4;
   return std::ranges::any_of(

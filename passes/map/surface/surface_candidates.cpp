@@ -12,8 +12,7 @@
 namespace sightline {
 namespace {
 
-// A patch reaches a little over its cell wherever its centre lies. Squares of 0.09 m in cells of
-// 0.5 m are no finer than what several rays of a drive tell apart.
+// A patch reaches a little over its cell wherever its centre is.
 constexpr double kHalfSidePerCell = 0.72;
 // What is thicker than walls with windows and noise is no one surface: leaves, boughs, pickets.
 constexpr double kMostThickness_m = 0.08;

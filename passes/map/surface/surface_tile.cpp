@@ -11,9 +11,8 @@
 #include "passes/map/surface/surface_candidates.h"
 #include "passes/map/tiles/cell_tiles.h"
 
-// A patch is what its own points, returns and rays make of it, but for the squares that patches of
-// shorter cells cover: so a tile is worked on with the cells around it, and their patches are left
-// to the tiles that they belong to.
+// A patch depends on its own points, returns and rays and on patches of shorter cells that cover
+// it: a tile is made with the cells around it, whose patches are left to their own tiles.
 
 namespace sightline {
 namespace {
@@ -47,7 +46,6 @@ std::vector<std::size_t> parts_seeing(const SurfacePoints& points, const CellTil
   return parts;
 }
 
-// A part of surface points as rays. Errors: what reading a scan says.
 Result<SeenScan> read_part(const SurfacePoints& points, const SurfacePointReader& reader,
                            std::size_t part) {
   SeenScan scan;
@@ -57,7 +55,6 @@ Result<SeenScan> read_part(const SurfacePoints& points, const SurfacePointReader
   return scan;
 }
 
-// Errors: what reading a scan says.
 Result<void> look_at_scans(const SurfacePoints& points, const SurfacePointReader& reader,
                            std::span<const std::size_t> parts, int threads,
                            PatchEvidence& evidence) {

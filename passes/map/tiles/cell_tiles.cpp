@@ -97,7 +97,6 @@ class ExtentSum {
   bool has_outside_ = false;
 };
 
-// Errors: what reading the scan says.
 Result<void> add_part(const SurfacePoints& points, std::size_t part, ExtentSum& sum) {
   if (part == points.scans.size()) {
     for (const Eigen::Vector3d& point_m : points.points_m) sum.add(point_m);
