@@ -36,7 +36,7 @@ double turn_of(const Eigen::Vector3d& p) {
   return p.x() < 0.0 ? 2.0 - p.y() / sum : 3.0 + p.x() / sum;
 }
 
-// A float that is no less: rounding takes away less than is added.
+// A float that is no less.
 float at_least(double range_m) { return static_cast<float>(range_m * (1.0 + 0x1.0p-22)); }
 
 int row_of(double sine) { return std::clamp(static_cast<int>((sine + 1.0) / kRow), 0, kRows - 1); }
@@ -234,8 +234,7 @@ bool ScanRays::may_hold_longer(const RaySector& sector) const {
   return false;
 }
 
-// What is computed in floats is off by less than `slack_m`: a ray that passes within touch_m of a
-// place passes within `touch` of what the floats say that it is.
+// Floats are off by less than `slack_m`: a ray within touch_m of a place is within `touch` of them.
 void ScanRays::find_passable(const RayPlaces& places, const Pose& T_lidar_places, double touch_m,
                              std::vector<std::uint32_t>& found) const {
   const Eigen::Matrix3f turn = T_lidar_places.linear().cast<float>();

@@ -77,7 +77,6 @@ void describe(const MatchScore& at, MatchResult& result) {
   result.hessian = -at.hessian;
 }
 
-// Goes up the score of one level from result.T_map_sensor.
 void climb(const MatchLevel& level, ScanForMatch& scan, const MatchOptions& options,
            MatchResult& result) {
   const std::size_t count = level.is_thin ? scan.thin_count : scan.points_m.size();

@@ -47,8 +47,7 @@ void count_once_more(std::uint8_t& counter) {
   counter = static_cast<std::uint8_t>(counter + (counter < 255 ? 1 : 0));
 }
 
-// What one of several threads does in a cell. Each has the patches of some runs, so that no two
-// count at the same one.
+// What one of several threads does in a cell: it has the patches of some runs for itself.
 struct CellShare {
   std::uint32_t cell = 0;
   std::span<const std::uint32_t> things;
