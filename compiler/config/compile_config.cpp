@@ -21,35 +21,35 @@
 namespace sightline {
 namespace {
 
+Error bad_value(const std::string& message) { return {ErrorCode::kBadValue, message}; }
+
 // Before hours of work.
 Result<void> check_map(const CompileConfig& config) {
   if (!config.mapping.scans.empty()) {
-    return Error{ErrorCode::kBadValue,
-                 "mapping.scans and map.points are named: either a drive makes the map, or it is "
-                 "finished"};
+    return bad_value(
+        "mapping.scans and map.points are named: either a drive makes the map, or it is "
+        "finished");
   }
   if (!config.base_poses.empty()) {
-    return Error{
-        ErrorCode::kBadValue,
+    return bad_value(
         "base.poses and map.points are named: a finished map has no drives that could keep "
-        "their poses"};
+        "their poses");
   }
   if (config.route.file.empty()) {
     return Error{ErrorCode::kMissingKey, "route.file: a finished map is annotated along a route"};
   }
   const Result<World> world = parse_world(config.route.world);
-  if (!world) return Error{ErrorCode::kBadValue, "route.world: " + world.error().message};
+  if (!world) return bad_value("route.world: " + world.error().message);
   const bool is_own = config.passes.options(kMeasureError).localizer != LocalizerKind::kPclNdt &&
                       !config.imports_errors();
   if (config.localization.scans.empty() && !is_own) {
-    return Error{
-        ErrorCode::kBadValue,
+    return bad_value(
         "without a localization drive errors are simulated, for this program's own "
         "localizers alone: name a drive, or leave measure-error.localizer and import-errors "
-        "as they are"};
+        "as they are");
   }
   if (config.annotation.split == Split::kEvenOdd) {
-    return Error{ErrorCode::kBadValue, "annotation.split is even-odd and no drive makes the map"};
+    return bad_value("annotation.split is even-odd and no drive makes the map");
   }
   return {};
 }
@@ -113,8 +113,8 @@ Result<void> check_lists(const CompileConfig& config) {
     return Error{ErrorCode::kMissingKey, missing + ".scans: no folder of scans is named"};
   }
   if (!is_list || !config.imports_errors()) return {};
-  return Error{ErrorCode::kBadValue, concat("import-errors.file is of one localization drive, and ",
-                                            1 + config.later_localization.size(), " are named")};
+  return bad_value(concat("import-errors.file is of one localization drive, and ",
+                          1 + config.later_localization.size(), " are named"));
 }
 
 Result<void> check(const CompileConfig& config) {
@@ -128,15 +128,15 @@ Result<void> check(const CompileConfig& config) {
   }
   SIGHTLINE_TRY(check_lists(config));
   const Result<World> world = parse_world(config.annotation.world);
-  if (!world) return Error{ErrorCode::kBadValue, "annotation." + world.error().message};
+  if (!world) return bad_value("annotation." + world.error().message);
   if (config.imports_errors() || config.imports_evaluation()) {
     SIGHTLINE_TRY(outside_localizer(config.outside));
   }
   const bool wants_pcl = config.passes.options(kMeasureError).localizer == LocalizerKind::kPclNdt;
   if (wants_pcl && !has_pcl_ndt()) {
-    return Error{ErrorCode::kBadValue,
-                 "measure-error.localizer is pcl-ndt, and this program was built without PCL; "
-                 "tests/support/setup builds one with it"};
+    return bad_value(
+        "measure-error.localizer is pcl-ndt, and this program was built without PCL; "
+        "tests/support/setup builds one with it");
   }
   return {};
 }
@@ -160,23 +160,21 @@ std::optional<std::vector<std::pair<std::string, std::string>>> pairs_of(const s
 Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options) {
   const auto parameters = pairs_of(options.parameters);
   if (!parameters) {
-    return Error{ErrorCode::kBadValue,
-                 concat("import-errors.parameters: found '", options.parameters,
-                        "', expected \"name=value, ...\", each name once")};
+    return bad_value(concat("import-errors.parameters: found '", options.parameters,
+                            "', expected \"name=value, ...\", each name once"));
   }
   for (const std::string& own : localizer_names()) {
     if (options.localizer != own) continue;
-    return Error{ErrorCode::kBadValue,
-                 concat("import-errors.localizer: ", own,
-                        " is one of this program's own, which measures "
-                        "its errors itself (measure-error.localizer); name yours otherwise")};
+    return bad_value(concat("import-errors.localizer: ", own,
+                            " is one of this program's own, which measures "
+                            "its errors itself (measure-error.localizer); name yours otherwise"));
   }
   LocalizerProfile profile{options.localizer, static_cast<std::uint32_t>(options.version),
                            *parameters};
   if (validate(profile)) return profile;
-  return Error{ErrorCode::kBadValue,
-               "import-errors.localizer: expected the name by which the vehicle's program will "
-               "know it, 1 to 64 printable characters without a blank or '/'"};
+  return bad_value(
+      "import-errors.localizer: expected the name by which the vehicle's program will "
+      "know it, 1 to 64 printable characters without a blank or '/'");
 }
 
 bool is_compiled_map(const std::filesystem::path& path) {

@@ -9,6 +9,8 @@
 namespace sightline {
 namespace {
 
+namespace fs = std::filesystem;
+
 using Json = nlohmann::ordered_json;
 
 Result<ConfigSection*> find_section(std::string_view name, std::vector<ConfigSection>& sections) {
@@ -83,8 +85,6 @@ Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& 
   }
   return {};
 }
-
-namespace fs = std::filesystem;
 
 fs::path common_folder(const fs::path& a, const fs::path& b) {
   const auto end = std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first;

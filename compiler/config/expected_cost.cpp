@@ -171,8 +171,7 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
     const double scans = std::max(1.0, size.scans);
     cost.drives.push_back(
         {role, static_cast<std::size_t>(size.scans), 1e6 * size.million_points / scans});
-    const bool makes_map = role.starts_with("mapping") || sizes.size() == 1;
-    if (!makes_map) continue;
+    if (!role.starts_with("mapping") && sizes.size() > 1) continue;
     // Other sensors scan at the same time, other drives at another.
     mapping.scans = role.starts_with("mapping[") ? mapping.scans + size.scans
                                                  : std::max(mapping.scans, size.scans);

@@ -14,6 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Error bad_value(const std::string& message) { return {ErrorCode::kBadValue, message}; }
+
 Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) {
   if (options.scans.empty()) return {};
   SIGHTLINE_ASSIGN(const Recording recording, list_recording(options));
@@ -60,9 +62,9 @@ Result<void> check_named_once(const std::vector<NamedDrive>& drives) {
   for (const NamedDrive& drive : drives) {
     const auto [other, is_new] = role_of.try_emplace(drive.place.name(), drive.role);
     if (is_new) continue;
-    return Error{ErrorCode::kBadValue,
-                 concat(drive.role, ".scans: found the recording of ", other->second,
-                        ", expected another drive: a recording that is listed twice counts twice")};
+    return bad_value(
+        concat(drive.role, ".scans: found the recording of ", other->second,
+               ", expected another drive: a recording that is listed twice counts twice"));
   }
   return {};
 }
@@ -134,21 +136,19 @@ Result<void> settle_same_recordings(CompileConfig& config) {
   const auto first = std::ranges::find_if(own, [](const NamedDrive* drive) { return drive; });
   const bool is_other = first == own.end();
   if (is_other && config.annotation.split == Split::kEvenOdd && !localization.empty()) {
-    return Error{ErrorCode::kBadValue,
-                 "annotation.split is even-odd and a localization drive is named: choose one"};
+    return bad_value("annotation.split is even-odd and a localization drive is named: choose one");
   }
   if (is_other) return {};
   const std::string found = concat(localization[static_cast<std::size_t>(first - own.begin())].role,
                                    ".scans: found the recording of ", (*first)->role);
   if (std::ranges::find(own, nullptr) != own.end()) {
-    return Error{ErrorCode::kBadValue,
-                 found + ", expected a drive that did not make the map, as the others: remove it"};
+    return bad_value(found +
+                     ", expected a drive that did not make the map, as the others: remove it");
   }
   if (config.imports_errors()) {
-    return Error{ErrorCode::kBadValue,
-                 found +
+    return bad_value(found +
                      ", expected another drive: of a drive that makes the map every second scan is "
-                     "localized, and import-errors has errors of all"};
+                     "localized, and import-errors has errors of all");
   }
   become_split(config);
   config.notes.push_back(found +

@@ -101,8 +101,7 @@ bool is_called_map(const FoundDrive& drive, const fs::path& folder) {
   return false;
 }
 
-// Whether one drive comes near the other for at least half of its way. Without poses this is
-// unknown.
+// Whether one drive comes near the other for half of its way or more; without poses it may.
 bool may_meet(const FoundDrive& a, const FoundDrive& b) {
   constexpr double kNear_m = 15.0;
   constexpr std::size_t kLooks = 50;
@@ -110,8 +109,7 @@ bool may_meet(const FoundDrive& a, const FoundDrive& b) {
   const PointGrid other(b.positions_m);
   std::size_t near = 0;
   for (std::size_t k = 0; k < kLooks; ++k) {
-    const Eigen::Vector3d& at_m = a.positions_m[k * a.positions_m.size() / kLooks];
-    if (other.nearest(at_m, kNear_m)) ++near;
+    if (other.nearest(a.positions_m[k * a.positions_m.size() / kLooks], kNear_m)) ++near;
   }
   return 2 * near >= kLooks;
 }
@@ -140,10 +138,10 @@ Drives assign_roles(std::vector<FoundDrive> found, const fs::path& folder) {
     } else if (drive.scan_count < kFewestScans) {
       pass_over(drive, "too few scans for a drive of its own", drives);
     } else if (!may_meet(drive, mapping)) {
-      pass_over(drive,
-                "by their poses it does not meet the mapping drive; give it a configuration "
-                "of its own",
-                drives);
+      pass_over(
+          drive,
+          "by their poses it does not meet the mapping drive; give it a configuration of its own",
+          drives);
     } else if (drives.drives.size() == 3) {
       pass_over(drive,
                 "three drives have their roles already; `recordings: FOLDER` in place of `scans` "
@@ -188,9 +186,7 @@ Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passe
   for (std::size_t i = 0; i < std::min(kMost, passed_over.size()); ++i) {
     message += concat("; ", passed_over[i].path.string(), ": ", passed_over[i].reason);
   }
-  if (passed_over.size() > kMost) {
-    message += concat("; and ", passed_over.size() - kMost, " more");
-  }
+  if (passed_over.size() > kMost) message += concat("; and ", passed_over.size() - kMost, " more");
   return {ErrorCode::kEmptyDirectory, message, folder.string()};
 }
 
@@ -253,9 +249,8 @@ void write_head(const fs::path& folder, const fs::path& file, YamlText& yaml) {
 // What this drive cannot do alone.
 void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
   constexpr double kTwoBlocks_m = 30.0;
-  const bool has_poses = !mapping.positions_m.empty();
-  const bool is_too_short =
-      has_poses ? mapping.length_m < kTwoBlocks_m : mapping.scan_count < kFewestScans;
+  const bool is_too_short = mapping.positions_m.empty() ? mapping.scan_count < kFewestScans
+                                                        : mapping.length_m < kTwoBlocks_m;
   yaml.line("");
   if (is_too_short) {
     yaml.comment(
@@ -278,8 +273,6 @@ std::string summary_of(const FoundDrive& drive, const std::string& role) {
                 (drive.poses.empty() ? "poses to be estimated"
                                      : "poses " + fs::path(drive.poses).filename().string()));
 }
-
-namespace fs = std::filesystem;
 
 }  // namespace
 

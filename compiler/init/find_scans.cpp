@@ -180,8 +180,6 @@ Result<void> refuse_other_file(const fs::path& file) {
                file.string()};
 }
 
-namespace fs = std::filesystem;
-
 // T_vehicle_lidar as the configuration writes it.
 void set_mounting(const Pose& T_vehicle_lidar, RecordingOptions& options) {
   const auto to_micro = [](double value) { return std::round(1e6 * value) / 1e6; };
@@ -211,8 +209,6 @@ std::vector<FoundPoses> pose_topics(const fs::path& bag, const Recording& record
   }
   return sources;
 }
-
-constexpr std::array<double, 4> kYaws_deg = {0.0, 90.0, 180.0, -90.0};
 
 Eigen::Vector3d position_m(const Recording& recording, std::size_t scan) {
   return recording.scans[scan].T_world_vehicle->translation();
@@ -315,7 +311,7 @@ Result<PoseOverlap> measure_overlap(const Recording& recording, double height_m)
   SIGHTLINE_ASSIGN(const std::vector<Clouds> pairs, read_pairs(recording, height_m));
   overlap.pairs = pairs.size();
   if (pairs.empty()) return overlap;
-  for (const double yaw_deg : kYaws_deg) {
+  for (const double yaw_deg : {0.0, 90.0, 180.0, -90.0}) {
     double sum = 0.0;
     for (const Clouds& clouds : pairs) sum += share_at_yaw(clouds, yaw_deg);
     const double share = sum / static_cast<double>(pairs.size());

@@ -79,8 +79,7 @@ void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive
   }
   if (guess.height_m) {
     drive.keys.push_back({"height_m", format_double(*guess.height_m),
-                          "where most returns near the sensor and below it lie: "
-                          "the ground"});
+                          "where most returns near the sensor and below it lie: the ground"});
   }
 }
 
@@ -143,12 +142,9 @@ std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& 
       remark(candidate, fault);
       continue;
     }
-    if (best && !is_better(candidate, *best)) {
-      remark(candidate, "fits too");
-      continue;
-    }
-    if (best) remark(*best, "fits too");
-    best = std::move(candidate);
+    if (best && is_better(candidate, *best)) std::swap(candidate, *best);
+    if (best) remark(candidate, "fits too");
+    if (!best) best = std::move(candidate);
   }
   return best;
 }
@@ -229,8 +225,8 @@ Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
   const BagTopic* chosen = nullptr;
   std::string all;
   for (const BagTopic& topic : topics) {
-    const std::string count = std::to_string(topic.message_count);
-    all += concat((all.empty() ? "" : ", "), topic.name, " (", topic.type, ", ", count, ")");
+    all += concat((all.empty() ? "" : ", "), topic.name, " (", topic.type, ", ",
+                  topic.message_count, ")");
     if (!is_scan_message(topic.type)) continue;
     drive.other_topics.push_back(topic.name);
     if (!chosen || topic.message_count > chosen->message_count) chosen = &topic;

@@ -245,8 +245,6 @@ std::string properties_schema(const std::vector<OptionField>& fields) {
   return properties.dump();
 }
 
-// All that knows yaml-cpp.
-
 const YamlNode* YamlNode::find(std::string_view key) const {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (keys[i].kind == Kind::kScalar && keys[i].scalar == key) return &values[i];

@@ -154,11 +154,10 @@ class Plan {
     for (const std::vector<AnyWire>& wires : taken) {
       for (const AnyWire wire : wires) step.inputs.push_back(wire.index);
     }
-    step.name =
-        label.empty() ? std::string(pass.name) : std::string(pass.name) + ":" + std::string(label);
-    const std::string name = label.empty() ? std::string(pass.table)
-                                           : std::string(label) + "/" + std::string(pass.table);
-    step.output = add_artifact(name, artifact_type<ArtifactOf<Output>>());
+    step.name = label.empty() ? std::string(pass.name) : concat(pass.name, ":", label);
+    step.output =
+        add_artifact(label.empty() ? std::string(pass.table) : concat(label, "/", pass.table),
+                     artifact_type<ArtifactOf<Output>>());
     const std::size_t output = step.output;
     add_step(std::move(step));
     return Wire<ArtifactOf<Output>>(output);

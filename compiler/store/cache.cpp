@@ -61,8 +61,9 @@ std::string text_of(const ObjectName& name) {
   return concat(name.kind, " of key ", to_hex(name.key).substr(0, 32));
 }
 
-Result<std::optional<StoredBytes>> open_object_at(const std::filesystem::path& file,
+Result<std::optional<StoredBytes>> open_object_in(const std::filesystem::path& folder,
                                                   const ObjectName& name) {
+  const std::filesystem::path file = folder / place_of(name);
   Result<RegularFile> opened = open_regular_file(file.string());
   if (!opened && opened.error().code == ErrorCode::kFileNotFound) {
     return std::optional<StoredBytes>();
@@ -79,24 +80,24 @@ Result<std::optional<StoredBytes>> open_object_at(const std::filesystem::path& f
   return std::optional(object->content);
 }
 
-Result<ArtifactCache::Content> load_object(const std::filesystem::path& file,
+Result<ArtifactCache::Content> load_object(const std::filesystem::path& folder,
                                            const ObjectName& name) {
-  SIGHTLINE_ASSIGN(const std::optional<StoredBytes> content, open_object_at(file, name));
+  SIGHTLINE_ASSIGN(const std::optional<StoredBytes> content, open_object_in(folder, name));
   if (!content) return ArtifactCache::Content();
   SIGHTLINE_ASSIGN(std::vector<std::byte> bytes, content->read(0, content->size()));
   return ArtifactCache::Content(std::move(bytes));
 }
 
-Result<void> store_object(const std::filesystem::path& file, const ObjectName& name,
+Result<void> store_object(const std::filesystem::path& folder, const ObjectName& name,
                           const WriteInto& content) {
   return write_file_atomically(
-      file, [&](const ByteSink& sink) { return write_sealed(name, content, sink); },
-      IfExists::kReplace);
+      folder / place_of(name),
+      [&](const ByteSink& sink) { return write_sealed(name, content, sink); }, IfExists::kReplace);
 }
 
-Result<void> store_object(const std::filesystem::path& file, const ObjectName& name,
+Result<void> store_object(const std::filesystem::path& folder, const ObjectName& name,
                           std::span<const std::byte> content) {
-  return store_object(file, name, [&](const ByteSink& sink) { return sink(content); });
+  return store_object(folder, name, [&](const ByteSink& sink) { return sink(content); });
 }
 
 std::vector<Digest> keys_of_parts(std::span<const std::byte> content) {
@@ -107,12 +108,6 @@ std::vector<Digest> keys_of_parts(std::span<const std::byte> content) {
 
 constexpr std::string_view kMagic("SLO\x1a", 4);
 constexpr std::size_t kTailSize = 32 + 8 + 4 + 32 + 4;  // behind the kind
-
-Error fault(ErrorCode code, const std::string& message) { return {code, message}; }
-
-bool is_magic(std::span<const std::byte> bytes) {
-  return std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
-}
 
 Digest get_digest(ByteReader& reader) {
   Digest digest{};
@@ -156,17 +151,14 @@ ArtifactCache ArtifactCache::to_look_at(std::filesystem::path directory) {
 
 bool ArtifactCache::has(const std::string& pass, const Digest& key) const {
   std::error_code failure;
-  return is_enabled() && std::filesystem::is_regular_file(file_of(pass, key), failure);
-}
-
-std::filesystem::path ArtifactCache::file_of(const std::string& pass, const Digest& key) const {
-  return directory_ / place_of(artifact_name(pass, key));
+  return is_enabled() &&
+         std::filesystem::is_regular_file(directory_ / place_of(artifact_name(pass, key)), failure);
 }
 
 Result<ArtifactCache::Content> ArtifactCache::load(const std::string& pass,
                                                    const Digest& key) const {
   if (!is_enabled()) return Content();
-  return load_object(file_of(pass, key), artifact_name(pass, key));
+  return load_object(directory_, artifact_name(pass, key));
 }
 
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
@@ -178,7 +170,7 @@ Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
 Result<std::optional<StoredBytes>> ArtifactCache::open(const std::string& pass,
                                                        const Digest& key) const {
   if (!is_enabled()) return std::optional<StoredBytes>();
-  return open_object_at(file_of(pass, key), artifact_name(pass, key));
+  return open_object_in(directory_, artifact_name(pass, key));
 }
 
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
@@ -202,22 +194,19 @@ void ArtifactCache::mark_used(const std::string& pass, const Digest& key) const 
 Result<ArtifactCache::Content> ArtifactCache::load_part(const std::string& pass,
                                                         const Digest& part) const {
   if (!is_enabled()) return Content();
-  const ObjectName name = part_name(pass, part);
-  return load_object(directory_ / place_of(name), name);
+  return load_object(directory_, part_name(pass, part));
 }
 
 void ArtifactCache::store_part(const std::string& pass, const Digest& part,
                                std::span<const std::byte> content) const {
   if (!is_enabled()) return;
-  const ObjectName name = part_name(pass, part);
-  (void)store_object(directory_ / place_of(name), name, content);
+  (void)store_object(directory_, part_name(pass, part), content);
 }
 
 void ArtifactCache::store_part_list(const std::string& pass, const Digest& key,
                                     std::span<const Digest> parts, std::size_t number) const {
   if (!is_enabled()) return;
-  const ObjectName name = list_name(pass, key, number);
-  (void)store_object(directory_ / place_of(name), name, std::as_bytes(parts));
+  (void)store_object(directory_, list_name(pass, key, number), std::as_bytes(parts));
 }
 
 std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::string& pass,
@@ -226,8 +215,7 @@ std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::str
   std::set<Digest> parts;
   std::size_t lists = 0;
   for (;; ++lists) {
-    const ObjectName name = list_name(pass, key, lists);
-    const Result<Content> content = load_object(directory_ / place_of(name), name);
+    const Result<Content> content = load_object(directory_, list_name(pass, key, lists));
     if (!content || !*content || (*content)->size() % sizeof(Digest) != 0) break;
     for (const Digest& part : keys_of_parts(**content)) parts.insert(part);
   }
@@ -246,18 +234,16 @@ std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::str
 Result<void> ArtifactCache::store_warnings(const std::string& pass, const Digest& key,
                                            const std::vector<std::string>& warnings) const {
   if (!is_enabled() || warnings.empty()) return {};
-  const ObjectName name = warnings_name(pass, key);
   ByteWriter writer;
   writer.put<std::uint64_t>(warnings.size());
   for (const std::string& warning : warnings) writer.put_string(warning);
-  return store_object(directory_ / place_of(name), name, writer.bytes());
+  return store_object(directory_, warnings_name(pass, key), writer.bytes());
 }
 
 std::vector<std::string> ArtifactCache::load_warnings(const std::string& pass,
                                                       const Digest& key) const {
   if (!is_enabled()) return {};
-  const ObjectName name = warnings_name(pass, key);
-  const Result<Content> content = load_object(directory_ / place_of(name), name);
+  const Result<Content> content = load_object(directory_, warnings_name(pass, key));
   if (!content || !*content) return {};
   ByteReader reader(**content);
   std::vector<std::string> warnings(reader.get_count(sizeof(std::uint64_t)));
@@ -299,18 +285,19 @@ Result<void> write_sealed(const ObjectName& name, const WriteInto& content, cons
 }
 
 Result<SealedObject> open_object(const StoredBytes& sealed) {
-  const Error none = fault(ErrorCode::kBadMagic, "no sealed object, or cut short");
+  const Error none{ErrorCode::kBadMagic, "no sealed object, or cut short"};
   if (sealed.size() < kTailSize) return none;
   const std::uint64_t before_tail = sealed.size() - kTailSize;
   SIGHTLINE_ASSIGN(const std::vector<std::byte> tail, sealed.read(before_tail, kTailSize));
-  if (!is_magic(std::span(tail).last(kMagic.size()))) return none;
+  const std::span<const std::byte> magic = std::span(tail).last(kMagic.size());
+  if (std::memcmp(magic.data(), kMagic.data(), magic.size()) != 0) return none;
   ByteReader reader(tail);
   const auto key = get_digest(reader);
   const auto content_size = reader.get<std::uint64_t>();
   const auto kind_size = reader.get<std::uint32_t>();
   const auto digest = get_digest(reader);
   if (content_size > before_tail || before_tail - content_size != kind_size) {
-    return fault(ErrorCode::kOutOfBounds, "its lengths are not those of the file");
+    return Error{ErrorCode::kOutOfBounds, "its lengths are not those of the file"};
   }
   Sha256Stream found;
   const StoredBytes digested = sealed.part(0, sealed.size() - digest.size() - kMagic.size());
@@ -319,7 +306,7 @@ Result<SealedObject> open_object(const StoredBytes& sealed) {
     return {};
   }));
   if (found.finish() != digest) {
-    return fault(ErrorCode::kDigestMismatch, "damaged: found another SHA-256 than its own");
+    return Error{ErrorCode::kDigestMismatch, "damaged: found another SHA-256 than its own"};
   }
   SealedObject object{{std::string(kind_size, '\0'), key}, sealed.part(0, content_size)};
   SIGHTLINE_TRY(sealed.read(content_size, std::as_writable_bytes(std::span(object.name.kind))));

@@ -100,7 +100,6 @@ class ArtifactCache {
   [[nodiscard]] bool is_enabled() const { return !directory_.empty(); }
 
  private:
-  [[nodiscard]] std::filesystem::path file_of(const std::string& pass, const Digest& key) const;
   ArtifactCache() = default;
   std::filesystem::path directory_;
 };

@@ -107,8 +107,7 @@ struct ErrorCodeInfo {
   std::string_view name;  // "file-not-found"
 };
 
-// Every code there is, ascending. tests/formats/base holds this list and schemas/error_codes.md in
-// step.
+// Every code there is, ascending, as schemas/error_codes.md lists them.
 const std::vector<ErrorCodeInfo>& all_error_codes();
 
 std::string_view error_name(ErrorCode code);
@@ -130,8 +129,7 @@ struct Error {
 // "SL2006 truncated-scan: drive/0001.pcd (byte 4096): message"
 std::string to_string(const Error& error);
 
-// kInvalidArtifact: an artifact holds what cannot be, at `place` of it ("" where that is the
-// whole).
+// kInvalidArtifact: an artifact holds what cannot be, at `place` of it ("": the whole).
 Error invalid_artifact(std::string message, std::string place);
 
 // The same error, of a file where it names none yet.

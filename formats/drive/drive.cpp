@@ -99,15 +99,8 @@ std::string Drive::names_of_parts() const {
 }
 
 bool is_selected(const ScanInfo& scan, ScanSelection selection) {
-  switch (selection) {
-    case ScanSelection::kAll:
-      return true;
-    case ScanSelection::kEven:
-      return scan.recording_index % 2 == 0;
-    case ScanSelection::kOdd:
-      return scan.recording_index % 2 == 1;
-  }
-  return true;
+  const bool is_even = scan.recording_index % 2 == 0;
+  return selection == ScanSelection::kAll || is_even == (selection == ScanSelection::kEven);
 }
 
 Result<void> validate(const Drive& drive) {

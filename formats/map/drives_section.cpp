@@ -16,9 +16,9 @@ Result<TileDrives> decode_drives(std::span<const std::byte> raw, std::uint32_t v
   ByteReader reader(raw);
   version == 1 ? decode_version_1(reader, tiles) : decode(reader, tiles);
   if (!reader.at_end() || tiles.rows.size() != row_count) {
-    return Error{ErrorCode::kBadLayer, "found " + std::to_string(raw.size()) +
-                                           " bytes of the drives of tiles, in " +
-                                           std::to_string(row_count) + " rows"};
+    return Error{
+        ErrorCode::kBadLayer,
+        concat("found ", raw.size(), " bytes of the drives of tiles, in ", row_count, " rows")};
   }
   SIGHTLINE_TRY(validate(tiles));
   return tiles;

@@ -20,8 +20,6 @@ struct FactorLayout {
         size(aligned(values + rows * row_size)) {}
 };
 
-Error bad(ErrorCode code, std::string message) { return {code, std::move(message)}; }
-
 // Of one site, [look][factor].
 void put_values(const FactorTable& factors, std::size_t site, std::byte* into) {
   std::vector<double> values;
@@ -63,9 +61,8 @@ std::vector<std::byte> encode_factor_rows(const FactorTable& of_sites,
 Result<void> decode_factor_layer(std::span<const std::byte> raw, std::uint64_t row_count,
                                  FactorTable& factors, std::vector<bool>& is_filled) {
   if (row_count > kMostRows || raw.size() != FactorLayout(row_count, factors).size) {
-    return bad(ErrorCode::kBadLayer, "found " + std::to_string(raw.size()) +
-                                         " bytes of factors of " + std::to_string(row_count) +
-                                         " sites");
+    return Error{ErrorCode::kBadLayer,
+                 concat("found ", raw.size(), " bytes of factors of ", row_count, " sites")};
   }
   const FactorLayout layout(row_count, factors);
   const std::size_t row_values = layout.row_size / sizeof(double);
@@ -73,7 +70,7 @@ Result<void> decode_factor_layer(std::span<const std::byte> raw, std::uint64_t r
     std::uint32_t site = 0;
     std::memcpy(&site, raw.data() + row * sizeof site, sizeof site);
     if (site >= is_filled.size() || is_filled[site]) {
-      return bad(ErrorCode::kBadOrder, "the factors of a site are unknown or doubled");
+      return Error{ErrorCode::kBadOrder, "the factors of a site are unknown or doubled"};
     }
     is_filled[site] = true;
     std::memcpy(factors.values.data() + site * row_values,
@@ -101,9 +98,9 @@ Result<void> decode_factor_names(std::span<const std::byte> raw, FactorTable& fa
     }
   }
   if (!name.empty() || names.size() != factors.factors.size()) {
-    return bad(ErrorCode::kBadLayer, "found " + std::to_string(names.size()) +
-                                         " names of factors, expected " +
-                                         std::to_string(factors.factors.size()));
+    return Error{
+        ErrorCode::kBadLayer,
+        concat("found ", names.size(), " names of factors, expected ", factors.factors.size())};
   }
   factors.factors = std::move(names);
   return {};

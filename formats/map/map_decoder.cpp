@@ -48,14 +48,12 @@ Result<void> MapDecoder::check_counts() const {
   const schema::Manifest& manifest = *container_.manifest;
   if (nds == manifest.nd_count() && sites == manifest.site_count()) return {};
   return Error{ErrorCode::kBadManifest,
-               "found " + std::to_string(nds) + " NDs and " + std::to_string(sites) +
-                   " sites, expected " + std::to_string(manifest.nd_count()) + " and " +
-                   std::to_string(manifest.site_count()),
+               concat("found ", nds, " NDs and ", sites, " sites, expected ", manifest.nd_count(),
+                      " and ", manifest.site_count()),
                "", "directory"};
 }
 
-// Also where nothing is done with the bytes: what is optional and unknown has a digest all the
-// same.
+// Also where nothing is done with the bytes: what is optional and unknown has a digest too.
 Result<RawBytes> MapDecoder::raw_bytes(const PackedBlock& block) {
   const std::uint64_t offset = offset_of(container_, block);
   SIGHTLINE_TRY(check_zeros(container_.file, checked_to_, offset));
@@ -158,9 +156,9 @@ Result<void> MapDecoder::visit_column(const PackedBlock& block, std::span<const 
 
 Result<void> MapDecoder::visit_section(const PackedBlock& block) {
   SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
-  const bool is_column =
-      block.name.starts_with(kColumnSection) && block.version == kColumnSectionVersion;
-  if (is_column) return visit_column(block, raw.bytes());
+  if (block.name.starts_with(kColumnSection) && block.version == kColumnSectionVersion) {
+    return visit_column(block, raw.bytes());
+  }
   const Result<void> decoded = decoder_->decode_section(block, raw.bytes());
   if (decoded) return {};
   return at(decoded.error(), byte_place(offset_of(container_, block)));
@@ -215,12 +213,11 @@ Result<CompiledMap> MapDecoder::run() {
   SIGHTLINE_TRY(visit_all());
   decoder_->take_factors();
   SIGHTLINE_TRY(validate(map_));
-  if (simulated_site_count(map_.ranges) != container_.manifest->simulated_site_count()) {
+  const std::uint64_t found = simulated_site_count(map_.ranges);
+  const std::uint64_t expected = container_.manifest->simulated_site_count();
+  if (found != expected) {
     return Error{ErrorCode::kBadManifest,
-                 "found " + std::to_string(simulated_site_count(map_.ranges)) +
-                     " simulated sites, expected " +
-                     std::to_string(container_.manifest->simulated_site_count()),
-                 "", "manifest"};
+                 concat("found ", found, " simulated sites, expected ", expected), "", "manifest"};
   }
   return std::move(map_);
 }

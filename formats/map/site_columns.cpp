@@ -31,9 +31,8 @@ Result<void> decode_column(std::span<const std::byte> raw, std::size_t site_coun
                            SiteColumn& column) {
   if (raw.size() != site_count * sizeof(float)) {
     return Error{ErrorCode::kBadLayer,
-                 "found " + std::to_string(raw.size()) + " bytes, expected " +
-                     std::to_string(site_count * sizeof(float)),
-                 "", "section " + column_section(column.name)};
+                 concat("found ", raw.size(), " bytes, expected ", site_count * sizeof(float)), "",
+                 "section " + column_section(column.name)};
   }
   column.values.resize(site_count);
   if (site_count > 0) std::memcpy(column.values.data(), raw.data(), raw.size());

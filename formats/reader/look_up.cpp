@@ -89,10 +89,10 @@ Result<void> check_required(std::string_view text, std::uint64_t byte) {
   while (!text.empty()) {
     const std::string_view line = text.substr(0, text.find('\n'));
     if (!is_known(line)) {
-      return bad_section(ErrorCode::kUnknownRequiredFeature,
-                         "block " + std::string(line) + " (name and version)" +
-                             " is required and unknown to this program",
-                         byte);
+      return bad_section(
+          ErrorCode::kUnknownRequiredFeature,
+          concat("block ", line, " (name and version) is required and unknown to this program"),
+          byte);
     }
     text.remove_prefix(std::min(text.size(), line.size() + 1));
   }

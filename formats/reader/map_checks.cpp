@@ -17,6 +17,10 @@ Error bad_manifest(const std::string& message) {
   return {ErrorCode::kBadManifest, message, "", "manifest"};
 }
 
+Error unknown_feature(const std::string& what, const std::string& place) {
+  return {ErrorCode::kUnknownRequiredFeature, what + " unknown to this program", "", place};
+}
+
 bool is_finite(double value) { return std::isfinite(value); }
 
 bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
@@ -42,8 +46,8 @@ using Qualities = flatbuffers::Vector<flatbuffers::Offset<schema::LimitQuality>>
 
 Result<void> check_promises(const Promises& promises, const Qualities& quality) {
   if (promises.size() == 0 || promises.size() > kMostLimits || promises.size() != quality.size()) {
-    return bad_manifest("found " + std::to_string(promises.size()) + " limits, expected 1 to " +
-                        std::to_string(kMostLimits) + ", each with its quality");
+    return bad_manifest(concat("found ", promises.size(), " limits, expected 1 to ", kMostLimits,
+                               ", each with its quality"));
   }
   double previous_m = 0.0;
   for (const schema::Promise* promise : promises) {
@@ -82,8 +86,8 @@ Result<void> check_looks(const schema::Manifest& manifest) {
   if (manifest.looks() == nullptr || manifest.looks()->size() == 0) {
     const bool has_more = manifest.look_promises() != nullptr ||
                           manifest.look_quality() != nullptr || manifest.look_plan() != nullptr;
-    return has_more ? Result<void>(bad_manifest("found promises of looks, and no look"))
-                    : Result<void>();
+    if (!has_more) return {};
+    return bad_manifest("found promises of looks, and no look");
   }
   if (manifest.looks()->size() > kMostRanges) {
     return bad_manifest("found " + std::to_string(manifest.looks()->size()) + " looks");
@@ -98,10 +102,9 @@ Result<void> check_looks(const schema::Manifest& manifest) {
   }
   SIGHTLINE_TRY(check_promises(*manifest.look_promises(), *manifest.look_quality()));
   for (flatbuffers::uoffset_t i = 0; i < manifest.promises()->size(); ++i) {
-    if (manifest.look_promises()->Get(i)->limit_m() == manifest.promises()->Get(i)->limit_m()) {
-      continue;
+    if (manifest.look_promises()->Get(i)->limit_m() != manifest.promises()->Get(i)->limit_m()) {
+      return bad_manifest("looks and ranges are chosen for different limits");
     }
-    return bad_manifest("looks and ranges are chosen for different limits");
   }
   return check_look_plan(manifest.look_plan());
 }
@@ -110,8 +113,7 @@ Result<void> check_looks(const schema::Manifest& manifest) {
 Result<void> check_columns(const schema::Manifest& manifest) {
   if (manifest.columns() == nullptr) return {};
   if (manifest.columns()->size() > kMostColumns) {
-    return bad_manifest("found " + std::to_string(manifest.columns()->size()) +
-                        " columns of sites");
+    return bad_manifest(concat("found ", manifest.columns()->size(), " columns of sites"));
   }
   std::string_view previous;
   for (const schema::SiteColumn* column : *manifest.columns()) {
@@ -130,21 +132,16 @@ Result<void> check_known(const schema::Block& block, const std::string& place) {
   const bool is_range = name == kRangeLayer;
   if (!block.is_required()) {
     if (!is_ndt && !is_range) return {};
-    return Error{ErrorCode::kBadLayer, "layer " + std::string(name) + " is marked optional", "",
-                 place};
+    return Error{ErrorCode::kBadLayer, concat("layer ", name, " is marked optional"), "", place};
   }
   const std::uint32_t known = is_ndt ? kNdtLayerVersion : is_range ? kRangeLayerVersion : 0;
   if (known == 0 || block.version() != known) {
-    return Error{ErrorCode::kUnknownRequiredFeature,
-                 "block " + std::string(name) + " of version " + std::to_string(block.version()) +
-                     " is required and unknown to this program",
-                 "", place};
+    return unknown_feature(
+        concat("block ", name, " of version ", block.version(), " is required and"), place);
   }
   if (block.codec() != schema::Codec::None && block.codec() != schema::Codec::Zstd) {
-    return Error{ErrorCode::kUnknownRequiredFeature,
-                 "codec " + std::to_string(static_cast<int>(block.codec())) + " of block " +
-                     std::string(name) + " is unknown to this program",
-                 "", place};
+    return unknown_feature(
+        concat("codec ", static_cast<int>(block.codec()), " of block ", name, " is"), place);
   }
   // The section look-up, which a vehicle reads, is made of the range layer. Neither is compressed,
   // since a vehicle's reader has no decompressor.
@@ -158,17 +155,15 @@ Result<void> check_rows(const schema::Manifest& manifest, const schema::Block& b
                         const std::string& place) {
   if (!block.is_required()) return {};
   if (block.row_count() == 0 || block.row_count() > kMostRows) {
-    return Error{ErrorCode::kTooLarge, "found " + std::to_string(block.row_count()) + " rows", "",
-                 place};
+    return Error{ErrorCode::kTooLarge, concat("found ", block.row_count(), " rows"), "", place};
   }
   const std::uint64_t expected = block.name()->string_view() == kNdtLayer
                                      ? NdtLayout(block.row_count()).size
                                      : RangeLayout(block.row_count(), answer_shape(manifest)).size;
   if (block.raw_size() != expected) {
     return Error{ErrorCode::kBadLayer,
-                 "found " + std::to_string(block.raw_size()) + " bytes for " +
-                     std::to_string(block.row_count()) + " rows, expected " +
-                     std::to_string(expected),
+                 concat("found ", block.raw_size(), " bytes for ", block.row_count(),
+                        " rows, expected ", expected),
                  "", place};
   }
   return {};
@@ -183,8 +178,7 @@ Result<void> check_size(const schema::Block& block, const std::string& place) {
   if ((block.is_required() && block.raw_size() > kLargestBlock) ||
       (is_known_codec && block.raw_size() / kMostExpansion > block.stored_size())) {
     return Error{ErrorCode::kTooLarge,
-                 std::to_string(block.stored_size()) + " stored bytes are said to hold " +
-                     std::to_string(block.raw_size()),
+                 concat(block.stored_size(), " stored bytes are said to hold ", block.raw_size()),
                  "", place};
   }
   return {};
@@ -211,9 +205,8 @@ Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
         block->offset() - end >= kWidestGap || block->offset() > limit ||
         block->stored_size() > limit - block->offset()) {
       return Error{ErrorCode::kOutOfBounds,
-                   "bytes " + std::to_string(block->offset()) + " + " +
-                       std::to_string(block->stored_size()) +
-                       " are misaligned, overlap, leave a gap or leave the file",
+                   concat("bytes ", block->offset(), " + ", block->stored_size(),
+                          " are misaligned, overlap, leave a gap or leave the file"),
                    "", place};
     }
     end = block->offset() + block->stored_size();
@@ -277,10 +270,8 @@ Result<void> check_features(const FileHeader& header, const schema::Directory& d
   // Version 1 has no required features yet.
   for (int bit = 0; bit < 64; ++bit) {
     if (((header.incompatible_features >> bit) & 1) == 0) continue;
-    return Error{
-        ErrorCode::kUnknownRequiredFeature,
-        "feature " + feature_name(directory, bit) + " is required and unknown to this program", "",
-        "byte 24"};
+    return unknown_feature(concat("feature ", feature_name(directory, bit), " is required and"),
+                           "byte 24");
   }
   return {};
 }

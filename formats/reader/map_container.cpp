@@ -21,15 +21,13 @@ Result<const Root*> open_buffer(std::span<const std::byte> file, std::uint64_t o
   if (offset % kAlignment != 0 || offset < kHeaderSize || offset > file.size() - kTrailerSize ||
       size > file.size() - kTrailerSize - offset) {
     return Error{ErrorCode::kOutOfBounds,
-                 "bytes " + std::to_string(offset) + " + " + std::to_string(size) +
-                     " are misaligned or leave the file",
-                 "", name};
+                 concat("bytes ", offset, " + ", size, " are misaligned or leave the file"), "",
+                 name};
   }
   const std::span<const std::byte> bytes = file.subspan(offset, size);
   if (block_checksum(bytes) != checksum) {
-    return Error{ErrorCode::kChecksumMismatch,
-                 "the " + std::string(name) + " does not match its checksum", "",
-                 "byte " + std::to_string(offset)};
+    return Error{ErrorCode::kChecksumMismatch, concat("the ", name, " does not match its checksum"),
+                 "", concat("byte ", offset)};
   }
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   constexpr flatbuffers::uoffset_t kDeepest = 16;
@@ -37,8 +35,8 @@ Result<const Root*> open_buffer(std::span<const std::byte> file, std::uint64_t o
   const auto most_tables = static_cast<flatbuffers::uoffset_t>(size / 4 + 1);
   flatbuffers::Verifier verifier(data, size, kDeepest, most_tables);
   if (size > FLATBUFFERS_MAX_BUFFER_SIZE || !verifier.VerifyBuffer<Root>(nullptr)) {
-    return Error{ErrorCode::kBadManifest, "the " + std::string(name) + " is no valid FlatBuffer",
-                 "", "byte " + std::to_string(offset)};
+    return Error{ErrorCode::kBadManifest, concat("the ", name, " is no valid FlatBuffer"), "",
+                 concat("byte ", offset)};
   }
   return flatbuffers::GetRoot<Root>(data);
 }
@@ -136,11 +134,8 @@ std::optional<std::uint32_t> find_tile(const MapContainer& container, std::int32
   while (low < high) {
     const std::uint32_t middle = low + (high - low) / 2;
     const schema::Tile* tile = tiles.Get(middle);
-    if (std::pair(tile->x(), tile->y()) < std::pair(x, y)) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
+    const bool is_before = std::pair(tile->x(), tile->y()) < std::pair(x, y);
+    (is_before ? low : high) = is_before ? middle + 1 : middle;
   }
   if (low == tiles.size() || tiles.Get(low)->x() != x || tiles.Get(low)->y() != y) return {};
   return low;

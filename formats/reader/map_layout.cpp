@@ -28,9 +28,8 @@ bool starts_with(std::span<const std::byte> bytes, std::string_view magic) {
 }
 
 Error truncated(std::size_t found, const std::string& expected) {
-  return {ErrorCode::kTruncatedFile,
-          "found " + std::to_string(found) + " bytes, expected " + expected, "",
-          "byte " + std::to_string(found)};
+  return {ErrorCode::kTruncatedFile, concat("found ", found, " bytes, expected ", expected), "",
+          concat("byte ", found)};
 }
 
 Result<void> check_start(std::span<const std::byte> file) {
@@ -55,9 +54,8 @@ Result<void> check_end(std::span<const std::byte> file, const FileHeader& header
   }
   if (file.size() > header.file_size) {
     return Error{ErrorCode::kOutOfBounds,
-                 "found " + std::to_string(file.size()) + " bytes, expected " +
-                     std::to_string(header.file_size),
-                 "", "byte " + std::to_string(header.file_size)};
+                 concat("found ", file.size(), " bytes, expected ", header.file_size), "",
+                 concat("byte ", header.file_size)};
   }
   std::array<std::byte, kHeaderSize> start{};
   std::copy_n(file.begin(), kHeaderSize, start.begin());

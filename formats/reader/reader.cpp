@@ -225,8 +225,7 @@ Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& po
 
 Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
   if (limit >= limits_m_.size()) {
-    return Error{ErrorCode::kBadArgument,
-                 "the map has " + std::to_string(limits_m_.size()) + " limits"};
+    return Error{ErrorCode::kBadArgument, concat("the map has ", limits_m_.size(), " limits")};
   }
   std::vector<MapSite> sites(info_.site_count);
   for (std::uint64_t number = 0; number < look_up_.row_count(); ++number) {
@@ -236,7 +235,7 @@ Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
     MapSite& site = sites[range.site];
     if (site.range.site != kNoSite) {
       return Error{ErrorCode::kBadLayer, "two rows are of one site", "",
-                   "site " + std::to_string(range.site)};
+                   concat("site ", range.site)};
     }
     site.range = range;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -275,11 +274,9 @@ Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m
   }
   SIGHTLINE_ASSIGN(const Found found, find(position_world_m, limit_m));
   SIGHTLINE_ASSIGN(RangeAnswer range, range_of(found));
-  const bool has_look =
-      found.limit && found.nearest.row != nullptr && info_.is_for_caller && !looks_.empty();
-  if (has_look) {
+  const std::byte* row = found.nearest.row;
+  if (found.limit && row != nullptr && info_.is_for_caller && !looks_.empty()) {
     const LookUpRowLayout& layout = look_up_.row_layout();
-    const std::byte* row = found.nearest.row;
     const auto number = load<std::uint8_t>(row + layout.look_index, *found.limit);
     if (number >= looks_.size()) return unknown_range(found.nearest.site);
     if (looks_[number].range_m <= visible_m) {
@@ -292,8 +289,7 @@ Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m
       return look_answer(looks_[number], numbers);
     }
   }
-  const bool is_visible = range.range_m <= visible_m;
-  if (!is_visible) {
+  if (!(range.range_m <= visible_m)) {
     range.flags |= kAnswerNotVisible;
     range.range_m = ranges_m_.back();
     range.reason = Reason::kNone;

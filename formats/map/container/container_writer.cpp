@@ -29,9 +29,8 @@ std::vector<flatbuffers::Offset<schema::Feature>> append_features(
     FileHeader& header) {
   std::vector<flatbuffers::Offset<schema::Feature>> offsets;
   for (const FeatureParts& feature : features) {
-    std::uint64_t& bits =
-        feature.is_required ? header.incompatible_features : header.compatible_features;
-    bits |= std::uint64_t{1} << feature.bit;
+    (feature.is_required ? header.incompatible_features : header.compatible_features) |=
+        std::uint64_t{1} << feature.bit;
     offsets.push_back(schema::CreateFeatureDirect(builder, feature.bit, feature.is_required,
                                                   feature.name.c_str()));
   }
@@ -135,8 +134,7 @@ Result<void> ContainerWriter::State::append_look_up() {
 
 // Directory and trailer, and the header at the front.
 Result<void> ContainerWriter::State::append_end(std::span<const std::byte> directory) {
-  SIGHTLINE_ASSIGN(const std::uint64_t offset, append(directory, kAlignment));
-  header.directory_offset = offset;
+  SIGHTLINE_ASSIGN(header.directory_offset, append(directory, kAlignment));
   header.directory_size = directory.size();
   header.directory_checksum = block_checksum(directory);
   header.file_size = aligned(end) + kTrailerSize;
@@ -217,9 +215,7 @@ Result<Digest> ContainerWriter::finish() {
   if (!state.status) return state.status.error();
   // The root digest comes before the look-up, whose pages it seals.
   for (const FeatureParts& feature : state.features) {
-    if (feature.is_required) {
-      state.header.incompatible_features |= std::uint64_t{1} << feature.bit;
-    }
+    if (feature.is_required) state.header.incompatible_features |= std::uint64_t{1} << feature.bit;
   }
   state.header.root_digest = root_digest(state.manifest_digest, state.header.incompatible_features,
                                          state.tile_digests, state.required_sections);

@@ -126,13 +126,12 @@ Error unreadable_block() { return {ErrorCode::kBadLayer, "zstd cannot read it"};
 Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
                                std::uint64_t raw_size) {
   if (raw_size > kLargestBlock || raw_size / kMostExpansion > stored_size) {
-    return Error{
-        ErrorCode::kTooLarge,
-        std::to_string(stored_size) + " packed bytes are said to hold " + std::to_string(raw_size)};
+    return Error{ErrorCode::kTooLarge,
+                 concat(stored_size, " packed bytes are said to hold ", raw_size)};
   }
   if (ZSTD_getFrameContentSize(beginning.data(), beginning.size()) != raw_size) {
     return Error{ErrorCode::kBadLayer,
-                 "the compressed frame does not hold " + std::to_string(raw_size) + " bytes"};
+                 concat("the compressed frame does not hold ", raw_size, " bytes")};
   }
   return {};
 }

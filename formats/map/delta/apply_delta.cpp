@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Error failure(ErrorCode code, const fs::path& path, const char* what, int number) {
-  return {code, std::string(what) + ": " + std::strerror(number), path.string()};
+  return {code, concat(what, ": ", std::strerror(number)), path.string()};
 }
 
 Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
@@ -62,12 +62,10 @@ Result<void> check_room(const OpenedDelta& delta, const fs::path& part) {
   const std::uint64_t have = std::uint64_t{room.f_bavail} * room.f_frsize +
                              (exists ? static_cast<std::uint64_t>(there.st_size) : 0);
   if (have >= delta.header.result_size) return {};
-  return Error{ErrorCode::kDiskFull,
-               "the result takes " + std::to_string(delta.header.result_size) +
-                   " bytes, there is "
-                   "room for " +
-                   std::to_string(have),
-               part.string()};
+  return Error{
+      ErrorCode::kDiskFull,
+      concat("the result takes ", delta.header.result_size, " bytes, there is room for ", have),
+      part.string()};
 }
 
 // Makes all of the result in the part, checks it, and leaves it there on the disk.

@@ -51,8 +51,7 @@ Result<void> check_start(std::span<const std::byte> front) {
   }
   if (front.size() < kDeltaHeaderSize) {
     return at_byte(ErrorCode::kTruncatedFile,
-                   "found " + std::to_string(front.size()) + " bytes, expected at least " +
-                       std::to_string(kDeltaHeaderSize),
+                   concat("found ", front.size(), " bytes, expected at least ", kDeltaHeaderSize),
                    front.size());
   }
   ByteReader reader(front.subspan(kDeltaHeaderSize - 8, 8));
@@ -64,22 +63,15 @@ Result<void> check_start(std::span<const std::byte> front) {
 }
 
 Result<void> check_sizes(const DeltaHeader& header, std::uint64_t file_size) {
-  if (file_size < header.file_size) {
-    return at_byte(ErrorCode::kTruncatedFile,
-                   "found " + std::to_string(file_size) + " bytes, expected " +
-                       std::to_string(header.file_size),
-                   file_size);
-  }
-  if (file_size > header.file_size) {
-    return at_byte(ErrorCode::kOutOfBounds,
-                   "found " + std::to_string(file_size) + " bytes, expected " +
-                       std::to_string(header.file_size),
-                   header.file_size);
+  if (file_size != header.file_size) {
+    return at_byte(
+        file_size < header.file_size ? ErrorCode::kTruncatedFile : ErrorCode::kOutOfBounds,
+        concat("found ", file_size, " bytes, expected ", header.file_size),
+        std::min(file_size, header.file_size));
   }
   if (header.step_count > kMostSteps || header.result_size > kLargestResult) {
     return at_byte(ErrorCode::kTooLarge,
-                   std::to_string(header.step_count) + " steps make " +
-                       std::to_string(header.result_size) + " bytes",
+                   concat(header.step_count, " steps make ", header.result_size, " bytes"),
                    header.step_count > kMostSteps ? 160 : 88);
   }
   if (kDeltaHeaderSize + header.step_count * kDeltaStepSize > file_size) {
@@ -147,10 +139,10 @@ Result<DeltaHeader> decode_delta_header(std::span<const std::byte> front, std::u
   SIGHTLINE_TRY(check_start(front));
   const DeltaHeader header = read_fields(front);
   if (header.major != kDeltaMajor) {
-    return at_byte(header.major > kDeltaMajor ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
-                   "a delta of format " + std::to_string(header.major) + "." +
-                       std::to_string(header.minor) + ", this program reads 1.x",
-                   8);
+    return at_byte(
+        header.major > kDeltaMajor ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
+        concat("a delta of format ", header.major, ".", header.minor, ", this program reads 1.x"),
+        8);
   }
   if (header.incompatible_features != 0) {
     return at_byte(ErrorCode::kUnknownRequiredFeature,
@@ -185,10 +177,8 @@ Result<std::vector<DeltaStep>> decode_delta_steps(std::span<const std::byte> byt
   }
   if (made != header.result_size || payload_end != header.file_size) {
     return at_byte(ErrorCode::kBadDelta,
-                   "the steps make " + std::to_string(made) + " bytes from a delta of " +
-                       std::to_string(payload_end) + ", expected " +
-                       std::to_string(header.result_size) + " and " +
-                       std::to_string(header.file_size),
+                   concat("the steps make ", made, " bytes from a delta of ", payload_end,
+                          ", expected ", header.result_size, " and ", header.file_size),
                    kDeltaHeaderSize);
   }
   return steps;

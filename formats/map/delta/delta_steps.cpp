@@ -52,7 +52,7 @@ Result<std::vector<std::byte>> bytes_of(const OpenedDelta& delta, const PieceRea
 }
 
 Error failure(ErrorCode code, const std::filesystem::path& path, const char* what, int number) {
-  return {code, std::string(what) + ": " + std::strerror(number), path.string()};
+  return {code, concat(what, ": ", std::strerror(number)), path.string()};
 }
 
 constexpr int kLevel = 15;
@@ -80,14 +80,11 @@ Result<OpenedDelta> open_delta(const std::filesystem::path& path) {
                    file.read(kDeltaHeaderSize, header->step_count * kDeltaStepSize));
   Result<std::vector<DeltaStep>> steps = decode_delta_steps(bytes, *header);
   if (!steps) return in_file(steps.error(), path.string());
-  const bool packs_otherwise =
-      header->zstd_version != 0 &&
-      (header->zstd_version != zstd_version() || header->zstd_level != kRepackLevel);
-  if (packs_otherwise) {
+  if (header->zstd_version != 0 &&
+      (header->zstd_version != zstd_version() || header->zstd_level != kRepackLevel)) {
     return Error{ErrorCode::kUnknownRequiredFeature,
-                 "the delta packs layers with zstd " + std::to_string(header->zstd_version) +
-                     ", this program has " + std::to_string(zstd_version()) +
-                     "; one made with --portable works",
+                 concat("the delta packs layers with zstd ", header->zstd_version,
+                        ", this program has ", zstd_version(), "; one made with --portable works"),
                  path.string(), "byte 176"};
   }
   return OpenedDelta{std::move(file), *header, std::move(*steps)};

@@ -43,8 +43,7 @@ void add_blocks(const Blocks& blocks, const std::string& owner,
 Parts parts_of(const MapContainer& map) {
   std::map<std::uint64_t, std::pair<std::string, const schema::Block*>> starts;
   for (const schema::Tile* tile : *map.directory->tiles()) {
-    add_blocks(*tile->layers(), std::to_string(tile->x()) + "," + std::to_string(tile->y()) + "/",
-               starts);
+    add_blocks(*tile->layers(), concat(tile->x(), ",", tile->y(), "/"), starts);
   }
   add_blocks(*map.directory->sections(), "section/", starts);
   starts[0] = {"header", nullptr};
@@ -178,13 +177,11 @@ void DeltaMaker::add(const Part& part, const std::optional<Part>& old) {
 Result<std::vector<std::byte>> finished(const DeltaMaker& maker, const MapContainer& base,
                                         const MapContainer& result) {
   if (maker.steps.size() > kMostSteps || result.file.size() > kLargestResult) {
-    return Error{ErrorCode::kTooLarge, "a delta of " + std::to_string(maker.steps.size()) +
-                                           " steps for " + std::to_string(result.file.size()) +
-                                           " bytes; send the whole map"};
+    return Error{ErrorCode::kTooLarge, concat("a delta of ", maker.steps.size(), " steps for ",
+                                              result.file.size(), " bytes; send the whole map")};
   }
-  SIGHTLINE_ASSIGN(const MapIdentity base_identity, identity_of(base.file));
   DeltaHeader header;
-  header.base = base_identity;
+  SIGHTLINE_ASSIGN(header.base, identity_of(base.file));
   header.result_size = result.file.size();
   header.result_root = result.header.root_digest;
   header.result_sha256 = sha256(result.file);
@@ -202,8 +199,7 @@ Result<MapIdentity> identity_of(std::span<const std::byte> file) {
   MapIdentity identity;
   identity.size = header.file_size;
   identity.root_digest = header.root_digest;
-  ByteReader reader(file.subspan(kHeaderSize - 8, 8));
-  reader.get(identity.header_checksum);
+  ByteReader(file.subspan(kHeaderSize - 8, 8)).get(identity.header_checksum);
   return identity;
 }
 
@@ -227,9 +223,8 @@ Result<std::vector<std::byte>> make_delta(std::span<const std::byte> base,
 Result<std::vector<std::byte>> make_delta(const std::filesystem::path& base,
                                           const std::filesystem::path& result,
                                           const DeltaOptions& options) {
-  for (const std::filesystem::path& path : {base, result}) {
-    SIGHTLINE_TRY(check_map_digests(path));
-  }
+  SIGHTLINE_TRY(check_map_digests(base));
+  SIGHTLINE_TRY(check_map_digests(result));
   SIGHTLINE_ASSIGN(const MappedFile old_file, MappedFile::open(base.string()));
   SIGHTLINE_ASSIGN(const MappedFile new_file, MappedFile::open(result.string()));
   return make_delta(old_file.bytes(), new_file.bytes(), options);

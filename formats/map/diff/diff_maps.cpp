@@ -38,12 +38,10 @@ Result<TileNds> read_nds(MapSide& before, MapSide& after, const TilePair& pair,
                          const GridShift& shift) {
   TileNds tile;
   if (pair.after) {
-    SIGHTLINE_ASSIGN(std::vector<Nd> nds, after.nds(*pair.after));
-    tile.after = std::move(nds);
+    SIGHTLINE_ASSIGN(tile.after, after.nds(*pair.after));
   }
   if (!pair.before) return tile;
-  SIGHTLINE_ASSIGN(std::vector<Nd> nds, before.nds(*pair.before));
-  tile.before = std::move(nds);
+  SIGHTLINE_ASSIGN(tile.before, before.nds(*pair.before));
   const Eigen::Vector3d shift_m =
       before.card().ndt.frame.origin_world_m - after.card().ndt.frame.origin_world_m;
   for (Nd& nd : tile.before) {
@@ -115,8 +113,7 @@ Result<const SiteRow*> site_near(MapSide& after, const Eigen::Vector3d& mean_m,
   const double tile_m = after.card().ndt.tile_m;
   SIGHTLINE_ASSIGN(const NearestSite nearest, after.nearest(mean_m, tile_m));
   if (nearest.row == nullptr) return nullptr;
-  const Eigen::Vector3d& p_m = nearest.row->p_m;
-  const TileKey key = tile_key(p_m, tile_m);
+  const TileKey key = tile_key(nearest.row->p_m, tile_m);
   const std::optional<std::uint32_t> tile = find_tile(after.container(), key.x, key.y);
   if (!tile) return nullptr;
   SIGHTLINE_TRY(add_unchanged(after, *tile, limits, compared));
@@ -141,8 +138,7 @@ Result<NdsBySite> compare_nds(MapSide& before, MapSide& after, const std::vector
     SIGHTLINE_ASSIGN(const TileNds tile, read_nds(before, after, pair, shift));
     const TileSites* own = &no_sites;
     if (pair.after) {
-      SIGHTLINE_ASSIGN(const TileSites* sites, after.sites(*pair.after));
-      own = sites;
+      SIGHTLINE_ASSIGN(own, after.sites(*pair.after));
     }
     NdChanges changes = diff_nds(tile, diff.options.tolerance_m);
     for (const Eigen::Vector3d& mean_m : changes.stayed_m) {
@@ -193,8 +189,7 @@ Result<MapDiff> diff_sides(MapSide& before, MapSide& after, const MapDiffOptions
   SIGHTLINE_ASSIGN(ComparedSites compared, compare_sites(before, after, tiles));
   NdsBySite nds;
   if (shift) {
-    SIGHTLINE_ASSIGN(NdsBySite found, compare_nds(before, after, tiles, *shift, compared, diff));
-    nds = std::move(found);
+    SIGHTLINE_ASSIGN(nds, compare_nds(before, after, tiles, *shift, compared, diff));
   }
   count_sites(before.card(), after.card(), compared, diff);
   find_stretches(before.card(), after.card(), compared, nds, diff);

@@ -62,8 +62,7 @@ std::vector<LimitDiff> limits_of(const CompiledMap& before, const CompiledMap& a
 void count_answers(const std::vector<AnswerDiff>& answers, std::vector<LimitDiff>& limits) {
   std::size_t common = 0;
   for (LimitDiff& limit : limits) {
-    if (!limit.is_common()) continue;
-    answers[common++].add_to(limit);
+    if (limit.is_common()) answers[common++].add_to(limit);
   }
 }
 

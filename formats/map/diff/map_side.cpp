@@ -46,7 +46,7 @@ Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& lay
         load<std::uint8_t>(raw, layout.range_index, choices.index(row, limit));
     if (range >= ranges || !site.p_m.allFinite() || !std::isfinite(site.s_m)) {
       return Error{ErrorCode::kBadLayer, "a site lies nowhere or has a range that the map has not",
-                   "", "row " + std::to_string(row)};
+                   "", concat("row ", row)};
     }
     site.answers.push_back(
         {card.ranges.looks[range].range_m,

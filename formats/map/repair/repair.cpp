@@ -209,10 +209,9 @@ void decode_for_engineers(const Result<MapContainer>& container,
                           const std::vector<PackedTile>& tiles, const SiteIds& ids,
                           BlockDecoder& decoder, std::vector<std::string>& lost) {
   if (!container) {
-    lost.push_back(
+    return lost.push_back(
         "the factors, the error model and the drives of each tile, if it had any: the directory is "
         "lost");
-    return;
   }
   note_fault("the factors", decode_factors(*container, tiles, ids, decoder), lost);
   note_fault("the drives of each tile", decode_section(*container, kDrivesSection, decoder), lost);
@@ -237,9 +236,8 @@ void note_counts(const schema::Manifest& manifest, const CompiledMap& map,
   const std::uint64_t nds = map.ndt.nds.size();
   const std::uint64_t sites = map.sites.sites.size();
   if (nds == manifest.nd_count() && sites == manifest.site_count()) return;
-  lost.push_back("kept " + std::to_string(sites) + " of " + std::to_string(manifest.site_count()) +
-                 " sites and " + std::to_string(nds) + " of " +
-                 std::to_string(manifest.nd_count()) + " NDs");
+  lost.push_back(concat("kept ", sites, " of ", manifest.site_count(), " sites and ", nds, " of ",
+                        manifest.nd_count(), " NDs"));
 }
 
 // Figures of the whole map are withdrawn.

@@ -174,9 +174,8 @@ PredictedError predictions_of(const RegressionForest& forest, const FeatureRows&
 std::vector<RangeCard> range_cards(const OwnEvidence& evidence) {
   std::vector<RangeCard> cards;
   for (std::size_t range = 0; range < evidence.looks.size(); ++range) {
-    const double mean_m =
-        sum_of_errors_m(evidence, range) / static_cast<double>(evidence.site_count);
-    cards.push_back({evidence.looks[range].range_m, mean_m});
+    cards.push_back({evidence.looks[range].range_m,
+                     sum_of_errors_m(evidence, range) / static_cast<double>(evidence.site_count)});
   }
   return cards;
 }

@@ -40,12 +40,6 @@ std::uint32_t leaf_from(const std::vector<TreeNode>& nodes, std::uint32_t at, co
   return at - static_cast<std::uint32_t>(nodes.size());
 }
 
-// A row, and of each feature another value.
-struct RowAndOthers {
-  float* row;
-  const float* others;
-};
-
 // A feature whose other value leads to another leaf.
 struct Parting {
   std::uint32_t feature;
@@ -54,21 +48,21 @@ struct Parting {
 
 // The leaf of the row, and where each feature would lead alone: its way parts from the row's at the
 // first split that it decides otherwise.
-std::uint32_t leaf_and_partings(const std::vector<TreeNode>& nodes, const RowAndOthers& given,
+std::uint32_t leaf_and_partings(const std::vector<TreeNode>& nodes, float* row, const float* others,
                                 std::vector<std::uint8_t>& has_parted,
                                 std::vector<Parting>& partings) {
   partings.clear();
   std::uint32_t at = 0;
   while (at < nodes.size()) {
     const TreeNode& node = nodes[at];
-    const bool goes_left = given.row[node.feature] < node.threshold;
-    const bool other_goes_left = given.others[node.feature] < node.threshold;
+    const bool goes_left = row[node.feature] < node.threshold;
+    const bool other_goes_left = others[node.feature] < node.threshold;
     if (goes_left != other_goes_left && has_parted[node.feature] == 0) {
       has_parted[node.feature] = 1;
-      const float own = std::exchange(given.row[node.feature], given.others[node.feature]);
+      const float own = std::exchange(row[node.feature], others[node.feature]);
       const std::uint32_t side = other_goes_left ? node.left : node.right;
-      partings.push_back({node.feature, leaf_from(nodes, side, given.row)});
-      given.row[node.feature] = own;
+      partings.push_back({node.feature, leaf_from(nodes, side, row)});
+      row[node.feature] = own;
     }
     at = goes_left ? node.left : node.right;
   }
@@ -198,9 +192,9 @@ std::vector<double> PreparedForest::means_with_others(const FeatureRows& feature
     for (const Tree& tree : trees_) {
       for (std::size_t i = first; i < last; ++i) {
         double* sum = &sums[i * feature_count];
-        const std::uint32_t leaf = leaf_and_partings(
-            tree.nodes, {&own[(i - first) * feature_count], &others[i * feature_count]}, has_parted,
-            partings);
+        const std::uint32_t leaf =
+            leaf_and_partings(tree.nodes, &own[(i - first) * feature_count],
+                              &others[i * feature_count], has_parted, partings);
         // Added tree by tree, as predict() adds.
         parted_sums.clear();
         for (const Parting& parting : partings) {
@@ -208,9 +202,7 @@ std::vector<double> PreparedForest::means_with_others(const FeatureRows& feature
         }
         const double answer = tree.answers[leaf * answer_count_];
         for (std::size_t f = 0; f < feature_count; ++f) sum[f] += answer;
-        for (std::size_t k = 0; k < partings.size(); ++k) {
-          sum[partings[k].feature] = parted_sums[k];
-        }
+        for (std::size_t k = 0; k < partings.size(); ++k) sum[partings[k].feature] = parted_sums[k];
       }
     }
     for (std::size_t i = first * feature_count; i < last * feature_count; ++i)
@@ -269,9 +261,7 @@ PredictedShares predicted_shares(const TrainingSet& training_set, const Predicte
 }
 
 void put_on_curve(const ProbabilityCurve& curve, PredictedError& predicted) {
-  for (double& probability : predicted.within_probability) {
-    probability = on_curve(curve, probability);
-  }
+  for (double& share : predicted.within_probability) share = on_curve(curve, share);
 }
 
 Support::Support(const ErrorModel& model, double margin) : model_(model), margin_(margin) {

@@ -198,11 +198,11 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
         training_set, left_out_of(training_set, part, options.buffer_m), options.most_rows);
     if (training.rows.empty()) {
       return Error{ErrorCode::kDriveTooShort,
-                   "a buffer of " + format_double(options.buffer_m) +
-                       " m around held-out blocks leaves nothing to learn from in " +
-                       format_double(training_set.folds.labelled_route_m) +
-                       " m of route; a longer drive is needed",
-                   "", "fold " + std::to_string(part.fold)};
+                   concat("a buffer of ", format_double(options.buffer_m),
+                          " m around held-out blocks leaves nothing to learn from in ",
+                          format_double(training_set.folds.labelled_route_m),
+                          " m of route; a longer drive is needed"),
+                   "", concat("fold ", part.fold)};
     }
     SIGHTLINE_ASSIGN(LabelledTrees trees,
                      grow_labelled_trees(training_set.features, training, options.forest,

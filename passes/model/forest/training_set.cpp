@@ -147,9 +147,7 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
     const bool holds_out_places = training_set.held_out == HoldOut::kPlaces;
     const int least_blocks = holds_out_places ? 1 : 2;
     Result<RouteBlocks> cut = cut_route(place.sites, has_label, options.block_m, least_blocks);
-    if (!cut) {
-      return Error{cut.error().code, cut.error().message, "", "place '" + place.name + "'"};
-    }
+    if (!cut) return Error{cut.error().code, cut.error().message, "", "place '" + place.name + "'"};
     RouteBlocks blocks = std::move(*cut);
     for (std::uint32_t& block : blocks.block_of_site) block += training_set.folds.block_count();
     card.labelled_route_m = blocks.labelled_route_m;
@@ -196,9 +194,9 @@ Result<void> check_localizers(const DrivenPlaces& places) {
     for (const MeasuredError& drive : place.drives) {
       if (drive.matching.localizer == first) continue;
       return Error{ErrorCode::kMismatchedInputs,
-                   "drive '" + drive.drive + "' was localized by " +
-                       to_text(drive.matching.localizer) + ", expected " + to_text(first) +
-                       " as on every other: a model predicts the errors of one localizer",
+                   concat("drive '", drive.drive, "' was localized by ",
+                          to_text(drive.matching.localizer), ", expected ", to_text(first),
+                          " as on every other: a model predicts the errors of one localizer"),
                    "", "place " + place.name};
     }
   }

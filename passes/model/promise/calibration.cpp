@@ -35,11 +35,9 @@ Misses misses_of_rule(const CalibrationDrives& calibration_drives, std::size_t l
         missed_cases(calibration_drives, limit_m,
                      choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
   };
-  if (options.risk_control == RiskControl::kFixed) {
-    try_threshold(options.fixed_threshold);
-    return misses;
-  }
-  for (int i = 1; i <= kThresholdSteps; ++i) {
+  const bool is_given = options.risk_control == RiskControl::kFixed;
+  if (is_given) try_threshold(options.fixed_threshold);
+  for (int i = 1; i <= kThresholdSteps && !is_given; ++i) {
     try_threshold(static_cast<double>(i) / kThresholdSteps);
   }
   return misses;
@@ -233,9 +231,7 @@ RiskDecision decide_by_testing(const Misses& misses, const RiskOptions& options)
       std::ceil(portable_log(options.delta) / portable_log(1.0 - options.alpha) - kRounding));
   const auto passes = [&](std::size_t t) {
     double loss = 0.0;
-    for (std::size_t block = 0; block < block_count; ++block) {
-      loss += block_loss(misses, t, block);
-    }
+    for (std::size_t block = 0; block < block_count; ++block) loss += block_loss(misses, t, block);
     loss /= static_cast<double>(block_count);
     return p_value(loss, options.alpha, block_count) <= options.delta + kRounding;
   };

@@ -45,9 +45,9 @@ std::string counted(std::uint32_t count, const std::string& noun) {
 
 // "3.1 % missed out of fold in 70 blocks of 7 places, 14 drives"
 std::string observed_misses(const LimitPromise& promise) {
-  return short_percent(promise.calibration_miss_share) + " missed out of fold in " +
-         counted(promise.block_count, "block") + " of " + counted(promise.place_count, "place") +
-         ", " + counted(promise.drive_count, "drive");
+  return concat(short_percent(promise.calibration_miss_share), " missed out of fold in ",
+                counted(promise.block_count, "block"), " of ",
+                counted(promise.place_count, "place"), ", ", counted(promise.drive_count, "drive"));
 }
 
 std::string method_text(const LimitPromise& promise) {
@@ -137,13 +137,10 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
   if (promise.place_count > 1) {
     text += ", " + short_percent(worst_place_miss_share) + " in the worst place";
   }
-  text += ")";
-  if (promise.place_count <= kFewPlaces) {
-    text +=
-        "; blocks of so few places are alike, and the bound is a little optimistic: 5.1 to "
-        "5.9 % missed with 2 and 3 places where 5 % was named";
-  }
-  return text;
+  if (promise.place_count > kFewPlaces) return text + ")";
+  return text +
+         "); blocks of so few places are alike, and the bound is a little optimistic: 5.1 to 5.9 % "
+         "missed with 2 and 3 places where 5 % was named";
 }
 
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card) {
@@ -202,19 +199,19 @@ std::string unearned_statement(const LimitPromise& promise,
                                std::uint32_t needed_blocks) {
   const TrainingCard& card = calibration_drives.model.card;
   const std::string nothing = "nothing is promised: ";
-  if (promise.method == risk_control_name(RiskControl::kFixed)) {
-    return nothing + "the threshold was given; " + observed_misses(promise);
-  }
-  if (promise.method == risk_control_name(RiskControl::kEmpirical)) {
-    return nothing + "the threshold fits what was seen; " + observed_misses(promise);
+  const bool is_given = promise.method == risk_control_name(RiskControl::kFixed);
+  if (is_given || promise.method == risk_control_name(RiskControl::kEmpirical)) {
+    return concat(nothing, "the threshold ", is_given ? "was given; " : "fits what was seen; ",
+                  observed_misses(promise));
   }
   const double least_m = least_error_m(calibration_drives);
   if (promise.block_count > 0 && least_m > promise.limit_m) {
     return nothing + "no range reached " + format_double(promise.limit_m) +
            " m anywhere, the least error measured is " + format_double(least_m) + " m";
   }
-  const bool is_this_drive = promise.scope == PromiseScope::kThisDrive;
-  return nothing + (is_this_drive ? why_this_drive(promise, card) + ", and " : "") +
+  return nothing +
+         (promise.scope == PromiseScope::kThisDrive ? why_this_drive(promise, card) + ", and "
+                                                    : "") +
          what_is_wanting(promise, card, needed_blocks) +
          "; the threshold fits what was seen instead: " + observed_misses(promise);
 }
