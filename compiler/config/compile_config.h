@@ -74,8 +74,7 @@ struct RouteOptions {
 struct CompileConfig {
   AnnotationOptions annotation;
   RecordingOptions mapping;
-  // More drives that make the map, in the order of their days; a deque, since sections point into
-  // it. What such a drive does not say of itself is as in the first.
+  // More drives that make the map, in the order of their days. A deque: sections point into it.
   std::deque<RecordingOptions> later_mapping;
   // In their place a folder of recordings, or a file that lists them (recordings.h).
   std::string mapping_recordings;

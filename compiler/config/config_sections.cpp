@@ -1,6 +1,5 @@
 #include "compiler/config/compile_config.h"
 
-#include <fmt/format.h>
 #include "compiler/gate/settings.h"
 #include "formats/annotation/measured_drives.h"
 #include "passes/ingest/ingest.h"
@@ -133,17 +132,10 @@ std::vector<OptionField> option_fields(AnnotationOptions& options) {
 }
 
 std::string to_text(const RecordingRole& role) {
-  switch (role.use) {
-    case RecordingUse::kMapping:
-      return role.number == 0 ? "mapping" : fmt::format("mapping[{}]", role.number + 1);
-    case RecordingUse::kOtherSensor:
-      return fmt::format("mapping-{}", role.number + 2);
-    case RecordingUse::kLocalization:
-      return localization_role(role.number);
-    case RecordingUse::kEvaluation:
-      break;
-  }
-  return "evaluation";
+  if (role.use == RecordingUse::kOtherSensor) return concat("mapping-", role.number + 2);
+  if (role.use == RecordingUse::kLocalization) return localization_role(role.number);
+  if (role.use == RecordingUse::kEvaluation) return "evaluation";
+  return role.number == 0 ? "mapping" : concat("mapping[", role.number + 1, "]");
 }
 
 std::vector<ConfigSection> drive_sections(CompileConfig& config) {

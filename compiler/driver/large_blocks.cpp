@@ -3,10 +3,9 @@
 
 #include "formats/base/huge_pages.h"
 
-// The program's operator new: large blocks lie on large pages. A pass fills hundreds of megabytes
-// of tables and looks into them anywhere; of pages of 4 KiB the system must give a quarter of a
-// million, and a processor remembers where a few thousand of them are. All else is malloc()'s, and
-// std::free() takes back both. Of libraries their user decides, so this is in none.
+// The program's operator new: large blocks are on large pages, since passes read hundreds of
+// megabytes of tables in random order, and a processor remembers the places of a few thousand
+// pages. The rest is malloc()'s; std::free() frees both. Libraries leave this to their user.
 
 namespace {
 

@@ -31,10 +31,9 @@ struct ScanSearch {
 };
 
 // Looks for folders with two point cloud files of one kind or more, bags of ROS 1 and ROS 2 and
-// pcaps in `folder` and up to four folders deeper; hidden folders are left out. Files of poses and
-// times count where their first line has 8, 9 or 12 columns of numbers, or one; they lie beside the
-// scans or above them up to `folder`, or are named after the scans in a folder `poses` there.
-// Errors: file-not-found, cannot-open.
+// pcaps in `folder` and up to four folders deeper; hidden folders are left out. Files of poses have
+// 8, 9 or 12 columns of numbers, files of times one; they are beside the scans or above them up to
+// `folder`, or in a folder `poses` there, named after them. Errors: file-not-found, cannot-open.
 Result<ScanSearch> find_scans(const std::filesystem::path& folder);
 
 // Where poses may come from: a file, or a topic of the bag that holds the scans.

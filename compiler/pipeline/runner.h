@@ -33,16 +33,15 @@ struct RunObserver {
   std::function<void(const std::string& pass, const Table&)> printed;  // --print-after
 };
 
-// Makes what is `wanted` (nothing: the output of every step) and is not in `artifacts` already, in
-// the order of the plan: a step is loaded from the cache when pass, version, options, seed and the
-// keys of its inputs are those of an earlier run; where it is, what was needed for it alone is not
-// even loaded. Else the step runs, its output is validated and stored. Inputs of the plan must be
-// in `artifacts`, to which is added what is wanted; what is not is loaded when a step takes it and
-// let go after its last use. `reports` are appended to, one for each step that `wanted` depends on,
-// with the warnings of the run that made it. The first failure ends the run; its Error names the
-// pass in `place` unless the pass named a place itself. Errors: unknown-pass (print_after or
-// stop_after), work-missing (steps that may not run and are not in the cache), what passes and the
-// cache return.
+// Makes what is `wanted` (nothing: the output of every step) and not in `artifacts` yet, in the
+// order of the plan. A step is loaded from the cache where pass, version, options, seed and input
+// keys are those of an earlier run, and what was needed for it alone is not loaded; else it runs,
+// and its output is validated and stored. Inputs of the plan must be in `artifacts`, to which the
+// wanted is added; the rest is loaded when a step takes it and freed after its last use. `reports`
+// gets one for each step that `wanted` depends on, with the warnings of the run that made it. The
+// first failure ends the run; its Error names the pass in `place` unless the pass named a place.
+// Errors: unknown-pass (print_after or stop_after), work-missing (steps that may not run and are
+// not in the cache), those of passes and the cache.
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
                       const RunOptions& options, const RunObserver& observer,
                       ArtifactSet& artifacts, std::vector<StepReport>& reports);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -10,13 +9,6 @@
 
 namespace sightline {
 namespace {
-
-std::optional<std::size_t> step_named(const Plan& plan, const std::string& name) {
-  for (std::size_t i = 0; i < plan.steps().size(); ++i) {
-    if (plan.steps()[i].name == name) return i;
-  }
-  return std::nullopt;
-}
 
 // What the caller looks at, and what is to be printed or stopped after.
 std::vector<AnyWire> all_wanted(const Plan& plan, const std::vector<AnyWire>& wanted,
@@ -26,7 +18,8 @@ std::vector<AnyWire> all_wanted(const Plan& plan, const std::vector<AnyWire>& wa
   std::vector<std::string> names = options.print_after;
   if (!options.stop_after.empty()) names.push_back(options.stop_after);
   for (const std::string& name : names) {
-    if (const auto step = step_named(plan, name)) all.push_back({plan.steps()[*step].output});
+    const auto step = std::ranges::find(plan.steps(), name, &PassStep::name);
+    if (step != plan.steps().end()) all.push_back({step->output});
   }
   return all;
 }
@@ -46,13 +39,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 std::string on_one_line(std::string_view text) {
   std::string line;
   for (const char c : text) {
-    if (c == '\\') {
-      line += "\\\\";
-    } else if (c == '\n') {
-      line += "\\n";
-    } else {
-      line += c;
-    }
+    line += c == '\\' ? "\\\\" : c == '\n' ? "\\n" : std::string(1, c);
   }
   return line;
 }

@@ -36,10 +36,9 @@ Result<SealedObject> open_object(const StoredBytes& sealed);
 
 // Finished artifacts on disk, by the key of the pass that made them, and for each pass a record of
 // what its last key was made of, so that a rebuild can be explained. Files appear whole or not at
-// all, so a cache survives an interruption at any moment, and any number of processes may share
-// one: there are no locks, and nothing is deleted but what processes left that are gone
-// (formats/base/files/temporary_name.h). Each object says what it is, and is refused under another
-// name.
+// all, so that a cache survives any interruption and processes may share it without locks; only
+// leftovers of ended processes are deleted (formats/base/files/temporary_name.h). Each object
+// contains its name, and is refused under another one.
 class ArtifactCache {
  public:
   // An empty directory name keeps nothing.

@@ -64,17 +64,9 @@ bool is_judged_at(const TrackRule& rule, double limit_m) {
 }
 
 std::string name_of(const TrackRule& rule) {
-  switch (rule.choice) {
-    case TrackChoice::kRange:
-      return "the map's range";
-    case TrackChoice::kLook:
-      return "the map's look";
-    case TrackChoice::kPlan:
-      return "the map's plan";
-    case TrackChoice::kNobody:
-      break;
-  }
-  return "static " + to_text(rule.look);
+  if (rule.choice == TrackChoice::kRange) return "the map's range";
+  if (rule.choice == TrackChoice::kLook) return "the map's look";
+  return rule.choice == TrackChoice::kPlan ? "the map's plan" : "static " + to_text(rule.look);
 }
 
 TrackScore score_track(const DriveTracks& tracks, std::size_t rule, double limit_m) {

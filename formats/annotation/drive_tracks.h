@@ -11,9 +11,7 @@
 
 // A drive replayed as a vehicle lives it: each pose starts from what the poses found before
 // predict (schemas/definitions.md, "Continuous localization"). One replay for each way to choose
-// how to look.
-//
-// Times are CPU times and differ from run to run; work (points x iterations) does not.
+// how to look. Times are CPU times and differ from run to run; work (points x iterations) does not.
 
 namespace sightline {
 

@@ -90,46 +90,16 @@ std::string_view error_name(ErrorCode code) {
 }
 
 ErrorClass error_class(ErrorCode code) {
-  switch (static_cast<int>(code) / 1000) {
-    case 1:
-      return ErrorClass::kUsage;
-    case 2:
-      return ErrorClass::kInput;
-    case 3:
-      return ErrorClass::kVersion;
-    case 4:
-      return ErrorClass::kCorrupt;
-    case 5:
-      return ErrorClass::kSignature;
-    case 6:
-      return ErrorClass::kGate;
-    case 7:
-      return ErrorClass::kIncomplete;
-    default:
-      return ErrorClass::kSystem;
-  }
+  using enum ErrorClass;
+  constexpr ErrorClass kByThousand[] = {kUsage,     kInput, kVersion,   kCorrupt,
+                                        kSignature, kGate,  kIncomplete};
+  const int thousand = static_cast<int>(code) / 1000;
+  return thousand >= 1 && thousand <= 7 ? kByThousand[thousand - 1] : kSystem;
 }
 
 int exit_status(ErrorCode code) {
-  switch (error_class(code)) {
-    case ErrorClass::kUsage:
-      return 64;
-    case ErrorClass::kInput:
-      return 65;
-    case ErrorClass::kVersion:
-      return 66;
-    case ErrorClass::kCorrupt:
-      return 67;
-    case ErrorClass::kSignature:
-      return 68;
-    case ErrorClass::kGate:
-      return 69;
-    case ErrorClass::kSystem:
-      return 74;
-    case ErrorClass::kIncomplete:
-      return 75;
-  }
-  return 74;
+  constexpr int kByClass[] = {64, 65, 66, 67, 68, 69, 75, 74};
+  return kByClass[static_cast<std::size_t>(error_class(code))];
 }
 
 std::string to_string(const Error& error) {

@@ -69,8 +69,8 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
       body(i);
     });
   };
-  // Work within work: who is done with his own helps those who are not. Isolated, so that no thread
-  // who waits here begins something else meanwhile, perhaps with a lock in his hand.
+  // Nested work is shared too. It is isolated: a waiting thread that began other work might hold a
+  // lock that this work needs.
   if (is_within) return oneapi::tbb::this_task_arena::isolate(run);
   oneapi::tbb::task_arena(size).execute(run);
 }

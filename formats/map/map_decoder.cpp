@@ -176,11 +176,9 @@ Result<void> MapDecoder::visit_all() {
     const Result<void> visited = visit_section(block);
     if (!visited) return at(visited.error(), "section " + block.name);
   }
-  for (const Result<void>& checked :
-       {check_look_up(), decoder_->check_factors(), check_end(tiles)}) {
-    if (!checked) return checked;
-  }
-  return {};
+  SIGHTLINE_TRY(check_look_up());
+  SIGHTLINE_TRY(decoder_->check_factors());
+  return check_end(tiles);
 }
 
 Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
@@ -204,11 +202,9 @@ void MapDecoder::make_room() {
 }
 
 Result<CompiledMap> MapDecoder::run() {
-  for (const Result<void>& start :
-       {check_zeros(container_.file, kHeaderSize, container_.header.manifest_offset),
-        check_counts(), decode_manifest(*container_.manifest, map_)}) {
-    if (!start) return start.error();
-  }
+  SIGHTLINE_TRY(check_zeros(container_.file, kHeaderSize, container_.header.manifest_offset));
+  SIGHTLINE_TRY(check_counts());
+  SIGHTLINE_TRY(decode_manifest(*container_.manifest, map_));
   make_room();
   SIGHTLINE_TRY(visit_all());
   decoder_->take_factors();

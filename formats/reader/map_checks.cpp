@@ -169,7 +169,7 @@ Result<void> check_rows(const schema::Manifest& manifest, const schema::Block& b
   return {};
 }
 
-// Before anything is unpacked or looked through: what is claimed stays in proportion to the file.
+// Before anything is unpacked: what is claimed stays in proportion to the file.
 Result<void> check_size(const schema::Block& block, const std::string& place) {
   if (block.codec() == schema::Codec::None && block.raw_size() != block.stored_size()) {
     return Error{ErrorCode::kBadLayer, "raw and stored sizes differ without a codec", "", place};

@@ -49,8 +49,7 @@ struct MapLook {
 
 struct RangeAnswer {
   double range_m = 0.0;  // how far to look
-  // That the localization error is within the limit, at this range; NaN with
-  // kAnswerUnknownLocalizer.
+  // Of an error within the limit, at this range; NaN with kAnswerUnknownLocalizer.
   double probability = 0.0;
   double mean_error_m = 0.0;  // predicted, at this range; infinity far from any site; NaN as above
   double distance_m = std::numeric_limits<double>::infinity();  // 3D, to the nearest site
@@ -140,11 +139,10 @@ struct MapInfo {  // refers into the map
 };
 
 // The caller's localizer, as it is named when a map is opened: "searching", "pcl-ndt", or the name
-// under which the errors of one outside were imported; "searching/3" asks for that version of its
-// definition too. How well a place can be localized depends on who localizes: where the map's
-// errors are those of another localizer, or none is named, every answer is the longest range,
-// probability and mean error NaN, and kAnswerUnknownLocalizer. Who decides that the map's numbers
-// hold for his localizer too names the map's own, MapInfo::localizer.
+// under which errors of another program's were imported; "searching/3" asks for that version of its
+// definition too. Where the map's errors are those of another localizer, or none is named, every
+// answer is the longest range, probability and mean error NaN, and kAnswerUnknownLocalizer. A
+// caller for whose localizer the numbers hold all the same names MapInfo::localizer.
 
 // A map open for looking up. Safe to use from several threads at once. After open() a look-up
 // allocates nothing (but to tell of a failure) and touches a few pages of 4 KiB; each is checked
@@ -152,10 +150,9 @@ struct MapInfo {  // refers into the map
 class MapReader {
  public:
   // Maps the file into memory and checks header, manifest and the head of its section "look-up".
-  // The file must not be written to while it is open; replacing it by rename is fine. Whether all
-  // of a file is whole is verify_map()'s question, asked once when it arrives.
-  // Errors: file-not-found, cannot-open, cannot-read, and those of open_front() and
-  // LookUp::open().
+  // The file must not be written to while it is open; replacing it by rename is fine. verify_map()
+  // checks a whole file, once when it arrives. Errors: file-not-found, cannot-open, cannot-read,
+  // and those of open_front() and LookUp::open().
   static Result<MapReader> open(const std::string& path, std::string_view callers_localizer);
   // The same on bytes that outlive the reader and start at a multiple of 8.
   static Result<MapReader> open(std::span<const std::byte> bytes,
@@ -165,10 +162,8 @@ class MapReader {
   // map's frame defines), for an accuracy of limit_m: what the map holds at the nearest site, the
   // lower id on a tie. A limit the map does not have is served by the next tighter one; one
   // tighter than all by the longest range, probability 0 and kAnswerTighterLimit. Far from any
-  // site: the longest range, probability 0 and kAnswerFar. Another localizer than the caller's: see
-  // above.
-  // Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and bad-layer
-  // where what is needed is damaged.
+  // site: the longest range, probability 0 and kAnswerFar. Errors: bad-argument (not finite, or a
+  // limit not above 0), checksum-mismatch and bad-layer where what is needed is damaged.
   [[nodiscard]] Result<RangeAnswer> observation_range(const std::array<double, 3>& position_world_m,
                                                       double limit_m) const;
 
@@ -181,11 +176,10 @@ class MapReader {
       const std::array<double, 3>& position_world_m, double limit_m,
       double visible_m = std::numeric_limits<double>::infinity()) const;
 
-  // What to do there. A vehicle that tracks: the map's plan, where the limit is as tight as that
-  // was learnt for, or looser; its first look is the place's own, settling, where that looks at no
-  // more returns than the plan's and matches fewer points. A vehicle that does not track, that is
-  // too far from any site, or sees less far than the plan looks: what look() answers, and nothing
-  // after it. Allocates nothing. Errors: as look().
+  // What to do there. A vehicle that tracks: the map's plan, where the limit is not tighter than
+  // the plan's; its first look is the place's own, settling, where that looks at no more returns
+  // and matches fewer points. A vehicle that does not track, is far from any site, or sees less far
+  // than the plan looks: the answer of look() alone. Allocates nothing. Errors: as look().
   [[nodiscard]] Result<LookPlanAnswer> look_plan(
       const std::array<double, 3>& position_world_m, double limit_m, bool is_tracking,
       double visible_m = std::numeric_limits<double>::infinity()) const;

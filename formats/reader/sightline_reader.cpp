@@ -110,7 +110,7 @@ void sightline_get_info(const sightline_map* map, sightline_info* info) {
   info->localizer_version = from.localizer_version;
   info->localizer_parameters = map->parameters.c_str();
   info->is_for_caller = from.is_for_caller ? 1 : 0;
-  info->world = from.world.data();  // ends in a zero, as above
+  info->world = from.world.data();
   std::copy(from.export_origin_world_m.begin(), from.export_origin_world_m.end(),
             info->export_origin_world_m);
 }
@@ -215,7 +215,6 @@ int sightline_get_column(const sightline_map* map, size_t index, sightline_colum
   try {
     const std::span<const std::string_view> names = map->reader.info().columns;
     if (index >= names.size()) return static_cast<int>(ErrorCode::kBadArgument);
-    // FlatBuffers ends its strings with a zero.
     column->name = names[index].data();
     const Result<MapColumn> found = map->reader.column(names[index]);
     if (!found) return static_cast<int>(found.error().code);
@@ -232,7 +231,6 @@ const char* sightline_reader_version(void) {
 }
 
 const char* sightline_error_name(int error) {
-  // Names are literals, so they end in a zero.
   return sightline::error_name(static_cast<ErrorCode>(error)).data();
 }
 

@@ -164,11 +164,10 @@ int sightline_get_look(const sightline_map* map, const double position_world_m[3
                        double visible_m, sightline_look* look);
 
 /* What to do there. A vehicle that tracks (is_tracking not 0): the map's plan, where the limit is
- * as tight as that was learnt for, or looser; its first look is the place's own, settling, where
- * that looks at no more returns than the plan's and matches fewer points. A vehicle that does not
- * track, that is too far from any site, or sees less far than the plan looks: what
- * sightline_get_look answers, and nothing after it. On failure the first look is the longest range
- * with SIGHTLINE_FAR. */
+ * not tighter than the plan's; its first look is the place's own, settling, where that looks at no
+ * more returns and matches fewer points. A vehicle that does not track, is far from any site, or
+ * sees less far than the plan looks: the answer of sightline_get_look alone. On failure the first
+ * look is the longest range with SIGHTLINE_FAR. */
 int sightline_get_look_plan(const sightline_map* map, const double position_world_m[3],
                             double limit_m, int is_tracking, double visible_m,
                             sightline_look_plan* plan);

@@ -5,13 +5,6 @@
 #include "formats/record/cells.h"
 
 namespace sightline {
-namespace {
-
-Error invalid(std::string message, std::string place) {
-  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
-}
-
-}  // namespace
 
 Result<void> validate(const DepthImages& images) {
   if (images.azimuth_count == 0 || images.elevation_count == 0) {
@@ -59,20 +52,21 @@ Result<void> validate(const VirtualScans& scans) {
   const bool lengths_make_sense = scans.longest_range_m > 0.0 && scans.leaf_m > 0.0 &&
                                   std::isfinite(scans.longest_range_m) &&
                                   std::isfinite(scans.leaf_m);
-  if (!lengths_make_sense) return invalid("longest range or leaf make no sense", "");
+  if (!lengths_make_sense) return invalid_artifact("longest range or leaf make no sense", "");
   std::uint64_t before = 0;
   for (std::size_t site = 0; site < scans.end.size(); ++site) {
     if (scans.end[site] < before) {
-      return invalid("a scan ends before it begins", concat("site ", site));
+      return invalid_artifact("a scan ends before it begins", concat("site ", site));
     }
     before = scans.end[site];
   }
   if (before != scans.points_m.size()) {
-    return invalid(concat("found ", scans.points_m.size(), " points, expected ", before), "");
+    return invalid_artifact(concat("found ", scans.points_m.size(), " points, expected ", before),
+                            "");
   }
   for (std::size_t i = 0; i < scans.points_m.size(); ++i) {
     if (!scans.points_m[i].allFinite()) {
-      return invalid("a point is not finite", concat("point ", i));
+      return invalid_artifact("a point is not finite", concat("point ", i));
     }
   }
   return {};

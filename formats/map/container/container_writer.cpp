@@ -239,13 +239,6 @@ Result<void> add_tile(const TileParts& tile, ContainerWriter& writer) {
   return writer.add_tile(tile.key, blocks);
 }
 
-void finish(const std::vector<BlockParts>& sections, ContainerWriter& writer) {
-  for (const BlockParts& section : sections) {
-    SIGHTLINE_CHECK(writer.add_section(packed(section).block));
-  }
-  SIGHTLINE_CHECK(writer.finish());
-}
-
 }  // namespace
 
 ContainerWriter::Write write_to(std::vector<std::byte>& file) {
@@ -260,7 +253,10 @@ std::vector<std::byte> assemble(const ContainerParts& parts) {
   std::vector<std::byte> file;
   ContainerWriter writer(write_to(file), parts.manifest, parts.features);
   for (const TileParts& tile : parts.tiles) SIGHTLINE_CHECK(add_tile(tile, writer));
-  finish(parts.sections, writer);
+  for (const BlockParts& section : parts.sections) {
+    SIGHTLINE_CHECK(writer.add_section(packed(section).block));
+  }
+  SIGHTLINE_CHECK(writer.finish());
   return file;
 }
 

@@ -36,17 +36,13 @@ std::string text_of(const BlockKinds& kinds) {
 
 void insert_slot(std::vector<std::byte>& section, std::uint64_t slot_count,
                  const LookUpSlot& slot) {
-  std::uint64_t place = first_slot(slot.x, slot.y, slot_count);
-  while (true) {
+  for (std::uint64_t place = first_slot(slot.x, slot.y, slot_count);;
+       place = (place + 1) % slot_count) {
     std::byte* bytes =
         page_of(section, place / kSlotsPerPage) + place % kSlotsPerPage * sizeof(LookUpSlot);
     LookUpSlot taken;
     std::memcpy(&taken, bytes, sizeof taken);
-    if (taken.row_count == 0) {
-      std::memcpy(bytes, &slot, sizeof slot);
-      return;
-    }
-    place = (place + 1) % slot_count;
+    if (taken.row_count == 0) return store(bytes, slot);
   }
 }
 

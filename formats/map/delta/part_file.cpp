@@ -15,7 +15,7 @@ namespace {
 
 Error failure(ErrorCode code, const std::filesystem::path& path, const char* what, int number) {
   const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
-  return {is_full ? ErrorCode::kDiskFull : code, std::string(what) + ": " + std::strerror(number),
+  return {is_full ? ErrorCode::kDiskFull : code, concat(what, ": ", std::strerror(number)),
           path.string()};
 }
 

@@ -66,7 +66,7 @@ void count_answers(const std::vector<AnswerDiff>& answers, std::vector<LimitDiff
   }
 }
 
-// Work of each limit, summed up over sites that both maps know.
+// Work of one limit, summed over sites that both maps know.
 struct Work {
   double before = 0.0;
   double after = 0.0;

@@ -14,12 +14,13 @@ namespace sightline {
 namespace {
 
 Error too_short(double labelled_route_m, double block_m) {
-  return {ErrorCode::kDriveTooShort,
-          "found " + format_double(labelled_route_m) +
-              " m of route with measured errors, expected at least " +
-              format_double(2.0 * block_m) + " m: two blocks of " + format_double(block_m) +
-              " m, so that each can be predicted by trees that never saw it; a longer drive, or a "
-              "model trained elsewhere (compile --model), helps"};
+  return {
+      ErrorCode::kDriveTooShort,
+      concat("found ", format_double(labelled_route_m),
+             " m of route with measured errors, expected at least ", format_double(2.0 * block_m),
+             " m: two blocks of ", format_double(block_m),
+             " m, so that each can be predicted by trees that never saw it; a longer drive, or a "
+             "model trained elsewhere (compile --model), helps")};
 }
 
 std::uint32_t group_of(const Folds& folds, std::uint32_t place) {
@@ -54,8 +55,8 @@ Result<RouteBlocks> cut_route(const Sites& sites, const std::vector<std::uint8_t
   if (labelled_count == 0) {
     return Error{
         ErrorCode::kNoTrainingRows,
-        "none of " + std::to_string(has_label.size()) +
-            " sites has a measured error: no scan of the localization drive lies near one"};
+        concat("none of ", has_label.size(),
+               " sites has a measured error: no scan of the localization drive lies near one")};
   }
   RouteBlocks blocks;
   blocks.labelled_route_m = static_cast<double>(labelled_count) * sites.spacing_m;

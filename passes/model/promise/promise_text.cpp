@@ -108,16 +108,13 @@ std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& car
 
 // `found`: the evidence.
 std::string why_static(const StaticAnswers& answers, const std::string& found) {
-  switch (answers.reason) {
-    case Reason::kTooShort:
-      return "the drive is too short to learn from";
-    case Reason::kExplainsNothing:
-      return "the model explains nothing out of fold (R^2 " + fixed(answers.explained, 2) + ")";
-    case Reason::kCheaper:
-      return "the model's own choice costs more and covers no more of " + found;
-    default:
-      return "no drive was here, and no model from elsewhere judges what was simulated";
+  if (answers.reason == Reason::kTooShort) return "the drive is too short to learn from";
+  if (answers.reason == Reason::kExplainsNothing) {
+    return "the model explains nothing out of fold (R^2 " + fixed(answers.explained, 2) + ")";
   }
+  return answers.reason == Reason::kCheaper
+             ? "the model's own choice costs more and covers no more of " + found
+             : "no drive was here, and no model from elsewhere judges what was simulated";
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
         });
   } catch (const std::exception& failure) {
     return Error{ErrorCode::kOutOfMemory,
-                 std::string("the forest could not be grown: ") + failure.what()};
+                 concat("the forest could not be grown: ", failure.what())};
   }
 }
 
@@ -129,9 +129,8 @@ Result<LabelledTrees> grow_labelled_trees(const FeatureRows& features, const Lab
                                           int threads) {
   if (training.rows.size() > kMostTreeLabels / static_cast<std::size_t>(options.tree_count)) {
     return Error{ErrorCode::kOutOfMemory,
-                 std::to_string(options.tree_count) + " trees over " +
-                     std::to_string(training.rows.size()) +
-                     " rows are more than a model can hold; fewer of either"};
+                 concat(options.tree_count, " trees over ", training.rows.size(),
+                        " rows are more than a model can hold; fewer of either")};
   }
   SIGHTLINE_ASSIGN(const std::vector<GrownTree> grown,
                    grow_trees(features, training, options, seed, threads));
