@@ -164,7 +164,7 @@ Result<ArtifactCache::Content> ArtifactCache::load(const std::string& pass,
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
                                   std::span<const std::byte> content) const {
   if (!is_enabled()) return {};
-  return store_object(file_of(pass, key), artifact_name(pass, key), content);
+  return store_object(directory_, artifact_name(pass, key), content);
 }
 
 Result<std::optional<StoredBytes>> ArtifactCache::open(const std::string& pass,
@@ -176,7 +176,7 @@ Result<std::optional<StoredBytes>> ArtifactCache::open(const std::string& pass,
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
                                   const WriteInto& content) const {
   if (!is_enabled()) return {};
-  return store_object(file_of(pass, key), artifact_name(pass, key), content);
+  return store_object(directory_, artifact_name(pass, key), content);
 }
 
 void ArtifactCache::mark_used(const std::string& pass, const Digest& key) const {

@@ -102,8 +102,9 @@ Result<void> validate(const Trajectory& trajectory) {
       return invalid_pose(i, "found a piece out of order or an overlap that is no share");
     }
     pieces = std::max(pieces, pose.piece + 1);
-    if (!is_rigid(pose.T_map_vehicle))
+    if (!is_rigid(pose.T_map_vehicle)) {
       return invalid_pose(i, "found a pose that is no rigid motion");
+    }
     if (!is_covariance(pose.covariance.matrix())) {
       return invalid_pose(i, "found a covariance that is none");
     }

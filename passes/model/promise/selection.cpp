@@ -77,8 +77,9 @@ Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
 
 void mark_extrapolated(const PredictedError& predicted, Choice& choice) {
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
-    if (predicted.is_extrapolated(site, choice.range_index[site]))
+    if (predicted.is_extrapolated(site, choice.range_index[site])) {
       choice.flags[site] |= kExtrapolated;
+    }
   }
 }
 
