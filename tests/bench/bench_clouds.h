@@ -16,7 +16,6 @@ const BenchClouds& bench_clouds();
 
 // The street alone, whatever recordings there are.
 BenchClouds street_clouds();
-
 std::vector<Eigen::Vector3d> street_scan_points();
 
 // The same points in random order.

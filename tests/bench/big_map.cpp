@@ -63,8 +63,7 @@ void change_nds(TileKey key, Random random, std::map<CellKey, Nd>& nds) {
     nds[nd.key] = nd;
     if (i + 1 == cells.size()) break;
     Nd& moved = nds[cells[i + 1]];
-    const double centre_m = (moved.key.z + 0.5) * NdtMap().cell_m;
-    moved.mean_m.z() += moved.mean_m.z() < centre_m ? 0.3 : -0.3;
+    moved.mean_m.z() += moved.mean_m.z() < (moved.key.z + 0.5) * NdtMap().cell_m ? 0.3 : -0.3;
   }
 }
 

@@ -61,6 +61,5 @@ void compare_all(const BenchClouds& clouds) {
 // The recording where there is one, else the drawn street; with the argument `street` that anyway.
 int main(int argc, char** argv) {
   using namespace sightline;
-  const bool is_street = argc > 1 && std::string(argv[1]) == "street";
-  compare_all(is_street ? street_clouds() : bench_clouds());
+  compare_all(argc > 1 && std::string(argv[1]) == "street" ? street_clouds() : bench_clouds());
 }

@@ -81,8 +81,7 @@ void drop_from_cache(const fs::path& path) {
 double cached_mib(const fs::path& path) {
   const Result<MappedFile> file = MappedFile::open(path.string());
   if (!file) return 0.0;
-  const std::size_t pages = (file->bytes().size() + 4095) / 4096;
-  std::vector<unsigned char> is_there(pages);
+  std::vector<unsigned char> is_there((file->bytes().size() + 4095) / 4096);
   ::mincore(const_cast<std::byte*>(file->bytes().data()), file->bytes().size(), is_there.data());
   std::size_t count = 0;
   for (const unsigned char page : is_there) count += page & 1;

@@ -137,9 +137,8 @@ std::vector<Case> cases_of(std::size_t count) {
                                   {"hole of 17 m", 100},
                                   {"hole of 35 m", 131}}) {
     Case made{name, {}};
-    for (const std::size_t scan : all) {
+    for (const std::size_t scan : all)
       if (scan < 60 || scan >= end) made.scans.push_back(scan);
-    }
     with_and_without_times(made);
   }
   Case twelfth{"every 12th scan", {}};

@@ -82,6 +82,5 @@ int run(std::size_t row_count, int threads) {
 
 int main(int argc, char** argv) {
   const std::size_t rows = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 100000;
-  const int threads = argc > 2 ? std::atoi(argv[2]) : 2;
-  return sightline::run(rows, threads);
+  return sightline::run(rows, argc > 2 ? std::atoi(argv[2]) : 2);
 }

@@ -103,8 +103,7 @@ MatchWorld town_world() {
   world.name = "generated town";
   world.leaf_m = 1.0;
   const town::Town town = *town::make_town({.seed = 3, .length_m = 200.0});
-  town::DriveOptions mapping = town::usual_drive(town.options, 0, *town::town_sensor(16));
-  add_drive(town, mapping, true, world);
+  add_drive(town, town::usual_drive(town.options, 0, *town::town_sensor(16)), true, world);
   town::DriveOptions second = town::usual_drive(town.options, 1, *town::town_sensor(16));
   second.spacing_m = 3.0;
   add_drive(town, second, false, world);

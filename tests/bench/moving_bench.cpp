@@ -47,8 +47,7 @@ TruthByVoxel label_voxels(const town::DriveSimulator& drive, const Trajectory& t
   for (std::size_t i = 0; i < drive.scan_count(); ++i) {
     const Pose T_map_lidar = trajectory.poses[i].T_map_vehicle * drive.sensor().T_vehicle_lidar;
     for (const town::LabelledPoint& point : drive.scan(i).points) {
-      const Eigen::Vector3d point_m = T_map_lidar * point.position_m.cast<double>();
-      Truth& voxel = truth[cell_key(point_m, voxel_m)];
+      Truth& voxel = truth[cell_key(T_map_lidar * point.position_m.cast<double>(), voxel_m)];
       if (point.label == town::Label::kMovingCar) {
         ++voxel.cars;
       } else if (point.label == town::Label::kPedestrian) {

@@ -279,9 +279,7 @@ int run(const RecordingOptions& recorded, const std::string& labels, bool is_eve
   const Result<void> read = read_labels(labels, *street);
   if (!read) return report(read.error());
   LabelledVoxels voxels;
-  for (const CellKey& key : street->points.moved_voxels) {
-    voxels.insert(key, {0, 0, false, true});
-  }
+  for (const CellKey& key : street->points.moved_voxels) voxels.insert(key, {0, 0, false, true});
   Figures figures;
   const Result<void> counted = count_returns(*street, voxels, figures);
   if (!counted) return report(counted.error());

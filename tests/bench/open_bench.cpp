@@ -122,7 +122,6 @@ int measure(const std::string& path, int columns) {
               median(cold_kib), *std::ranges::max_element(cold_kib), median(faults));
   std::printf("open and look up     warm, median %.3f ms, most %.3f ms of CPU time\n",
               median(warm_ms), *std::ranges::max_element(warm_ms));
-
   const Result<MapReader> reader = MapReader::open(path, "searching");
   // Anywhere in the map, and a metre further each time along its streets.
   std::vector<std::array<double, 3>> anywhere;

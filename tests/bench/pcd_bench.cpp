@@ -73,15 +73,13 @@ std::vector<std::string> compressed_copies(const Files& files,
 }
 
 void load(const std::vector<std::string>& paths) {
-  for (const std::string& path : paths) {
+  for (const std::string& path : paths)
     if (!read_point_cloud(path)) std::abort();
-  }
 }
 
 void load_all_with_pcl(const std::vector<std::string>& paths) {
-  for (const std::string& path : paths) {
+  for (const std::string& path : paths)
     if (load_with_pcl(path) == 0) std::abort();
-  }
 }
 
 void read_raw(const std::vector<std::string>& paths) {

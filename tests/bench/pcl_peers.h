@@ -45,7 +45,6 @@ class PclNdt {
   ~PclNdt();
   PclNdt(const PclNdt&) = delete;
   PclNdt& operator=(const PclNdt&) = delete;
-
   void set_scan(std::span<const Eigen::Vector3d> points_m);
   Eigen::Matrix4d match(const Eigen::Matrix4d& T_map_start);
   // One evaluation of score, gradient and Hessian at a pose, after a first match; the score.

@@ -27,9 +27,8 @@ namespace {
 // The same model, which has no labels at one place.
 ErrorModel without_labels_of(const ErrorModel& model, std::uint32_t place) {
   ErrorModel without = model;
-  for (TrainedSite& site : without.sites) {
+  for (TrainedSite& site : without.sites)
     if (site.place == place) site.has_label = 0;
-  }
   return without;
 }
 

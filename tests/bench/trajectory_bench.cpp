@@ -53,8 +53,7 @@ std::vector<Pose> disturbed(const std::vector<Pose>& truth, double spacing_m, st
     }
     poses[i].translation() += shift_m;
     const double angle_rad = turn_deg.norm() * std::numbers::pi / 180.0;
-    const Eigen::Vector3d turn_axis = turn_deg.normalized();
-    poses[i].linear() *= Eigen::AngleAxisd(angle_rad, turn_axis).toRotationMatrix();
+    poses[i].linear() *= Eigen::AngleAxisd(angle_rad, turn_deg.normalized()).toRotationMatrix();
   }
   return poses;
 }
@@ -170,8 +169,7 @@ int main(int argc, char** argv) {
   app.add_option("--dump", options.dump);
   app.add_flag("!--no-loops", options.estimate.closes_loops);
   CLI11_PARSE(app, argc, argv);
-  for (const std::uint64_t seed : options.seeds) {
+  for (const std::uint64_t seed : options.seeds)
     if (run_one(options, seed) != 0) return 1;
-  }
   return 0;
 }

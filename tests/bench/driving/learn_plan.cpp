@@ -142,9 +142,7 @@ LookPlan learn_plan(const DrivenTowns& towns, const std::vector<std::vector<Look
                     const LookPlan& looks, std::size_t left_out, int threads) {
   std::vector<LookExample> others;
   for (std::size_t town = 0; town < towns.size(); ++town) {
-    if (town != left_out) {
-      others.insert(others.end(), examples[town].begin(), examples[town].end());
-    }
+    if (town != left_out) others.insert(others.end(), examples[town].begin(), examples[town].end());
   }
   LookPlan plan = looks;
   plan.test = learn_look_test(others);

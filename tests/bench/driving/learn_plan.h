@@ -16,7 +16,6 @@ struct LookExample {
 };
 inline constexpr double kDoubted_m = 0.05;  // half of the limit
 inline constexpr double kLimit_m = 0.10;
-
 using DrivenTowns = std::vector<std::unique_ptr<DrivenTown>>;
 
 // Of each town, from both drives, with a second look at every scan.

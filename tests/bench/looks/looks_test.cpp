@@ -27,8 +27,7 @@ TEST(OracleOfLooks, TakesTheCheapestByWorkThatIsGoodAndElseTheMostAccurate) {
 
 TEST(LookRule, SaysWhatItReadsAndRefusesWhatMakesNoSense) {
   for (const std::string& text : usual_looks()) {
-    const LookRule rule = value_of(parse_look_rule(text), text);
-    EXPECT_EQ(to_text(rule), text);
+    EXPECT_EQ(to_text(value_of(parse_look_rule(text), text)), text);
   }
   const std::string every = "50 m, 2850 returns, even beyond 50 m, one voxel in 4";
   ASSERT_TRUE(parse_look_rule(every));

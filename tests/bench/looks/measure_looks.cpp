@@ -140,9 +140,7 @@ std::vector<RuleFigures> measure_looks(const MappedTown& town, std::span<const L
       make_localizer(town.map, localizer_options(LocalizerKind::kSearching)),
       make_localizer(town.map, options_for_samples())};
   std::vector<RuleFigures> figures;
-  for (const LookRule& rule : rules) {
-    figures.push_back(measure(rule, localizers, town, options));
-  }
+  for (const LookRule& rule : rules) figures.push_back(measure(rule, localizers, town, options));
   measure_times(rules, localizers, town, options, figures);
   return figures;
 }
@@ -157,9 +155,7 @@ std::string to_text(const LookRule& rule) {
     return "Autoware's sampling: 60 m, voxels of 3 m, 1500 at random";
   }
   std::string text = to_text(rule.look);
-  if (rule.voxels_apart > 1) {
-    text += std::string(kOneIn) + std::to_string(rule.voxels_apart);
-  }
+  if (rule.voxels_apart > 1) text += std::string(kOneIn) + std::to_string(rule.voxels_apart);
   return text;
 }
 

@@ -244,7 +244,6 @@ TEST(EmitMap, OfRandomArtifactsIsTheFileOfTheWholeMap) {
     Workshop workshop(options);
     const Result<CompiledMap> map = workshop.emit();
     ASSERT_TRUE(map) << to_string(map.error());
-    // Tile by tile it is what it is whole.
     EXPECT_EQ(encode_map(*map), workshop.file);
   }
 }

@@ -18,7 +18,6 @@ namespace {
 const SyntheticOptions kSmall = {
     .site_count = 120, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
 
-// Two places driven twice.
 const ErrorModel& model() {
   static const ErrorModel kModel = [] {
     TrainModelOptions options;

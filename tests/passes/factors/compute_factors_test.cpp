@@ -231,8 +231,7 @@ TEST(ComputeFactors, SeesNothingBeyondItsHalo) {
 }
 
 TEST(ComputeFactors, KeepsThePropertiesThatDefinitionsImply) {
-  const FactorInputs inputs = random_inputs(11, 20);
-  const FactorTable table = must_compute(inputs);
+  const FactorTable table = must_compute(random_inputs(11, 20));
   for (std::size_t site = 0; site < 20; ++site) {
     for (std::size_t range = 0; range < 9; ++range) {
       const auto at = [&](const std::string& factor) { return value(table, site, range, factor); };
@@ -321,11 +320,9 @@ TEST(ComputeFactors, RefusesInputsThatDoNotBelongTogether) {
   FactorInputs other_frame = random_inputs(15, 2);
   other_frame.map.frame.origin_world_m.x() = 64.0;
   EXPECT_EQ(code_of_failure(other_frame), ErrorCode::kMismatchedInputs);
-
   FactorInputs fewer_scans = random_inputs(15, 2);
   fewer_scans.scans.end.pop_back();
   EXPECT_EQ(code_of_failure(fewer_scans), ErrorCode::kMismatchedInputs);
-
   FactorInputs short_rays = random_inputs(15, 2);
   short_rays.depth.longest_range_m = 30.0;
   EXPECT_EQ(code_of_failure(short_rays), ErrorCode::kMismatchedInputs);

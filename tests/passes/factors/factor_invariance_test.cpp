@@ -33,7 +33,6 @@ ToyWorld crossing() {
 )");
 }
 
-// Turned about the middle of the drawing and moved.
 ToyWorld laid_elsewhere(ToyWorld world, double turn_deg, const Eigen::Vector3d& by_m) {
   const Eigen::Vector3d middle_m(13.0, 5.5, 0.0);
   const Eigen::AngleAxisd turn(turn_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ());

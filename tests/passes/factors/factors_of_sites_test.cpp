@@ -54,7 +54,6 @@ FactorTable factors_of(PassContext& ctx, const Place& place) {
       whole_rows(factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor)));
 }
 
-// Depth images and virtual scans of all sites at once, which product code no longer makes.
 TEST(FactorsOfSites, AreThoseOfDepthImagesAndVirtualScansOfTheWholeMap) {
   const Place place = street();
   TestContext ctx;
@@ -88,7 +87,6 @@ TEST(FactorsOfSites, AreTheSameForAnyThreadsAndShares) {
   EXPECT_EQ(to_bytes(factors_of(ctx, place)), expected);
 }
 
-// What lies beyond the reach of a block's sites does not make it anew; what lies within does.
 TEST(FactorsOfSites, MakeOnlyTheBlocksAnewThatAChangeReaches) {
   Place place = street();
   FactorsOfSitesOptions options;

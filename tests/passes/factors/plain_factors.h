@@ -27,9 +27,8 @@ inline NdByCell by_cell(const NdtMap& map) {
 
 inline std::vector<const Nd*> within(const NdtMap& map, const Eigen::Vector3d& p, double range_m) {
   std::vector<const Nd*> found;
-  for (const Nd& nd : map.nds) {
+  for (const Nd& nd : map.nds)
     if ((nd.mean_m - p).norm() <= range_m) found.push_back(&nd);
-  }
   return found;
 }
 

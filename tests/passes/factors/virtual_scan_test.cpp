@@ -147,8 +147,7 @@ TEST(HzLmin, IsTheSmallerEigenvalue) {
     Eigen::Matrix2d root;
     root << random.normal(), random.normal(), random.normal(), random.normal();
     const Eigen::Matrix2d matrix = root * root.transpose();
-    const SymmetricEigen<2> eigen = symmetric_eigen<2>(matrix);
-    EXPECT_NEAR(hz_lmin(matrix), eigen.values[0], 1e-12 * matrix.norm());
+    EXPECT_NEAR(hz_lmin(matrix), symmetric_eigen<2>(matrix).values[0], 1e-12 * matrix.norm());
   }
 }
 
@@ -171,8 +170,7 @@ std::vector<Eigen::Vector3d> street_points(std::uint64_t seed, double reach_m, b
   for (int i = 0; i < static_cast<int>(4000 * reach_m); ++i) {
     const double x_m = random.uniform(-reach_m, reach_m);
     const double side = i % 2 == 0 ? 1.0 : -1.0;
-    const double phase_m = x_m - 1.5 * std::floor(x_m / 1.5);
-    const double wall_m = has_windows && phase_m < 0.6 ? 3.6 : 3.0;
+    const double wall_m = has_windows && x_m - 1.5 * std::floor(x_m / 1.5) < 0.6 ? 3.6 : 3.0;
     const Eigen::Vector3d noise_m = 0.02 * random_vector(random, -1.0, 1.0);
     const bool is_ground = i % 5 == 0;
     points_m.push_back(

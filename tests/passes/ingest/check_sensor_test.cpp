@@ -80,7 +80,6 @@ class CheckSensor : public testing::Test {
     options_.lowest_beam_deg = lowest_deg;
     options_.highest_beam_deg = highest_deg;
   }
-  // By ingest, as every compile does.
   Result<Drive> read() {
     ctx_.warnings.clear();
     SIGHTLINE_ASSIGN(const Recording recording, open_recording(options_));

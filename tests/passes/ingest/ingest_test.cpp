@@ -55,8 +55,7 @@ std::string las_with_a_withheld_point() {
 
 TEST_F(IngestTest, SaysHowManyPointsTheirFilesWithhold) {
   folder_.write("0.las", las_with_a_withheld_point());
-  const Drive drive = value_of(ingest(ctx_, {}, open()));
-  EXPECT_EQ(drive.scans[0].point_count, 2U);
+  EXPECT_EQ(value_of(ingest(ctx_, {}, open())).scans[0].point_count, 2U);
   EXPECT_THAT(ctx_.warnings,
               ElementsAre(HasSubstr("dropped 1 points that their files mark as withheld, kept 2")));
 }
@@ -96,8 +95,7 @@ TEST_F(IngestTest, GivesTheSameDriveForAnyNumberOfThreads) {
   for (int i = 0; i < 12; ++i) {
     std::vector<PointXyzi> points(1 + random.below(50));
     for (PointXyzi& point : points) {
-      const bool is_return = random.below(4) > 0;
-      point.x_m = is_return ? static_cast<float>(random.uniform(-50.0, 50.0)) : 0.0F;
+      point.x_m = random.below(4) > 0 ? static_cast<float>(random.uniform(-50.0, 50.0)) : 0.0F;
     }
     points[0].z_m = 1.0F;
     ASSERT_TRUE(write_pcd_binary(folder_ / (std::to_string(i) + ".pcd"), points).has_value());
@@ -140,8 +138,7 @@ TEST_F(IngestTest, WarnsOfTheFirstGapInTimeAndNamesItsScans) {
   RecordingOptions options;
   options.scans = folder_.path().string();
   options.stamps = folder_.write("times.txt", stamps).string();
-  const Recording recording = value_of(open_recording(options));
-  ASSERT_TRUE(ingest(ctx_, {}, recording).has_value());
+  ASSERT_TRUE(ingest(ctx_, {}, value_of(open_recording(options))).has_value());
   EXPECT_THAT(
       ctx_.warnings,
       ElementsAre(HasSubstr("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
@@ -171,7 +168,6 @@ TEST_F(IngestTest, WarnsOfCutText) {
   EXPECT_THAT(ctx_.warnings, ElementsAre(HasSubstr("may be cut")));
 }
 
-// World coordinates, or millimetres: the map of either is wrong.
 TEST_F(IngestTest, RefusesScansThatMostlyLieFartherThanALidarSees) {
   write_ascii("0.pcd", 2, "1 2 3\n4 5 6\n");
   write_ascii("1.pcd", 1, "588348.9 4141240.2 -30.1\n");

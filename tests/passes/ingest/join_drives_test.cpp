@@ -89,7 +89,6 @@ TEST(JoinDrives, MovesTimesThatOverlapAndSaysSoOfAClock) {
   EXPECT_EQ(counted.drive.scans[3].stamp_ns, 2 * kSecond_ns + kPauseBetweenParts_ns);
   EXPECT_EQ(counted.drive.scans[4].stamp_ns, 3 * kSecond_ns + kPauseBetweenParts_ns);
   EXPECT_EQ(counted.drive.store->read(4)->stamp_ns, counted.drive.scans[4].stamp_ns);
-
   const Joined wrong =
       join(day("monday", kMonday_ns, 3, 1.0), day("tuesday", kMonday_ns - 3600 * kSecond_ns, 3, 2));
   ASSERT_EQ(wrong.warnings.size(), 1U);
@@ -140,8 +139,7 @@ TEST(JoinDrives, ChainsOfRandomDrivesAreDrivesThatSurviveAFile) {
     const Drive at_once =
         value_of(join_drives(TestContext(), {}, first, {{&others[0], &others[1], &others[2]}}));
     ASSERT_EQ(to_bytes(at_once), to_bytes(all));
-    const Drive back = value_of(from_bytes<Drive>(to_bytes(all)));
-    ASSERT_EQ(to_bytes(back), to_bytes(all));
+    ASSERT_EQ(to_bytes(value_of(from_bytes<Drive>(to_bytes(all)))), to_bytes(all));
     for (std::size_t i = 0; i < scans; ++i) {
       const Result<Scan> scan = all.store->read(i);
       ASSERT_EQ(std::to_string(static_cast<int>(scan->points_m[0].y())),

@@ -42,7 +42,6 @@ class RecordedDrive {
       EXPECT_TRUE(write_pcd_binary(file, points).has_value());
     }
   }
-  // The drive that a pose file with this order of columns and this step of times makes.
   Drive ingested(bool w_first, double step = 0.1) {
     std::string text;
     for (std::size_t i = 0; i < poses_.size(); ++i) {
@@ -101,8 +100,7 @@ TEST(PoseReading, LeavesQuaternionsThatEndWithW) {
 
 TEST(PoseReading, TakesTimesInMillisecondsAndNamesThem) {
   RecordedDrive recorded;
-  const Drive drive = recorded.ingested(false, 100.0);
-  EXPECT_EQ(drive.scans[5].stamp_ns, 500'000'000);
+  EXPECT_EQ(recorded.ingested(false, 100.0).scans[5].stamp_ns, 500'000'000);
   EXPECT_THAT(recorded.warnings(), Contains(HasSubstr("they are read as milliseconds")));
 }
 

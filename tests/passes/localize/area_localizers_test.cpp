@@ -15,7 +15,6 @@
 namespace sightline {
 namespace {
 
-// Walls along x with pillars, ground, on 600 m.
 NdtMap long_lane() {
   Random random(3);
   std::vector<Eigen::Vector3d> points_m;

@@ -23,7 +23,6 @@ Result<CalibratedPlan> calibrate(const CalibratePlanOptions& options,
                         street().map, street().sites, ranges);
 }
 
-// Good ones with doubts 0.01, 0.02, .. 1.
 std::vector<FirstLook> good_looks() {
   std::vector<FirstLook> looks;
   for (int i = 1; i <= 100; ++i) looks.push_back({0.01 * i, 0.02});
@@ -90,7 +89,6 @@ TEST(CalibratePlan, FindsAgainWhatDependsOnNothingNew) {
   renamed.drive.name = "another";
   EXPECT_EQ(calibrated(renamed, street().map, ranges_with_looks({})), first);
   EXPECT_TRUE(kept.made().empty());
-  // What it depends on.
   TestDrive moved = drive;
   moved.truth.poses[3].T_map_vehicle.translation().x() += 0.01;
   calibrated(moved, street().map, ranges_with_looks({}));

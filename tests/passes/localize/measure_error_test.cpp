@@ -71,7 +71,6 @@ MeasureErrorOptions two_ranges() {
   return options;
 }
 
-// And a look at a sample of the room, and one that settles.
 MeasureErrorOptions two_looks() {
   MeasureErrorOptions options = two_ranges();
   options.looks = {
@@ -93,7 +92,6 @@ Result<MeasuredError> measure(const World& world, const MeasureErrorOptions& opt
   return of_ranges(measure_both(world, options, threads));
 }
 
-// Times are the only numbers that differ from run to run.
 std::vector<std::byte> bytes_without_times(ByFamily<MeasuredError> measured) {
   visit_families(measured, [](MeasuredError& of_family) {
     for (ErrorRow& row : of_family.rows) row.mean_time_ms = row.max_time_ms = 0.0;
@@ -120,8 +118,7 @@ TEST(MeasureError, StartsFromTheTwelveOffsetsOfTheDefinition) {
 }
 
 TEST(MeasureError, FindsSmallErrorsWhereTheWholeRoomIsSeen) {
-  const World world = make_world();
-  const Result<MeasuredError> measured = measure(world, two_ranges());
+  const Result<MeasuredError> measured = measure(make_world(), two_ranges());
   ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
   ASSERT_TRUE(validate(*measured).has_value());
   ASSERT_EQ(measured->rows.size(), 18u);
@@ -310,7 +307,6 @@ TEST(MeasureError, UsesOnlyTheSelectedScans) {
   for (const std::int64_t scan : measured->scan_of_site) EXPECT_EQ(scan % 2, 1);
 }
 
-// Reads like another store until it has read so often.
 class LimitedStore : public ScanStore {
  public:
   LimitedStore(std::shared_ptr<const ScanStore> store, int limit)
@@ -362,7 +358,6 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
   EXPECT_EQ(bytes_without_times(*repaired), expected);
 }
 
-// Parts are known by what they depend on: their scans, these scans' poses, and the NDs in reach.
 TEST(MeasureError, MakesOnlyThePartsAnewThatAChangeReaches) {
   World world = make_world();
   // The room, and the same drive through it, again 400 m farther on.

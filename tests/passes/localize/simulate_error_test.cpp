@@ -73,7 +73,6 @@ Result<ByFamily<MeasuredError>> simulated(const SimulateErrorOptions& options, i
       simulate_error(TestContext(threads), options, at.surface, at.map, at.sites, at.sensor));
 }
 
-// Times are the only numbers that differ from run to run.
 ByFamily<MeasuredError> without_times(ByFamily<MeasuredError> measured) {
   visit_families(measured, [](MeasuredError& of_family) {
     for (ErrorRow& row : of_family.rows) row.mean_time_ms = row.max_time_ms = 0.0;
@@ -102,7 +101,6 @@ TEST(SimulateError, IsTheSameForAnyNumberOfThreads) {
             to_bytes(without_times(*simulated(few_looks(), 3))));
 }
 
-// More noise is never more certain, over all sites.
 TEST(SimulateError, ErrorsGrowWithTheDisturbance) {
   double before_m = 0.0;
   for (const double noise_m : {0.0, 0.1, 0.4}) {
@@ -127,7 +125,6 @@ TEST(SimulateError, HiddenSidesAndMissingReturnsAreMissing) {
   EXPECT_GT(half, 0.2 * whole);
 }
 
-// Of two streets, too far from each other to see the same.
 TEST(SimulateError, MakesOnlyTheBlocksAnewThatAChangeReaches) {
   Scene both = scene_of({0.0, 512.0});
   KeptParts kept;

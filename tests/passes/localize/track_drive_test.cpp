@@ -61,7 +61,6 @@ Result<DriveTracks> track_by(const ByFamily<RangeTable>& ranges) {
                      street().map, street().sites, ranges);
 }
 
-// Doubts all, or none.
 LookPlan street_plan(bool doubts) {
   LookPlan plan;
   plan.first = {.range_m = 30.0, .return_count = 500, .point_count = 100};
@@ -79,10 +78,8 @@ TEST(TrackDrive, ReplaysLooksAndThePlanBesideRanges) {
     EXPECT_EQ(tracks.step(0, scan).error_m, ranges_alone->step(0, scan).error_m);
     EXPECT_EQ(tracks.step(6, scan).error_m, ranges_alone->step(2, scan).error_m);
     // A vehicle tracks from its third scan on.
-    const bool is_second = (tracks.step(2, scan).flags & kTrackSecondLook) != 0;
-    EXPECT_EQ(is_second, scan >= 2) << scan;
+    EXPECT_EQ((tracks.step(2, scan).flags & kTrackSecondLook) != 0, scan >= 2) << scan;
   }
-  // Where the map chooses as the static rule does, the two replays do not differ.
   for (std::size_t scan = 0; scan <= 6; ++scan) {
     EXPECT_EQ(tracks.step(1, scan).error_m, tracks.step(3, scan).error_m);
   }
@@ -110,16 +107,14 @@ TEST(TrackDrive, ForetellsFromWhatItFoundAndNotFromTheReference) {
   const DriveTracks judged = value_of(track(near_starts(), street().second.drive, moved));
   for (std::size_t scan = 0; scan < 18; ++scan) {
     EXPECT_EQ(tracks.step(2, scan).work, judged.step(2, scan).work);
-    const bool is_same = tracks.step(2, scan).error_m == judged.step(2, scan).error_m;
-    EXPECT_EQ(is_same, scan != 9) << scan;
+    EXPECT_EQ(tracks.step(2, scan).error_m == judged.step(2, scan).error_m, scan != 9) << scan;
   }
 }
 
 TEST(TrackDrive, BeginsAnewWhereItIsLost) {
   TrackDriveOptions options = near_starts();
   options.lost_beyond_m = 1e-9;
-  const DriveTracks tracks = value_of(track(options));
-  const TrackScore score = score_track(tracks, 2, 0.1);
+  const TrackScore score = score_track(value_of(track(options)), 2, 0.1);
   EXPECT_EQ(score.lost_count, 18u);
   EXPECT_EQ(score.track_count, 18u);
 }

@@ -91,8 +91,7 @@ TEST(NdSurface, OfAWallReachesAsFarAsEvenPointsOfItsVariance) {
 TEST(NdSurface, OfAPoleIsNarrowAndOfLeavesHalfOpen) {
   const Surface pole = surface_of_nds(one_nd({0.0025, 0.0024, 4.0 / 12.0}));
   EXPECT_EQ(std::popcount(pole.patches[0].solid), 16);  // two columns of eight
-  const Surface leaves = surface_of_nds(one_nd({0.3, 0.29, 0.28}));
-  EXPECT_EQ(std::popcount(leaves.patches[0].solid), 32);
+  EXPECT_EQ(std::popcount(surface_of_nds(one_nd({0.3, 0.29, 0.28})).patches[0].solid), 32);
 }
 
 }  // namespace

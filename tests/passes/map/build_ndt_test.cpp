@@ -96,7 +96,6 @@ TEST(BuildNdt, EqualsTextbookMomentsOfEveryCellOfRandomPoints) {
 }
 
 TEST(BuildNdt, GivesTheSameBytesForAnyNumberOfThreads) {
-  // More than one chunk of points and several tiles.
   const SurfacePoints points = random_points(2, 200000);
   const std::vector<std::byte> one = to_bytes(must_build(points, {}, 1));
   EXPECT_EQ(one, to_bytes(must_build(points, {}, 2)));
@@ -193,14 +192,12 @@ TEST(BuildNdt, RefusesAPointThatTheGridCannotHold) {
   }
 }
 
-// They are in memory, as the points are.
 TEST(BuildNdt, OfPointsNeedsNoFile) {
   PassContext ctx;
   const SurfacePoints points = random_points(5, 200000);
   const Result<NdtMap> expected = whole_rows(build_ndt(ctx, {}, points));
   const NoLargeFiles full_disk;
-  const NdtMap map = value_of(whole_rows(build_ndt(ctx, {}, points)));
-  EXPECT_TRUE(to_bytes(map) == to_bytes(*expected));
+  EXPECT_TRUE(to_bytes(value_of(whole_rows(build_ndt(ctx, {}, points)))) == to_bytes(*expected));
 }
 
 }  // namespace

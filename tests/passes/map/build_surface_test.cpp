@@ -35,7 +35,6 @@ TEST(BuildSurface, CoversFlatGroundWithOneLevelPatchACell) {
   EXPECT_EQ(count, 4 * 3 * 4);  // square metres, four cells of 0.5 m each
 }
 
-// Whether a patch is solid within a millimetre of a place.
 bool is_solid_at(const Surface& surface, const Eigen::Vector3d& place_m) {
   return std::ranges::any_of(surface.patches, [&](const SurfacePatch& patch) {
     const Eigen::Vector3d off_m = (place_m - patch.centre_m) / patch.half_side_m;

@@ -45,7 +45,6 @@ TestDrive drive_on(const std::vector<Day>& days) {
   return joined_days(all);
 }
 
-// The first days, with what was laid of them.
 ReleasedPoses shipped(const TestDrive& all, std::size_t days) {
   Drive first = all.drive;
   first.scans.resize(days * kCount);
@@ -63,7 +62,6 @@ Trajectory chosen(const TestDrive& all, std::size_t days, const ChooseScansOptio
   return trajectory;
 }
 
-// Of one day.
 std::size_t laid_on(const Trajectory& trajectory, std::size_t day) {
   const auto first = trajectory.poses.begin() + static_cast<std::ptrdiff_t>(day * kCount);
   return static_cast<std::size_t>(std::count_if(
@@ -88,7 +86,6 @@ TEST(ChooseScans, LaysWhatShowsAHouseThatIsNewOrGone) {
   EXPECT_EQ(laid_on(chosen(drive_on({{}, {}, {}, with(kHouse)}), 3), 3), kCount);
   EXPECT_EQ(laid_on(chosen(drive_on({with(kHouse), with(kHouse), with(kHouse), {}}), 3), 3),
             kCount);
-  // Only what is near it.
   const std::size_t near =
       laid_on(chosen(drive_on({{}, {}, {}, with(kHouse)}), 3, {.reach_m = 10.0}), 3);
   EXPECT_GT(near, 10u);
@@ -118,8 +115,7 @@ TEST(ChooseScans, LaysAHouseThatCameOverOpenGround) {
 TEST(ChooseScans, LaysWhatTooFewDrivesKnow) {
   EXPECT_EQ(laid_on(chosen(drive_on({{}, {}, {}}), 2), 2), kCount);
   EXPECT_LE(laid_on(chosen(drive_on({{}, {}, {}}), 2, {.known_drives = 2}), 2), kFewLaid);
-  const TestDrive all = drive_on({{}, {}, {}, {}});
-  EXPECT_EQ(laid_on(chosen(all, 3, {.laid = LaidScans::kAll}), 3), kCount);
+  EXPECT_EQ(laid_on(chosen(drive_on({{}, {}, {}, {}}), 3, {.laid = LaidScans::kAll}), 3), kCount);
 }
 
 TEST(ChooseScans, LaysOtherLanesAndDirections) {
@@ -133,7 +129,6 @@ TEST(ChooseScans, LaysOtherLanesAndDirections) {
   EXPECT_LE(laid_on(chosen(drive_on({{}, {}, {}, beside}), 3), 3), kFewLaid);
 }
 
-// Who sees nothing that stands cannot say that nothing has changed.
 TEST(ChooseScans, LaysWhatConfirmsNothing) {
   Day plain;
   plain.world.boxes.clear();
@@ -154,7 +149,6 @@ TEST(ChooseScans, ReleasedScansStayAsTheyWere) {
   EXPECT_EQ(laid_on(chosen(few, 2, {.known_drives = 2}), 2), kCount);
 }
 
-// Whatever is behind takes laid scans alone: the map is that of the earlier days.
 TEST(ChooseScans, WhatIsNotLaidIsNotInTheMap) {
   TestDrive all = drive_on({{}, {}, {}});
   TestDrive some = all;
@@ -192,7 +186,6 @@ TEST(ChooseScans, RefusesATrajectoryOfAnotherDrive) {
       ErrorCode::kMismatchedInputs);
 }
 
-// Shares of the work and what was kept of it do not change what is chosen.
 TEST(ChooseScans, ThreadsDoNotDecide) {
   const TestDrive all = drive_on({{}, {}, {}, with(kHouse)});
   const Trajectory two = chosen(all, 3, {.reach_m = 12.0});

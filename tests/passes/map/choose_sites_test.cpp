@@ -160,7 +160,6 @@ TEST(ChooseSites, LieOnceWhereOneDriveComesBack) {
   EXPECT_EQ(sites.sites.back().run, 0U);
 }
 
-// Whatever the drives, a place that is left out has a site of its direction within 3 m.
 TEST(ChooseSites, LeaveNoPlaceWithoutASiteNearby) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);
@@ -221,7 +220,6 @@ TEST(ChooseSites, AreEquallySpacedAlongAnyRoute) {
   }
 }
 
-// Even where they come near each other: nothing is known of the way between.
 TEST(ChooseSites, BeginANewRunAtEveryPieceOfTheTrajectory) {
   Journey journey = random_journey(3);
   const std::uint32_t runs = sites_of(journey).sites.back().run;
@@ -263,8 +261,7 @@ TEST(ChooseSites, RefuseATrajectoryOfAnotherDrive) {
             ErrorCode::kMismatchedInputs);
   Trajectory other = journey.trajectory;
   other.poses[1].recording_index = 5;
-  const Error wrong = failure_of(choose_sites(ctx, {}, journey.drive, other));
-  EXPECT_EQ(wrong.place, "pose 1");
+  EXPECT_EQ(failure_of(choose_sites(ctx, {}, journey.drive, other)).place, "pose 1");
 }
 
 TEST(ChooseSites, RefuseADriveWithoutTheScansAskedFor) {

@@ -79,8 +79,6 @@ TEST(CountDrives, LooksAtScansThatLieApart) {
   EXPECT_EQ(must_count(world_of(seen), {.step_m = 0.0}).rows[0].scan_count, 9U);
 }
 
-// A scan that is not laid has no returns in the map, but its drive passed there and found no
-// change.
 TEST(CountDrives, NamesTheDrivesThatFoundNothingNew) {
   std::vector<Seen> seen = {{0, 0.0, scan_of({5.0, 1.0, 0.0}, 20)}};
   for (int i = 0; i < 40; ++i) {
@@ -92,7 +90,6 @@ TEST(CountDrives, NamesTheDrivesThatFoundNothingNew) {
             (std::vector<TileDrive>{{{0, 0}, 0, 1, 0}, {{0, 0}, 1, 5, 10}, {{1, 0}, 1, 0, 5}}));
 }
 
-// What moved is not in the map.
 TEST(CountDrives, DoesNotCountWhatMoved) {
   World world = world_of({{0, 0.0, scan_of({5.0, 1.0, 0.0}, 10)}});
   world.points.voxel_m = 1.0;

@@ -10,7 +10,6 @@
 namespace sightline {
 namespace {
 
-// How often each drive saw a voxel, and looked through it.
 struct OfDrive {
   int hits = 0;
   int misses = 0;
@@ -135,7 +134,6 @@ SurfacePoints days_in_street(std::size_t days, const Add& add) {
   return value_of(remove_moving(TestContext(), {}, test.drive, test.truth));
 }
 
-// Standing points in a box.
 std::size_t standing_in(const SurfacePoints& points, const TestBox& box) {
   const SurfacePointReader reader(points);
   std::size_t count = 0;

@@ -75,9 +75,7 @@ TEST(MovingVerdict, TakesWhatIsHighWhereSomethingMovedInEveryBandBelow) {
     SeenVoxels seen = ground();
     put_moved(seen, {0, 0, 0}, low, 20);
     const std::vector<std::uint8_t> moved = judged(seen);
-    for (std::int32_t z = low; z < 20; ++z) {
-      EXPECT_EQ(moved[seen.number_of({0, 0, z})], 1) << z;
-    }
+    for (std::int32_t z = low; z < 20; ++z) EXPECT_EQ(moved[seen.number_of({0, 0, z})], 1) << z;
   }
 }
 
@@ -97,8 +95,7 @@ TEST(MovingVerdict, TakesNothingAboveTheTallestTraffic) {
   put_moved(seen, {0, 0, 0}, 1, 30);
   const std::vector<std::uint8_t> moved = judged(seen);
   for (std::int32_t z = 1; z < 30; ++z) {
-    const bool is_traffic = kVoxel_m * z <= 4.5;
-    EXPECT_EQ(moved[seen.number_of({0, 0, z})] == 1, is_traffic) << z;
+    EXPECT_EQ(moved[seen.number_of({0, 0, z})] == 1, kVoxel_m * z <= 4.5) << z;
   }
 }
 
@@ -138,7 +135,6 @@ TEST(MovingVerdict, TellsGroundAboveItsMirrorImage) {
   }
 }
 
-// Over its mirror image a street judges as over dry ground.
 TEST(MovingVerdict, IsTheSameOverMirroredGround) {
   SeenVoxels dry = ground();
   put_moved(dry, {2, 2, 0}, 1, 9);

@@ -46,7 +46,6 @@ Eigen::Vector3d centre_m(const CellKey& key) {
   return kVoxel_m * Eigen::Vector3d(key.x + 0.5, key.y + 0.5, key.z + 0.5);
 }
 
-// Scans as the pass takes them, and as OctoMap does.
 struct SeenWorld {
   std::vector<PlacedScan> placed;
   std::vector<Scan> scans;
@@ -211,7 +210,6 @@ SeenWorld street_with_car() {
   return seen;
 }
 
-// What OctoMap counts of a voxel.
 struct Counts {
   std::uint32_t hits = 0;
   std::uint32_t misses = 0;

@@ -64,7 +64,6 @@ TEST(RemoveMoving, LooksNoFartherThanTheCarveRange) {
   EXPECT_EQ(remove(crossing(1, 9), options).moving_count, 1u);
 }
 
-// A scan that is added far away leaves what was found elsewhere.
 TEST(RemoveMoving, LooksAnewOnlyIntoTilesThatAChangeReaches) {
   TestDrive test = crossing(2, 5);
   KeptParts kept;
@@ -161,7 +160,6 @@ std::vector<PlacedScan> placed(const TestDrive& test) {
   return scans;
 }
 
-// All that the tiles find, in order.
 std::vector<CellKey> found_by_tiles_of(double tile_m, const TestDrive& test) {
   CarveOptions options;
   options.carve_range_m = 15.0;

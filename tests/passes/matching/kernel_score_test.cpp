@@ -90,7 +90,6 @@ TEST(KernelScore, OfARollingGridIsThatOfAGridOfTheSameNds) {
   std::uint32_t fewest = 1000;
   ScanForMatch scan = make_scan_for_match(room_points(33, 2000, 0.03));
   for (int round = 0; round < 60; ++round) {
-    // Rooms fill and empty in turn, and NDs change on the way.
     const bool empties = round % 20 >= 12;
     for (int i = 0; i < 150; ++i) {
       const NdtMap& room = rooms[random.below(2)];

@@ -116,8 +116,7 @@ std::size_t class_at(const Eigen::Vector3d& p_map_m) {
   if (cell == MatchGrid::kNone) return kNormalClasses;
   for (const std::int32_t nd : grid.neighbourhoods[static_cast<std::size_t>(cell)]) {
     if (nd == MatchGrid::kNone) continue;
-    const Nd& of_map = room_map().nds[static_cast<std::size_t>(nd)];
-    return normal_class(of_map.eigenvectors.col(2));
+    return normal_class(room_map().nds[static_cast<std::size_t>(nd)].eigenvectors.col(2));
   }
   return kNormalClasses;
 }

@@ -41,7 +41,6 @@ PosePrediction prediction_beside_truth(double off_m) {
   return prediction;
 }
 
-// With a memory of its own.
 PlannedMatch localize_room(const LookPlan& plan, const PosePrediction& prediction,
                            const LookDeadline& deadline = {},
                            MatchKernel kernel = MatchKernel::kFastest) {
@@ -208,7 +207,6 @@ TEST(LookPlan, AMemoryKeepsNothingOfTheScanBefore) {
             localize_room(plan, prediction_beside_truth(0.1)).match.T_map_sensor.matrix());
 }
 
-// A match whose score has these curvatures along x and y, and 100 of everything else.
 MatchResult match_with(double along_x_per_m2, double along_y_per_m2) {
   MatchResult match;
   match.hessian.diagonal() << along_x_per_m2, along_y_per_m2, 100.0, 100.0, 100.0, 100.0;

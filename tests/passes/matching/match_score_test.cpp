@@ -53,8 +53,7 @@ TEST(MatchScore, CountsPointsInNeighbouringCellsAndNoFarther) {
   const MatchGrid grid = make_match_grid(one_ball());
   const std::vector<Eigen::Vector3d> points_m = {
       {2.5, 1.0, 1.0}, {2.5, 2.5, 1.0}, {4.5, 1.0, 1.0}, {1e300, 0.0, 0.0}};
-  const MatchScore at = match_score(grid, points_m, Pose::Identity());
-  EXPECT_EQ(at.scored_points, 1u);
+  EXPECT_EQ(match_score(grid, points_m, Pose::Identity()).scored_points, 1u);
 }
 
 TEST(MatchScore, HasTheGradientAndHessianOfFiniteDifferences) {

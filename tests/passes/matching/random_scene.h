@@ -16,8 +16,7 @@ namespace sightline {
 inline Eigen::Vector3d random_vector(Random& random, double low, double high) {
   const double x = random.uniform(low, high);
   const double y = random.uniform(low, high);
-  const double z = random.uniform(low, high);
-  return {x, y, z};
+  return {x, y, random.uniform(low, high)};
 }
 
 // Points of a room of about 23 x 15 x 6 m about the origin. No wall lies on a face of a cell.
@@ -67,7 +66,6 @@ inline NdtMap simple_map(const std::vector<Eigen::Vector3d>& points_m, double ce
   return map;
 }
 
-// Of the room, in cells of a metre.
 inline const NdtMap& room_map() {
   static const NdtMap kMap = simple_map(room_points(21, 30000, 0.02), 1.0);
   return kMap;

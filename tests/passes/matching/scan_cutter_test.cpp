@@ -73,7 +73,6 @@ TEST(ReturnStride, LeavesReturnsAQuarterOfAVoxelApartAtMost) {
   EXPECT_NEAR(return_stride({10.0, 1.0}, 0.2), 6.618, 1e-3);
 }
 
-// Sensors tell their rings in turn: whatever their number, each must keep its share.
 TEST(ReturnStride, MeetsAllRingsAlike) {
   for (const std::size_t ring_count : {16u, 32u, 40u, 64u, 128u}) {
     for (double range_m = 5.0; range_m <= 50.0; range_m += 5.0) {

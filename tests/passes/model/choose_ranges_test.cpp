@@ -124,7 +124,6 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   EXPECT_NE(promise_of(1801).statement.find("1801 of 3600 sites are unlike"), std::string::npos);
 }
 
-// The factors of a map without scans.
 FactorTable simulated_factors(const ErrorModel& model) {
   const FactorTable measured = demanding_factors(model);
   FactorTable table = measured;
@@ -172,7 +171,6 @@ TEST(ChooseRanges, PromisesNothingOfSimulatedPlacesByAModelThatNeverSawSuch) {
   EXPECT_FALSE(promise().is_earned);
   EXPECT_NE(promise().statement.find("no scan made this map"), std::string::npos)
       << promise().statement;
-  // A model that learnt on finished maps says so by its features.
   model.features.front().name = std::string(kSimulatedColumn);
   EXPECT_TRUE(promise().is_earned);
 }

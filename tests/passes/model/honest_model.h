@@ -37,7 +37,6 @@ inline ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
   return model;
 }
 
-// With own scans that ask for the longest range everywhere.
 inline Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options,
                                  const PredictedError& predicted) {
   return of_ranges(choose_ranges(TestContext(), options, sites_of(model), predicted, model,

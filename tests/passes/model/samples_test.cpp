@@ -35,7 +35,6 @@ SyntheticDrive by_ranges() {
   return drive;
 }
 
-// By both families.
 struct Street {
   Sites sites;
   ByFamily<FactorTable> factors;

@@ -31,7 +31,6 @@ TileDigests digests_of_things(const std::vector<Thing>& list) {
   return digests;
 }
 
-// Against what lies in the tiles that a box touches, thing by thing.
 TEST(TileDigests, ChangeWithWhatLiesInTheTilesOfTheBoxAndWithNothingElse) {
   const std::vector<Thing> before = things(1, 300);
   const Eigen::AlignedBox2d box_m(Eigen::Vector2d(-23.0, 4.0), Eigen::Vector2d(17.0, 31.0));
@@ -49,7 +48,6 @@ TEST(TileDigests, ChangeWithWhatLiesInTheTilesOfTheBoxAndWithNothingElse) {
   EXPECT_LT(inside, 100);
 }
 
-// The same things one tile farther are other surroundings.
 TEST(TileDigests, TellWhichTileAThingLiesIn) {
   const Eigen::AlignedBox2d box_m(Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(29.0, 9.0));
   const auto one_at = [&](double x_m) {

@@ -67,7 +67,6 @@ class Squares {
   std::map<std::size_t, std::vector<std::byte>>& store() { return store_; }
   void have_threads(int threads) { ctx_.threads = threads; }
   void stand_apart() { order_ = PartOrder::kApart; }
-  // That each part was allowed.
   [[nodiscard]] const std::map<std::size_t, int>& threads_of() const { return threads_of_; }
 
  private:
@@ -139,8 +138,7 @@ TEST(WorkInParts, MakesADamagedPartAnew) {
 TEST(WorkInParts, StopsAfterTheFirstFailureAndKeepsWhatIsBeforeIt) {
   for (const int threads : {1, 4}) {
     Squares squares(200);
-    const Error failed = failure_of(squares.run({}, threads, 11));
-    EXPECT_EQ(failed.message, "part 11");
+    EXPECT_EQ(failure_of(squares.run({}, threads, 11)).message, "part 11");
     EXPECT_EQ(squares.store().size(), 11U);
     EXPECT_LE(squares.made().size(), 11U + static_cast<std::size_t>(threads));
   }
@@ -173,7 +171,6 @@ TEST(WorkInParts, ThatStandApartStopAfterAFailureToo) {
 // Parts of texts that are kept by their content.
 class Texts {
  public:
-  // Which parts were made.
   std::vector<std::size_t> run(const std::vector<std::string>& texts) {
     std::vector<std::size_t> made;
     PartedWork work;

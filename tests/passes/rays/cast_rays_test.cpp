@@ -58,8 +58,7 @@ TEST(CastRays, PutsThePoleWhereItStands) {
   const ToyWorld world = draw_world(kStreet);
   const DepthImages images = must_cast(surface_of(world), world.sites);
   // The fourth site is 4 m before the pole, which hides what lies beyond.
-  const double found_m = std::min(distance_m(images, 3, 0, 0), distance_m(images, 3, 359, 0));
-  EXPECT_NEAR(found_m, 4.0, 0.25);
+  EXPECT_NEAR(std::min(distance_m(images, 3, 0, 0), distance_m(images, 3, 359, 0)), 4.0, 0.25);
 }
 
 TEST(CastRays, GivesTheSameBytesForAnyTilesAndThreads) {

@@ -137,11 +137,8 @@ TEST(CastScans, OfASensorThatLooksAheadAreThoseOfItsViewAtEachHeading) {
   const TakeDistances take = [&](std::size_t site, std::span<const double> distance_m) {
     for (std::size_t i = 0; i < directions.size(); ++i) {
       const double azimuth_rad = std::atan2(directions[i].y(), directions[i].x());
-      const double heading_rad = static_cast<double>(site) + kMounted_rad;
-      if (apart_deg(azimuth_rad, heading_rad) > 35.2) continue;
-      if (std::isfinite(distance_m[i])) {
-        expected[site].emplace_back(distance_m[i] * directions[i]);
-      }
+      if (apart_deg(azimuth_rad, static_cast<double>(site) + kMounted_rad) > 35.2) continue;
+      if (std::isfinite(distance_m[i])) expected[site].emplace_back(distance_m[i] * directions[i]);
     }
   };
   ASSERT_TRUE(cast_at_sites(TestContext(), surface, sites, {directions, 0.5, 50.0}, take));

@@ -246,7 +246,6 @@ TEST(SurfaceCaster, CastsOnlyTheRaysThatAreAskedFor) {
 TEST(SurfaceCaster, BoundsHoldWhatIsSolidAndNoMore) {
   Random random(11);
   for (int i = 0; i < 20000; ++i) {
-    // From one square to all.
     std::uint64_t solid = random.next();
     for (std::uint64_t fewer = random.next() % 6; fewer > 0; --fewer) solid &= random.next();
     solid |= std::uint64_t{1} << random.next() % 64;
@@ -327,7 +326,6 @@ TEST(SurfaceCaster, MeetsPatchesWhereAChangePutThem) {
   EXPECT_GT(std::ranges::count_if(found_m, [](double m) { return std::isfinite(m); }), 20);
 }
 
-// The same patches in the order of tiles of another size.
 Surface retiled(Surface surface, double tile_m) {
   surface.tile_m = tile_m;
   std::sort(surface.patches.begin(), surface.patches.end(),

@@ -17,7 +17,6 @@ struct Place {
   Sites sites;
 };
 
-// What a first drive along the street made of it.
 Place mapped(const BoxWorld& world) {
   Place place;
   std::vector<Eigen::Vector3d> points_m;
@@ -46,7 +45,6 @@ TestDrive second_drive(const BoxWorld& world, bool turns) {
   return drive_through(world, poses, 0.5);
 }
 
-// The poses of odometry, from its own first pose.
 Trajectory own_trajectory(const TestDrive& drive) {
   Trajectory own = drive.truth;
   own.source = PoseSource::kEstimated;
@@ -71,7 +69,6 @@ TEST(AlignDrive, FindsAgainWhatItFoundInTheSameMap) {
   renamed.name = "another";
   EXPECT_EQ(aligned(renamed, own, place), first);
   EXPECT_TRUE(kept.made().empty());
-  // What it depends on.
   Place other = place;
   other.map.nds.back().mean_m.z() += 0.001;
   aligned(drive.drive, own, other);

@@ -96,8 +96,7 @@ TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
       << "a scan of " << data.folder << " is missing or cannot be read";
   const Trajectory trajectory = value_of(estimate_trajectory(TestContext(2), {}, drive));
   const Eigen::Vector3d icp_end_m(63.888, 9.363, -0.508);
-  const Eigen::Vector3d end_m = trajectory.poses.back().T_map_vehicle.translation();
-  EXPECT_LT((end_m - icp_end_m).norm(), 0.3);
+  EXPECT_LT((trajectory.poses.back().T_map_vehicle.translation() - icp_end_m).norm(), 0.3);
 }
 
 // A street once more, its scans in reverse: a sensor that turns in the other direction, with its

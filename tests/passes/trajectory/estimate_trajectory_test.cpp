@@ -51,8 +51,7 @@ TEST(EstimateTrajectory, TakesGivenPosesInTheDrivesFrame) {
 // off).
 TEST(EstimateTrajectory, FollowsStreetsWithoutPoses) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
-    const double step_m = 0.8 + 0.3 * static_cast<double>(seed);
-    const TestDrive test = street_drive(seed, 8, step_m);
+    const TestDrive test = street_drive(seed, 8, 0.8 + 0.3 * static_cast<double>(seed));
     const Trajectory trajectory = value_of(run(test.drive, PoseMode::kAuto));
     EXPECT_EQ(trajectory.source, PoseSource::kEstimated);
     EXPECT_EQ(trajectory.odometry_edges, 7u);
@@ -62,7 +61,6 @@ TEST(EstimateTrajectory, FollowsStreetsWithoutPoses) {
   }
 }
 
-// The true poses, their positions times `scale`.
 void give_poses(TestDrive& test, double scale = 1.0) {
   for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
     Pose given = test.truth.poses[i].T_map_vehicle;
@@ -86,7 +84,6 @@ TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
   EXPECT_LT(largest_error_m(trajectory, test.truth), 0.1);
 }
 
-// Too fast poses, without refinement.
 TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowed) {
   const TestDrive test = too_fast_drive();
   TestContext ctx;
@@ -164,8 +161,7 @@ TEST(EstimateTrajectory, TakesScansOfSeveralSensors) {
     for (Eigen::Vector3d& point_m : scans[i].points_m) point_m = T_other_first * point_m;
   }
   test.drive.store = memory_scan_store(scans);
-  const Trajectory trajectory = value_of(run(test.drive, PoseMode::kEstimate));
-  EXPECT_LT(largest_error_m(trajectory, test.truth), 0.1);
+  EXPECT_LT(largest_error_m(value_of(run(test.drive, PoseMode::kEstimate)), test.truth), 0.1);
 }
 
 TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {

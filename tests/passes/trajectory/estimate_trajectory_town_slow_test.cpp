@@ -35,8 +35,7 @@ double rmse_m(const std::vector<Pose>& found, const std::vector<Pose>& truth, bo
   if (fits) T_truth_found.matrix() = Eigen::umeyama(a, b, false);
   double sum_m2 = 0.0;
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Vector3d laid_m = T_truth_found * Eigen::Vector3d(a.col(i));
-    sum_m2 += (laid_m - b.col(i)).squaredNorm();
+    sum_m2 += (T_truth_found * Eigen::Vector3d(a.col(i)) - b.col(i)).squaredNorm();
   }
   return std::sqrt(sum_m2 / static_cast<double>(count));
 }

@@ -43,9 +43,7 @@ inline sightline_look c_look(const Look& look) {
 inline Scan float_scan(std::uint64_t seed, std::size_t count) {
   Scan scan;
   scan.points_m = room_points(seed, count, 0.02);
-  for (Eigen::Vector3d& point_m : scan.points_m) {
-    point_m = point_m.cast<float>().cast<double>();
-  }
+  for (Eigen::Vector3d& point_m : scan.points_m) point_m = point_m.cast<float>().cast<double>();
   return scan;
 }
 
@@ -83,7 +81,6 @@ struct Opened {
   std::string message;
 };
 
-// A start near the middle of the room, in the map.
 inline Pose random_start(Random& random) {
   Pose pose = Pose::Identity();
   pose.translation() = random_vector(random, -0.7, 0.7);

@@ -148,7 +148,6 @@ struct RoomCloud {
     EXPECT_TRUE(write_pcd_binary(folder / "1.pcd", all.subspan(10000), IfExists::kReplace));
   }
   [[nodiscard]] std::filesystem::path file() const { return scratch_folder() / "room.pcd"; }
-
   std::filesystem::path folder;
   std::vector<PointXyzi> points;
 };

@@ -25,8 +25,7 @@ CompiledMap weak_corridor() {
   const std::size_t count = map.sites.sites.size();
   map.ranges.site_count = map.predicted.site_count = static_cast<std::uint32_t>(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const bool is_weak = i >= 1 && i <= 3;
-    map.predicted.mean_m.insert(map.predicted.mean_m.end(), {0.09, is_weak ? 0.07 : 0.02});
+    map.predicted.mean_m.insert(map.predicted.mean_m.end(), {0.09, i >= 1 && i <= 3 ? 0.07 : 0.02});
     map.predicted.within_probability.insert(map.predicted.within_probability.end(), {0.6, 0.9});
     map.ranges.range_index.push_back(1);
     map.ranges.flags.push_back(i == 2 ? kUnmet : 0);

@@ -14,7 +14,6 @@ std::vector<Eigen::Vector3d> scan_at(const Pose& T_map_scan) {
 
 double apart_m(const Pose& a, const Pose& b) { return (a.translation() - b.translation()).norm(); }
 
-// The NDs of the map are what PCL makes of the same points itself.
 TEST(PclNdt, EndsWherePclEndsThatWasGivenThePoints) {
   if (!has_pcl_ndt()) GTEST_SKIP() << "built without PCL";
   const std::vector<Eigen::Vector3d> points_m = room_points(1, 30000, 0.02);

@@ -24,7 +24,6 @@ void add_wall(double x_m, double y_m, double middle_m, Surface& surface) {
   surface.patches.push_back(patch);
 }
 
-// Across the street at x = 20.
 Surface divided_street() {
   Surface surface = level_street();
   for (double y_m = -4.75; y_m < 5.0; y_m += 0.5) add_wall(20.0, y_m, 1.0, surface);
@@ -41,11 +40,9 @@ Result<Sites> choose(TestContext& ctx, const Surface& surface,
 ChosenSites chosen(const Surface& surface, const ChooseFieldSitesOptions& options = {},
                    int threads = 1, double view_deg = 360.0) {
   TestContext ctx(threads);
-  Sites sites = value_of(choose(ctx, surface, options, view_deg));
-  return {std::move(sites), std::move(ctx.warnings)};
+  return {value_of(choose(ctx, surface, options, view_deg)), std::move(ctx.warnings)};
 }
 
-// Of vehicles, in the map frame.
 std::set<std::pair<double, double>> places_of(const ChosenSites& made) {
   std::set<std::pair<double, double>> places;
   EXPECT_TRUE(validate(made.sites).has_value());
@@ -179,7 +176,6 @@ TEST(ChooseFieldSites, NobodyDrivesFarOverGroundThatWasNotSeen) {
   }
 }
 
-// A bridge without a ramp is a floor that is not reached; with one it is driven on.
 TEST(ChooseFieldSites, AFloorAboveIsReachedOverARampAlone) {
   Surface bridge = level_street();
   add_floor(box(10.0, -5.0, 20.0, 5.0), 6.1, bridge);
@@ -209,8 +205,7 @@ TEST(ChooseFieldSites, PostsAreAvoidedAndNothingElseIs) {
       add_wall(post.x(), post.y(), 1.0, surface);
       surface.patches.back().half_side_m = 0.05;
     }
-    const ChosenSites made = chosen(surface);
-    const std::set<std::pair<double, double>> places = places_of(made);
+    const std::set<std::pair<double, double>> places = places_of(chosen(surface));
     for (int i = 0; i < 24; ++i) {
       for (const double y_m : {-3.0, -1.0, 1.0, 3.0}) {
         double nearest_m = 100.0;
@@ -230,8 +225,7 @@ TEST(ChooseFieldSites, AreTheSameForAnyOrderOfPatchesAndNumberOfThreads) {
   add_floor(box(30.0, -5.0, 40.0, 5.0), 6.1, surface);
   const ChosenSites one = chosen(surface);
   std::ranges::reverse(surface.patches);
-  const ChosenSites other = chosen(surface, {}, /*threads=*/4);
-  EXPECT_EQ(to_bytes(one.sites), to_bytes(other.sites));
+  EXPECT_EQ(to_bytes(one.sites), to_bytes(chosen(surface, {}, /*threads=*/4).sites));
 }
 
 TEST(ChooseFieldSites, RefusesWhatNobodyCouldAnnotate) {

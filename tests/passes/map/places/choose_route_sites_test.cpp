@@ -9,7 +9,6 @@
 namespace sightline {
 namespace {
 
-// Along the street's x, in its world.
 RouteLine line(double from_m, double to_m, RouteHeights heights = RouteHeights::kNone,
                double height_m = 0.0) {
   return {"lane", heights, false, {{640.0 + from_m, 0.0, height_m}, {640.0 + to_m, 0.0, height_m}}};
@@ -22,8 +21,7 @@ Result<Sites> choose(TestContext& ctx, const Surface& surface,
 
 ChosenSites chosen(const Surface& surface, const std::vector<RouteLine>& lines) {
   TestContext ctx;
-  Sites sites = value_of(choose(ctx, surface, lines));
-  return {std::move(sites), std::move(ctx.warnings)};
+  return {value_of(choose(ctx, surface, lines)), std::move(ctx.warnings)};
 }
 
 Error refusal(const Surface& surface, const RouteLine& along) {

@@ -15,7 +15,6 @@ inline Eigen::AlignedBox2d box(double x0, double y0, double x1, double y1) {
   return {Eigen::Vector2d(x0, y0), Eigen::Vector2d(x1, y1)};
 }
 
-// Level patches of 0.5 m over a rectangle.
 inline void add_floor(const Eigen::AlignedBox2d& over_m, double height_m, Surface& surface) {
   for (double x_m = over_m.min().x() + 0.25; x_m < over_m.max().x(); x_m += 0.5) {
     for (double y_m = over_m.min().y() + 0.25; y_m < over_m.max().y(); y_m += 0.5) {
@@ -28,7 +27,6 @@ inline void add_floor(const Eigen::AlignedBox2d& over_m, double height_m, Surfac
   }
 }
 
-// 50 m by 10 m.
 inline Surface level_street() {
   Surface surface;
   surface.frame.origin_world_m = {640.0, 0.0, 0.0};

@@ -13,7 +13,6 @@ SurfacePatch level(double x_m, double y_m, double z_m) {
   return patch;
 }
 
-// The patch over a place; nullptr where there is none.
 const SurfacePatch* patch_at(const std::vector<SurfacePatch>& patches, double x_m, double y_m) {
   const auto found = std::ranges::find_if(patches, [&](const SurfacePatch& patch) {
     return (patch.centre_m.head<2>() - Eigen::Vector2d(x_m, y_m)).norm() < 1e-9;

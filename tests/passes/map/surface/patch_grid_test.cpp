@@ -102,7 +102,6 @@ TEST(SortedByCell, NamesWhatComesLater) {
   EXPECT_EQ(sorted.later(sorted.things_of(3)[0]), 39U - 15U);
 }
 
-// Ground, walls and what lies anyhow, small and large.
 std::vector<SurfacePatch> unlike_patches(Random& random) {
   std::vector<SurfacePatch> patches(800);
   for (std::size_t i = 0; i < patches.size(); ++i) {

@@ -56,8 +56,7 @@ TEST(PatchesByTile, FindsWhatLiesOverABox) {
   ASSERT_TRUE(by_tile.finish());
   const Eigen::AlignedBox2d box_m(Eigen::Vector2d(-9.5, -30.0), Eigen::Vector2d(8.0, 3.0));
   const auto is_over = [&](const SurfacePatch& patch) {
-    const Eigen::Vector2d at_m = patch.centre_m.head<2>();
-    return box_m.contains(at_m);
+    return box_m.contains(patch.centre_m.head<2>());
   };
   const std::vector<SurfacePatch> found = *by_tile.over(box_m);
   EXPECT_TRUE(std::ranges::all_of(found, is_over));

@@ -75,7 +75,6 @@ inline SurfacePoints long_street(std::uint64_t seed) {
   return points;
 }
 
-// The standing points of all parts, one after the other.
 inline std::vector<Eigen::Vector3d> standing_m(const SurfacePoints& points) {
   const SurfacePointReader reader(points);
   std::vector<Eigen::Vector3d> all_m;
@@ -86,7 +85,6 @@ inline std::vector<Eigen::Vector3d> standing_m(const SurfacePoints& points) {
   return all_m;
 }
 
-// What is kept between runs of one pass.
 struct NumberedParts {
   std::map<std::size_t, std::vector<std::byte>> parts;
   std::size_t count = 0;  // as the pass counted them

@@ -24,7 +24,6 @@ const SurfacePoints& street() {
   return kStreet;
 }
 
-// All scans at once, in memory.
 Surface whole_surface(const SurfacePoints& points, const BuildSurfaceOptions& options) {
   const NdtMap cells =
       ndt_from_points(standing_m(points), points.frame, {options.cell_m, options.tile_m, 2}, 1);
@@ -173,7 +172,6 @@ TEST(TiledNdt, AndSurfaceMakeOnlyTheTilesAnewThatAChangeReaches) {
 // Some voxels have not moved after all: what scans reach is as it was, and one tile is not.
 TEST(TiledNdt, AndSurfaceMakeTheTileAnewInWhichVoxelsMoved) {
   SurfacePoints changed = street();
-  // Well within a tile.
   EXPECT_GT(std::erase_if(changed.moved_voxels,
                           [](const CellKey& voxel) {
                             const Eigen::Vector3d at_m = cell_centre_m(voxel, street().voxel_m);
@@ -276,8 +274,7 @@ TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   const Error near = failure_of(whole_rows(build_ndt(ctx, {}, points)));
   EXPECT_EQ(near.code, ErrorCode::kInvalidArtifact);
   EXPECT_TRUE(near.message.starts_with(expected)) << near.message;
-  const Error of_surface = failure_of(whole_rows(build_surface(ctx, {}, points)));
-  EXPECT_EQ(of_surface.place, "pass build-surface");
+  EXPECT_EQ(failure_of(whole_rows(build_surface(ctx, {}, points))).place, "pass build-surface");
   points = street();
   points.scans[7].T_map_lidar.translation().x() = 1e12;
   const Error far = failure_of(whole_rows(build_ndt(ctx, {}, points)));

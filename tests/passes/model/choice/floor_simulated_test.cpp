@@ -27,7 +27,6 @@ Choice everywhere(std::uint8_t range_index, std::size_t count = 20) {
   return choose_everywhere(range_index, count);
 }
 
-// Sites a metre apart.
 DilatedRoute route_of_metres(std::size_t count, double dilation_m) {
   DilatedRoute dilated{{}, dilation_m};
   for (std::size_t i = 0; i < count; ++i) dilated.route.push_back({0, static_cast<double>(i)});
@@ -79,7 +78,6 @@ TEST(Floor, OfSimulationIsOneAnswerWherePlacesAreAlikeOrNothingHelps) {
   for (const std::uint8_t flags : choice.flags) EXPECT_EQ(flags, kStatic | kUnmet);
 }
 
-// Property: a looser limit never looks farther, and no site lies outside the two static answers.
 TEST(Floor, OfSimulationALooserLimitNeverLooksFarther) {
   Random random(5);
   for (int world = 0; world < 50; ++world) {

@@ -235,13 +235,10 @@ TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
   EXPECT_EQ(trusting->flags[0], kExtrapolated);
 }
 
-// As kitti_0005 had it: last bits of a sine moved a probability, p* with it, and 17.5 m
-// became 19.8.
 TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
   std::vector<HandmadeSite> sites;
   for (int i = 0; i < 60; ++i) {
-    const double error_m = i % 5 == 0 ? 0.12 : 0.06;
-    sites.push_back({{0.97, 0.974, 0.99}, {error_m, 0.05, 0.04}});
+    sites.push_back({{0.97, 0.974, 0.99}, {i % 5 == 0 ? 0.12 : 0.06, 0.05, 0.04}});
   }
   std::vector<std::vector<double>> choices;
   for (const double last_bits : {0.0, 2e-3}) {

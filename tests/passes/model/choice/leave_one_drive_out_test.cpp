@@ -100,7 +100,6 @@ TEST(LeaveOneDriveOut, TakeOneAnswerEverywhereWhereTheModelIsDearerForNothing) {
   EXPECT_EQ(vote_of(street, options).standing.cost, 1.0);
 }
 
-// A promise is about the mean over places; where this one is harder, more is asked for.
 TEST(LeaveOneDriveOut, AskForMoreThanThePromiseWhereTheStreetIsHarder) {
   const DriveVote answer =
       vote_of(hard_and_easy(), {.coverage = 0.99, .is_promised = true, .threshold = 0.2});
@@ -155,7 +154,6 @@ TEST(LeaveOneDriveOut, ALooserCoverageNeverCostsMoreAndWhatCanBeCoveredIs) {
   }
 }
 
-// What six drives that are left out say comes true on a seventh.
 TEST(LeaveOneDriveOut, ForetellTheNextDrive) {
   double within = 0.0;
   double count = 0.0;
@@ -200,7 +198,6 @@ TEST(LeaveOneDriveOut, IsTheReasonWhereOneAnswerIsTakenEverywhere) {
 const SyntheticOptions kSmall = {
     .site_count = 120, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
 
-// Two places driven four times.
 const ErrorModel& model() {
   static const ErrorModel kModel = [] {
     DrivenPlaces places;
@@ -217,7 +214,6 @@ const ErrorModel& model() {
   return kModel;
 }
 
-// Another place, its drives and what they are called.
 struct DrivenStreet {
   DrivenPlace place = place_driven_often(9, 4, kSmall);
   MeasuredDrives measured_here{{place.drives[0], place.drives[2], place.drives[3]}, {0, 2, 3}, 4};
@@ -264,7 +260,6 @@ TEST(LeftOut, EachDriveIsForetoldByTheOthersAlone) {
   }
 }
 
-// History and label are never of one drive: what a drive found moves no prediction that it judges.
 TEST(LeftOut, NothingThatADriveFoundReachesItsOwnPrediction) {
   const DrivenStreet street;
   const std::vector<LeftOutDrive> before = left_out_of(street, factors_of(street));

@@ -96,8 +96,7 @@ TEST(OwnEvidenceModel, AlsoWhereNoScanLiesNearASite) {
 TEST(OwnEvidenceModel, SurvivesTheDisk) {
   ShortDrive street;
   const ErrorModel model = value_of(street.trained());
-  const ErrorModel read = value_of(from_bytes<ErrorModel>(to_bytes(model)));
-  EXPECT_EQ(to_bytes(read), to_bytes(model));
+  EXPECT_EQ(to_bytes(value_of(from_bytes<ErrorModel>(to_bytes(model)))), to_bytes(model));
 }
 
 TEST(OwnEvidenceModel, OfOneRangeHasATreeOfOneLeaf) {

@@ -28,7 +28,6 @@ std::vector<std::uint8_t> all_labelled(std::size_t count) {
   return std::vector<std::uint8_t>(count, 1);
 }
 
-// A straight route cut into blocks of 60 m, dealt to folds.
 struct CutRoute {
   std::vector<TrainedSite> sites;
   Folds folds;
@@ -127,8 +126,7 @@ TEST(Folds, RefuseADriveTooShortAndSayWhatIsNeeded) {
   EXPECT_EQ(refused.code, ErrorCode::kDriveTooShort);
   EXPECT_NE(refused.message.find("119 m"), std::string::npos);
   EXPECT_NE(refused.message.find("120 m"), std::string::npos);
-  const RouteBlocks one = value_of(cut_route(straight_route(30), all_labelled(30), 60.0, 1));
-  EXPECT_EQ(one.block_count, 1u);
+  EXPECT_EQ(value_of(cut_route(straight_route(30), all_labelled(30), 60.0, 1)).block_count, 1u);
 }
 
 TEST(Folds, RefuseARouteWithoutLabels) {

@@ -90,8 +90,7 @@ TEST(Support, IgnoresFeaturesThatHelpNothing) {
   const std::vector<float> far = {1e6F, 1e6F, 1e6F, 10.0F};
   const ErrorModel harmful = three_features({-0.02, 0.0, 0.01});
   EXPECT_NEAR(Support(harmful, 0.25).outside_share(far.data(), 0), 1.0, 1e-12);
-  const ErrorModel useless = three_features({-0.02, 0.0, 0.0});
-  EXPECT_EQ(Support(useless, 0.25).outside_share(far.data(), 0), 0.0);
+  EXPECT_EQ(Support(three_features({-0.02, 0.0, 0.0}), 0.25).outside_share(far.data(), 0), 0.0);
 }
 
 TEST(Support, AWiderMarginNeverRefusesMore) {

@@ -68,9 +68,8 @@ TEST(History, FindsNeighboursAsASearchThroughAllDoes) {
       site.p_map_m = Eigen::Vector3d(random.uniform(-20.0, 20.0), random.uniform(-20.0, 20.0),
                                      random.uniform(-2.0, 2.0));
     }
-    for (std::int64_t& scan : place.drives[0].scan_of_site) {
+    for (std::int64_t& scan : place.drives[0].scan_of_site)
       if (random.uniform() < 0.5) scan = -1;
-    }
     const History history = history_of(place.sites, {&place.drives[0]}, HistoryKind::kOfOneDrive);
     for (std::size_t i = 0; i < 120; ++i) {
       double worst_m = 0.0;

@@ -157,7 +157,6 @@ DrivenPlace place_of_noisy_drives(std::uint64_t seed) {
   return place;
 }
 
-// Far from the places of the training.
 DrivenPlace far_away(DrivenPlace place) {
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
   return place;

@@ -32,9 +32,8 @@ struct World {
     std::vector<std::uint32_t> missed(thresholds.size(), 0);
     for (int site = 0; site < 30; ++site) {
       const double strength = std::pow(random.uniform(), 1.0 / level);
-      for (std::size_t t = 0; t < thresholds.size(); ++t) {
+      for (std::size_t t = 0; t < thresholds.size(); ++t)
         if (strength > thresholds[t]) ++missed[t];
-      }
     }
     return missed;
   }
@@ -57,16 +56,14 @@ double loss_of_new_block(World& world, double threshold) {
 }
 
 TEST(RiskControl, EmpiricallyTakesTheLeastThresholdThatMissesRarelyEnough) {
-  const Misses misses = uniform_misses(2, {30, 5, 4, 1});
-  const RiskDecision decision = decide_empirically(misses, 0.05);
+  const RiskDecision decision = decide_empirically(uniform_misses(2, {30, 5, 4, 1}), 0.05);
   EXPECT_NEAR(decision.threshold, 0.2, 1e-12);
   EXPECT_NEAR(decision.miss_share, 0.05, 1e-12);
   EXPECT_FALSE(decision.is_earned);
 }
 
 TEST(RiskControl, DoesNotTrustAThresholdWhoseStricterNeighbourMisses) {
-  const Misses misses = uniform_misses(2, {1, 30, 4, 1});
-  EXPECT_NEAR(decide_empirically(misses, 0.05).threshold, 0.3, 1e-12);
+  EXPECT_NEAR(decide_empirically(uniform_misses(2, {1, 30, 4, 1}), 0.05).threshold, 0.3, 1e-12);
 }
 
 TEST(RiskControl, TakesTheLeastMissesThereAreWhereNoneAreRareEnough) {

@@ -135,9 +135,7 @@ TEST(Selection, AStricterThresholdNeverLooksLessFar) {
   for (double threshold = 0.05; threshold <= 1.0; threshold += 0.05) {
     Choice choice = choose_by_probability(predicted, 0, {threshold, threshold});
     dilate(straight_route(200), 3.0, choice);
-    for (std::size_t i = 0; i < 200; ++i) {
-      EXPECT_GE(choice.range_index[i], before.range_index[i]);
-    }
+    for (std::size_t i = 0; i < 200; ++i) EXPECT_GE(choice.range_index[i], before.range_index[i]);
     before = choice;
   }
 }

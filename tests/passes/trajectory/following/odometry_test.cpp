@@ -61,7 +61,6 @@ Drive drive_of(std::size_t scans) {
   return drive;
 }
 
-// Along x.
 GivenPoses evenly_given(std::size_t count, double step_m) {
   GivenPoses given;
   for (std::size_t i = 0; i < count; ++i) {
@@ -121,7 +120,6 @@ Pose random_pose(Random& random) {
                  random.uniform(-3.0, 3.0));
 }
 
-// One odometry, cut into runs that each have a frame of their own.
 TEST(JoinedRuns, AreThatOfOneDrive) {
   Random random(5);
   Odometry whole;
@@ -132,8 +130,7 @@ TEST(JoinedRuns, AreThatOfOneDrive) {
     whole.is_far.push_back(k % 11 == 5);
     whole.overlap.emplace_back(random.uniform(0.0, 1.0));
     whole.piece.push_back(k < 30 ? 0 : k < 50 ? 1 : 2);
-    const bool is_step = k > 0 && k != 50;
-    const double step_m = is_step ? step.translation().norm() : 0.0;
+    const double step_m = k > 0 && k != 50 ? step.translation().norm() : 0.0;
     whole.driven_m.push_back(k == 0 ? 0.0 : whole.driven_m.back() + step_m);
   }
   whole.T_map_lidar[50] = whole.T_map_lidar[49];  // a part begins where the last ended
@@ -144,7 +141,6 @@ TEST(JoinedRuns, AreThatOfOneDrive) {
   whole.is_matched[0] = true;
   whole.is_matched[50] = false;
   whole.piece_starts = {{30, false, 0.2, 0.1}, {50, true, 0.0, 0.0}};
-
   const std::vector<ScanRun> runs = {{0, 0, 20}, {10, 20, 50}, {50, 50, 90}};
   std::vector<Odometry> followed;
   for (const ScanRun& run : runs) {
@@ -162,7 +158,6 @@ TEST(JoinedRuns, AreThatOfOneDrive) {
     followed.push_back(part);
   }
   const Pose T_whole_first = whole.T_map_lidar[0] * followed[0].T_map_lidar[0].inverse();
-
   const Odometry joined = joined_runs(runs, followed);
   ASSERT_EQ(joined.T_map_lidar.size(), 90u);
   for (std::size_t k = 0; k < 90; ++k) {

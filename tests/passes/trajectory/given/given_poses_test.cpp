@@ -79,8 +79,7 @@ TEST(GivenPoses, AFirstOneThatIsFarOffIsFound) {
   TestDrive test = given_drive(random_street(3), 5, 1.0);
   test.drive.scans[0].T_world_vehicle->translation().x() -= 50.0;
   expect_refused(test, "scan 0", "1 of 5 given poses of drive test: scan 0 (scan0.pcd) lies");
-  const Outcome repaired = run(test.drive, repairing());
-  EXPECT_LT(largest_off_m(repaired.trajectory, test.truth), 0.1);
+  EXPECT_LT(largest_off_m(run(test.drive, repairing()).trajectory, test.truth), 0.1);
 }
 
 TEST(GivenPoses, AJumpThatLastsIsFoundInTheShorterPart) {

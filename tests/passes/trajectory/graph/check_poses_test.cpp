@@ -72,7 +72,6 @@ TEST(Contradictions, AreFoundWhereHalfOfSixLoopsAreOff) {
   EXPECT_NEAR(found[0].off_m, 0.75, 1e-12);
 }
 
-// Loops come in the order in which chains were followed, and in either direction.
 TEST(Contradictions, DoNotDependOnTheOrderOfLoops) {
   TwoPieces pieces;
   for (const std::uint32_t i : {0U, 1U, 2U}) pieces.put_off(i, 1.0);
@@ -90,8 +89,6 @@ TEST(Contradictions, DoNotDependOnTheOrderOfLoops) {
   EXPECT_EQ(found[0].off_count, 3U);
 }
 
-// A third drive that both earlier ones meet: loops to one do not hide contradictions with the
-// other.
 TEST(Contradictions, OfOnePairAreNotHiddenByLoopsToAnotherPiece) {
   TwoPieces pieces;
   for (std::uint32_t i = 0; i < kCount; ++i) {
@@ -188,8 +185,7 @@ TEST(DriveScales, NeedScansThatFit) {
     TestDrive all = drives({1.0, 1.0});
     std::vector<Pose> poses;
     for (const TrajectoryPose& pose : all.truth.poses) poses.push_back(pose.T_map_vehicle);
-    const TestDrive elsewhere = drive_through(random_street(street), poses, 0.5);
-    std::vector<Scan> scans = scans_of(elsewhere.drive);
+    std::vector<Scan> scans = scans_of(drive_through(random_street(street), poses, 0.5).drive);
     for (std::size_t i = 0; i < kScansADay; ++i) scans[i] = *all.drive.store->read(i);
     all.drive.store = memory_scan_store(scans);
     EXPECT_TRUE(differences(all).empty()) << street;
@@ -211,8 +207,7 @@ TEST(DriveScales, AreWarnedOfWithTheTrajectory) {
     TestDrive all = drives({1.0, scale});
     for (ScanInfo& scan : all.drive.scans) scan.T_world_vehicle.reset();
     TestContext ctx(2);
-    const Trajectory trajectory = value_of(estimate_trajectory(ctx, {}, all.drive));
-    EXPECT_EQ(trajectory.poses.back().piece, 0U);
+    EXPECT_EQ(value_of(estimate_trajectory(ctx, {}, all.drive)).poses.back().piece, 0U);
     if (scale == 1.0) {
       EXPECT_THAT(ctx.warnings, IsEmpty());
     } else {

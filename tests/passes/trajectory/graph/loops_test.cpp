@@ -22,7 +22,6 @@ Odometry with_later_piece(const TestDrive& test, std::size_t first, const Pose& 
   return odometry;
 }
 
-// How far a loop is from the truth.
 double off_m(const TestDrive& test, const GraphEdge& edge) {
   const Pose& T_vehicle_lidar = test.drive.sensor.T_vehicle_lidar;
   const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
@@ -67,9 +66,7 @@ TEST(Loops, OfAChainAreAllFoundWhereOdometryIsFarOff) {
     const std::vector<GraphEdge> loops =
         value_of(find_loops(TestContext(threads), test.drive, odometry));
     EXPECT_EQ(loops.size(), kCount / 5);
-    for (const GraphEdge& edge : loops) {
-      EXPECT_LT(off_m(test, edge), 0.05) << "scan " << edge.to;
-    }
+    for (const GraphEdge& edge : loops) EXPECT_LT(off_m(test, edge), 0.05) << "scan " << edge.to;
     if (threads == 1) by_one = loops;
     for (std::size_t i = 0; i < loops.size(); ++i) {
       EXPECT_TRUE(loops[i].T_from_to.isApprox(by_one[i].T_from_to, 0.0));

@@ -19,9 +19,8 @@ Equations random_equations(std::uint32_t poses) {
     for (std::uint32_t column = 0; column <= row; ++column) {
       if (row > column + 1 && random.uniform(0.0, 1.0) > 0.1) continue;
       Matrix6d block;
-      for (int i = 0; i < 6; ++i) {
+      for (int i = 0; i < 6; ++i)
         for (int j = 0; j < 6; ++j) block(i, j) = random.normal();
-      }
       if (row == column) {
         block = (block + block.transpose()).eval();
         block.diagonal().array() += 30.0 * poses;

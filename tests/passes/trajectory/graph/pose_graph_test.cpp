@@ -40,7 +40,6 @@ TEST(PoseGraph, KeepsTheFirstPoseWhereNothingElseIsKnown) {
   EXPECT_NEAR(solution.T_map_pose[1].translation().x(), 6.0, 1e-6);
 }
 
-// Two parts that nothing joins.
 TEST(PoseGraph, KeepsOnePoseOfEachPartThatNothingJoinsToTheFirst) {
   PoseGraph graph;
   graph.odometry = {edge(0, 1, along_x(1.0), 0.1), edge(2, 3, along_x(1.0), 0.1)};

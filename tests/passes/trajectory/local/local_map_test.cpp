@@ -16,7 +16,6 @@ std::vector<Eigen::Vector3d> room_100_m_off(std::uint64_t seed, std::size_t coun
   return points_m;
 }
 
-// One wall of it, or all.
 std::vector<Eigen::Vector3d> some_of_room(std::uint64_t seed, bool is_all) {
   std::vector<Eigen::Vector3d> points_m = room_points(seed, 16000, 0.02);
   std::erase_if(points_m,

@@ -80,7 +80,6 @@ TEST(PartsOfDrive, AreTheDrivesThatWereJoined) {
   }
 }
 
-// Its scans have names.
 class NamedStore : public ScanStore {
  public:
   explicit NamedStore(std::shared_ptr<const ScanStore> store) : store_(std::move(store)) {}

@@ -31,8 +31,7 @@ TEST(WiderStarts, FindsAScanThatTurnedAndWentOnUnseen) {
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     const BoxWorld world = random_street(seed);
     const Pose before = lidar_at(0.0, 0.0, 0.1);
-    const double yaw_rad = 1.3 * static_cast<double>(seed) - 2.0;
-    const Pose truth = lidar_at(7.0, 1.0, yaw_rad);
+    const Pose truth = lidar_at(7.0, 1.0, 1.3 * static_cast<double>(seed) - 2.0);
     const std::vector<WiderStart> found = wider_starts(in_map(upright_seen(world, before), before),
                                                        upright_seen(world, truth), before, {});
     ASSERT_FALSE(found.empty()) << seed;

@@ -34,9 +34,8 @@ Off off_truth(const Trajectory& found, const Trajectory& truth) {
 // Ten scans, a hole of 0.8 s and 8 m, and twelve more.
 TEST(Holes, LeaveTheWayBehindThemWhereItIsThoughScansAreDrawnOut) {
   std::vector<double> times_s;
-  for (int i = 0; i < 30; ++i) {
+  for (int i = 0; i < 30; ++i)
     if (i < 10 || i >= 18) times_s.push_back(0.1 * i);
-  }
   for (const PointOrder order : {PointOrder::kTime, PointOrder::kRings}) {
     for (const bool has_stamps : {false, true}) {
       TestDrive test = drive_swept(random_street(1), winding(-14.0, 10.0), times_s, order);

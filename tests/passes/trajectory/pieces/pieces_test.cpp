@@ -28,8 +28,7 @@ struct Outcome {
 
 Outcome run(const Drive& drive) {
   TestContext ctx(2);
-  Trajectory trajectory = value_of(estimate_trajectory(ctx, {}, drive));
-  return {std::move(trajectory), ctx.warnings};
+  return {value_of(estimate_trajectory(ctx, {}, drive)), ctx.warnings};
 }
 
 // Of scans of one piece, seen from the first of them.
@@ -127,7 +126,6 @@ TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
   EXPECT_LT(largest_error_m(outcome.trajectory, test.truth, 0), 0.3);
 }
 
-// From this scan on it is another drive.
 void begin_tuesday(Drive& drive, std::size_t first) {
   for (std::size_t i = first; i < drive.scans.size(); ++i) drive.scans[i].part = 1;
   drive.later_parts = {"tuesday"};
@@ -168,7 +166,6 @@ TEST(Pieces, OfTwoDrivesWhosePosesContradictEachOtherAreJoinedByWhatTheySee) {
   }
 }
 
-// The second drive was somewhere else: it is not joined, and the warning names it.
 TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
   const TestDrive test = joined_days({drive_through(random_street(4), along_street(0.0, 8), 0.5),
                                       drive_through(random_street(9), along_street(0.0, 8), 0.5)});
@@ -191,8 +188,7 @@ TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
   }
   const TestDrive monday = drive_through(first, along_street(-10.0, kCount), 0.5);
   const TestDrive tuesday = drive_through(alike, along_street(-10.0, kCount), 0.5);
-  const Outcome outcome = run(joined_days({monday, tuesday}).drive);
-  EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
+  EXPECT_EQ(pieces_in(run(joined_days({monday, tuesday}).drive).trajectory), 2u);
 }
 
 // The second drive begins where the first one ends and goes on: what a few metres say of forty is
@@ -202,8 +198,7 @@ TEST(Pieces, OfADriveThatOnlyTouchesAnotherAreNotJoined) {
   const BoxWorld street = random_street(4);
   const std::vector<Pose> first = along_street(-30.0, kCount);
   const double end_m = first.back().translation().x();
-  const std::vector<Pose> second = along_street(end_m - 4.0, kCount);
-  TestDrive test = drive_through(street, joined(first, second), 0.5);
+  TestDrive test = drive_through(street, joined(first, along_street(end_m - 4.0, kCount)), 0.5);
   begin_tuesday(test.drive, kCount);
   const Outcome outcome = run(test.drive);
   EXPECT_EQ(pieces_in(outcome.trajectory), 2u);

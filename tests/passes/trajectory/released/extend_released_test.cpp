@@ -34,7 +34,6 @@ TestDrive drives(const std::vector<DayOf>& days) {
   return joined_days(all);
 }
 
-// Of the first `days` of some drives, as they were shipped.
 ReleasedPoses shipped(const TestDrive& all, std::size_t days) {
   Drive first = stretch_of(all.drive, 0, days * kCount);
   first.later_parts.resize(days - 1);
@@ -58,8 +57,7 @@ struct Outcome {
 Outcome extend(const Drive& drive, const ReleasedPoses& released,
                const EstimateTrajectoryOptions& options = {}) {
   TestContext ctx(2);
-  Trajectory trajectory = value_of(extended(ctx, drive, released, options));
-  return {std::move(trajectory), ctx.warnings};
+  return {value_of(extended(ctx, drive, released, options)), ctx.warnings};
 }
 
 void expect_kept(const Trajectory& found, const ReleasedPoses& released) {
@@ -98,9 +96,7 @@ TEST(ExtendReleased, NamesADriveThatMeasuresOtherwiseThanReleasedOnes) {
 TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {
   const TestDrive all = drives({{4, 0.0}, {4, 4.0}});
   const ReleasedPoses released = shipped(all, 2);
-  const Outcome outcome = extend(all.drive, released);
-  EXPECT_EQ(to_bytes(outcome.trajectory), to_bytes(released.trajectory));
-  // One of two drives alone.
+  EXPECT_EQ(to_bytes(extend(all.drive, released).trajectory), to_bytes(released.trajectory));
   Drive second = stretch_of(all.drive, kCount, kCount);
   for (ScanInfo& scan : second.scans) scan.part = 0;
   second.later_parts.clear();
@@ -110,7 +106,6 @@ TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {
             released.trajectory.poses[kCount].T_map_vehicle.matrix());
 }
 
-// Joined by its given poses, in the world of the released ones.
 TEST(ExtendReleased, PlacesADriveByItsGivenPoses) {
   TestDrive all = drives({{4, 0.0}, {4, 8.0}});
   for (std::size_t i = 0; i < 2 * kCount; ++i) {
@@ -200,8 +195,7 @@ TEST(ExtendReleased, ComparesUndistortedScansWithTheReleasedOnes) {
   const TestDrive fast = swept(10.0, 30);
   const TestDrive slow = swept(5.0, 60);
   const Drive both = *join_drives(TestContext(), {}, fast.drive, {{&slow.drive}});
-  const ReleasedPoses released = *release(fast.drive, fast.truth);
-  const Outcome outcome = extend(both, released);
+  const Outcome outcome = extend(both, *release(fast.drive, fast.truth));
   EXPECT_EQ(outcome.trajectory.poses.back().piece, 0U);
   Trajectory truth = fast.truth;
   for (const TrajectoryPose& pose : slow.truth.poses) truth.poses.push_back(pose);

@@ -68,8 +68,7 @@ TEST(SweptDrive, GivesTimesOfATenthOfASecondAroundTheStamp) {
 
 TEST(SweptDrive, IsTriedInEveryWayThatRingsMayHaveBeenMeasured) {
   const TestDrive test = street(PointOrder::kRings);
-  const std::vector<Drive> drives = value_of(swept_drives(test.drive, test.truth));
-  EXPECT_EQ(drives.size(), 3u);
+  EXPECT_EQ(value_of(swept_drives(test.drive, test.truth)).size(), 3u);
 }
 
 // Stamps of a tenth of a second where the vehicle came 6 m: one scan in several is there.
@@ -266,7 +265,6 @@ TEST(SweepTurn, GivesTimesByAzimuth) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(left[i], expected_left[i], 1e-9) << i;
 }
 
-// Any begin and direction: times are shares, and rise with the turn.
 TEST(SweepTurn, GivesTimesThatRiseFromItsBeginning) {
   Random random(5);
   for (int i = 0; i < 200; ++i) {

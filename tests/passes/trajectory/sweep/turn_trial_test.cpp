@@ -39,8 +39,7 @@ struct Outcome {
 
 Outcome tried(const TestDrive& test) {
   TestContext ctx;
-  Drive drive = value_of(with_imu_if_sharper(ctx, test.drive, test.truth));
-  return {std::move(drive), ctx.warnings};
+  return {value_of(with_imu_if_sharper(ctx, test.drive, test.truth)), ctx.warnings};
 }
 
 // Root mean square of how far points of undistorted scans are from where they were measured;
@@ -116,13 +115,11 @@ TEST(TurnTrial, AsksNothingWhereRatesAreNotThereOrCoverNoScan) {
 
 TEST(TurnTrial, IsWhatUndistortScansDoes) {
   const TestDrive test = with_rates(imu_of(jerky, 3.0));
-  const Drive straight = value_of(undistort_scans(TestContext(), {}, test.drive, test.truth));
-  EXPECT_LT(error_m(straight), 0.002);
+  EXPECT_LT(error_m(value_of(undistort_scans(TestContext(), {}, test.drive, test.truth))), 0.002);
   const Drive even = value_of(undistort_scans(TestContext(), {}, jerky_drive().drive, test.truth));
   EXPECT_GT(error_m(even), 0.09);
 }
 
-// Two vehicles whose inertial units have clocks of their own.
 TEST(TurnTrial, IsOfEachDriveForItself) {
   ImuErrors behind;
   behind.ahead_ns = -60'000'000;
@@ -195,7 +192,6 @@ Trajectory poses_of(const VehicleMotion& motion, int count, double sigma_rad = 0
   return trajectory;
 }
 
-// Turns that do not repeat within a second.
 Pose wandering(double time_s) {
   return pose_at(8.0 * time_s, 0.0, 0.2 * std::sin(1.3 * time_s) + 0.1 * std::sin(3.1 * time_s));
 }
