@@ -6,8 +6,6 @@
 #include <regex>
 #include <set>
 
-// The pipelines of examples/ci: YAML of the right shape, whose steps the script beside them has.
-
 namespace {
 
 using ::testing::Contains;
@@ -19,7 +17,6 @@ std::string text_of(const std::string& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// What a pattern's first group matches in a file.
 std::set<std::string> matches_in(const std::string& file, const std::string& pattern) {
   const std::string text = text_of(file);
   const std::regex named(pattern);
@@ -30,10 +27,8 @@ std::set<std::string> matches_in(const std::string& file, const std::string& pat
   return found;
 }
 
-// Those that the script takes.
 std::set<std::string> steps_of_script() { return matches_in("run", "\nstep_([a-z]+)\\(\\)"); }
 
-// Those that a pipeline calls.
 std::set<std::string> steps_called_in(const std::string& file) {
   std::set<std::string> steps = matches_in(file, "ci/run ([a-z]+)");
   steps.erase("into");  // in the comment on where the script goes

@@ -45,7 +45,6 @@ class Ros2Node : public testing::Test {
     return std::make_unique<ObservationNode>(rclcpp::NodeOptions().parameter_overrides(parameters));
   }
 
-  // A pose by which the sensor is at a place of the world; the vehicle looks along +y.
   void drive_to(const std::array<double, 3>& sensor_world_m) {
     const auto pose = std::make_shared<geometry_msgs::msg::PoseStamped>();
     const std::array<double, 3>& taken_m = reader_->info().export_origin_world_m;

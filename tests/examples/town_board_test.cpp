@@ -31,7 +31,6 @@ std::vector<LabelledPoint> points_at(const Town& town, std::size_t scan) {
   const DriveSimulator drive =
       value_of(DriveSimulator::make(town, usual_drive(town.options, 0, *town_sensor(64))));
   std::vector<LabelledPoint> points = drive.scan(scan).points;
-  // To town coordinates.
   for (LabelledPoint& point : points) {
     const Eigen::Vector3d lidar_m = point.position_m.cast<double>();
     point.position_m =
@@ -40,7 +39,6 @@ std::vector<LabelledPoint> points_at(const Town& town, std::size_t scan) {
   return points;
 }
 
-// How many points lie on the plane of the board, within its edges.
 std::size_t count_on(const Board& board, double ground_m,
                      const std::vector<LabelledPoint>& points) {
   const Eigen::Vector2d normal = direction(board.pose.yaw_rad);

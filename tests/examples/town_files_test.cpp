@@ -83,7 +83,6 @@ TEST_F(TownFiles, SayWhetherTrafficAndReturnsAreOtherThanUsual) {
   EXPECT_LT(static_cast<double>(size_of(hard)), 0.8 * static_cast<double>(size_of(usual)));
 }
 
-// What a bag of a swept drive says is what the drive was.
 TEST_F(TownFiles, AreABagWithTimesAndTurnRatesWhereTheDriveIsSwept) {
   WriteTownOptions swept = options("swept");
   swept.is_swept = true;

@@ -14,7 +14,6 @@
 namespace sightline {
 namespace {
 
-// Whatever the method: values ascend, vectors are orthonormal, and together they make the matrix.
 template <int N>
 void expect_decomposes(Random& random) {
   using Matrix = Eigen::Matrix<double, N, N>;
@@ -41,7 +40,6 @@ TEST(SymmetricEigen, DecomposesTheLowerTriangle) {
   }
 }
 
-// Of the NDs that there are: thin, round, on a line, without extent, near and far from 1.
 std::vector<Eigen::Matrix3d> covariances() {
   Random random(2);
   std::vector<Eigen::Matrix3d> all;
@@ -86,7 +84,6 @@ TEST(SymmetricEigen, OfThreeRowsTakesWhatIsLeftOfRoundingForNothing) {
   EXPECT_FALSE(symmetric_eigen<3>(round).vectors.cwiseAbs().isIdentity(0.5));
 }
 
-// Whatever stands beside it.
 TEST(SymmetricEigen, OfManyMatricesIsThatOfEachToTheBit) {
   std::vector<Eigen::Matrix3d> matrices = covariances();
   const double no_number = std::numeric_limits<double>::quiet_NaN();

@@ -40,7 +40,6 @@ inline void check_poses(const std::vector<PoseRow>& rows) {
   }
 }
 
-// Of the scans in all seeds.
 constexpr const char* kFrameOfSeeds = "lid";
 
 inline void check_turns(const MemoryFile& file, const std::string& topic) {

@@ -12,8 +12,6 @@
 namespace sightline {
 namespace {
 
-// ---- ROS 1 bags, written by hand.
-
 std::string record(char op, const std::map<std::string, std::string>& fields,
                    const std::string& data) {
   std::string header = sized(std::string("op=") + op);

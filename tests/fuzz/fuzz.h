@@ -9,8 +9,6 @@
 #include "formats/base/check.h"
 #include "formats/base/error.h"
 
-// What libFuzzer calls in a target, and what it offers to one.
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,

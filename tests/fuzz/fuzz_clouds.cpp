@@ -19,7 +19,6 @@ void check(const Error& error) { check_refusal(error, {ErrorCode::kOutOfMemory})
 constexpr std::array<const char*, 7> kNames = {"a.pcd",     "a.ply",    "a.las",   "a.bin",
                                                "a.pcd.bin", "a.pcd.gz", "a.bin.gz"};
 
-// Whatever is read is one thing a point, and all of it finite.
 void check(const PointCloudFile& cloud) {
   SIGHTLINE_CHECK(!cloud.points_m.empty());
   SIGHTLINE_CHECK(cloud.intensity.size() == cloud.points_m.size());

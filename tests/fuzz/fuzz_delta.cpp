@@ -31,7 +31,6 @@ void write(const fs::path& path, std::span<const std::byte> bytes) {
              static_cast<std::streamsize>(bytes.size()));
 }
 
-// A folder in memory with the map that every delta is applied to.
 struct Bench {
   Bench() {
     folder = fs::path("/dev/shm") / ("fuzz_delta_" + std::to_string(::getpid()));

@@ -1,5 +1,3 @@
-// The gate's rules and exceptions.
-
 #include <string>
 
 #include "compiler/gate/settings.h"

@@ -51,7 +51,6 @@ void check(const Lanelet& lanelet, std::size_t node_count) {
   }
 }
 
-// What is added to a document leaves its lanes as they are, and is found again.
 void add_to(const RouteText& file, const LaneletMap& map) {
   const std::vector<std::string_view> keys = {"observation_range_"};
   const Result<std::string> clean = without_additions(file.text, keys);

@@ -21,7 +21,6 @@ void check(const Error& error) {
 
 using Opened = Result<std::shared_ptr<const ScanContainer>>;
 
-// The first packet that begins as Hesai's do.
 Opened open_hesai(const std::string& path, const std::string& beside) {
   SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path));
   PcapPacket packet;

@@ -37,7 +37,6 @@ void check_look(const MapReader& reader, const LookAnswer& answer) {
   SIGHTLINE_CHECK(is_visible || is_unknown || answer.probability == 0.0);
 }
 
-// What a vehicle does with the file.
 void look_up(std::span<const std::byte> file) {
   const Result<MapReader> reader = MapReader::open(file, "annealed");
   if (!reader) return;
@@ -55,7 +54,6 @@ void look_up(std::span<const std::byte> file) {
   }
 }
 
-// What an engineer does with it: what reads is valid, and writing it again loses nothing.
 void read_all(std::span<const std::byte> file) {
   const Result<CompiledMap> map = read_map(file);
   if (!map) return;

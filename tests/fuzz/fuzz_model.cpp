@@ -12,7 +12,6 @@ namespace {
 
 using Traits = ArtifactTraits<ErrorModel>;
 
-// A valid forest answers any row, and never with a share outside 0 to 1.
 void predict(const ErrorModel& model) {
   FeatureRows rows;
   rows.row_count = 2;

@@ -126,7 +126,6 @@ std::string correction(int channels) {
   return text;
 }
 
-// Of 12 blocks, 30 degrees apart.
 std::string velodyne_packet(unsigned azimuth_cdeg, std::uint32_t hour_us, char product) {
   std::string bytes;
   for (unsigned block = 0; block < 12; ++block) {

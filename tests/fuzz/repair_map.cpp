@@ -37,7 +37,6 @@ class DirectoryRepair {
     return flatbuffers::GetRoot<schema::Directory>(data);
   }
 
-  // Digests of tiles and blocks; that of the whole map is returned.
   Digest repair(const schema::Directory& directory, const FileHeader& header,
                 std::span<const std::byte> manifest) {
     std::vector<Digest> tiles;

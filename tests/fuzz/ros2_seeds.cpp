@@ -70,8 +70,6 @@ const std::array<Topic, 5> kTopics = {{{"/points", "sensor_msgs/msg/PointCloud2"
                                        {"/livox", "livox_ros_driver2/msg/CustomMsg", &livox},
                                        {"/imu", "sensor_msgs/msg/Imu", &imu}}};
 
-// ---- MCAP.
-
 std::string record(char op, const std::string& data) {
   return std::string(1, op) + raw(std::uint64_t{data.size()}) + data;
 }
@@ -140,8 +138,6 @@ void add_mcaps(std::vector<Seed>& seeds) {
   add_seed(seeds, "mcap/seed_not_closed",
            mcap(chunk("", descriptions() + messages(7), true), false));
 }
-
-// ---- A database as rosbag2 makes it, in small pages.
 
 void run(sqlite3* database, const std::string& sql) {
   SIGHTLINE_CHECK(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);

@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-// Inputs that a fuzzer starts from, and the bytes that they are made of.
-
 namespace sightline {
 
 struct Seed {
@@ -35,7 +33,6 @@ inline void add_seed(std::vector<Seed>& seeds, const std::string& name, char kin
   add_seed(seeds, name, std::string(1, kind) + text);
 }
 
-// The bytes of a number or an array.
 template <class T>
 std::string raw(T value) {
   std::string bytes(sizeof value, '\0');

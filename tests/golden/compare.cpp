@@ -47,7 +47,6 @@ std::string verdict(const StepOutput& output, const std::string& kept, bool outp
          output.version_constant + " or find out why";
 }
 
-// Goes through the steps in running order.
 class Comparison {
  public:
   explicit Comparison(const GoldenFiles& kept) : kept_(kept) {}

@@ -56,7 +56,6 @@ Flags flags;  // of the command line
 
 const fs::path kGoldenFolder = SIGHTLINE_GOLDEN_FOLDER;
 
-// Those of one town: "town16/...", "town16-evaluate/...".
 GoldenFiles kept_files(const std::string& town) {
   GoldenFiles files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kGoldenFolder)) {
@@ -136,7 +135,6 @@ bool read_flag(const std::string& flag, const std::string& value) {
   return flag == "--write-towns" || flag == "--towns" || flag == "--threads";
 }
 
-// What GoogleTest left of the command line.
 bool read_flags(const std::vector<std::string>& arguments) {
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     if (arguments[i] == "--update") {

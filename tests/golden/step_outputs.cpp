@@ -50,7 +50,6 @@ bool is_time(const std::string& column) {
          column.find("time_ratio") != std::string::npos;
 }
 
-// Returns whether there were any.
 bool remove_times(Table& table) {
   const std::size_t before = table.columns.size();
   for (std::size_t column = table.columns.size(); column-- > 0;) {
@@ -144,7 +143,6 @@ bool is_in(const std::vector<RunOutput>& runs, const StepOutput& wanted) {
       runs, [&](const RunOutput& run) { return std::ranges::any_of(run.steps, is_same); });
 }
 
-// Runs the plan and appends a run of those steps that gave something else than in an earlier one.
 Result<void> add_run(const std::string& name, const Plan& plan, const RunOptions& options,
                      ArtifactSet& artifacts, std::vector<RunOutput>& runs) {
   RunOutput output{name, {outside_inputs(plan, artifacts, runs)}};
@@ -170,13 +168,11 @@ StepOutput map_file(std::span<const std::byte> bytes, const StepOutput& emit) {
   return output;
 }
 
-// What later runs take of a compile.
 struct Compiled {
   CompiledMap map;
   ByFamily<ErrorModel> model;
 };
 
-// Compiles with the model given, where there is one.
 Result<Compiled> add_compile(const std::string& name, const CompileConfig& config,
                              const ByFamily<ErrorModel>* model, const RunOptions& options,
                              std::vector<RunOutput>& runs) {
@@ -219,7 +215,6 @@ Result<std::vector<RunOutput>> run_town(const std::string& name,
   std::vector<RunOutput> runs;
   SIGHTLINE_ASSIGN(const Compiled compiled, add_compile(name, config, nullptr, options, runs));
   SIGHTLINE_TRY(add_evaluation(name + "-evaluate", config, compiled.map, options, runs));
-  // Its own model, as if it had been made elsewhere.
   SIGHTLINE_TRY(add_compile(name + "-given-model", config, &compiled.model, options, runs));
   return runs;
 }

@@ -15,7 +15,6 @@
 
 namespace sightline::golden {
 
-// One finished step.
 struct StepOutput {
   std::string step;              // "build-ndt", "ingest:localization"
   std::string version_constant;  // "kBuildNdt"; empty: nothing has a version
@@ -27,7 +26,6 @@ struct StepOutput {
   Table table;                      // all of its rows
 };
 
-// One pipeline that ran on one town.
 struct RunOutput {
   std::string name;  // of the folder with its golden files: "town16"
   std::vector<StepOutput> steps;

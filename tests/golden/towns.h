@@ -6,8 +6,6 @@
 
 #include "formats/base/result.h"
 
-// The towns that golden files are made of.
-
 namespace sightline::golden {
 
 std::vector<std::string> town_names();

@@ -19,7 +19,6 @@ template <class About>
   throw std::runtime_error(text.str());
 }
 
-// The value of a call that must succeed.
 template <class X, class About = const char*>
 X value_of(Result<X> result, const About& about = "", const char* file = __builtin_FILE(),
            int line = __builtin_LINE()) {
@@ -33,7 +32,6 @@ void require(const Result<X>& result, const About& about = "", const char* file 
   if (!result) end_test(to_string(result.error()), about, file, line);
 }
 
-// The error of a call that must fail.
 template <class X, class About = const char*>
 Error failure_of(const Result<X>& result, const About& about = "",
                  const char* file = __builtin_FILE(), int line = __builtin_LINE()) {

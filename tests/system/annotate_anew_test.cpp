@@ -9,8 +9,6 @@
 #include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
-// A compiled map is annotated anew: along another route or everywhere, for another sensor.
-
 namespace sightline {
 namespace {
 
@@ -23,7 +21,6 @@ constexpr const char* kFew =
 
 std::string in_town(const std::string& name) { return (compiled_town() / name).string(); }
 
-// The street's map, in its zone.
 const std::string& utm_map() {
   static const std::string kMap = [] {
     run_successfully("compile " + config_file() + " -q -o " + in_town("utm.slmap") +
@@ -57,7 +54,6 @@ TEST(AnnotateAnew, KeepsNdsFrameAndWorldAndTakesTheSensorThatIsNamed) {
   run_successfully("verify " + output.string());
 }
 
-// Where nothing is said of a sensor it is the map's own; heights are those of the drive's poses.
 TEST(AnnotateAnew, TakesTheMapsOwnSensorAndFindsItsGround) {
   const fs::path output = fresh_folder() / "anew.slmap";
   const std::string line = in_town("line.csv");
@@ -97,7 +93,6 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
   EXPECT_TRUE(*read_file(folder / "field.slmap") == *read_file(folder / "again.slmap"));
 }
 
-// Before the places are known no more can be estimated; finding them takes seconds.
 TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   const ProgramResult dry =
       run_successfully("annotate " + utm_map() + " --route everywhere --dry-run");
@@ -108,7 +103,6 @@ TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   EXPECT_THAT(counted.err, HasSubstr("minutes of one core"));
 }
 
-// Once they are chosen some are tried, and what the trials found is not kept.
 TEST(AnnotateAnew, TriesSomePlacesOnceTheyAreChosen) {
   const std::string everywhere =
       "--route everywhere --cache " + (fresh_folder() / "cache").string();

@@ -11,8 +11,6 @@
 #include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
-// Somebody's NDT map, annotated without points and without a drive.
-
 namespace sightline {
 namespace {
 

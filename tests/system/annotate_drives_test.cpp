@@ -35,7 +35,6 @@ constexpr const char* kFirst =
     "localization:\n- {scans: drive_1/scans, poses: drive_1/poses.tum}\n";
 constexpr const char* kSecond = "- {scans: drive_2/scans, poses: drive_2/poses.tum}\n";
 
-// The map with the first drive, annotated anew.
 constexpr const char* kFromCompiled =
     "annotation: {ranges_m: [10, 30], looks: paper}\n"
     "map: {points: first.slmap, sensor: generic-16}\nroute: {file: mapping/poses.tum}\n"
@@ -52,7 +51,6 @@ struct Maps {
 
 CompiledMap read(const fs::path& file) { return value_of(read_map(file)); }
 
-// Made once a process.
 const Maps& maps() {
   static const Maps kMaps = [] {
     const fs::path town = scratch_folder() / "driven";
@@ -128,7 +126,6 @@ TEST(AnnotateDrives, AreHistoryWherePassedAndElsewhereTheMapStaysAsItWas) {
   EXPECT_LT(with_history, after.sites.sites.size());
 }
 
-// The simulated evidence of every place, and what an earlier drive measured.
 TEST(AnnotateDrives, ThrowNothingAwayThatWasKnownBefore) {
   const FactorTable& without = maps().without.factors;
   const FactorTable& first = maps().with_first.factors;

@@ -33,7 +33,6 @@ struct AnnotatedTown {
   [[nodiscard]] std::string file(const std::string& name) const { return (folder / name).string(); }
 };
 
-// Made once a process.
 const AnnotatedTown& town() {
   static const AnnotatedTown kTown = [] {
     AnnotatedTown made;
@@ -127,7 +126,6 @@ TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
 
 TEST(Annotate, IsProvenFromItsOwnNumbersAndTheSameForAnyNumberOfThreads) {
   run_successfully("verify " + town().file("annotated.slmap") + " --deep");
-  // The same configuration as a file.
   ASSERT_TRUE(write_file_atomically(town().folder / "points.yaml",
                                     "annotation: {ranges_m: [10, 30]}\n"
                                     "map: {points: points, sensor: generic-16}\n"
@@ -168,7 +166,6 @@ TEST(Annotate, AThirdDriveJudgesItNearlyAsItJudgesTheMapByDrives) {
   EXPECT_GT(annotated, by_drive - 0.02);
 }
 
-// Places that a drive passes later are measured, the others stay simulated.
 TEST(Annotate, ADriveAddedLaterIsMeasuredWhereItPassed) {
   run_successfully("annotate " + town().file("points") + " --route " +
                    town().file("mapping/poses.tum") + " --sensor generic-16 -q -o " +
@@ -196,7 +193,6 @@ class BadMap : public testing::Test {
     EXPECT_TRUE(write_file_atomically(folder_ / name, text, IfExists::kReplace));
     return (folder_ / name).string();
   }
-  // A PCD of text.
   [[nodiscard]] std::string cloud(const std::string& name,
                                   const std::vector<std::array<double, 3>>& points) const {
     std::ostringstream text;

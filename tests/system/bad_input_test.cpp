@@ -9,15 +9,11 @@
 #include "formats/base/files/atomic_file.h"
 #include "tests/system/program.h"
 
-// What users bring, as they bring it: each is refused with its code and file, and nothing is
-// written.
-
 namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
 
-// A drive of a few scans of the small town, to be spoilt, with its configuration.
 class BadInput : public ::testing::Test {
  protected:
   void write_drive() {

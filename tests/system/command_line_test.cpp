@@ -6,8 +6,6 @@
 
 #include "tests/system/program.h"
 
-// The command line as people meet it: help, completion, the manual page and typing errors.
-
 namespace sightline {
 namespace {
 
@@ -36,7 +34,6 @@ std::string help_of(const std::string& verb) {
   return help.out;
 }
 
-// As the program lists them: "  compile     Compile drives ...".
 std::vector<std::string> verbs() {
   std::vector<std::string> names;
   for (const std::string& line : lines_of(help_of(""))) {
@@ -68,7 +65,6 @@ TEST(CommandLine, NamesTheNearestVerbAndFlag) {
   EXPECT_THAT(strange.err, HasSubstr("--help"));
 }
 
-// What the program prints on a terminal of its own.
 std::string on_a_terminal(const std::string& environment, const std::string& arguments) {
   const ProgramResult run =
       run_command("env -u NO_COLOR TERM=xterm " + environment +
@@ -85,7 +81,6 @@ TEST(CommandLine, IsColouredOnATerminalAloneAndNeverUnderNoColor) {
   EXPECT_THAT(run_sightline("complie").err, Not(HasSubstr("\033[")));
 }
 
-// What bash offers behind `typed`, whose last word is being typed.
 std::vector<std::string> bash_offers(const std::string& typed) {
   std::vector<std::string> words = words_of(typed);
   if (typed.ends_with(' ')) words.emplace_back("''");

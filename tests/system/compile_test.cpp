@@ -36,7 +36,6 @@ TEST(Evaluate, TheSchemaRefusesATableThatIsNoneAndAColumnTooMany) {
 
 std::string config() { return (small_town() / "town.yaml").string(); }
 
-// One compile that the other tests share, with its cache beside the configuration.
 const std::filesystem::path& compiled_map() {
   static const std::filesystem::path kMap = [] {
     const std::filesystem::path map = small_town() / "town.slmap";
@@ -112,7 +111,6 @@ TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
   EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(compiled_map()));
 }
 
-// A column of what `dump` prints of a map or of a configuration, in the order of its rows.
 std::vector<double> dumped(const std::string& target_and_flags, const std::string& what,
                            const std::string& column) {
   const ProgramResult run =
@@ -271,7 +269,6 @@ TEST(VehicleReader, FollowsADriveThroughTheMap) {
   EXPECT_GT(std::count(run.out.begin(), run.out.end(), '\n'), 100);
 }
 
-// What the town's own localizer measured, as if another program had: one start, the mean.
 std::string csv_of_measured() {
   const ProgramResult run =
       run_successfully("dump " + config() + " -q --what measured --format json");

@@ -22,7 +22,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Json = nlohmann::json;
 
-// Quick settings for what init wrote: two ranges, few starts and trees.
 constexpr const char* kQuick =
     " --set annotation.ranges_m=10,30 --set measure-error.offset_count=3 "
     "--set train-model.trees=20 -q";
@@ -40,8 +39,6 @@ std::vector<Json> json_lines(const std::string& text) {
   return lines;
 }
 
-// Every pass is started and finished once in order; what is done never falls, what is left is
-// reported.
 void expect_progress(const std::vector<Json>& lines) {
   ASSERT_FALSE(lines.empty());
   std::size_t finished = 0;

@@ -90,7 +90,6 @@ TEST(Exports, GdalReadsEverySiteOfTheGeoJsonWhereTheDumpPutsIt) {
 
   const ProgramResult summary = run_command("ogrinfo -ro -al -so '" + file.string() + "'");
   EXPECT_EQ(summary.status, 0) << summary.err;
-  // Each site, and the route as a line.
   EXPECT_THAT(summary.out,
               HasSubstr("Feature Count: " + std::to_string(sites.rows.size() + 1) + "\n"));
   EXPECT_THAT(summary.out, HasSubstr("range_m_within_0.1_m: Real"));
@@ -144,7 +143,6 @@ TEST(Exports, GdalReadsTheGeoPackageInItsZone) {
   }
 }
 
-// As pandas reads it: a line of names, then rows of as many cells. Places are the world's.
 TEST(Exports, EveryCsvTableIsThatOfTheDumpInTheWorld) {
   const fs::path folder = fresh_folder() / "tables";
   export_to(folder, map_file(), "--format csv");
@@ -299,7 +297,6 @@ TEST(Exports, AVehicleInTheExportedMapGetsTheAnswersOfItsPlace) {
     ++asked;
   }
   EXPECT_GT(asked, 40U);
-  // The first scan, laid into the exported map by its pose there.
   pcl::PointCloud<pcl::PointXYZI> scan;
   ASSERT_EQ(pcl::io::loadPCDFile((drive / "scans" / "000000.pcd").string(), scan), 0);
   Pose T_export_vehicle = poses.front().T_world_vehicle;

@@ -14,8 +14,6 @@
 #include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
-// The small town's drives in other forms: as a bag, and by two sensors that see half each.
-
 namespace sightline {
 namespace {
 
@@ -53,7 +51,6 @@ std::size_t nd_count(const std::filesystem::path& folder, const std::string& map
   return static_cast<std::size_t>(std::ranges::count(run.out, '\n'));
 }
 
-// The map with a model that was trained on no recording in particular.
 CompiledMap without_recordings(const std::string& file) {
   CompiledMap map = value_of(read_map(file));
   ByFamily<ErrorModel> model = value_of(model_of(map.model));

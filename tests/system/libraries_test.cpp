@@ -13,8 +13,6 @@
 
 #include "tests/system/program.h"
 
-// A compiled town in the hands of OctoMap and of PCL's NDT.
-
 namespace sightline {
 namespace {
 
@@ -33,7 +31,6 @@ std::array<double, 4> first_pose(const std::string& drive) {
   return {x, y, z, 2.0 * std::atan2(qz, qw)};
 }
 
-// Points in doubles, as `export --format ply` writes them.
 std::vector<Eigen::Vector3d> points_of(const fs::path& file) {
   pcl::PCLPointCloud2 cloud;
   EXPECT_EQ(pcl::io::loadPLYFile(file.string(), cloud), 0);
@@ -95,7 +92,6 @@ TEST(Libraries, OctomapNeedsTheScansAndTheProgramSaysSo) {
   EXPECT_FALSE(fs::exists(file));
 }
 
-// In the exported Autoware map, at the answer of the compiled one.
 TEST(Libraries, PclLocalizesAScanAtTheRangeOfTheMap) {
   const fs::path cloud = fresh_folder() / "town_map";
   export_to(cloud, config_file(), "--format autoware --world utm:32N");

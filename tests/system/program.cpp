@@ -15,7 +15,6 @@
 namespace sightline {
 namespace {
 
-// Without an evaluation drive.
 constexpr std::string_view kConfig = R"(
 annotation: {ranges_m: [10, 30], split: auto}
 mapping: {scans: mapping/scans, poses: mapping/poses.tum}
@@ -26,7 +25,6 @@ train-model: {trees: 20}
 constexpr std::string_view kEvaluation =
     "evaluation: {scans: drive_2/scans, poses: drive_2/poses.tum}\n";
 
-// Owns the scratch folder of this process.
 struct Scratch {
   Scratch() { std::filesystem::create_directories(scratch_folder()); }
   ~Scratch() { std::filesystem::remove_all(scratch_folder()); }

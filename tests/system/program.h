@@ -11,13 +11,10 @@ struct ProgramResult {
   std::string err;
 };
 
-// Runs a shell command and waits for it.
 ProgramResult run_command(const std::string& command);
 
-// `sightline ARGUMENTS`.
 ProgramResult run_sightline(const std::string& arguments);
 
-// The same, which must end with status 0.
 ProgramResult run_successfully(const std::string& arguments);
 
 // A town that the generator makes by these options, with a configuration of its mapping drive and
@@ -38,7 +35,6 @@ std::string config_file();
 void export_to(const std::filesystem::path& output, const std::string& source,
                const std::string& options);
 
-// What a file holds.
 std::string bytes_of(const std::filesystem::path& path);
 
 // A new empty folder, named after the running test.

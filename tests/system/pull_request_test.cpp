@@ -49,7 +49,6 @@ fs::path town(const std::string& name, const std::string& options) {
   return folder;
 }
 
-// Trained on three other towns.
 const std::string& model() {
   static const std::string kModel = [] {
     std::string configs;
@@ -104,7 +103,6 @@ const fs::path& released_town() {
   return kTown;
 }
 
-// The first map, which has nothing before it.
 std::string first_map(const std::string& model_file) {
   const Pipeline first =
       run_pipeline({.folder = released_town(), .release = "", .model = model_file});
@@ -138,7 +136,6 @@ std::vector<Json> violations(const Pipeline& judged, const std::string& severity
   return found;
 }
 
-// Rule, place and numbers of one finding, in each form.
 void expect_in_every_form(const Pipeline& judged, const Json& check) {
   const std::string rule = check.at("rule");
   const std::string message = check.at("message");
@@ -177,7 +174,6 @@ bool sees_the_change(const Json& check) {
          place.at("last_s_m") <= kChangeTo_m + kSight_m;
 }
 
-// Chosen ranges, a site after the other.
 std::vector<double> ranges_within_10_cm(const std::string& map) {
   const ProgramResult run = run_successfully("dump " + map + " --what ranges --format json");
   const Json table = Json::parse(run.out);
@@ -217,7 +213,6 @@ void expect_failed(const Pipeline& judged) {
   expect_valid_forms(judged);
 }
 
-// Fails the gate by a longer range in the changed stretch, and nowhere that does not see it.
 void expect_refused_for_its_ranges(const Job& job) {
   const Pipeline judged = run_pipeline(job);
   expect_failed(judged);
@@ -264,7 +259,6 @@ fs::path changed_town(const std::string& kind, const std::string& more = "") {
   return town(kind, "--seed 9 --change 100,200 --change-only " + kind + more);
 }
 
-// Some of the street that the diff calls changed is where it was changed.
 void expect_diff_finds_the_change(const std::string& before, const std::string& after) {
   const ProgramResult run = run_sightline("diff " + before + " " + after + " --format json");
   EXPECT_EQ(run.status, 1) << run.err;

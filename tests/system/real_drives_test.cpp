@@ -50,7 +50,6 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
   }
 }
 
-// x, y and z of each pose that `dump` prints of the drive in folder_.
 std::vector<std::array<double, 3>> positions_of(const fs::path& config, const std::string& what) {
   const ProgramResult run =
       run_successfully("dump " + config.string() + " -q --format json --what " + what);

@@ -18,7 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Columns of a CSV table by name.
 std::map<std::string, std::vector<double>> columns_of(const std::string& csv) {
   std::istringstream lines(csv);
   std::vector<std::string> names;

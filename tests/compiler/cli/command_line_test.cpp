@@ -9,7 +9,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// What the made-up verb `paint` is given.
 struct PaintFlags {
   std::string wall;
   std::vector<std::string> tools;

@@ -11,8 +11,6 @@
 #include "formats/model/error_model.h"
 #include "tests/support/scratch_folder.h"
 
-// Files given where another kind is wanted.
-
 namespace sightline {
 namespace {
 
@@ -30,7 +28,6 @@ class FileKinds : public TestInFolder {
   std::string map() { return write("a.slmap", std::string("\x89SLM\r\n\x1a\n\0\0\0\0", 12)); }
   std::string configuration() { return write("a.yaml", "mapping: {scans: drive}\n"); }
 
-  // What the program says on stderr; it fails with this status.
   static std::string complaint(const std::vector<std::string>& words, int expected_status) {
     ::testing::internal::CaptureStderr();
     const int status = run_command_line(sightline_program(), words);
@@ -103,7 +100,6 @@ TEST_F(FileKinds, ARecordingWhereAConfigurationIsWantedIsNamedWithTheNextStep) {
   }
 }
 
-// A damaged map is a map, and a wrong configuration one: their own messages stay.
 TEST_F(FileKinds, WhatIsOfTheWantedKindKeepsItsOwnMessage) {
   EXPECT_THAT(complaint({"inspect", map()}, 67), Not(HasSubstr("this is a compiled map")));
   EXPECT_THAT(complaint({"compile", write("bad.yaml", "mapping: [\n")}, 65),

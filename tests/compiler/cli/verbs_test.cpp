@@ -14,8 +14,6 @@
 #include "formats/base/files/atomic_file.h"
 #include "tests/support/value_of.h"
 
-// What all verbs of the program have in common.
-
 namespace sightline {
 namespace {
 
@@ -30,7 +28,6 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// What the program prints on stdout when it is run with these words.
 std::string output_of(const std::vector<std::string>& words) {
   ::testing::internal::CaptureStdout();
   const int status = run_command_line(sightline_program(), words);

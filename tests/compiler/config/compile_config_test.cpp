@@ -37,7 +37,6 @@ Result<CompileConfig> load(const std::string& yaml, const std::vector<std::strin
   return load_compile_config(file, overrides);
 }
 
-// What a step runs with.
 std::string option_of(const Plan& plan, const std::string& step, const std::string& option) {
   for (const PassStep& planned : plan.steps()) {
     if (planned.name != step) continue;
@@ -53,7 +52,6 @@ std::string option_of(const CompileConfig& config, const std::string& step,
   return option_of(compile_plan(config).plan, step, option);
 }
 
-// All that it sets.
 std::vector<std::string> texts_of(const CompileConfig& config) {
   std::vector<std::string> texts;
   for (const EffectiveValue& value : effective_values(config)) {
@@ -62,7 +60,6 @@ std::vector<std::string> texts_of(const CompileConfig& config) {
   return texts;
 }
 
-// YAML as JSON: plain scalars become numbers and booleans where they read as such.
 nlohmann::json json_of(const YAML::Node& node) {
   nlohmann::json json;
   if (node.IsMap()) {
@@ -202,7 +199,6 @@ TEST(CompileConfig, ReleasedDrivesAreUndistortedForTheEstimateInEveryCase) {
   EXPECT_EQ(is_enabled("undistort-scans"), "false");
 }
 
-// A list of one is the drive alone: the same steps, and so the same map.
 TEST(CompileConfig, AListOfOneDriveIsThatDrive) {
   const Result<CompileConfig> one = load("mapping: {scans: a}\nlocalization: {scans: b}\n");
   const Result<CompileConfig> list = load("mapping: {scans: a}\nlocalization: [{scans: b}]\n");
@@ -231,7 +227,6 @@ TEST(CompileConfig, RefusesAListOfLocalizationDrivesThatCannotBe) {
       ErrorCode::kBadValue, "import-errors.file is of one localization drive, and 2 are named");
 }
 
-// A compiled map, as far as its first bytes show.
 void write_map(const std::string& name) {
   const std::string_view beginning("\x89SLM\r\n\x1a\n and more", 17);
   ASSERT_TRUE(write_file_atomically(scratch_folder() / "compile_config_test" / name, beginning,
@@ -302,7 +297,6 @@ TEST(CompileConfig, SplitsARecordingThatIsBothDrives) {
   EXPECT_EQ(option_of(config, "emit-map", "mapping_scans"), "even");
 }
 
-// Three folders of scans, of which b is a copy of a under other names, and a link to each.
 class SameRecordings : public testing::Test {
  protected:
   void SetUp() override {
@@ -323,7 +317,6 @@ class SameRecordings : public testing::Test {
   static Result<CompileConfig> load_here(const std::string& yaml) {
     return load(yaml, {}, "same_recordings");
   }
-  // Opens the recordings of a configuration.
   static Result<void> open(const std::string& yaml) {
     SIGHTLINE_ASSIGN(const CompileConfig config, load_here(yaml));
     ArtifactSet artifacts;

@@ -33,7 +33,6 @@ void touch(const fs::path& file) {
   EXPECT_TRUE(write_file_atomically(file, "", IfExists::kReplace)) << file;
 }
 
-// Two folders of scans, each with its poses beside it.
 fs::path drives_of_a_week() {
   const fs::path folder = scratch_folder() / "recordings_test" / "week";
   fs::remove_all(folder);
@@ -55,7 +54,6 @@ TEST(Recordings, TakesAFolderOfRecordings) {
   EXPECT_EQ(config.later_mapping[0].scans, (folder / "day_10/scans").string());
   EXPECT_EQ(config.later_mapping[0].poses, (folder / "day_10/poses.tum").string());
   EXPECT_EQ(config.later_mapping[0].sensor, "vlp-16");
-  // The same steps as of a list.
   const CompileConfig list =
       value_of(load("mapping: [{scans: week/day_9/scans}, {scans: week/day_10/scans}]\n"));
   EXPECT_EQ(steps_of(compile_plan(config)), steps_of(compile_plan(list)));

@@ -79,7 +79,6 @@ TEST(CompilePlan, KeepsTheKeysOfADriveThatAnotherIsAddedBefore) {
   for (const char* pass : {"ingest", "estimate-trajectory", "undistort-scans"}) {
     EXPECT_EQ(after.of(pass, "x"), before.of(pass, "x")) << pass;
   }
-  // What the drives make together is another.
   EXPECT_NE(after.of("estimate-trajectory"), before.of("estimate-trajectory"));
   EXPECT_NE(after.of("build-ndt"), before.of("build-ndt"));
   EXPECT_NE(after.of("align-drive", "x"), before.of("align-drive", "x"));
@@ -97,7 +96,6 @@ TEST(CompilePlan, KeepsTheKeysOfLocalizationDrivesInAnotherOrder) {
   EXPECT_NE(after.of("pool-errors"), before.of("pool-errors")) << "drives take sites in turn";
 }
 
-// The first has to be found in the map, the others may be elsewhere.
 TEST(CompilePlan, TellsALaterLocalizationDriveFromTheFirst) {
   const Keys one({"a"}, {"x", "y"});
   const Keys other({"a"}, {"y", "x"});

@@ -82,7 +82,6 @@ TEST(GateForms, SarifIsValidAndSuppressesWhatIsExcepted) {
   EXPECT_EQ(open, report.count(Verdict::kViolated));
 }
 
-// A map has no line that code scanning could show.
 TEST(GateForms, SarifPointsAtTheRulesWhereTheyStandInAFile) {
   GateReport report = full_report();
   report.rules_file = "maps/drive.yaml";

@@ -10,7 +10,6 @@ namespace sightline {
 
 inline const std::string kToday = "2026-06-15";
 
-// Judges maps that lie in memory, under names of files that are not there.
 inline GateReport judged(const CompiledMap& map, const CompiledMap* old_map = nullptr,
                          const GateSettings& settings = default_gate_settings(),
                          const Observation* observation = nullptr) {
@@ -24,7 +23,6 @@ inline GateReport judged(const CompiledMap& map, const CompiledMap* old_map = nu
   return *report;
 }
 
-// Checks of one rule and, where it is above 0, one limit.
 inline std::vector<Check> checks_of(const GateReport& report, const std::string& rule,
                                     double limit_m = 0.0) {
   std::vector<Check> found;

@@ -108,7 +108,6 @@ TEST(GateOnOneMap, SaysWhatItCannotJudge) {
   EXPECT_TRUE(report.passes());
 }
 
-// A stricter threshold never violates less, over many maps whose numbers mean nothing.
 TEST(GateOnOneMap, IsNeverKinderWithAStricterThreshold) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const CompiledMap map = random_map({.seed = seed, .site_count = 80});
@@ -290,7 +289,6 @@ TEST(SitePairs, AreTheNearestSitesByBruteForce) {
   }
 }
 
-// Every window by its own sum, against the running one.
 TEST(Stretches, WorstIsTheWorstOfAllWindowsAndEveryBadWindowTouchesABadStretch) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Random random(seed);

@@ -80,7 +80,6 @@ TEST(GateSettings, RefuseWhatTheyDoNotKnowAndSayWhere) {
   }
 }
 
-// A map with 30 m that look 50 m and are worse than before.
 struct WorseRoute {
   CompiledMap before = route_map(120);
   CompiledMap after = before;

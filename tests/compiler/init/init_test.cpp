@@ -15,8 +15,6 @@
 #include "tests/support/scratch_folder.h"
 #include "tests/support/value_of.h"
 
-// Folders of recordings as people have them, drawn in a street of boxes.
-
 namespace sightline {
 namespace {
 
@@ -65,7 +63,6 @@ struct Way {
   double turned_deg = 0.0;  // of the sensor in the frame of its poses
 };
 
-// Down the street, a metre a scan, weaving a little.
 Pose pose_on(const Way& way, int scan) {
   Pose T = Pose::Identity();
   T.translation() = Eigen::Vector3d(way.begin_x_m + scan, std::sin(0.3 * scan), kHeight_m);
@@ -79,7 +76,6 @@ Pose lidar_on(const Way& way, int scan) {
   return T;
 }
 
-// As KITTI writes them, or with a fifth float for the beam.
 void write_scans(const fs::path& folder, const Way& way, bool has_beams = false) {
   fs::create_directories(folder);
   for (int i = 0; i < way.scans; ++i) {
@@ -117,7 +113,6 @@ void write_kitti(const fs::path& file, const Way& way, const Eigen::Matrix3d& ax
 
 class Init : public TestInFolder {
  protected:
-  // The text that init writes beside the recordings, and what the compiler reads from it.
   CompileConfig draft() {
     const Result<ConfigDraft> made = draft_config(folder_, folder_ / "drive.yaml");
     if (!made) {
@@ -382,7 +377,6 @@ TEST_F(Init, RefusesAFolderWithoutADriveAndSaysWhatItPassedOver) {
   EXPECT_THAT(pointers.message, HasSubstr("git lfs pull"));
 }
 
-// Two scans, of which what lies outside a sector ahead is left out.
 std::vector<PointCloudFile> scans_with(const std::vector<double>& beams_deg,
                                        double view_deg = 360.0) {
   std::vector<PointCloudFile> scans;

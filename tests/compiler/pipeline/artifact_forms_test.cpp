@@ -9,12 +9,9 @@
 #include "tests/support/scratch_folder.h"
 #include "tests/support/value_of.h"
 
-// One pass may make and another take an artifact in another form than the whole.
-
 namespace sightline {
 namespace {
 
-// An ND at the middle of each of some cells in a row.
 NdtMap row_of_nds(int count) {
   NdtMap map;
   map.cell_m = 2.0;
@@ -168,14 +165,12 @@ TEST_F(ArtifactForms, OfAWholeTheLastToTakeAFormReadsItFromTheStore) {
   EXPECT_EQ(is_form, (std::vector<bool>{false, true}));
   run_with("", {first, last});
   EXPECT_EQ(is_form, (std::vector<bool>{false, false}));
-  // Who wants it has it whole.
   std::filesystem::remove_all(cache);
   run_with(cache, {whole, first, last});
   EXPECT_EQ(is_form, (std::vector<bool>{false, false}));
   EXPECT_TRUE(to_bytes(artifacts_.get(whole)) == to_bytes(row_of_nds(10)));
 }
 
-// What is whole is in memory anyway.
 TEST(InForm, GivesAnyFormOfAnother) {
   const NdtMap map = row_of_nds(10);
   const ArtifactSet::Entry whole{&artifact_type<NdtMap>(), std::make_shared<const NdtMap>(map), {}};

@@ -39,7 +39,6 @@ struct Twice {
   const char* hint;
 };
 
-// Whichever of two values was meant, the other would be a silent mistake.
 // 100 KB that stand for 2 GB.
 TEST(YamlTree, RefusesALongScalarThatIsRepeatedBeyondAllUse) {
   std::string text = "a: &a " + std::string(40'000, 'x') + "\nb: [";

@@ -10,8 +10,6 @@
 namespace sightline {
 namespace {
 
-// Passes with inputs that may be missing, and with lists of inputs.
-
 double number_of(const SiteColumn* column) { return column == nullptr ? 0.0 : column->values[0]; }
 
 // The digits of a decimal number: `hundreds`, then `tens`, then one digit after the point for each
@@ -38,7 +36,6 @@ class OptionalInputs : public TestInFolder {
  protected:
   OptionalInputs() { options_.cache_directory = folder_; }
 
-  // Three inputs: the digits 1, 2 and 3.
   void begin() {
     plan_ = Plan();
     artifacts_ = {};
@@ -75,7 +72,6 @@ TEST_F(OptionalInputs, AMissingOneIsNullAndAListKeepsItsOrder) {
       23.0);
 }
 
-// The same artifacts in the same order: only which parameter has them differs.
 TEST_F(OptionalInputs, TheKeyContainsWhichParameterHasWhich) {
   begin();
   EXPECT_FLOAT_EQ(made(plan_.run(kDigits, digit_[1], {}, digit_[3], {})), 103.0);

@@ -11,7 +11,6 @@
 
 namespace sightline {
 
-// The smallest artifact and two passes over it.
 struct Number {
   std::int64_t value = 0;
 };
@@ -109,7 +108,6 @@ class Runner : public TestInFolder {
     return run_plan(plan, wanted, options_, observer_, artifacts_, reports_);
   }
 
-  // Objects of a pass in the cache.
   [[nodiscard]] std::vector<std::filesystem::path> objects_of(const std::string& pass) const {
     std::vector<std::filesystem::path> objects;
     for (const auto& entry : std::filesystem::directory_iterator(options_.cache_directory)) {

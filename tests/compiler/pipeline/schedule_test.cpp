@@ -33,14 +33,12 @@ StepKey key_of(const Plan& plan, const std::map<std::string, std::string>& conte
   });
 }
 
-// Of a step with these options.
 StepKey key_with(const TwoTexts& options) {
   Plan plan;
   plan.run_as("", kCopy, options, plan.input<SiteColumn>("source"));
   return key_of(plan, {{"source", "a drive"}});
 }
 
-// Of a step with that label, whose input has that name and content.
 StepKey key_under(const std::string& label, const std::string& input, const std::string& content) {
   Plan plan;
   plan.run_as(label, kCopy, {}, plan.input<SiteColumn>(input));

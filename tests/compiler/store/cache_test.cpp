@@ -110,7 +110,6 @@ TEST_F(Cache, PrunesWhatIsOfNoUseAndNothingElse) {
   EXPECT_EQ(look_at_cache(folder_ / "missing").error().code, ErrorCode::kFileNotFound);
 }
 
-// As if no run had used it for ten days.
 void grow_old(const fs::path& path) {
   fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(240));
 }
@@ -152,7 +151,6 @@ std::vector<std::byte> bytes_of(std::string_view text) {
 
 const ObjectName kName{"measure-error part 3", sha256("key")};
 
-// A byte at a time.
 std::vector<std::byte> sealed(std::string_view content) {
   std::vector<std::byte> object;
   const auto bytes = bytes_of(content);

@@ -86,8 +86,6 @@ TEST(EngineScripts, TellMakeThatADollarSignIsOne) {
   EXPECT_THAT(engine_script("make", job()), HasSubstr("work '/maps/50% of $$town'\\''s {a}'"));
 }
 
-// Snakemake keeps marks of what is done: another plan in the same folder, or other shares, have
-// their own.
 TEST(EngineScripts, MarksOfSnakemakeAreOfOnePlanAndItsShares) {
   EngineJob other = job();
   const std::string script = engine_script("snakemake", other);
@@ -99,7 +97,6 @@ TEST(EngineScripts, MarksOfSnakemakeAreOfOnePlanAndItsShares) {
   EXPECT_THAT(engine_script("snakemake", other), HasSubstr("done/def/sites-{share}-of-4"));
 }
 
-// Every kind of compile there is.
 std::vector<CompileConfig> all_kinds() {
   CompileConfig split;
   split.mapping.scans = "any";
@@ -132,7 +129,6 @@ std::vector<CompileConfig> all_kinds() {
           field, extended, wide_extended};
 }
 
-// Else a process would wait for what comes after it.
 TEST(Stages, NoStepTakesWhatALaterStageMakes) {
   for (const CompileConfig& config : all_kinds()) {
     for (const ModelSource model : {ModelSource::kTrained, ModelSource::kGiven}) {

@@ -9,7 +9,6 @@
 namespace sightline {
 namespace {
 
-// Two scans; the map at 10 cm, and 20 and 50 m throughout.
 DriveTracks small_tracks() {
   DriveTracks tracks;
   tracks.drive = "second";
@@ -51,7 +50,6 @@ TEST(DriveTracks, PrintsEveryTableWithAsManyCellsAsColumns) {
       << to_text(small_tracks());
 }
 
-// With the map's look and its plan, and a static look, behind the map's range.
 DriveTracks tracks_of_looks() {
   DriveTracks tracks = small_tracks();
   const Look sample{.range_m = 100.0, .return_count = 650, .point_count = 40};

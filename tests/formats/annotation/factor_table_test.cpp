@@ -45,8 +45,6 @@ TEST(FactorTable, FactorsThatLooksShareStandOnceAndAreReadAtEveryLook) {
   EXPECT_EQ(shared_table().values_per_site(), 3U);
 }
 
-// As a store holds it: the bytes of the whole, which are refused cut short or with a changed bit
-// unless they are a table that is valid.
 TEST(FactorTable, InPiecesIsTheSameAndNoOtherPayloadIsTaken) {
   const ByFamily<FactorTable> table = table_with_samples();
   ByteWriter writer;

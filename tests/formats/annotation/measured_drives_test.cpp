@@ -19,7 +19,6 @@ MeasuredError drive_of(const std::string& name, double error_m) {
   return measured;
 }
 
-// Three were named, the second was left out.
 MeasuredDrives two_of_three() {
   return {{drive_of("monday", 0.1), drive_of("wednesday", 0.2)}, {0, 2}, 3};
 }

@@ -18,7 +18,6 @@ TEST(Sha256Stream, IsTheDigestOfAllPiecesTogether) {
   EXPECT_EQ(stream.finish(), sha256(std::string_view("abc")));
 }
 
-// Keys of caches and digests of maps are made so: each part after its length in 8 bytes.
 TEST(DigestBuilder, IsTheDigestOfLengthsAndParts) {
   DigestBuilder builder;
   builder.add(std::string_view("ab"));

@@ -146,7 +146,6 @@ TEST(PortableMath, GivesWhatTheCLibraryGivesForSpecialValues) {
   }
 }
 
-// The bits themselves: what another compiler, library or processor must repeat.
 TEST(PortableMath, ReachesTheseBits) {
   Random random(8);
   std::uint64_t bits = 0;

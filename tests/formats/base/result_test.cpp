@@ -86,7 +86,6 @@ TEST(Try, StandsWhereverAStatementDoes) {
   EXPECT_FALSE(sum_of_sizes(failure(), true));
 }
 
-// A function may return the bare Error.
 Error error_of(const Result<int>& result) {
   SIGHTLINE_TRY(result);
   return {};

@@ -56,7 +56,6 @@ TEST(Drive, TellsWhichOfItsSensorsMadeAScan) {
   EXPECT_EQ(&drive.sensor_of(drive.scans[0]), &drive.sensor);
   EXPECT_EQ(&drive.sensor_of(drive.scans[1]), &drive.other_sensors[0]);
   expect_survives_disk(drive);
-  // Two sensors may scan at one time; the one listed first comes first.
   drive.scans[1].stamp_ns = drive.scans[0].stamp_ns;
   EXPECT_TRUE(validate(drive).has_value());
   std::swap(drive.scans[0].sensor_index, drive.scans[1].sensor_index);

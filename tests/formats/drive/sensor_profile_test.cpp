@@ -94,7 +94,6 @@ TEST(SensorProfile, OfALivoxAviaSees70DegreesAheadEvenly) {
   EXPECT_EQ(round.azimuth_deg(450), 450 * 0.2);
 }
 
-// As it was before any sensor had a view: maps are compared by such bytes.
 TEST(SensorProfile, ThatSeesAllRoundHasTheBytesItAlwaysHad) {
   const SensorProfile round = *sensor_profile("vlp-16");
   ByteWriter expected;

@@ -9,7 +9,6 @@
 namespace sightline {
 namespace {
 
-// Two judged sites of three, one range, one limit.
 Evaluation small_evaluation() {
   Evaluation evaluation;
   evaluation.drive = "second";

@@ -54,7 +54,6 @@ double by_force(const std::vector<CoveredCost>& answers, double coverage) {
 TEST(EqualCoverage, AgreesWithTheFrontierFoundByForceAndNeverFallsWithCoverage) {
   Random random(17);
   for (int round = 0; round < 2000; ++round) {
-    // Few values, so that many are equal.
     std::vector<CoveredCost> answers(1 + random.below(9));
     for (CoveredCost& answer : answers) {
       answer = {0.1 * static_cast<double>(random.below(11)),

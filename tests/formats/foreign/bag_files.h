@@ -8,8 +8,6 @@
 
 #include "tests/formats/foreign/foreign_files.h"
 
-// Bags for tests, written by librosbag-storage itself from messages serialized by hand.
-
 namespace sightline {
 
 struct SerializedMessage {
@@ -18,7 +16,6 @@ struct SerializedMessage {
 
 }  // namespace sightline
 
-// What the library asks of a message type.
 namespace ros {
 namespace message_traits {
 template <>

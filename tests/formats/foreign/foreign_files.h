@@ -13,13 +13,10 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/support/value_of.h"
 
-// What the tests of foreign formats share.
-
 namespace sightline {
 
 using testing::HasSubstr;
 
-// A folder of the test's own, removed at its end.
 class ScratchFolder {
  public:
   ScratchFolder() {

@@ -7,8 +7,6 @@
 #include "formats/foreign/ros/scan_messages.h"
 #include "tests/formats/foreign/bag_files.h"
 
-// Small bags for tests: a drive with clouds, odometry and a topic that is not read.
-
 namespace sightline {
 
 inline constexpr std::uint32_t kBagFirst_s = 1'567'410'201;
@@ -34,7 +32,6 @@ inline std::uint32_t random_below(std::mt19937& random, std::uint32_t end) {
   return static_cast<std::uint32_t>(random() % end);
 }
 
-// Messages of three topics, their order in time not that of the file.
 inline std::vector<BagMessage> random_messages(std::mt19937& random, std::uint32_t count) {
   std::vector<BagMessage> messages;
   for (std::uint32_t i = 0; i < count; ++i) {

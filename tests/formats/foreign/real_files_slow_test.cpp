@@ -11,7 +11,6 @@
 namespace sightline {
 namespace {
 
-// The same scan was published as PCD and as PLY.
 TEST(RealFiles, GiveTheSamePointsInTwoFormats) {
   const RealData data = real_data("interop");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
@@ -81,7 +80,6 @@ TEST(RealFiles, ApolloKeepsTheMillimetresOfUtm) {
   EXPECT_EQ(cloud.points_m.size() + cloud.nonfinite_count + cloud.zero_count, 99305U);
 }
 
-// Facts that another program read out of the eight nodes.
 TEST(RealFiles, ApollosNdsAreThoseOfItsNodes) {
   const RealData data = real_data("apollo_sunnyvale_ndt");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;

@@ -190,7 +190,6 @@ TEST(CellSet, HoldsNothingWhereItWasGivenNothing) {
   EXPECT_FALSE(none.contains({0, 0, 0}));
 }
 
-// Against the standard library's set, of few cells and of many, near each other and far.
 TEST(CellSet, HoldsWhatItWasGivenAndNothingElse) {
   Random random(11);
   for (const int reach : {3, 20, 1000000}) {

@@ -14,7 +14,6 @@ using Points = std::vector<Eigen::Vector3d>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// What the grid must answer, by asking every point.
 std::vector<NearPoint> asked_of_all(const Points& points_m, const Eigen::Vector3d& p_m,
                                     double reach_m) {
   std::vector<NearPoint> found;

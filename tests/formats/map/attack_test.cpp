@@ -34,7 +34,6 @@ BlockParts& layer_of(TileParts& tile, const std::string& name) {
   return *std::ranges::find(tile.layers, name, &BlockParts::name);
 }
 
-// Two tiles that both have NDs and sites, as many of each.
 CompiledMap twin_tiles() {
   CompiledMap map = random_map({.seed = 1,
                                 .site_count = 2,
@@ -72,7 +71,6 @@ TEST(Attack, LayersSwappedBetweenTilesAreRefused) {
   }
 }
 
-// Every tile is whole in itself, so only the root digest differs.
 TEST(Attack, TilesOfTwoVersionsMixedAreRefused) {
   const CompiledMap older = twin_tiles();
   CompiledMap newer = older;

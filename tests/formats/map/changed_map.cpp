@@ -13,7 +13,6 @@ void change_nds(NdtMap& ndt, Random& random) {
     const double what = random.uniform();
     if (what < 0.1) continue;
     if (what < 0.3) {
-      // Anywhere in its cell.
       const Eigen::Vector3d corner_m(nd.key.x, nd.key.y, nd.key.z);
       for (int axis = 0; axis < 3; ++axis) {
         nd.mean_m[axis] = ndt.cell_m * (corner_m[axis] + random.uniform(0.01, 0.99));

@@ -57,7 +57,6 @@ TEST(DrivesSection, DamagedAtAnyByteIsRefusedOrValid) {
   }
 }
 
-// As maps were written before 2026-11-29.
 std::vector<std::byte> first_version(const TileDrives& tiles) {
   ByteWriter writer;
   encode(TileDrives{tiles.tile_m, tiles.drives, {}}, writer);

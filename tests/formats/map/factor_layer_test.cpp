@@ -10,7 +10,6 @@
 namespace sightline {
 namespace {
 
-// Three sites, two ranges, two factors: 0, 1, 2, ...
 FactorTable small_table() {
   FactorTable table;
   table.looks = every_return_at({10.0, 20.0});

@@ -129,7 +129,6 @@ FactorTable random_factors(const RandomMapOptions& options, const std::vector<Lo
   return factors;
 }
 
-// Some maps have none.
 std::optional<LookPlan> random_plan(const RandomMapOptions& options, Random& random) {
   if (options.seed % 3 == 0) return std::nullopt;
   LookPlan plan;
@@ -143,7 +142,6 @@ std::optional<LookPlan> random_plan(const RandomMapOptions& options, Random& ran
   return plan;
 }
 
-// Of the same sites as the ranges.
 void add_looks(const RandomMapOptions& options, Random& random, CompiledMap& map) {
   auto& [predicted, ranges, quality, factors] = map.looks.emplace();
   predicted = random_prediction(options, options.looks, random);

@@ -8,7 +8,6 @@
 
 namespace sightline {
 
-// The file with another header, sealed again as its writer would have.
 inline std::vector<std::byte> with_header(std::vector<std::byte> file,
                                           const std::function<void(FileHeader&)>& change) {
   FileHeader header = *decode_header(file);

@@ -61,7 +61,6 @@ std::vector<std::byte> map_of_1_3(const ContainerParts& parts) {
   return of_version(assemble(parts), {1, 3});
 }
 
-// Header, directory and look-up, as this program and as program 1.2.
 void expect_opens(const std::vector<std::byte>& file) {
   for (const FormatVersion program : {kFormatVersion, kProgram}) {
     const MapFront front = value_of(open_front(file, program));
@@ -70,7 +69,6 @@ void expect_opens(const std::vector<std::byte>& file) {
   }
 }
 
-// Every site of the map, as a vehicle asks for it.
 void expect_answers_of(const CompiledMap& map, const std::vector<std::byte>& file) {
   const MapReader reader = value_of(MapReader::open(file, "annealed"));
   for (std::uint32_t site = 0; site < map.sites.sites.size(); ++site) {
@@ -82,7 +80,6 @@ void expect_answers_of(const CompiledMap& map, const std::vector<std::byte>& fil
   }
 }
 
-// Whoever opens a map refuses it with this code: the vehicle, the compiler, and who repairs.
 std::string refusal(const std::vector<std::byte>& file, ErrorCode code) {
   const Result<MapReader> reader = MapReader::open(file, "annealed");
   const Result<CompiledMap> map = read_map(file);

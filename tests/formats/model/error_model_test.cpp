@@ -14,7 +14,6 @@
 namespace sightline {
 namespace {
 
-// Two sites at two ranges; one tree of two splits, one of a single leaf.
 ErrorModel small_model() {
   ErrorModel model = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
   model.card.tree_count = 2;

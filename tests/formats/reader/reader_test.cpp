@@ -114,7 +114,6 @@ TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
   EXPECT_GT(found_count, 2000u) << "too few places near a site to show anything";
 }
 
-// Likewise of the cheapest look within what can be seen.
 LookAnswer brute_force_look(const CompiledMap& map, const Position& position_world_m,
                             double limit_m, double visible_m) {
   RangeAnswer range = brute_force(map, position_world_m, limit_m);
@@ -199,7 +198,6 @@ bool is_same(const MapLook& a, const MapLook& b) {
                                          b.is_by_normals, b.settles);
 }
 
-// What a plan of the map says where its place's look is `there`.
 void expect_plan(const LookPlanAnswer& found, const LookPlan& plan, const LookAnswer& there) {
   Look look;
   look.range_m = there.look.range_m;
@@ -323,7 +321,6 @@ TEST(MapReader, FarFromAnySiteAnswersTheLongestRange) {
   }
 }
 
-// A map with another reach, and the smallest cells that go with it.
 std::vector<std::byte> with_reach(const CompiledMap& map, double reach_m) {
   ContainerParts parts = parts_of(map);
   auto* manifest = flatbuffers::GetMutableRoot<flatbuffers::Table>(parts.manifest.data());
@@ -455,7 +452,6 @@ TEST(MapReader, RefusesAPageOfAnotherVersionOfTheMap) {
             ErrorCode::kChecksumMismatch);
 }
 
-// Damage in a part of the file that a look-up does not use may go unseen; it never changes one.
 TEST(MapReader, NeverAnswersWronglyFromADamagedFile) {
   const CompiledMap map = random_map({.seed = 5, .site_count = 6, .nd_count = 4, .model_size = 50});
   const std::vector<std::byte> file = encode_map(map);

@@ -24,7 +24,6 @@ struct Stop {
 };
 SIGHTLINE_FIELDS(Stop, name, s_m)
 
-// A field of every kind.
 struct Journey {
   std::uint32_t number = 0;
   bool is_return = false;

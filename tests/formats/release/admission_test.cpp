@@ -152,7 +152,6 @@ TEST(Rotation, MakesReleasesOfRetiredKeysWorthless) {
   EXPECT_EQ(code_of(offer_of(small_release(), {3, 4}), vehicle_at(), next), ErrorCode{});
 }
 
-// A map on the disk, and the record that names it.
 class MapOnDisk : public TestInFolder {
  protected:
   MapOnDisk() {

@@ -9,7 +9,6 @@
 namespace sightline {
 namespace {
 
-// Written by hand.
 constexpr const char* kRelease =
     "sightline-release 1\n"
     "fleet metropolis\n"

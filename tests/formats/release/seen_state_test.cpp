@@ -26,7 +26,6 @@ Admission offer(const ReleaseRecord& record, const std::vector<std::uint8_t>& si
   return admit_and_remember(text, signed_by(text, signers), root, vehicle);
 }
 
-// What a vehicle remembers that admitted this release at kNow.
 VehicleFacts vehicle_that_saw(const ReleaseRecord& record, const std::vector<std::uint8_t>& signers,
                               const RootRecord& root) {
   VehicleFacts vehicle;
@@ -130,7 +129,6 @@ TEST(SeenState, OldRecordsComeBackByNoRotation) {
   EXPECT_FALSE(begins_anew(root_of({3, 4}, 1, 2), vehicle.seen));
 }
 
-// Keys that come back after they were retired have signed before.
 TEST(SeenState, RetiredKeysThatComeBackResetNothing) {
   VehicleFacts vehicle = vehicle_that_saw(release(9), {1, 2}, kOld);
   const RootRecord second = root_of({4, 5, 6}, 2, 2);

@@ -8,8 +8,6 @@
 #include "formats/release/admission.h"
 #include "formats/release/signatures.h"
 
-// Keys that repeat, and records under them.
-
 namespace sightline {
 
 inline SecretKey key_of(std::uint8_t number) {

@@ -145,7 +145,6 @@ TEST(TiledNds, HasTilesThatHoldEachNdOnce) {
   EXPECT_TRUE(to_bytes(again) == to_bytes(map));
 }
 
-// NDs of the whole map in tiles that the box touches.
 NdtMap nds_over(const NdtMap& map, const Eigen::AlignedBox2d& box_m) {
   NdtMap near{map.frame, map.cell_m, map.tile_m, {}, 0, 0, 0};
   if (box_m.isEmpty()) return near;
@@ -209,7 +208,6 @@ TEST(TiledNds, AreRefusedCutShortOrDamagedAtEveryByte) {
   }
 }
 
-// What one form takes the other takes too.
 TEST(TiledNds, AnyPayloadIsRefusedOrAValidMap) {
   const std::vector<std::byte> payload = payload_of(counted_map(4, 100.0));
   int refused = 0;

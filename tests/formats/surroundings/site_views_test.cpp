@@ -41,7 +41,6 @@ TEST(DepthImages, RefusesADistanceBelowZeroAndTakesOneOutOfView) {
   EXPECT_EQ(failure_of(validate(images)).place, "site 1");
 }
 
-// The second of three sites sees nothing.
 VirtualScans three_scans() {
   VirtualScans scans;
   scans.points_m = {{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}};

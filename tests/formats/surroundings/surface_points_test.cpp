@@ -52,7 +52,6 @@ TEST(SurfacePoints, AreReadScanByScanWithoutWhatMoved) {
 TEST(SurfacePoints, BelongToTheMapUpToBothRangesToTheBit) {
   Random random(6);
   for (int i = 0; i < 2000; ++i) {
-    // A return at a range, or next to it by what a number can differ.
     const Eigen::Vector3d point_m(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0), 1.0);
     double range_m = point_m.norm();
     if (i % 3 == 1) range_m = std::nextafter(range_m, 0.0);

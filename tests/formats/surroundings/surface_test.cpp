@@ -133,7 +133,6 @@ TEST(TiledSurface, FindsAllThatLiesOverABoxAndLittleElse) {
 TEST(TiledSurface, SurvivesDiskAndIsReadByAnotherProgramsEnvelope) {
   const Surface surface = random_surface(300);
   const std::vector<std::byte> bytes = sealed(TiledSurface(surface));
-  // The envelope of whole artifacts.
   EXPECT_TRUE(unseal(bytes, "surface", ArtifactTraits<TiledSurface>::kVersion));
   const TiledSurface back = value_of(opened(bytes));
   EXPECT_TRUE(sealed(back) == bytes);
@@ -150,7 +149,6 @@ TEST(TiledSurface, IsRefusedCutShortOrDamagedAtEveryByte) {
   }
 }
 
-// Bytes of a sound envelope whose payload may say anything.
 TEST(TiledSurface, AnyPayloadIsRefusedOrValid) {
   const TiledSurface surface = random_surface(4);
   std::vector<std::byte> payload;

@@ -7,8 +7,6 @@
 #include "formats/surroundings/site_views.h"
 #include "tests/support/lane/lane.h"
 
-// Depth images against what can truly be seen of a lane.
-
 namespace sightline::lane {
 
 // One ray of a depth image, and what is there; +inf where nothing is within the image's range.

@@ -60,7 +60,6 @@ void add_lamp(Lane& lane, const Eigen::Vector2d& at_m, double towards) {
   add_tube(lane.mesh, {top_m, top_m + Eigen::Vector3d(1.5 * towards, 0.0, 0.2), 0.04}, Kind::kPole);
 }
 
-// Between kerb and houses of one side.
 void add_furniture(Lane& lane, double side, const LaneOptions& options, Random& random) {
   double y_m = -30.0 + random.uniform(0.0, 5.0);
   while (y_m < options.length_m + 30.0) {
@@ -77,7 +76,6 @@ void add_furniture(Lane& lane, double side, const LaneOptions& options, Random& 
   }
 }
 
-// Houses of one side, with gardens before those that stand back.
 void add_row(Lane& lane, double side, const LaneOptions& options, Random& random) {
   const double crossing_m = 0.6 * options.length_m;
   double y_m = -60.0;
@@ -98,7 +96,6 @@ void add_row(Lane& lane, double side, const LaneOptions& options, Random& random
   }
 }
 
-// Plain walls behind the rows, here and there.
 void add_background(Lane& lane, double side, double length_m, Random& random) {
   for (double y_m = -60.0; y_m < length_m + 60.0; y_m += random.uniform(14.0, 30.0)) {
     const double half_m = random.uniform(3.0, 9.0);

@@ -30,7 +30,6 @@ struct Front {
 
 double top_m(const House& house) { return kStorey_m * house.storeys; }
 
-// One bay of one storey: wall around an opening, its reveals, and the pane behind.
 void add_window(Mesh& mesh, const Front& front, const Eigen::Vector2d& low,
                 const Eigen::Vector2d& high) {
   const Eigen::Vector2d in_low = low + Eigen::Vector2d(0.55, 0.9);
@@ -54,7 +53,6 @@ void add_window(Mesh& mesh, const Front& front, const Eigen::Vector2d& low,
   add_quad(mesh, pane_m, Kind::kWindow);
 }
 
-// The ground floor around a passage, and the passage itself.
 void add_arch(Mesh& mesh, const Front& front) {
   constexpr int kSteps = 10;
   const House& house = front.house;
@@ -101,7 +99,6 @@ void add_front(Mesh& mesh, const Front& front) {
   }
 }
 
-// Two slopes with eaves that hang over the walls.
 void add_roof(Mesh& mesh, const Front& front) {
   constexpr double kEaves_m = 0.6;
   constexpr double kDrop_m = 0.3;

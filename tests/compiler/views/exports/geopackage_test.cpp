@@ -27,7 +27,6 @@ struct Opened {
   Opened& operator=(const Opened&) = delete;
   ~Opened() { sqlite3_close(database); }
 
-  // The first column of the first row, as bytes.
   std::string value(const std::string& sql) const {
     sqlite3_stmt* statement = nullptr;
     EXPECT_EQ(sqlite3_prepare_v2(database, sql.c_str(), -1, &statement, nullptr), SQLITE_OK) << sql;

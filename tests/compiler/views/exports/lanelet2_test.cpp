@@ -22,7 +22,6 @@ using tinyxml2::XMLElement;
 using Points = std::vector<Eigen::Vector3d>;
 using Tags = std::map<std::string, std::string>;
 
-// A map of a small place with many sites, and its reader.
 struct OpenMap {
   explicit OpenMap(std::uint64_t seed, bool has_looks = true)
       : OpenMap(random_map(options(seed, has_looks))) {}
@@ -40,7 +39,6 @@ struct OpenMap {
   std::optional<MapReader> reader;
 };
 
-// A straight lane of 4 m width, given by its middle in world coordinates.
 struct Lane {
   Eigen::Vector2d from_m;
   Eigen::Vector2d to_m;
@@ -110,7 +108,6 @@ Eigen::Vector2d as_written(const Eigen::Vector2d& p_m) {
   return {std::round(p_m.x() * 1e6) / 1e6, std::round(p_m.y() * 1e6) / 1e6};
 }
 
-// The sensor's places along a lane, a metre apart or less.
 std::vector<std::array<double, 3>> places(const OpenMap& open, const Lane& lane) {
   const double length_m = (lane.to_m - lane.from_m).norm();
   const int steps = static_cast<int>(std::ceil(length_m - 1e-9));
@@ -157,7 +154,6 @@ struct Read {
     }
     return tags;
   }
-  // Of the polygons that were added: their corners, and the tags.
   [[nodiscard]] std::vector<std::pair<Points, Tags>> areas() const {
     std::vector<std::pair<Points, Tags>> areas;
     for (const auto& [key, element] : elements) {
@@ -203,7 +199,6 @@ ErrorCode refusal(const OpenMap& open, const std::string& text,
   return code_of(to_lanelet2(open.map, *open.reader, {}, text, options));
 }
 
-// The tags of one limit, asked for place by place.
 void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Tags& tags) {
   std::vector<double> ranges_m;
   double unmet = 0.0;
@@ -242,7 +237,6 @@ void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Ta
   std::sort(ranges_m.begin(), ranges_m.end());
   EXPECT_EQ(std::stod(tags.at(range)), ranges_m.back());
   EXPECT_EQ(std::stod(tags.at(range + "_least")), ranges_m.front());
-  // The least range that is enough at 95 % of the places.
   double p95_m = 0.0;
   for (const double range_m : ranges_m) {
     const auto enough = static_cast<double>(std::count_if(
@@ -286,8 +280,6 @@ TEST(Lanelet2, AMapWithoutLooksAnswersWithItsRanges) {
   }
 }
 
-// Every byte of the document is there in its order, what was added is whole lines, and an export of
-// the export is the same.
 TEST(Lanelet2, AllElseStaysAsItWas) {
   const OpenMap open(2);
   Random random(3);
@@ -329,7 +321,6 @@ TEST(Lanelet2, AllElseStaysAsItWas) {
             Read(exported(open, document(lanes)).text).tags("relation", 160));
 }
 
-// Whether the site nearest to a place, of all of them, lies in a weak stretch.
 bool is_weak(const OpenMap& open, const std::array<double, 3>& p_world_m, double limit_m,
              double margin) {
   const Sites& sites = open.map.sites;

@@ -13,8 +13,6 @@
 #include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
-// What `export --format octomap` writes, read by OctoMap's own reader and tools.
-
 namespace sightline {
 namespace {
 
@@ -157,14 +155,12 @@ TEST(Octomap, OccupiesOnlyWhereReturnsLieAndFreesOnlyWhereRaysPass) {
     ++leaves;
   }
   EXPECT_GT(leaves, 10'000u);
-  // Each place that was hit or passed is known.
   for (const octomap::KeySet& keys : {hit, passed}) {
     for (const octomap::OcTreeKey& key : keys) ASSERT_NE(tree.search(key), nullptr);
   }
   EXPECT_GT(static_cast<double>(occupied_returns), 0.8 * static_cast<double>(returns));
 }
 
-// OctoMap's own program on the same scans.
 TEST(Octomap, IsTheTreeThatOctomapsOwnToolsMakeOfTheScans) {
   if (run_command("command -v log2graph graph2tree bt2vrml").status != 0) {
     GTEST_SKIP() << "there is no graph2tree (Debian package octomap-tools)";
@@ -198,7 +194,6 @@ TEST(Octomap, IsTheTreeThatOctomapsOwnToolsMakeOfTheScans) {
   EXPECT_GT(ours.size(), 10'000u);
   EXPECT_TRUE(ours == theirs);
 
-  // One box for each occupied leaf.
   ASSERT_EQ(run_command(in_folder + "bt2vrml ours.bt").status, 0);
   std::size_t occupied = 0;
   for (octomap::OcTree::leaf_iterator leaf = ours.begin_leafs(); leaf != ours.end_leafs(); ++leaf) {

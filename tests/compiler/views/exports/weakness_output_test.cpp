@@ -15,7 +15,6 @@ namespace {
 using Json = nlohmann::json;
 using testing::HasSubstr;
 
-// Five sites along y, a metre apart, 1000 km east of the world's origin.
 Sites street() {
   Sites sites;
   sites.frame.origin_world_m = {448000.0, 5411008.0, 0.0};

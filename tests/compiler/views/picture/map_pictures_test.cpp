@@ -22,7 +22,6 @@ std::size_t count_of(const std::string& text, const std::string& part) {
   return count;
 }
 
-// Sites every metre along x.
 Sites straight_route(std::size_t count) {
   Sites sites;
   sites.sites.resize(count);
@@ -48,7 +47,6 @@ RangeTable ranges_of(const std::vector<std::uint8_t>& tight) {
   return ranges;
 }
 
-// An ND of the given spreads along the map's axes.
 Nd axis_nd(const Eigen::Vector3d& mean_m, const Eigen::Vector3d& sigma_m) {
   Nd nd;
   nd.key = cell_key(mean_m, 2.0);
@@ -120,7 +118,6 @@ TEST(RangesPicture, ColoursEachStretchOfTheRouteByItsRangeForTheTightestLimit) {
       ranges_picture_svg({}, straight_route(6), ranges_of({0, 0, 0, 2, 2, 2}), kBox);
   EXPECT_THAT(svg, StartsWith("<svg xmlns="));
   EXPECT_THAT(svg, EndsWith("</svg>\n"));
-  // The second stretch begins where the first one ends.
   EXPECT_THAT(svg, HasSubstr("M0.00 -0.00L1.00 -0.00L2.00 -0.00h.01"));
   EXPECT_THAT(svg, HasSubstr("M2.00 -0.00L3.00 -0.00L4.00 -0.00L5.00 -0.00h.01"));
   EXPECT_EQ(count_of(svg, "stroke:" + colour_of(0)), 1U);

@@ -63,7 +63,6 @@ void lay_surface(int metres, Surface& surface) {
   }
 }
 
-// A street of two walls with gaps, as a level sensor sees it.
 void see(int metres, DepthImages& images) {
   Random random(kSeed);
   images.site_count = static_cast<std::uint32_t>(metres);

@@ -88,7 +88,6 @@ TEST(PageData, WaysOfAllRunsAreLaidEndToEnd) {
   }
 }
 
-// Every ND of the map lies in its tile where it lay, to a millimetre, with its axes.
 TEST(PageData, NdsAreWhereTheyAre) {
   const MadeSources made = made_sources(4);
   const Json nds = data_of(made)["nds"];

@@ -142,7 +142,6 @@ TEST(Report, SaysWhatTheGateSaid) {
   EXPECT_EQ(report_html(sources).error().code, ErrorCode::kMismatchedInputs);
 }
 
-// The share of green, which rises along the row of colours.
 int green_of(const std::string& css, const std::string& name) {
   const std::size_t at = css.find("--" + name + ":#");
   return at == std::string::npos ? -1 : std::stoi(css.substr(at + name.size() + 6, 2), nullptr, 16);

@@ -4,8 +4,6 @@
 #include "passes/model/judge/evaluate_ranges.h"
 #include "tests/formats/map/random_map.h"
 
-// A random map and all that a report may know beside it.
-
 namespace sightline {
 
 struct MadeSources {

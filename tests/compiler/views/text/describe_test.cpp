@@ -25,7 +25,6 @@ TEST(Describe, TellsSitesRangesPromisesAndModel) {
   EXPECT_THAT(text, HasSubstr(to_hex(map.model.digest)));
 }
 
-// Numbers of the card are stored as numbers: texts of the card are not read as such.
 TEST(Describe, ShowsFiguresOfTheModelByTheirStoredNumbers) {
   CompiledMap map = random_map({.seed = 1});
   map.model.card = {{"range_10_m_r_squared", "text"}, {"importance_slope_m", "0.5"}};

@@ -7,7 +7,6 @@
 namespace sightline {
 namespace {
 
-// Two sites, two ranges and one look, which has a factor more.
 Table two_kinds() {
   FactorTable ranges;
   ranges.looks = every_return_at({10.0, 20.0});

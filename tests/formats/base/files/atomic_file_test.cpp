@@ -84,7 +84,6 @@ TEST_F(AtomicFile, OfASecretIsReadableByItsOwnerAlone) {
   EXPECT_EQ(std::filesystem::status(path).permissions(), std::filesystem::perms(0600));
 }
 
-// The file says 100 GB and holds nothing.
 TEST_F(AtomicFile, ThatMemoryCannotHoldIsRefusedByName) {
   const std::filesystem::path path = folder_ / "hole";
   ASSERT_TRUE(write_file_atomically(path, std::string_view(""), IfExists::kRefuse));

@@ -22,7 +22,6 @@ std::vector<std::byte> random_bytes(std::size_t size) {
   return bytes;
 }
 
-// Appended in pieces of uneven sizes.
 GrowingBytes grown(std::span<const std::byte> bytes, std::size_t most_in_memory) {
   GrowingBytes growing(most_in_memory);
   for (std::size_t first = 0, step = 1; first < bytes.size(); first += step, step = 3 * step + 1) {
@@ -73,7 +72,6 @@ TEST(StoredBytes, MayBeNone) {
   EXPECT_EQ(growing.take().size(), 0U);
 }
 
-// A folder for temporary files that is not there.
 TEST(GrowingBytes, TakeOthersInPlaceOfWhatIsThere) {
   std::vector<std::byte> bytes = random_bytes(100'000);
   for (const std::size_t most : {std::size_t{0}, bytes.size()}) {

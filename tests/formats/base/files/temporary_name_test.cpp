@@ -34,7 +34,6 @@ std::string name_of_the_gone() {
   return {name.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
 }
 
-// With one of its six fields replaced.
 std::string with_field(const std::string& name, int field, const std::string& text) {
   std::size_t begin = 0;
   for (int i = 0; i < field; ++i) begin = name.find('-', begin) + 1;

@@ -114,7 +114,6 @@ TEST(FloatCounts, FitEachPartOfAScanThatIsLargeEnough) {
 
 TEST(FloatCounts, LeaveOutWhatIsNoPoint) {
   const std::vector<Eigen::Vector3d> points_m = scan_of({});
-  // Distances alone, pairs, and what does not begin with x y z.
   for (const std::string layout : {"d", "dI", "rxyzi", "lxyz", "txyzi"}) {
     EXPECT_EQ(counts_text(fitting(float_file(points_m, layout))), "none") << layout;
   }

@@ -131,7 +131,6 @@ TEST(LasFile, RefusesLazAndWhatContradictsItselfAndSaysWhy) {
             ErrorCode::kMalformedHeader);
 }
 
-// What says that a point is deleted stands in other bits of the newer formats.
 TEST(LasFile, LeavesOutWithheldPointsAndCountsThem) {
   for (const Format& format : kFormats) {
     std::vector<LasPoint> points = kPoints;
@@ -151,7 +150,6 @@ TEST(LasFile, LeavesOutWithheldPointsAndCountsThem) {
   EXPECT_THAT(error.message, HasSubstr("3 are withheld"));
 }
 
-// With a record of the reference system in place of the empty one, or behind the points.
 std::string with_record(std::uint16_t id, const std::string& content, bool is_extended) {
   std::string bytes = las(kFormats[6], 4, kPoints);
   std::string record(is_extended ? 60 : 54, '\0');

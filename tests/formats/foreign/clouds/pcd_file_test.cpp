@@ -32,8 +32,6 @@ std::string ascii_pcd(int points, std::string_view data) {
 
 ErrorCode code_of(const std::string& text) { return code_of(parse_text(text, "a.pcd")); }
 
-// ---- files written by PCL
-
 struct Layout {
   std::vector<std::pair<std::string, std::uint8_t>> fields;  // name, PCL datatype; any order
 };
@@ -174,7 +172,6 @@ TEST(PcdFile, ReadsWhatPclWritesInEveryEncodingFieldOrderAndType) {
   }
 }
 
-// Blocks of returns only, blocks with a few that are none, and coordinates that are zero alone.
 TEST(PcdFile, KeepsEveryReturnOfALargeCloudAndNothingElse) {
   const ScratchFolder folder;
   Random random(3);
@@ -204,8 +201,6 @@ TEST(PcdFile, KeepsEveryReturnOfALargeCloudAndNothingElse) {
   }
 }
 
-// ---- packed bodies
-
 std::vector<std::uint8_t> random_text(Random& random, std::size_t size) {
   std::vector<std::uint8_t> bytes;
   while (bytes.size() < size) {
@@ -232,7 +227,6 @@ TEST(Lzf, UnpacksWhatPclPacks) {
     std::vector<std::uint8_t> unpacked(text.size());
     ASSERT_TRUE(unpack_lzf(packed, unpacked));
     EXPECT_EQ(unpacked, text);
-    // Neither more nor less than it says, and nothing without its last byte.
     std::vector<std::uint8_t> longer(text.size() + 1);
     EXPECT_FALSE(unpack_lzf(packed, longer));
     EXPECT_FALSE(unpack_lzf(packed, std::span(unpacked).first(text.size() - 1)));
@@ -279,15 +273,11 @@ TEST(PcdFile, OurWriterLeavesAnExistingFileAloneUnlessTold) {
   EXPECT_TRUE(read_point_cloud(folder / "there.pcd").has_value());
 }
 
-// ---- precision
-
 TEST(PcdFile, TextKeepsTheMillimetresOfUtmThoughTheHeaderSaysFloat) {
   const PointCloudFile cloud =
       value_of(parse_text(ascii_pcd(1, "588348.947978 4141240.223859 -30.094324\n"), "utm.pcd"));
   EXPECT_EQ(cloud.points_m.at(0), Eigen::Vector3d(588348.947978, 4141240.223859, -30.094324));
 }
-
-// ---- headers
 
 TEST(PcdFile, ReadsOldAndUnusualHeaders) {
   const std::string old_version =
@@ -386,8 +376,6 @@ TEST(PcdFile, SaysWhereAFileIsCut) {
   EXPECT_EQ(text.place, "line 12");
 }
 
-// ---- points that are none
-
 TEST(PcdFile, DropsAndCountsWhatIsNoReturn) {
   const PointCloudFile cloud =
       value_of(parse_text(ascii_pcd(5, "1 2 3\nnan 2 3\n0 0 0\n1 -inf 3\n0 0 1\n"), "a.pcd"));
@@ -400,8 +388,6 @@ TEST(PcdFile, DropsAndCountsWhatIsNoReturn) {
 TEST(PcdFile, RefusesAScanWithoutAnyReturn) {
   EXPECT_EQ(code_of(ascii_pcd(2, "nan nan nan\n0 0 0\n")), kNoFinitePoints);
 }
-
-// ---- damage
 
 class DamagedPcd : public testing::TestWithParam<int> {
  protected:

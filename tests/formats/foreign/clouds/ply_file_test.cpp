@@ -25,7 +25,6 @@ std::string header(std::string_view format, std::string_view elements) {
 constexpr std::string_view kXyz =
     "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
 
-// Bytes of one number in the other order.
 template <class T>
 std::string turned(T value) {
   std::string bytes = as_bytes({value});

@@ -56,7 +56,6 @@ TEST(PointTimes, ThatSayNothingAreLeftOutAndThoseThatMakeNoSenseAreFlagged) {
   }
 }
 
-// x y z as float, t as whole nanoseconds: the second point is no return.
 TEST(PointTimes, OfAPcdGoWithThePointsThatAreKept) {
   const std::string fields =
       "VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\n"
@@ -93,7 +92,6 @@ TEST(PointTimes, AreTheSameInEveryUnit) {
 
 using enum ErrorCode;
 
-// zlib's other half packs what our reader unpacks.
 std::string gzipped(std::string_view text) {
   constexpr int kGzipWindow = 15 + 16;
   z_stream stream{};

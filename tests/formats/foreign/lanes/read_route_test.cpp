@@ -69,7 +69,6 @@ TEST_F(ReadRoute, ALaneletIsFollowedBetweenItsSidesInItsDirection) {
   EXPECT_EQ(line.points_world_m.back(), Eigen::Vector3d(10.0, 0.0, 6.0));
 }
 
-// Which way is on the left decides, not the order of the nodes.
 TEST_F(ReadRoute, SidesThatAreSwappedTurnTheLaneRound) {
   const Route route = value_of(read("lanes.osm", lanelet("right", "left")));
   EXPECT_EQ(route.lines[0].points_world_m.front(), Eigen::Vector3d(10.0, 0.0, 6.0));
@@ -159,7 +158,6 @@ TEST_F(ReadRoute, RefusesWhatHoldsNoLine) {
   EXPECT_EQ(refusal("c.osm", replaced(lanelet(), "ref=\"12\"", "ref=\"13\"")), kMalformedText);
 }
 
-// What is read of few bytes is bounded: a lanelet to the Moon had a point every half metre.
 TEST_F(ReadRoute, RefusesWhatIsNowhereOnEarth) {
   const auto to = [](const char* x_m) {
     return replaced(lanelet(), "v=\"10\"", std::string("v=\"") + x_m + "\"");
@@ -174,7 +172,6 @@ TEST_F(ReadRoute, RefusesWhatIsNowhereOnEarth) {
             kMalformedText);
 }
 
-// Each lanelet that names a way reads its nodes: a MB could name 10^11 of them.
 TEST_F(ReadRoute, RefusesLaneletsOfMoreNodesThanAnyMapHas) {
   std::string nodes;
   for (int i = 0; i < 20'000; ++i) nodes += R"(<nd ref="1"/>)";
@@ -193,7 +190,6 @@ TEST_F(ReadRoute, RefusesLaneletsOfMoreNodesThanAnyMapHas) {
   EXPECT_THAT(error.message, HasSubstr("nodes"));
 }
 
-// Cut short at every byte and damaged at every byte: a route, or a refusal.
 TEST(Lanelets, DamagedOnesAreReadOrRefused) {
   const std::string whole = lanelet();
   const World world;

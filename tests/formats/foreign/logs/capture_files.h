@@ -44,7 +44,6 @@ inline Result<Recording> open_capture_file(const std::filesystem::path& file,
   return open_recording(options);
 }
 
-// "no error", or the code and the text.
 inline std::string outcome_of(const std::filesystem::path& file,
                               const std::string& sensor = "generic-16") {
   return outcome_of(open_capture_file(file, sensor));

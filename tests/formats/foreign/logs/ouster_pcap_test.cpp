@@ -86,7 +86,6 @@ TEST(OusterCapture, SaysWhatItLeftOutAndWhatItAssumed) {
   EXPECT_THAT(recording.warnings[1], HasSubstr("clock was not set"));
 }
 
-// A folder with a capture and what lies beside it.
 class OusterFolder : public testing::Test {
  protected:
   OusterFolder()
@@ -99,7 +98,6 @@ class OusterFolder : public testing::Test {
     EXPECT_NE(at, std::string::npos) << from;
     return changed.replace(at, from.size(), to);
   }
-  // Of the capture with this metadata beside it.
   std::string outcome(const std::string& metadata) {
     folder_.write("drive.json", metadata);
     return outcome_of(folder_.write("drive.pcap", pcap_));

@@ -32,7 +32,6 @@ std::string big16(unsigned value) {
   return {static_cast<char>(value >> 8U), static_cast<char>(value & 255U)};
 }
 
-// Ethernet, IPv4 and UDP around a datagram, as a record of a capture file.
 std::string record(std::uint32_t seconds, std::uint32_t us, const std::string& datagram) {
   const auto size = static_cast<unsigned>(datagram.size());
   std::string frame = std::string(12, '\x01') + big16(0x0800);

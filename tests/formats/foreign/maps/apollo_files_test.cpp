@@ -97,7 +97,6 @@ TEST(ApolloNode, AnotherNodeThanItsFoldersSayIsRefused) {
               HasSubstr("found 3 rows of 2, expected 2 of 2"));
 }
 
-// 2^32 - 1 cells, or points on the road, in a column of none.
 TEST(ApolloNode, CountsBeyondTheFileAskForNoMemory) {
   const std::string empty = apollo_body({2, 2, {}});
   for (const std::size_t at : {std::size_t{8}, std::size_t{20}}) {

@@ -10,7 +10,6 @@
 namespace sightline {
 namespace {
 
-// Of the cells of a grid, by brute force.
 struct Moments {
   std::uint32_t count = 0;
   Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
@@ -52,7 +51,6 @@ class ApolloMapTest : public testing::Test {
   ScratchFolder folder_;
 };
 
-// In the middle of a zone, over and under zero and across it, on four nodes.
 std::vector<Eigen::Vector3d> random_points(std::uint64_t seed) {
   Random random(seed);
   std::vector<Eigen::Vector3d> points_m;

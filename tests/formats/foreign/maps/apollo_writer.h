@@ -25,7 +25,6 @@ struct ApolloTestCell {
 struct ApolloTestNode {
   std::uint32_t rows = 0;
   std::uint32_t columns = 0;
-  // By row, column and altitude.
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::int32_t>, ApolloTestCell> cells;
 };
 
@@ -82,7 +81,6 @@ inline std::string zlib_packed(const std::string& bytes) {
   return packed;
 }
 
-// Which node: resolution, zone, m (northing), n (easting).
 struct ApolloTestIndex {
   std::uint32_t resolution = 0;
   std::int32_t zone = 10;

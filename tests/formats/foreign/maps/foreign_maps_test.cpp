@@ -8,7 +8,6 @@ namespace {
 
 class PointMapTest : public testing::Test {
  protected:
-  // Two points, 5 m apart, the first of them here.
   void write_square(const std::string& name, float x_m, float y_m) {
     const PointXyzi points[] = {{x_m, y_m, 1.0F, 0.0F}, {x_m + 5.0F, y_m, 2.0F, 0.0F}};
     ASSERT_TRUE(write_pcd_binary(folder_ / name, points).has_value());
@@ -28,7 +27,6 @@ TEST_F(PointMapTest, AutowaresSquaresAreThoseOfItsMetadata) {
   ASSERT_EQ(map.files.size(), 2U) << "a file that the metadata do not name is none of the map";
   EXPECT_EQ(map.files[0].name, "0_0.pcd");
   EXPECT_EQ(map.files[1].box_m.max().x(), 25.0);
-  // The folder of the squares names the same map.
   const PointMap squares = value_of(open_point_map(folder_ / "map/pointcloud_map.pcd", 1));
   EXPECT_EQ(squares.digest, map.digest);
   EXPECT_EQ(squares.name, "map");
@@ -59,7 +57,6 @@ TEST_F(PointMapTest, RefusesWhatIsNoMap) {
   EXPECT_EQ(refusal("nowhere.pcd"), ErrorCode::kFileNotFound);
   folder_.write("scan.bin", std::string(160, 'x'));
   EXPECT_EQ(refusal("scan.bin"), ErrorCode::kUnsupportedFormat);
-  // A square that the metadata name is missing: a hole that would not be seen.
   write_square("hole/pointcloud_map.pcd/0_0.pcd", 0.0F, 0.0F);
   folder_.write("hole/pointcloud_map_metadata.yaml", "0_0.pcd: [0, 0]\n20_0.pcd: [20, 0]\n");
   EXPECT_EQ(refusal("hole"), ErrorCode::kFileNotFound);

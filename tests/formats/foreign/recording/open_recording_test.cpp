@@ -8,7 +8,6 @@
 namespace sightline {
 namespace {
 
-// A folder of scans of one point each, with the names given.
 class RecordingTest : public testing::Test {
  protected:
   void write_scans(std::initializer_list<const char*> names) {
@@ -158,7 +157,6 @@ TEST_F(RecordingTest, ItsDigestNamesContentsAndNotPlaces) {
   EXPECT_NE(open_recording(options(tum(2)))->digest, digest);
 }
 
-// A recording that grew has the same scans as before; time and content are part of a name.
 TEST_F(RecordingTest, ItsScansKeepTheirNamesWhenItGrows) {
   write_scans({"0.pcd", "1.pcd"});
   const auto names = [&](std::string_view stamps = "") {
@@ -215,7 +213,6 @@ std::string apollo_rows(int count, std::vector<std::filesystem::path>& files) {
   return rows + "7 " + std::to_string(count) + " 1 0 0 0 0 0 1\n";
 }
 
-// Where each scan looked through all rows for its own, eight times the rows took 64 times as long.
 TEST_F(RecordingTest, ApolloRowsAreFoundByIdInTimeInProportion) {
   constexpr int kCount = 64'000;
   Recording recording;
@@ -235,7 +232,6 @@ TEST_F(RecordingTest, ApolloRowsAreFoundByIdInTimeInProportion) {
   }
 }
 
-// Scans without a header: the same count of floats a point for all, or none.
 class HeaderlessRecording : public RecordingTest {
  protected:
   void write_bins(std::initializer_list<std::string> contents) {

@@ -100,7 +100,6 @@ class TestMemory : public DigestMemory {
   mutable std::map<Digest, std::vector<std::byte>> kept_;
 };
 
-// Three scans of five floats a point, of which a recording warns.
 class RememberedDigests : public testing::Test {
  protected:
   RememberedDigests() {

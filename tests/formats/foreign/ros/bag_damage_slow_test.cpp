@@ -9,7 +9,6 @@
 namespace sightline {
 namespace {
 
-// A byte flipped, a piece cut out, written over or inserted, or a length made huge.
 std::string damaged(std::string bag, std::mt19937& random) {
   const std::size_t at = random() % bag.size();
   switch (random() % 6) {
@@ -32,7 +31,6 @@ std::string damaged(std::string bag, std::mt19937& random) {
       break;
     }
     default: {
-      // A field of a record, where a blind hit is rare.
       constexpr const char* kNames[] = {"index_pos=", "conn_count=", "chunk_count=", "chunk_pos=",
                                         "size=",      "count=",      "conn=",        "ver="};
       const std::size_t field = bag.find(kNames[random() % 8], at);

@@ -30,7 +30,6 @@ struct ReadMessage {
   auto operator<=>(const ReadMessage&) const = default;
 };
 
-// What ROS' own library reads, in its order.
 std::vector<ReadMessage> read_by_ros(const std::string& path) {
   std::vector<ReadMessage> messages;
   rosbag::Bag bag(path, rosbag::bagmode::Read);
@@ -73,7 +72,6 @@ class BagFileTest : public testing::Test {
     write_bag(path(), messages, compression, chunk_bytes);
     return *read_text_file(path());
   }
-  // The error of a bag of these bytes, and "no error" where there is none.
   std::string refusal(const std::string& bytes) {
     folder_.write("drive.bag", bytes);
     return outcome_of(open_bag(path(), ""));
@@ -179,7 +177,6 @@ TEST_F(BagFileTest, SaysAtWhichByteABagContradictsItself) {
   EXPECT_THAT(refusal(other), HasSubstr("SL2004 unsupported-format"));
 }
 
-// Each message in a chunk of its own, clouds (connection 0) and noise (1) in turns.
 std::vector<BagMessage> in_turns() {
   std::vector<BagMessage> messages;
   for (std::uint32_t i = 0; i < 6; ++i) {
@@ -199,7 +196,6 @@ std::string with_number(std::string bag, std::size_t at, std::uint32_t value) {
   return bag;
 }
 
-// Two entries of the index for one chunk would let a small file be read without end.
 TEST_F(BagFileTest, UnpacksNoByteOfTheFileTwice) {
   const std::string bag = write(in_turns(), rosbag::compression::Uncompressed, 1);
   ASSERT_EQ(refusal(bag), "no error");

@@ -80,7 +80,6 @@ std::string imu_message(std::uint32_t nanoseconds, const std::string& frame,
 
 class BagTurnsTest : public testing::Test {
  protected:
-  // A scan, and messages of one unit 10 ms apart.
   void add(const std::string& topic, std::uint32_t i, const std::string& bytes) {
     messages_.push_back({topic, "sensor_msgs/Imu", kFirst_s, 10'000'000 * i, bytes});
   }
@@ -135,7 +134,6 @@ TEST_F(BagTurnsTest, AreNoneWithoutAWordWhereThereIsNoUnit) {
   EXPECT_EQ(read("/imu").error().code, ErrorCode::kUnknownName);
 }
 
-// Nobody asked for them: the scans of a bag are read whatever its transforms are.
 TEST_F(BagTurnsTest, AreNoneWithAWarningWhereTransformsAreDamagedAndNoTopicIsNamed) {
   add("/imu", 0, imu_message(0, "imu_link", {1, 2, 3}));
   messages_.push_back({"/tf_static", "tf2_msgs/TFMessage", kFirst_s, 0, "damaged"});

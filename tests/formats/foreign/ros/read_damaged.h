@@ -10,7 +10,6 @@
 
 namespace sightline {
 
-// An error of the file itself, that names it.
 inline void expect_clean(const Error& error, const std::string& path) {
   EXPECT_TRUE(error_class(error.code) == ErrorClass::kInput ||
               error.code == ErrorCode::kUnknownName || error.code == ErrorCode::kBadValue)

@@ -151,7 +151,6 @@ TEST(Db3, ThatWasNotClosedIsRefusedWithTheRemedy) {
   EXPECT_THAT(error.message, HasSubstr("drive.db3-wal"));
 }
 
-// `bytes` with each `from` made `to`, which is as long.
 std::string replaced(std::string bytes, std::string_view from, std::string_view to) {
   for (std::size_t at = bytes.find(from); at != std::string::npos; at = bytes.find(from, at)) {
     bytes.replace(at, from.size(), to);

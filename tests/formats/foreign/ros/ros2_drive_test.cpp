@@ -17,7 +17,6 @@ class Ros2Drive : public testing::TestWithParam<const char*> {
   RecordingOptions options_;
 };
 
-// What the drive's scan holds, by the message of ROS 1.
 PointCloudFile scan_by_ros1(std::uint32_t k) {
   std::string data;
   for (std::uint32_t n = 0; n < 6; ++n) {
@@ -151,7 +150,6 @@ TEST(Ros2Poses, AreReadFromEachType) {
   }
 }
 
-// Two of them in one place: nothing says where the vehicle looks.
 TEST(Ros2Fixes, AreReadWhereTheyAreNamed) {
   const std::filesystem::path file = recording_path("sensors.mcap");
   const std::optional<GeodeticTrack> track = value_of(read_bag_fixes(file, "/fix"));

@@ -5,8 +5,6 @@
 #include "formats/foreign/ros/ros_messages.h"
 #include "tests/formats/foreign/bag_files.h"
 
-// The recordings of recordings/README.md.
-
 namespace sightline {
 
 inline constexpr std::uint32_t kFirst_s = 1'567'410'201;

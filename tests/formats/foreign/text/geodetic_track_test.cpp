@@ -100,7 +100,6 @@ std::vector<double> plain_headings(const std::vector<PoseRow>& rows) {
   return headings_rad;
 }
 
-// Drives and stands by turns, with the noise of a receiver.
 GeodeticTrack random_track(Random& random) {
   GeodeticTrack track;
   const double noise_m = random.uniform(0.0, 0.6);
@@ -150,8 +149,6 @@ std::clock_t cpu_of_standing(int count) {
   return std::clock() - begin;
 }
 
-// Where each fix walked back to the last place that differs, an hour at 100 Hz took minutes: eight
-// times the fixes took 64 times as long.
 TEST(GeodeticTrack, StandingTakesTimeInProportion) {
   EXPECT_LT(cpu_of_standing(64'000), 24 * cpu_of_standing(8'000));
   const TrackInWorld found = value_of(in_world(standing_track(8'000), "enu:49,8.4,115", "track"));

@@ -28,7 +28,6 @@ std::string full_refusal(const std::vector<std::byte>& file, ErrorCode code) {
   return to_string(map.error());
 }
 
-// Both readers refuse, with this code.
 std::string refusal(const std::vector<std::byte>& file, ErrorCode code) {
   const Result<CompiledMap> map = read_map(file);
   const Result<MapReader> reader = MapReader::open(file, "annealed");

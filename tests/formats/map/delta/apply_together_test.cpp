@@ -72,7 +72,6 @@ class ApplyTogether : public ::testing::Test {
   [[nodiscard]] fs::path delta(std::size_t i) const {
     return folder_ / (std::to_string(i) + ".sldelta");
   }
-  // How many of the processes that apply a delta each, at once, said that they did.
   [[nodiscard]] int apply_all() const {
     std::array<pid_t, 3> children{};
     for (std::size_t i = 0; i < children.size(); ++i) {

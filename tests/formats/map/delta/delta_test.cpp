@@ -25,7 +25,6 @@ CompiledMap tiny_map() {
       {.seed = 2, .site_count = 3, .nd_count = 6, .has_columns = true, .model_size = 90});
 }
 
-// The same map a release later: little changed, so that its delta is small.
 CompiledMap later(CompiledMap map) {
   map.release += 1;
   map.ndt.nds[0].point_count += 1;
@@ -33,13 +32,11 @@ CompiledMap later(CompiledMap map) {
   return map;
 }
 
-// A folder with a map in it, and deltas.
 class Delta : public testing::Test {
  protected:
   Delta() { fs::create_directories(folder_); }
   ~Delta() override { fs::remove_all(folder_); }
 
-  // Without waiting for the disk.
   void write(const fs::path& path, std::span<const std::byte> bytes) const {
     std::ofstream file(path, std::ios::binary | std::ios::trunc);
     file.write(reinterpret_cast<const char*>(bytes.data()),
@@ -50,7 +47,6 @@ class Delta : public testing::Test {
     EXPECT_TRUE(delta) << to_string(delta.error());
     return delta ? *delta : Bytes();
   }
-  // The map is the base; what comes of the delta.
   Result<ApplyReport> apply(const Bytes& base, const Bytes& delta) const {
     write(map_, base);
     write(delta_, delta);
@@ -377,7 +373,6 @@ TEST_F(Delta, FollowsNoLinkThatSomebodyPutInItsWay) {
   EXPECT_TRUE(*read_file(precious) == base_);
 }
 
-// What an earlier apply left: any number of right bytes, then anything.
 TEST_F(Delta, GoesOnFromAnyByteWhereItWasStopped) {
   const Bytes delta = make(base_, result_);
   Random random(1);

@@ -85,7 +85,6 @@ class PowerLoss : public testing::Test {
     file.write(reinterpret_cast<const char*>(bytes.data()),
                static_cast<std::streamsize>(bytes.size()));
   }
-  // Applies in a process of its own that ends at the given call; how it ended.
   int apply_until(long call) const {
     const pid_t child = ::fork();
     if (child == 0) {
@@ -126,7 +125,6 @@ TEST_F(PowerLoss, AtAnyCallLeavesTheOldMapOrTheNewOneAndApplyGoesOn) {
   EXPECT_GT(call, 10) << "the calls are not counted";
 }
 
-// Again and again, each time a call later than before: what was made is not made in vain.
 TEST_F(PowerLoss, ManyTimesOverComesToAnEnd) {
   write(map_, base_);
   int status = kPowerLost;

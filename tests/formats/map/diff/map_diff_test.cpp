@@ -189,7 +189,6 @@ TEST(MapDiff, AgreesWithBruteForceOnRandomMaps) {
   }
 }
 
-// Every change of a site lies in a stretch, and every ND is counted once.
 TEST(MapDiff, PutsEveryChangeIntoOneStretch) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
@@ -233,7 +232,6 @@ TEST(MapDiff, CallsAStreetChangedWhereManyOfItsNdsAreAndLeavesTheRestScattered) 
   EXPECT_EQ(worn.nds_scattered + worn.nds_off_route, 600u);
 }
 
-// A long flat ND in the middle of its cell, in the place of the first one.
 CompiledMap with_a_wall(CompiledMap map, const Eigen::Vector3d& moved_m) {
   Nd& nd = map.ndt.nds[0];
   const double cell_m = map.ndt.cell_m;
