@@ -48,8 +48,7 @@ TEST(TownCaster, MeasuresToTheNearFaceOfABoxAndNothingBesideIt) {
 }
 
 TEST(TownCaster, AgreesWithEveryTriangleTriedInTurn) {
-  const Town town = value_of(make_town({5, 20.0}));
-  const TownMesh mesh = standing_mesh(town, 0);
+  const TownMesh mesh = standing_mesh(value_of(make_town({5, 20.0})), 0);
   const TownCaster caster(mesh);
   Random random(1);
   int agreeing = 0;
@@ -69,8 +68,7 @@ TEST(TownCaster, AgreesWithEveryTriangleTriedInTurn) {
 
 // Rays at the very corners of triangles, where floats would decide by chance.
 TEST(TownCaster, AgreesWithEveryTriangleAtTheirCorners) {
-  const Town town = value_of(make_town({5, 20.0}));
-  const TownMesh mesh = standing_mesh(town, 0);
+  const TownMesh mesh = standing_mesh(value_of(make_town({5, 20.0})), 0);
   const TownCaster caster(mesh);
   const Eigen::Vector3d origin_m(10.1, 0.3, 1.8);
   for (std::size_t i = 0; i < mesh.vertices_m.size(); i += mesh.vertices_m.size() / 100) {

@@ -107,8 +107,7 @@ TEST_F(TownDrive, RangeNoiseIsCentredAndAsWideAsAskedFor) {
 }
 
 TEST_F(TownDrive, ReturnsLieOnTheSensorsRingsAndWithinItsRange) {
-  const DriveOptions options = options_of(0, 2.0);
-  const TownScan scan = simulator(options).scan(0);
+  const TownScan scan = simulator(options_of(0, 2.0)).scan(0);
   for (const LabelledPoint& point : scan.points) {
     const Eigen::Vector3d p = point.position_m.cast<double>();
     const double elevation_deg = std::atan2(p.z(), p.head<2>().norm()) * 180.0 / std::numbers::pi;
@@ -137,8 +136,7 @@ TEST_F(TownDrive, OfAPartOfTheRouteBeginsThere) {
 }
 
 TEST_F(TownDrive, SomeReturnsAreMissing) {
-  const DriveSimulator drive = simulator(options_of(0, 2.0));
-  const auto count = static_cast<double>(drive.scan(0).points.size());
+  const auto count = static_cast<double>(simulator(options_of(0, 2.0)).scan(0).points.size());
   EXPECT_LT(count, 0.97 * 28800);
   EXPECT_GT(count, 0.40 * 28800);
 }

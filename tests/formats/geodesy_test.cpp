@@ -37,8 +37,7 @@ TEST(Utm, RefusesAPointThatIsNotOfTheZone) {
 }
 
 TEST(Enu, IsATangentPlaneAtItsOrigin) {
-  const World enu = *parse_world("enu:49,8.4,100");
-  const Geodetic north = value_of(to_geodetic(enu, {0.0, 1000.0, 0.0}));
+  const Geodetic north = value_of(to_geodetic(*parse_world("enu:49,8.4,100"), {0.0, 1000.0, 0.0}));
   EXPECT_NEAR(north.latitude_deg, 49.0 + 1000.0 / 111'209.0, 2e-5);
   EXPECT_NEAR(north.longitude_deg, 8.4, 1e-12);
   EXPECT_NEAR(north.altitude_m, 100.0784, 1e-3);  // Earth curves away below a tangent

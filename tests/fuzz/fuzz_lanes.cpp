@@ -33,8 +33,7 @@ void read_lines(const RouteText& file, Parser parse) {
   if (const Result<void> read = parse(file, route); !read) return check(read.error());
   check(route);
   if (route.lines.empty()) return;
-  const Result<void> valid = validate(route);
-  SIGHTLINE_CHECK(valid.has_value());
+  SIGHTLINE_CHECK(validate(route).has_value());
 }
 
 // A side is as the file has it, and the left one lies on the left.

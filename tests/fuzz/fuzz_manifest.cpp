@@ -43,7 +43,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   sightline::ContainerParts parts = sightline::sound_parts();
   const auto bytes = std::as_bytes(std::span(data, size));
   parts.manifest.assign(bytes.begin(), bytes.end());
-  const std::vector<std::byte> file = sightline::assemble(parts);
-  sightline::use(file);
+  sightline::use(sightline::assemble(parts));
   return 0;
 }

@@ -29,10 +29,7 @@ std::vector<std::string> words_of(const std::string& text) {
   return words;
 }
 
-std::string help_of(const std::string& verb) {
-  const ProgramResult help = run_successfully(verb + " --help");
-  return help.out;
-}
+std::string help_of(const std::string& verb) { return run_successfully(verb + " --help").out; }
 
 std::vector<std::string> verbs() {
   std::vector<std::string> names;

@@ -81,8 +81,7 @@ TEST(Everyday, TellsProgressAsJsonOnAnyDescriptor) {
   const std::string file = (folder / "progress.jsonl").string();
   run_successfully("compile " + small_config() + " --no-cache -q -o " +
                    (folder / "town.slmap").string() + " --json-progress=5 5> " + file);
-  const std::string text = value_of(read_text_file(file));
-  expect_progress(json_lines(text));
+  expect_progress(json_lines(value_of(read_text_file(file))));
 
   const ProgramResult closed = run_sightline(compile + "--json-progress=77");
   EXPECT_EQ(closed.status, 64);
@@ -119,8 +118,7 @@ TEST(Everyday, StopAfterEndsEveryVerbThatRunsPasses) {
     EXPECT_THAT(run.err, HasSubstr(std::string("--stop-after ingest: "))) << arguments;
     EXPECT_THAT(run.err, HasSubstr(artifact)) << arguments;
   }
-  const ProgramResult in_time = run_successfully("dump --what drive " + stop);
-  EXPECT_THAT(in_time.out, HasSubstr("scan"));
+  EXPECT_THAT(run_successfully("dump --what drive " + stop).out, HasSubstr("scan"));
 }
 
 TEST(Everyday, CompilesFromTheListedInputsAlone) {

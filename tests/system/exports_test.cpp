@@ -75,8 +75,7 @@ Csv csv_of(const std::string& text) {
 }
 
 std::string dumped(const std::string& source, const std::string& what) {
-  const ProgramResult run = run_successfully("dump " + source + " -q --format csv --what " + what);
-  return run.out;
+  return run_successfully("dump " + source + " -q --format csv --what " + what).out;
 }
 
 TEST(Exports, GdalReadsEverySiteOfTheGeoJsonWhereTheDumpPutsIt) {

@@ -12,9 +12,7 @@ struct ProgramResult {
 };
 
 ProgramResult run_command(const std::string& command);
-
 ProgramResult run_sightline(const std::string& arguments);
-
 ProgramResult run_successfully(const std::string& arguments);
 
 // A town that the generator makes by these options, with a configuration of its mapping drive and

@@ -286,8 +286,7 @@ TEST_F(PullRequest, ThatTakesAWallAwayPassesWhereNothingWasMeasuredWorse) {
 TEST_F(PullRequest, WithTenMoreParkedCarsIsRefusedForWhatWasMeasured) {
   const Pipeline judged = run_pipeline({changed_town("cars"), release(), model(), "all"});
   expect_failed(judged);
-  const std::vector<Json> errors = violations(judged, "error");
-  EXPECT_TRUE(std::ranges::any_of(errors, [](const Json& check) {
+  EXPECT_TRUE(std::ranges::any_of(violations(judged, "error"), [](const Json& check) {
     return check.at("rule") == "measured-coverage-drop" && check.at("limit_m") == 0.1;
   })) << judged.said;
   // The gate comes last: what a reviewer looks at is there all the same.

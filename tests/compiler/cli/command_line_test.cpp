@@ -165,8 +165,7 @@ TEST(ParseWords, RefusesAWordTooMany) {
   PaintFlags flags;
   Verb verb = paint_verb(flags);
   verb.positionals.pop_back();
-  const Error parsed = failure_of(parse_words("house paint", verb, {"north", "south"}));
-  EXPECT_EQ(to_string(parsed),
+  EXPECT_EQ(to_string(failure_of(parse_words("house paint", verb, {"north", "south"}))),
             "SL1001 bad-argument: unexpected word 'south'; `house paint --help` shows what may "
             "stand there");
 }

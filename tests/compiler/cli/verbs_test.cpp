@@ -237,5 +237,4 @@ TEST(HelpText, BreaksLinesAtTheSecondColumn) {
 }
 
 }  // namespace
-
 }  // namespace sightline

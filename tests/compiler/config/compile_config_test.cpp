@@ -27,7 +27,6 @@ namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
-
 const fs::path kRoot = SIGHTLINE_ROOT;
 
 Result<CompileConfig> load(const std::string& yaml, const std::vector<std::string>& overrides = {},
@@ -136,8 +135,7 @@ TEST(CompileConfig, TakesAListOfDrivesThatMakeTheMap) {
   std::vector<std::string> roles;
   for (const RecordingInput& input : compile.recordings) roles.push_back(input.role);
   EXPECT_EQ(roles, (std::vector<std::string>{"mapping", "mapping[2]", "mapping[3]"}));
-  const std::vector<EffectiveValue> values = effective_values(config);
-  EXPECT_TRUE(std::ranges::any_of(values, [](const EffectiveValue& value) {
+  EXPECT_TRUE(std::ranges::any_of(effective_values(config), [](const EffectiveValue& value) {
     return value.section == "mapping[3]" && value.key == "rate_hz" && value.value == "5";
   }));
   EXPECT_TRUE(is_valid(json_of(YAML::Load("mapping: [{scans: a}, {scans: b}]"))));
@@ -235,12 +233,10 @@ void write_map(const std::string& name) {
 
 TEST(CompileConfig, KnowsACompiledMapByItsContent) {
   write_map("renamed.map");
-  const CompileConfig renamed = value_of(load("map: renamed.map\nroute: everywhere\n"));
-  EXPECT_TRUE(renamed.map.is_compiled);
+  EXPECT_TRUE(value_of(load("map: renamed.map\nroute: everywhere\n")).map.is_compiled);
   ASSERT_TRUE(write_file_atomically(scratch_folder() / "compile_config_test" / "cloud.slmap",
                                     std::string_view("# .PCD v0.7"), IfExists::kReplace));
-  const CompileConfig cloud = value_of(load("map: cloud.slmap\nroute: everywhere\n"));
-  EXPECT_FALSE(cloud.map.is_compiled);
+  EXPECT_FALSE(value_of(load("map: cloud.slmap\nroute: everywhere\n")).map.is_compiled);
 }
 
 TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {

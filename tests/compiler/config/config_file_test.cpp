@@ -135,5 +135,4 @@ TEST(PlaceNames, DependNeitherOnWhereThatFolderLiesNorOnHowItIsWritten) {
 }
 
 }  // namespace
-
 }  // namespace sightline

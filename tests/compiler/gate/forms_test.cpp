@@ -99,8 +99,7 @@ TEST(GateForms, SarifPointsAtTheRulesWhereTheyStandInAFile) {
 
 // The schema is Apache Ant's; xmllint is libxml2's.
 TEST(GateForms, JunitIsValidAndFailsTheSameRules) {
-  const GateReport report = full_report();
-  const std::string xml = to_junit(report);
+  const std::string xml = to_junit(full_report());
   const std::filesystem::path file = scratch_folder() / "gate.xml";
   ASSERT_TRUE(write_file_atomically(file, xml, IfExists::kReplace));
   const std::string schema = (kRoot / "tests/compiler/gate/schemas/JUnit.xsd").string();
@@ -118,8 +117,7 @@ TEST(GateForms, JunitIsValidAndFailsTheSameRules) {
 
 TEST(GateForms, JunitFailsWhatTheGateFailsAt) {
   GateReport report = full_report();
-  const std::string at_errors = to_junit(report);
-  EXPECT_THAT(at_errors, HasSubstr("name=\"sensor-change\" time=\"0\"/>"));
+  EXPECT_THAT(to_junit(report), HasSubstr("name=\"sensor-change\" time=\"0\"/>"));
   report.fails_at = Severity::kWarning;
   EXPECT_THAT(to_junit(report), HasSubstr("name=\"sensor-change\" time=\"0\"><failure"));
 }

@@ -170,8 +170,7 @@ TEST_F(Init, PassesOverAFolderWithALinkThatLeadsNowhere) {
   write_scans(folder_ / "mapping", {});
   write_scans(folder_ / "other", {});
   fs::create_symlink("gone.bin", folder_ / "other" / "99.bin");
-  const CompileConfig config = draft();
-  EXPECT_EQ(config.localization.scans, "");
+  EXPECT_EQ(draft().localization.scans, "");
   EXPECT_THAT(yaml_, HasSubstr("Not used: other"));
   EXPECT_THAT(yaml_, HasSubstr("gone.bin"));
 }
@@ -373,8 +372,7 @@ TEST_F(Init, RefusesAFolderWithoutADriveAndSaysWhatItPassedOver) {
   for (const char* name : {"1.pcd", "2.pcd"}) {
     std::ofstream(folder_ / name) << "version https://git-lfs.github.com/spec/v1\n";
   }
-  const Error pointers = failure_of(draft_config(folder_, ""));
-  EXPECT_THAT(pointers.message, HasSubstr("git lfs pull"));
+  EXPECT_THAT(failure_of(draft_config(folder_, "")).message, HasSubstr("git lfs pull"));
 }
 
 std::vector<PointCloudFile> scans_with(const std::vector<double>& beams_deg,

@@ -174,8 +174,7 @@ TEST_F(ArtifactForms, OfAWholeTheLastToTakeAFormReadsItFromTheStore) {
 TEST(InForm, GivesAnyFormOfAnother) {
   const NdtMap map = row_of_nds(10);
   const ArtifactSet::Entry whole{&artifact_type<NdtMap>(), std::make_shared<const NdtMap>(map), {}};
-  const std::shared_ptr<const void> same = value_of(in_form(whole, artifact_type<NdtMap>()));
-  EXPECT_EQ(same, whole.value);
+  EXPECT_EQ(value_of(in_form(whole, artifact_type<NdtMap>())), whole.value);
   const std::shared_ptr<const void> tiled = value_of(in_form(whole, artifact_type<TiledNds>()));
   EXPECT_EQ(static_cast<const TiledNds*>(tiled.get())->tiles().size(), 3U);
   const std::shared_ptr<const void> back =

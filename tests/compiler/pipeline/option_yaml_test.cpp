@@ -70,8 +70,7 @@ TEST(YamlTree, RefusesASecondKeyOrDocumentWithItsLine) {
   }
   for (const char* text :
        {"%YAML 1.2\n---\na: 1\n...\n", "a: 1\n---\n", "a: {c: 1}\nb: {c: 1}\n"}) {
-    const YamlNode root = value_of(parse_yaml(text));
-    EXPECT_NE(root.find("a"), nullptr) << text;
+    EXPECT_NE(value_of(parse_yaml(text)).find("a"), nullptr) << text;
   }
 }
 

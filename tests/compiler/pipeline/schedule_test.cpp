@@ -85,8 +85,7 @@ TEST(StepKey, OfTwoStepsWithDifferentOptionsIsNeverOne) {
 
 TEST(StepKey, HasARecordOfOneLineForEachOption) {
   const StepKey before = key_with({"1", "2"});
-  const StepKey now = key_with({"1\noption second = 2", "2"});
-  EXPECT_EQ(reason_to_run(before.record, now.record),
+  EXPECT_EQ(reason_to_run(before.record, key_with({"1\noption second = 2", "2"}).record),
             "option first was 1, is 1\\noption second = 2");
 }
 

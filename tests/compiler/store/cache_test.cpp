@@ -197,5 +197,4 @@ TEST(SealedObject, IsRefusedDamagedAtEveryBit) {
 }
 
 }  // namespace
-
 }  // namespace sightline

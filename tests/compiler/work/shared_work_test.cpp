@@ -161,5 +161,4 @@ TEST(Stages, WaysToReadScansAndTheMapAloneAreKeptByNobody) {
 }
 
 }  // namespace
-
 }  // namespace sightline

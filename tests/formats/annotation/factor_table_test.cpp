@@ -78,18 +78,6 @@ TEST(FactorTable, DumpsOneRowForEachSiteAndRange) {
             (std::vector<Cell>{std::int64_t{1}, 20.0, std::string("20 m"), 3.0, 12.25}));
 }
 
-TEST(FactorTable, RefusesRangesThatDoNotAscend) {
-  FactorTable table = small_table();
-  table.looks = every_return_at({20.0, 20.0});
-  EXPECT_FALSE(validate(table).has_value());
-}
-
-TEST(FactorTable, RefusesTwoFactorsOfOneName) {
-  FactorTable table = small_table();
-  table.factors[1] = table.factors[0];
-  EXPECT_FALSE(validate(table).has_value());
-}
-
 TEST(FactorTable, NamesTheFactorAndSiteThatAreNotFinite) {
   FactorTable table = small_table();
   table.values[5] = std::nan("");
@@ -102,16 +90,14 @@ TEST(FactorTable, NamesTheFactorAndSiteThatAreNotFinite) {
   EXPECT_EQ(validate(shared).error().place, "site 1");
 }
 
-TEST(FactorTable, RefusesToShareMoreFactorsThanThereAre) {
-  FactorTable table = shared_table();
-  table.shared_count = 3;
-  EXPECT_FALSE(validate(table).has_value());
-}
-
-TEST(FactorTable, RefusesTooFewValues) {
-  FactorTable table = small_table();
-  table.values.pop_back();
-  EXPECT_FALSE(validate(table).has_value());
+TEST(FactorTable, RefusesWhatContradictsItself) {
+  expect_refused<FactorTable>(small_table(),
+                              {[](FactorTable& table) {
+                                 table.looks = every_return_at({20.0, 20.0});
+                               },
+                               [](FactorTable& table) { table.factors[1] = table.factors[0]; },
+                               [](FactorTable& table) { table.values.pop_back(); }});
+  expect_refused<FactorTable>(shared_table(), {[](FactorTable& table) { table.shared_count = 3; }});
 }
 
 }  // namespace

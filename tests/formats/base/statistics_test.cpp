@@ -33,5 +33,4 @@ TEST(Evenly, TakesAllOfFewAndEachOnce) {
 }
 
 }  // namespace
-
 }  // namespace sightline

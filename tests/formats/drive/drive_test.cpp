@@ -41,8 +41,7 @@ TEST(Drive, GetsItsScansBackAfterDisk) {
   Scan scan;
   scan.stamp_ns = 7;
   scan.points_m = {Eigen::Vector3d(1, 2, 3)};
-  const Drive whole = with_store(decoded, memory_scan_store({Scan{}, scan}));
-  const Scan read = value_of(whole.store->read(1));
+  const Scan read = value_of(with_store(decoded, memory_scan_store({Scan{}, scan})).store->read(1));
   EXPECT_EQ(read.stamp_ns, 7);
   EXPECT_EQ(read.points_m, scan.points_m);
 }

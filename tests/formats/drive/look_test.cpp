@@ -41,8 +41,7 @@ TEST(Look, ReadsWhatItWrites) {
       }
     }
     if (random.below(2) > 0) look.mode = LookMode::kSettle;
-    const Look again = value_of(parse_look(to_text(look)));
-    EXPECT_EQ(again, look) << to_text(look);
+    EXPECT_EQ(value_of(parse_look(to_text(look))), look) << to_text(look);
   }
 }
 
@@ -84,8 +83,7 @@ std::vector<Look> some_looks() {
 }
 
 TEST(Looks, AreReadAsTheyAreWritten) {
-  const std::vector<Look> looks = value_of(parse_looks(to_text(some_looks())));
-  EXPECT_EQ(looks, some_looks());
+  EXPECT_EQ(value_of(parse_looks(to_text(some_looks()))), some_looks());
 }
 
 TEST(Looks, AreReadFromAListInYaml) {
@@ -174,5 +172,4 @@ TEST(LookPlan, RefusesPlansThatMakeNoSense) {
 }
 
 }  // namespace
-
 }  // namespace sightline

@@ -128,8 +128,7 @@ TEST(ScanMemory, IsSafeFromSeveralThreads) {
       Random random(seed);
       for (int i = 0; i < 300; ++i) {
         const std::size_t index = random.below(20);
-        const Scan found = value_of(remembered->read(index));
-        expect_same_bits(found, store->scan(index));
+        expect_same_bits(value_of(remembered->read(index)), store->scan(index));
       }
     });
   }

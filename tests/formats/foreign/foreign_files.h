@@ -37,8 +37,7 @@ class ScratchFolder {
 
   std::filesystem::path write(std::string_view name, std::string_view text) const {
     const std::filesystem::path file = path_ / name;
-    const Result<void> written = write_file_atomically(file, text, IfExists::kReplace);
-    EXPECT_TRUE(written.has_value());
+    EXPECT_TRUE(write_file_atomically(file, text, IfExists::kReplace).has_value());
     return file;
   }
 
@@ -77,8 +76,7 @@ inline std::string float_spiral(std::size_t columns, std::size_t points = 1600) 
 // Every shorter version is refused, or says that it may be cut; none crashes. Text may end without
 // its last line end, which changes nothing, and within its last number, which is flagged.
 inline void expect_every_cut_is_noticed(const std::string& whole, const std::string& name) {
-  const PointCloudFile intact = value_of(parse_text(whole, name));
-  EXPECT_FALSE(intact.may_be_cut);
+  EXPECT_FALSE(value_of(parse_text(whole, name)).may_be_cut);
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const Result<PointCloudFile> cut = parse_text(whole.substr(0, size), name);
     EXPECT_TRUE(!cut.has_value() || cut->may_be_cut) << name << " cut at byte " << size;

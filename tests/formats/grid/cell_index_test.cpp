@@ -210,5 +210,4 @@ TEST(CellSet, HoldsWhatItWasGivenAndNothingElse) {
 }
 
 }  // namespace
-
 }  // namespace sightline

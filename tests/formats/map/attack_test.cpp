@@ -110,8 +110,7 @@ TEST(Attack, ADecompressionBombIsRefusedBeforeItIsUnpacked) {
   EXPECT_EQ(failure_of(unpack_zstd(bomb, zeros.size())).code, ErrorCode::kTooLarge);
 
   std::vector<std::byte> file;
-  const CompiledMap map = twin_tiles();
-  const ContainerParts parts = parts_of(map);
+  const ContainerParts parts = parts_of(twin_tiles());
   ContainerWriter writer(write_to(file), parts.manifest, {});
   const PackedBlock layer{
       "debug",       1,   false, BlockCodec::kZstd, 1, zeros.size(), block_checksum(bomb),

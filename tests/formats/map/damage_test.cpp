@@ -42,8 +42,7 @@ TEST(DamagedMap, WithOneBitFlippedInAnyByteIsRefusedAndTellsWhere) {
 }
 
 TEST(DamagedMap, NamesTheTileAndLayerOfTheFault) {
-  const CompiledMap map = tiny_map();
-  ContainerParts parts = parts_of(map);
+  ContainerParts parts = parts_of(tiny_map());
   for (TileParts& tile : parts.tiles) {
     for (BlockParts& layer : tile.layers) {
       if (layer.name == "range") layer.raw[0] ^= std::byte{0x40};  // a site that is not there

@@ -34,8 +34,7 @@ TEST(DrivesSection, IsPartOfAMapAndChangesNoDigestThatAVehicleReliesOn) {
   EXPECT_FALSE(read_map(bare_file)->tile_drives.has_value());
   EXPECT_TRUE(dump(bare, "tile-drives")->rows.empty());
   EXPECT_EQ(verify_map(file)->root_digest, verify_map(bare_file)->root_digest);
-  const Recovered recovered = value_of(recover_map(file));
-  EXPECT_EQ(recovered.map.tile_drives, map.tile_drives);
+  EXPECT_EQ(value_of(recover_map(file)).map.tile_drives, map.tile_drives);
 }
 
 TEST(DrivesSection, IsRefusedWhenCutShortAtEveryByte) {

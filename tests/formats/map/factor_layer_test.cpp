@@ -59,8 +59,7 @@ TEST(FactorLayer, IsPartOfAMapAndChangesNoDigestThatAVehicleReliesOn) {
   CompiledMap bare = map;
   bare.factors = {};
   const std::vector<std::byte> file = encode_map(map);
-  const CompiledMap back = value_of(read_map(file));
-  EXPECT_EQ(to_bytes(back.factors), to_bytes(map.factors));
+  EXPECT_EQ(to_bytes(value_of(read_map(file)).factors), to_bytes(map.factors));
   const std::vector<std::byte> bare_file = encode_map(bare);
   EXPECT_TRUE(read_map(bare_file)->factors.factors.empty());
   EXPECT_LT(bare_file.size(), file.size());

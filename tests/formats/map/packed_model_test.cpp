@@ -31,8 +31,7 @@ TEST(PackedModel, KeepsTheBytesAndWhatTheRecordSays) {
   EXPECT_TRUE(back.record == packed.record);
   std::vector<std::byte> stored;
   const PackedBlock section = value_of(read_section(back, stored));
-  const RawBytes raw = value_of(checked_bytes(section));
-  EXPECT_TRUE(std::ranges::equal(raw.bytes(), record.bytes));
+  EXPECT_TRUE(std::ranges::equal(value_of(checked_bytes(section)).bytes(), record.bytes));
   EXPECT_EQ(section.name, "error-model");
   EXPECT_EQ(section.version, record.encoding_version);
 }

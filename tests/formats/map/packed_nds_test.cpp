@@ -32,8 +32,7 @@ TEST(PackedNds, AreThoseOfTheMapFile) {
     const PackedNds nds = value_of(pack_nds(map.ndt));
     EXPECT_EQ(nds.nd_count, map.ndt.nds.size());
     EXPECT_TRUE(validate(nds));
-    const NdtMap back = value_of(unpacked(nds));
-    EXPECT_EQ(text_of(back), text_of(read_map(encode_map(map))->ndt));
+    EXPECT_EQ(text_of(value_of(unpacked(nds))), text_of(read_map(encode_map(map))->ndt));
     const CompiledMap whole = map;
     const ByFamily<StoredTable<FactorTable>> factors = factors_of(map);
     const PackedModel model = value_of(pack_model(map.model));

@@ -21,7 +21,6 @@ namespace sightline {
 namespace {
 
 using testing::HasSubstr;
-
 constexpr FormatVersion kProgram{1, 2};
 
 const CompiledMap& some_map() {

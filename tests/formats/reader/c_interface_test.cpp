@@ -176,8 +176,7 @@ TEST(CInterface, GivesColumnsOfSites) {
 }
 
 TEST(CInterface, ListsNoSitesWhereAPageOfThemIsDamaged) {
-  const CompiledMap map = random_map({.seed = 1, .site_count = 130});
-  std::vector<std::byte> file = encode_map(map);
+  std::vector<std::byte> file = encode_map(random_map({.seed = 1, .site_count = 130}));
   // A row in the last page but one of the section, which ends where the directory begins.
   file[header_fields(file).directory_offset - 2 * kPageSize + 100] ^= std::byte{1};
   const std::string path = written_map(file, "c_damaged_sites.slmap");

@@ -106,8 +106,7 @@ TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
                       random.uniform(-3.0, 3.0)});
       const double limit_m = random.uniform(0.05, 0.4);
       const RangeAnswer expected = brute_force(map, position, limit_m);
-      const RangeAnswer found = value_of(reader.observation_range(position, limit_m));
-      expect_equal(found, expected);
+      expect_equal(value_of(reader.observation_range(position, limit_m)), expected);
       if (expected.site != kNoSite) ++found_count;
     }
   }
@@ -309,8 +308,7 @@ TEST(MapReader, TakesTheLowerIdWhereTwoSitesAreEquallyNear) {
 }
 
 TEST(MapReader, FarFromAnySiteAnswersTheLongestRange) {
-  const CompiledMap map = random_map({.seed = 2});
-  const std::vector<std::byte> file = encode_map(map);
+  const std::vector<std::byte> file = encode_map(random_map({.seed = 2}));
   const MapReader reader = value_of(MapReader::open(file, "annealed"));
   for (const double far_m : {200.0, -5000.0, 1e7, 1e300}) {
     const RangeAnswer answer = value_of(reader.observation_range({far_m, far_m, 0.0}, 0.25));

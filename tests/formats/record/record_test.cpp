@@ -87,8 +87,7 @@ bool is_readable(std::span<const std::byte> payload) {
 TEST(Record, SurvivesTheDisk) { expect_survives_disk(some_journey()); }
 
 TEST(Record, IsReadAsItWasWritten) {
-  const Journey back = value_of(from_bytes<Journey>(to_bytes(some_journey())));
-  EXPECT_EQ(back, some_journey());
+  EXPECT_EQ(value_of(from_bytes<Journey>(to_bytes(some_journey()))), some_journey());
 }
 
 TEST(Record, HasTheBytesOfItsFieldsOneAfterAnother) {

@@ -88,8 +88,7 @@ TEST(ReleaseRecordText, RandomRecordsReadBackTheSame) {
   for (int i = 0; i < 500; ++i) {
     const ReleaseRecord record = random_release(random);
     ASSERT_TRUE(validate(record));
-    const ReleaseRecord back = value_of(decode_release_record(encode(record)));
-    EXPECT_EQ(back, record);
+    EXPECT_EQ(value_of(decode_release_record(encode(record))), record);
   }
 }
 
@@ -117,8 +116,7 @@ TEST(ReleaseRecordText, WhateverIsAcceptedIsWrittenAgainTheSame) {
 
 TEST(RootRecordText, ReadsBackAndRefusesASignerWhoWouldCountTwice) {
   const RootRecord root = root_of({1, 2, 3}, 2);
-  const RootRecord back = value_of(decode_root_record(encode(root)));
-  EXPECT_EQ(encode(back), encode(root));
+  EXPECT_EQ(encode(value_of(decode_root_record(encode(root)))), encode(root));
 
   RootRecord twice = root;
   twice.keys[1].point = twice.keys[0].point;  // another id for the same key

@@ -39,8 +39,7 @@ VehicleFacts vehicle_that_saw(const ReleaseRecord& record, const std::vector<std
 const RootRecord kOld = root_of({1, 2, 3}, 2);
 
 TEST(SeenState, ReadsWhatItWrites) {
-  const VehicleFacts vehicle = vehicle_that_saw(release(5), {1, 2}, kOld);
-  const std::string text = encode(vehicle.seen);
+  const std::string text = encode(vehicle_that_saw(release(5), {1, 2}, kOld).seen);
   const SeenState again = value_of(decode_seen_state(text));
   EXPECT_EQ(encode(again), text);
   EXPECT_EQ(again.time_s, kNow);
@@ -120,8 +119,7 @@ TEST(SeenState, OldRecordsComeBackByNoRotation) {
   // Two of the old keys stay: what they signed long ago is still valid, so counters are kept.
   for (const auto& numbers :
        std::vector<std::vector<std::uint8_t>>{{1, 2}, {2, 3, 4}, {1, 2, 3, 4}}) {
-    const RootRecord next = root_of(numbers, 2, 2);
-    EXPECT_FALSE(begins_anew(next, vehicle.seen));
+    EXPECT_FALSE(begins_anew(root_of(numbers, 2, 2), vehicle.seen));
   }
   EXPECT_EQ(offer(release(4), {2, 3}, root_of({2, 3, 4}, 2, 2), vehicle).record.error().code,
             ErrorCode::kReplayedRelease);
@@ -131,8 +129,7 @@ TEST(SeenState, OldRecordsComeBackByNoRotation) {
 
 TEST(SeenState, RetiredKeysThatComeBackResetNothing) {
   VehicleFacts vehicle = vehicle_that_saw(release(9), {1, 2}, kOld);
-  const RootRecord second = root_of({4, 5, 6}, 2, 2);
-  vehicle.seen = offer(release(1), {4, 5}, second, vehicle).seen;
+  vehicle.seen = offer(release(1), {4, 5}, root_of({4, 5, 6}, 2, 2), vehicle).seen;
   EXPECT_EQ(vehicle.seen.keys.size(), 6U);
   EXPECT_FALSE(begins_anew(root_of({1, 2, 7}, 2, 3), vehicle.seen));
   EXPECT_TRUE(begins_anew(root_of({1, 7, 8}, 2, 3), vehicle.seen));

@@ -49,8 +49,7 @@ TEST(Signatures, OfTheLegacyFormOrTooManyAreRefused) {
 TEST(KeyFiles, ReadBackAndAreRefusedWhenDamaged) {
   const SecretKey key = key_of(3);
   const std::string secret = encode_secret_key_file(key, {});
-  const SecretKey back = value_of(decode_secret_key_file(secret, {}));
-  EXPECT_EQ(back.bytes, key.bytes);
+  EXPECT_EQ(value_of(decode_secret_key_file(secret, {})).bytes, key.bytes);
   for (std::size_t i = secret.find('\n'); i < secret.size(); ++i) {
     std::string damaged = secret;
     damaged[i] = static_cast<char>(damaged[i] ^ 1);
@@ -59,8 +58,7 @@ TEST(KeyFiles, ReadBackAndAreRefusedWhenDamaged) {
     EXPECT_TRUE(!read || read->bytes == key.bytes) << i;
   }
   const PublicKey shared = public_key_of(key);
-  const PublicKey shared_back = value_of(decode_public_key_file(encode_public_key_file(shared)));
-  EXPECT_EQ(shared_back, shared);
+  EXPECT_EQ(value_of(decode_public_key_file(encode_public_key_file(shared))), shared);
 }
 
 TEST(KeyFiles, WithAPassphraseOpenWithThatOneAlone) {

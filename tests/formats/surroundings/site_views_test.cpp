@@ -68,5 +68,4 @@ TEST(VirtualScans, RefusesScansOutOfOrderOrWithoutSiteAndPointsThatAreNotFinite)
 }
 
 }  // namespace
-
 }  // namespace sightline

@@ -117,10 +117,7 @@ TEST(TiledSurface, FindsAllThatLiesOverABoxAndLittleElse) {
   const Surface found = *tiled.over(box_m);
   EXPECT_TRUE(validate(found));
   const auto over = [](const Eigen::AlignedBox2d& of_m) {
-    return [=](const SurfacePatch& patch) {
-      const Eigen::Vector2d at_m = patch.centre_m.head<2>();
-      return of_m.contains(at_m);
-    };
+    return [=](const SurfacePatch& patch) { return of_m.contains(patch.centre_m.head<2>()); };
   };
   EXPECT_EQ(std::ranges::count_if(found.patches, over(box_m)),
             std::ranges::count_if(surface.patches, over(box_m)));
@@ -188,5 +185,4 @@ TEST(TiledSurface, RefusesTilesThatDoNotAscend) {
 }
 
 }  // namespace
-
 }  // namespace sightline

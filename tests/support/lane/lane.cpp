@@ -44,8 +44,7 @@ void add_car(Lane& lane, const Eigen::Vector2d& at_m, Random& random) {
 }
 
 void add_sign(Lane& lane, const Eigen::Vector2d& at_m, Random& random) {
-  const double ground = lane.ground.height_m(at_m.x(), at_m.y());
-  const Eigen::Vector3d foot_m(at_m.x(), at_m.y(), ground);
+  const Eigen::Vector3d foot_m(at_m.x(), at_m.y(), lane.ground.height_m(at_m.x(), at_m.y()));
   add_tube(lane.mesh, {foot_m, foot_m + Eigen::Vector3d(0.0, 0.0, 2.8), 0.03}, Kind::kPole);
   add_block(
       lane.mesh,

@@ -72,5 +72,4 @@ TEST(RemainingTime, IsShownInMinutesAndHours) {
 }
 
 }  // namespace
-
 }  // namespace sightline

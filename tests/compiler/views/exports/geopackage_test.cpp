@@ -76,8 +76,7 @@ TEST(GeoPackage, HoldsEverySiteAndRunWithWhatTheMapSays) {
 
 TEST(GeoPackage, NamesTheZoneOfItsCoordinates) {
   const CompiledMap map = random_map({.seed = 5});
-  const World square = *parse_world("mgrs:32UMV");
-  const Opened opened(*to_geopackage(map, square));
+  const Opened opened(*to_geopackage(map, *parse_world("mgrs:32UMV")));
   EXPECT_EQ(opened.value("SELECT srs_id FROM gpkg_contents WHERE table_name = 'sites'"), "32632");
   const std::string point = opened.value("SELECT geom FROM sites WHERE site = 0");
   double y_m = 0.0;

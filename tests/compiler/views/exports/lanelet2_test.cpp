@@ -270,8 +270,7 @@ TEST(Lanelet2, TagsAreWhatTheReaderAnswersAlongTheLane) {
 TEST(Lanelet2, AMapWithoutLooksAnswersWithItsRanges) {
   const OpenMap open(4, /*has_looks=*/false);
   Random random(1);
-  const std::vector<Lane> lanes = random_lanes(random, open.map, 5);
-  const Read read(exported(open, document(lanes)).text);
+  const Read read(exported(open, document(random_lanes(random, open.map, 5))).text);
   for (int i = 1; i <= 5; ++i) {
     const Tags tags = read.tags("relation", 100 * i + 60);
     if (tags.at("observation_range_010") == "unknown") continue;

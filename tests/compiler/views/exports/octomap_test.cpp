@@ -185,8 +185,7 @@ TEST(Octomap, IsTheTreeThatOctomapsOwnToolsMakeOfTheScans) {
       in_folder + "log2graph street.log street.graph && graph2tree -i street.graph -o tools.bt " +
       "-res 0.25 -m 30");
   ASSERT_EQ(made.status, 0) << made.err;
-  const std::vector<std::byte> bytes = exported(surface);
-  ASSERT_TRUE(write_file_atomically(folder / "ours.bt", bytes, IfExists::kReplace));
+  ASSERT_TRUE(write_file_atomically(folder / "ours.bt", exported(surface), IfExists::kReplace));
   octomap::OcTree ours(1.0);
   octomap::OcTree theirs(1.0);
   ASSERT_TRUE(ours.readBinary((folder / "ours.bt").string()));

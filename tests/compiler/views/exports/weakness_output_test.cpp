@@ -79,8 +79,7 @@ TEST(WeaknessOutput, InJsonKeepsToItsSchemaAndLiesInTheWorld) {
 }
 
 TEST(WeaknessOutput, InGeoJsonIsLinesAndPointsWhereTheWorldSays) {
-  const Result<World> utm = parse_world("utm:32N");
-  const std::string text = value_of(to_geojson(weakness(), street(), *utm));
+  const std::string text = value_of(to_geojson(weakness(), street(), *parse_world("utm:32N")));
   const Json json = Json::parse(text);
   ASSERT_EQ(json["features"].size(), 3U);
   EXPECT_EQ(json["features"][0]["geometry"]["type"], "LineString");

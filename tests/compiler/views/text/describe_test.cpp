@@ -70,5 +70,4 @@ TEST(DescribeDrives, SaysTheDayOfEachDriveAndHowManyTilesAreFromIt) {
 }
 
 }  // namespace
-
 }  // namespace sightline

@@ -27,8 +27,7 @@ class AtomicFile : public TestInFolder {
 TEST_F(AtomicFile, AppearsWholeAndLeavesNothingBeside) {
   const std::filesystem::path path = folder_ / "deep" / "map.bin";
   ASSERT_TRUE(write_file_atomically(path, std::string_view("content"), IfExists::kRefuse));
-  const std::string text = value_of(read_text_file(path));
-  EXPECT_EQ(text, "content");
+  EXPECT_EQ(value_of(read_text_file(path)), "content");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "deep"), {}), 1);
 }
 

@@ -25,8 +25,7 @@ std::vector<std::byte> random_bytes(std::size_t size) {
 GrowingBytes grown(std::span<const std::byte> bytes, std::size_t most_in_memory) {
   GrowingBytes growing(most_in_memory);
   for (std::size_t first = 0, step = 1; first < bytes.size(); first += step, step = 3 * step + 1) {
-    const auto piece = bytes.subspan(first, std::min(step, bytes.size() - first));
-    EXPECT_TRUE(growing.append(piece));
+    EXPECT_TRUE(growing.append(bytes.subspan(first, std::min(step, bytes.size() - first))));
   }
   return growing;
 }

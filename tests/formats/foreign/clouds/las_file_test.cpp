@@ -102,8 +102,7 @@ TEST(LasFile, SkipsExtraBytesOfAPointAndLeavesOutTimesOfAWholeFlight) {
 
 TEST(LasFile, NoticesEveryCutAndSurvivesAllDamage) {
   for (const int id : {3, 6}) {
-    const Format& format = kFormats[static_cast<std::size_t>(id)];
-    const std::string whole = las(format, 4, kPoints);
+    const std::string whole = las(kFormats[static_cast<std::size_t>(id)], 4, kPoints);
     expect_every_cut_is_noticed(whole, "0.las");
     expect_no_damage_crashes(whole, "0.las");
   }

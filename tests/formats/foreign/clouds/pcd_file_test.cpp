@@ -372,8 +372,7 @@ TEST(PcdFile, SaysWhereAFileIsCut) {
   const Error cut = failure_of(parse_text(whole.substr(0, whole.size() - 3), "drive/7.pcd"));
   EXPECT_EQ(cut.file, "drive/7.pcd");
   EXPECT_EQ(cut.place, "byte " + std::to_string(whole.size() - 3));
-  const Error text = failure_of(parse_text(ascii_pcd(3, "1 2 3\n4 5\n"), "a.pcd"));
-  EXPECT_EQ(text.place, "line 12");
+  EXPECT_EQ(failure_of(parse_text(ascii_pcd(3, "1 2 3\n4 5\n"), "a.pcd")).place, "line 12");
 }
 
 TEST(PcdFile, DropsAndCountsWhatIsNoReturn) {

@@ -82,8 +82,7 @@ TEST(PlyFile, WalksThroughFacesBeforeAndBehindTheVertices) {
                                    .append("element face 2\nproperty list uchar int index\n");
   const std::string text =
       header("ascii", elements) + "3 0 1 2\n1 2 3\n4 5 6\n3 0 1 1\n4 0 1 1 0\n";
-  const PointCloudFile cloud = value_of(parse_text(text, "a.ply"));
-  EXPECT_EQ(cloud.points_m.at(1), Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(value_of(parse_text(text, "a.ply")).points_m.at(1), Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(code_of(header("ascii", elements) + "3 0 1 2\n1 2 3\n4 5 6\n3 0 1 1\n4 0 1 1\n"),
             kTruncatedScan);
 }

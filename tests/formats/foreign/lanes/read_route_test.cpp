@@ -227,8 +227,7 @@ TEST(GeoJsonLines, DamagedOnesAreReadOrRefused) {
 TEST_F(ReadRoute, IsTheSameWhenReadBackFromBytes) {
   const Route route = value_of(read("lanes.osm", lanelet("left", "right", "road", "no")));
   const std::vector<std::byte> bytes = to_bytes(route);
-  const Route back = value_of(from_bytes<Route>(bytes));
-  EXPECT_EQ(to_bytes(back), bytes);
+  EXPECT_EQ(to_bytes(value_of(from_bytes<Route>(bytes))), bytes);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_FALSE(from_bytes<Route>(std::span(bytes).first(size)).has_value());
   }
@@ -247,8 +246,7 @@ TEST(OsmText, IsAddedToAsBeforeOnceAdditionsAreTakenOutAgain) {
       const std::string added = value_of(with_additions(text, additions));
       const std::string without = value_of(without_additions(added, {"observation_range_"}));
       EXPECT_LT(without.size(), added.size());
-      const std::string twice = value_of(with_additions(without, additions));
-      EXPECT_EQ(twice, added);
+      EXPECT_EQ(value_of(with_additions(without, additions)), added);
     }
   }
 }

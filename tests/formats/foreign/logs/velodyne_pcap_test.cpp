@@ -246,8 +246,7 @@ TEST_F(VelodynePcapTest, ReadsTheOtherByteOrder) {
   for (std::size_t at = 24; at < bytes.size(); at += 16 + 42 + kVelodynePacketSize) {
     for (std::size_t word = 0; word < 16; word += 4) turn(at + word, 4);
   }
-  const Recording recording = value_of(open(bytes));
-  EXPECT_EQ(recording.digest, open(vlp16_drive(206))->digest);
+  EXPECT_EQ(value_of(open(bytes)).digest, open(vlp16_drive(206))->digest);
 }
 
 TEST(VelodynePcap, IsTheSameAsAPcapng) {

@@ -88,8 +88,7 @@ TEST(ApolloNode, AnotherNodeThanItsFoldersSayIsRefused) {
                                        {0, -10, 0, 0},
                                        {0, 10, 1, 0},
                                        {0, 10, 0, 1}}) {
-    const Error error = failure_of(parse(apollo_file(index, body)));
-    EXPECT_EQ(error.code, ErrorCode::kMalformedHeader);
+    EXPECT_EQ(failure_of(parse(apollo_file(index, body))).code, ErrorCode::kMalformedHeader);
   }
   ApolloTestNode larger = small_node();
   larger.rows = 3;
@@ -116,8 +115,7 @@ TEST(ApolloNode, ABodyThatUnpacksToMoreThanANodeIsRefused) {
 
 TEST(ApolloNode, NumbersThatNoPointsHaveAreLeftOutAndCounted) {
   const double nan = std::nan("");
-  const ApolloTestCell good = small_node().cells.begin()->second;
-  std::vector<ApolloTestCell> bad(6, good);
+  std::vector<ApolloTestCell> bad(6, small_node().cells.begin()->second);
   bad[0].count = 0x80000000U;  // negative for a reader that takes it for signed
   bad[1].mean_m.y() = nan;
   bad[2].products_m2(1, 2) = nan;

@@ -33,8 +33,7 @@ TEST_F(PointMapTest, AutowaresSquaresAreThoseOfItsMetadata) {
 
   const std::shared_ptr<const ScanStore> store = point_map_store(map);
   EXPECT_FALSE(store->has_origins()) << "from where a map was seen is unknown";
-  const Scan piece = value_of(store->read(1));
-  EXPECT_EQ(piece.points_m[0], Eigen::Vector3d(20.0, 0.0, 1.0));
+  EXPECT_EQ(value_of(store->read(1)).points_m[0], Eigen::Vector3d(20.0, 0.0, 1.0));
 }
 
 TEST_F(PointMapTest, OneFileIsAMapToo) {

@@ -217,8 +217,7 @@ TEST_F(BagFileTest, DropsNoChunkBecauseOfADamagedIndex) {
   // Said twice, it is believed until the chunk is read.
   std::uint64_t index = 0;
   std::memcpy(&index, bag.data() + bag.find("index_pos=") + 10, sizeof index);
-  const std::size_t behind_chunk = bag.rfind("conn=", index) + 5;
-  EXPECT_THAT(refusal(with_number(once, behind_chunk, 0)),
+  EXPECT_THAT(refusal(with_number(once, bag.rfind("conn=", index) + 5, 0)),
               HasSubstr("found 0 messages of connection 0 in this chunk, expected 1"));
 }
 

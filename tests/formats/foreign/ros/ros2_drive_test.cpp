@@ -119,15 +119,13 @@ TEST(Ros2Sensors, AreRead) {
   options.scans = path;
   EXPECT_EQ(open_recording(options).error().code, ErrorCode::kBadValue);  // two topics
   options.topic = "/livox/lidar";
-  const Recording livox = value_of(open_recording(options));
-  const PointCloudFile scan = value_of(read_recorded_scan(livox, 1));
+  const PointCloudFile scan = value_of(read_recorded_scan(value_of(open_recording(options)), 1));
   ASSERT_EQ(scan.points_m.size(), 3U);
   EXPECT_EQ(scan.points_m[2], Eigen::Vector3d(3, 4, 5));
   EXPECT_EQ(scan.intensity, (std::vector<float>{40, 41, 42}));
   EXPECT_EQ(scan.time_offset_ns, (std::vector<std::int32_t>{0, 5'000'000, 10'000'000}));
   options.topic = "/velodyne_packets";
-  const Recording velodyne = value_of(open_recording(options));
-  const Scan returns = value_of(recorded_scan_store(velodyne)->read(1));
+  const Scan returns = value_of(recorded_scan_store(value_of(open_recording(options)))->read(1));
   ASSERT_EQ(returns.points_m.size(), 2U * 12U * 32U);
   // Laser 0 looks 15 degrees down at azimuth 0, 10 m away, from 11.2 mm above the centre.
   EXPECT_NEAR(returns.points_m[0].x(), 10.0 * std::cos(15.0 * M_PI / 180.0), 1e-9);

@@ -86,5 +86,4 @@ TEST(NuscenesPoses, RefuseWhatIsNoTableOfThem) {
 }
 
 }  // namespace
-
 }  // namespace sightline

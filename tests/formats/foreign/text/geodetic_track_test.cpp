@@ -63,8 +63,7 @@ TEST(GeodeticTrack, WithoutHeadingLooksWhereItGoes) {
   for (std::size_t i = 1; i + 1 < 8; ++i) {
     const Eigen::Vector3d way_m = found.rows[i + 1].T_world_vehicle.translation() -
                                   found.rows[i - 1].T_world_vehicle.translation();
-    const Eigen::Vector3d forward = found.rows[i].T_world_vehicle.linear().col(0);
-    EXPECT_GT(forward.dot(way_m.normalized()), 0.999) << i;
+    EXPECT_GT(found.rows[i].T_world_vehicle.linear().col(0).dot(way_m.normalized()), 0.999) << i;
   }
   EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("no height is given")));
   EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("direction of travel")));
@@ -195,8 +194,7 @@ TEST(GeodeticTrack, RefusesWhatIsNone) {
   EXPECT_THAT(error_of("lat,lon\n49,8\n49,8\n"), HasSubstr("add a column heading or yaw"));
   EXPECT_THAT(error_of("lat,lon\n"), HasSubstr("found no pose"));
   EXPECT_THAT(error_of("$GPGGA,1,4900.0,N\n"), HasSubstr("found no pose"));
-  const Result<GeodeticTrack> folder = read_geodetic_track(scratch_folder());
-  EXPECT_THAT(to_string(folder.error()), HasSubstr("KITTI's oxts"));
+  EXPECT_THAT(to_string(read_geodetic_track(scratch_folder()).error()), HasSubstr("KITTI's oxts"));
 }
 
 TEST(DateTime, IsReadAsUtc) {

@@ -63,8 +63,7 @@ TEST(PoseFile, SaysWhatToDoWithAnotherLayout) {
   };
   const std::string w_first = complaint("t x y z qw qx qy qz\n0 1 2 3 1 0 0 0\n");
   EXPECT_THAT(w_first, HasSubstr("in the order t x y z qx qy qz qw"));
-  const std::string commas = complaint("0,5;1,0;2,0;3,0;0,0;0,0;0,0;1,0\n");
-  EXPECT_THAT(commas, HasSubstr("points in numbers"));
+  EXPECT_THAT(complaint("0,5;1,0;2,0;3,0;0,0;0,0;0,0;1,0\n"), HasSubstr("points in numbers"));
   // A line of names further down is no head.
   EXPECT_NE(complaint("0 1 2 3 0 0 0 1\nt x y z qx qy qz qw\n"), "");
 }

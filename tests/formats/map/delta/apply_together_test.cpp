@@ -98,8 +98,7 @@ TEST_F(ApplyTogether, OneWinsAndTheMapIsWhole) {
   for (int round = 0; round < kRounds; ++round) {
     write(map_, base_);
     ASSERT_EQ(apply_all(), 1) << round;
-    const Bytes found = *read_file(map_);
-    const auto whole = std::ranges::find(results_, found);
+    const auto whole = std::ranges::find(results_, *read_file(map_));
     ASSERT_TRUE(whole != results_.end()) << "round " << round << ": the map is torn";
     ASSERT_TRUE(*read_file(previous_path(map_)) == base_) << round;
     ASSERT_FALSE(fs::exists(part_path(map_))) << round;

@@ -53,8 +53,7 @@ class Delta : public testing::Test {
     return apply_delta(delta_, map_);
   }
   void expect_map(const Bytes& expected, const char* what) const {
-    const Bytes found = value_of(read_file(map_));
-    EXPECT_TRUE(found == expected) << what;
+    EXPECT_TRUE(value_of(read_file(map_)) == expected) << what;
   }
   void expect_refused(const Bytes& base, const Bytes& delta, ErrorCode code) const {
     const Error error = failure_of(apply(base, delta));
@@ -94,8 +93,7 @@ TEST_F(Delta, SendsChangedLayersAlone) {
       {.seed = 4, .site_count = 400, .nd_count = 2000, .extent_m = 400.0, .model_size = 30000});
   const Bytes base = encode_map(map);
   for (std::size_t i = 0; i < 20; ++i) map.ndt.nds[i].point_count += 1;
-  const Bytes result = encode_map(map);
-  EXPECT_LT(make(base, result).size(), base.size() / 50);
+  EXPECT_LT(make(base, encode_map(map)).size(), base.size() / 50);
 }
 
 TEST_F(Delta, PacksLayersAnewWhereThatIsSmallerUnlessItShallBePortable) {
@@ -116,8 +114,7 @@ TEST_F(Delta, KeepsTheOldMapAndTakesItBack) {
   ASSERT_TRUE(apply(base_, make(base_, result_)));
   expect_map(result_, "applied");
   EXPECT_FALSE(fs::exists(part_path(map_)));
-  const Digest root = value_of(roll_back(map_));
-  EXPECT_EQ(root, verify_map(base_)->root_digest);
+  EXPECT_EQ(value_of(roll_back(map_)), verify_map(base_)->root_digest);
   expect_map(base_, "taken back");
   EXPECT_EQ(failure_of(roll_back(map_)).code, ErrorCode::kFileNotFound);
   expect_map(base_, "nothing more to take back");
@@ -144,8 +141,7 @@ TEST_F(Delta, DoesNotRollBackToADamagedMap) {
 
 TEST_F(Delta, AppliedTwiceSaysThatItWasThere) {
   ASSERT_TRUE(apply(base_, make(base_, result_)));
-  const ApplyReport again = value_of(apply_delta(delta_, map_));
-  EXPECT_TRUE(again.was_there);
+  EXPECT_TRUE(value_of(apply_delta(delta_, map_)).was_there);
   const Bytes previous = value_of(read_file(previous_path(map_)));
   EXPECT_TRUE(previous == base_) << "the second apply must not lose the map before the first";
 }
@@ -275,8 +271,7 @@ TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
     parts.payloads.insert(parts.payloads.end(), packed.begin(), packed.end());
   }
   parts.header.result_size = kLargestResult;
-  const std::uint64_t free = fs::space(folder_).available;
-  if (free < kLargestResult) {
+  if (fs::space(folder_).available < kLargestResult) {
     expect_refused(base_, put_together(parts), ErrorCode::kDiskFull);
     EXPECT_FALSE(fs::exists(part_path(map_)));
   }
@@ -328,17 +323,14 @@ Bytes delta_to(const Bytes& base, const Bytes& result, const Digest& root) {
 
 TEST_F(Delta, ToAMapWhoseLayersDoNotHaveTheirDigestsIsRefused) {
   // Tiles of the new map under digests of the old: what mixing two versions comes to.
-  const CompiledMap other = changed_map(tiny_map(), 1);
-  ContainerParts mixed = parts_of(other);
-  const Bytes honest = assemble(mixed);
-  const Digest root = verify_map(honest)->root_digest;
+  ContainerParts mixed = parts_of(changed_map(tiny_map(), 1));
+  const Digest root = verify_map(assemble(mixed))->root_digest;
   mixed.tiles[0].layers = parts_of(tiny_map()).tiles[0].layers;
   const Bytes mixture = assemble(mixed);
   ASSERT_NE(verify_map(mixture)->root_digest, root);
   expect_refused(base_, delta_to(base_, mixture, root), ErrorCode::kDigestMismatch);
   // Bytes of one layer in the place of another's, below the digests of the whole map.
-  const CompiledMap map = random_map({.seed = 6, .site_count = 1, .nd_count = 200});
-  const Bytes whole = encode_map(map);
+  const Bytes whole = encode_map(random_map({.seed = 6, .site_count = 1, .nd_count = 200}));
   ASSERT_TRUE(apply(base_, delta_to(base_, whole, verify_map(whole)->root_digest)));
   Bytes damaged = whole;
   std::swap_ranges(damaged.begin() + 1024, damaged.begin() + 1088, damaged.begin() + 2048);
