@@ -14,11 +14,9 @@ struct BenchClouds {
 };
 const BenchClouds& bench_clouds();
 
-// The street alone, whatever recordings there are.
 BenchClouds street_clouds();
 std::vector<Eigen::Vector3d> street_scan_points();
 
-// The same points in random order.
 std::vector<Eigen::Vector3d> shuffled(std::vector<Eigen::Vector3d> points_m);
 
 // Streets of a city of 2 x 2 km: few points to a voxel, and no more voxels in their box than 32

@@ -6,11 +6,8 @@
 #include <ctime>
 #include <vector>
 
-// What several benchmarks need.
-
 namespace sightline {
 
-// CPU time of this process, s.
 inline double cpu_s() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -24,7 +21,6 @@ inline void empty_caches() {
   std::memset(memory.data(), ++value, memory.size());
 }
 
-// How many of some were chosen.
 struct Share {
   std::uint64_t all = 0;
   std::uint64_t chosen = 0;

@@ -23,7 +23,6 @@ constexpr std::uint32_t kSitesPerTile = 64;
 constexpr int kNdsPerTile = 2000;
 constexpr double kHeight_m = 24.0;  // of the space that NDs fill
 
-// A map of nothing, with all that a manifest needs.
 CompiledMap frame_of_map() {
   CompiledMap map;
   map.map_id = "big-map";

@@ -45,7 +45,6 @@ double own_mib(pid_t process) {
   return 0.0;
 }
 
-// A process of its own, whose output is not read.
 Run run(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));

@@ -24,7 +24,6 @@ constexpr double kRight_m = 0.3;
 constexpr double kRight_deg = 1.0;
 constexpr double kDay_s = 86400.0;
 
-// Some scans of a drive, in another order.
 class ChosenScans : public ScanStore {
  public:
   ChosenScans(const Drive& drive, std::vector<std::size_t> chosen,
@@ -93,7 +92,6 @@ Outcome compare(const Trajectory& found, const std::vector<Pose>& truth) {
   return outcome;
 }
 
-// Prints a row; the poses, where there are some.
 std::vector<Pose> run(const Drive& drive, const std::vector<Pose>& truth) {
   std::vector<std::string> warnings;
   PassContext ctx;

@@ -50,7 +50,6 @@ SensorProfile sixteen_beams() {
   return sensor;
 }
 
-// Everything that a site's factors need, made once.
 struct Bench {
   PassContext ctx;
   NdtMap map;

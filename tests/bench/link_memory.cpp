@@ -76,7 +76,6 @@ void repeat(NdtMap& ndt, Sites& sites, int copies) {
   });
 }
 
-// A scan and its pose for each site.
 Drive drive_along(const CompiledMap& map) {
   Drive drive;
   drive.name = "made-up";

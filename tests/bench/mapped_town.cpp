@@ -46,7 +46,6 @@ town::DriveOptions harder_drive(const MappedTownOptions& options, std::uint64_t 
   return drive;
 }
 
-// Of a drive, scans from one place of the route to another, in the town that they meet.
 std::vector<town::TownScan> scans_between(const MappedTownOptions& options,
                                           const town::DriveOptions& drive, double from_m,
                                           double to_m) {

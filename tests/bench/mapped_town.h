@@ -18,7 +18,6 @@ struct MappedTown {
   std::vector<Pose> T_map_vehicle;  // true
 };
 
-// What is harder for the vehicle than it was for the map.
 struct HarderDrive {
   // Of each 60 m of the route so much has other houses since, in their middle: other heights and
   // fronts, and half of them set back by up to 2 m. Each place meets its own 60 m rebuilt, and

@@ -37,7 +37,6 @@
 namespace sightline {
 namespace {
 
-// A street to match in: the points of its map, and scans with their poses.
 struct MatchWorld {
   std::string name;
   double leaf_m = 0.5;
@@ -136,7 +135,6 @@ double median(std::vector<double> values) {
   return values.empty() ? 0.0 : values[values.size() / 2];
 }
 
-// The runs of one method at one range.
 struct Runs {
   std::vector<double> times_ms, errors_m, per_point_ns;
   double iterations = 0.0;

@@ -97,7 +97,6 @@ Result<void> read_labels(const std::filesystem::path& folder, Street& street) {
   return {};
 }
 
-// Which object a return is of, and how near one that moved.
 struct Where {
   bool is_in_box = false;
   bool is_in_moved = false;

@@ -28,7 +28,6 @@ using namespace sightline;
 
 constexpr double kTile_m = 64.0;  // of big_map.h: a street through the middle of each row of tiles
 
-// The file's pages that are in memory.
 std::size_t resident_bytes(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   const auto size = static_cast<std::size_t>(std::filesystem::file_size(path));

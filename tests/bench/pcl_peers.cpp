@@ -84,7 +84,6 @@ std::vector<Eigen::Vector3d> read_pcd_with_pcl(const std::string& path) {
   return points_m;
 }
 
-// Lets one evaluation be called alone.
 class OpenNdt : public pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ> {
  public:
   double evaluate(const Cloud& moved, const Eigen::Matrix<double, 6, 1>& motion) {

@@ -12,7 +12,6 @@
 
 namespace sightline {
 
-// A cloud in PCL's own layout, made once and not measured.
 class PclCloud {
  public:
   explicit PclCloud(std::span<const Eigen::Vector3d> points_m);

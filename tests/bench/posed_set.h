@@ -10,7 +10,6 @@
 
 namespace sightline {
 
-// A recording and the file of its poses.
 struct PosedSet {
   std::string folder;
   std::string pose_file;  // 12 numbers a row, a row a scan

@@ -24,7 +24,6 @@
 namespace sightline {
 namespace {
 
-// The same model, which has no labels at one place.
 ErrorModel without_labels_of(const ErrorModel& model, std::uint32_t place) {
   ErrorModel without = model;
   for (TrainedSite& site : without.sites)

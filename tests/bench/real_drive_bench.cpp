@@ -28,7 +28,6 @@ std::vector<Eigen::Vector3d> in_range_m(const Drive& drive, std::size_t scan) {
   return crop(drive.store->read(scan)->points_m, std::min(100.0, drive.sensor.max_range_m));
 }
 
-// Distances between where odd scans match and where the trajectory has them.
 std::vector<double> odd_against_even_m(const Drive& drive, const Trajectory& trajectory) {
   std::vector<Eigen::Vector3d> points_m;
   for (std::size_t k = 0; k < drive.scans.size(); k += 2) {

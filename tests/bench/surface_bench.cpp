@@ -48,7 +48,6 @@ std::vector<Eigen::Vector3f> image_directions() {
   return directions;
 }
 
-// What a mapping drive saw of a town, and what can truly be seen from some of its scans.
 struct Views {
   SurfacePoints points;
   std::vector<Eigen::Vector3d> sites_m;
@@ -116,7 +115,6 @@ std::vector<FlatPatch> solid_squares(const SurfacePoints& points, double share) 
   return patches;
 }
 
-// As long and as wide as the points are spread.
 std::vector<FlatPatch> rectangles(const SurfacePoints& points, double half_per_sigma) {
   std::vector<FlatPatch> patches;
   for (const Nd& nd : cells_of(points, 0.5).nds) {
@@ -150,7 +148,6 @@ std::vector<SolidEllipsoid> nd_solids(const SurfacePoints& points, double cell_m
   return solids;
 }
 
-// How found distances fit exact ones.
 struct Fit {
   double rays = 0.0;
   double agreements = 0.0;
@@ -165,7 +162,6 @@ struct Fit {
   }
 };
 
-// One row of the table, over all towns.
 struct Tally {
   const char* name = "";
   std::function<std::unique_ptr<ShapeScene>(const SurfacePoints&, std::size_t&)> make;

@@ -27,7 +27,6 @@ T* new_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::s
       rtcSetNewGeometryBuffer(geometry, type, 0, format, kRows * sizeof(T), count));
 }
 
-// One lane of a packet as the callbacks of user geometry see it.
 struct Lane {
   Eigen::Vector3f origin_m;
   Eigen::Vector3f direction;

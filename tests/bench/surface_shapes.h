@@ -31,7 +31,6 @@ struct SolidEllipsoid {
   Eigen::Vector3d reach_m = Eigen::Vector3d::Zero();  // half of the box around it
 };
 
-// An Embree scene of one kind of shape.
 class ShapeScene {
  public:
   static std::unique_ptr<ShapeScene> of_discs(std::span<const FlatPatch> patches);

@@ -31,7 +31,6 @@ const ErrorModel& model() {
   return kModel;
 }
 
-// The table with one more column, before the others: how far off the map's own scans end.
 FactorTable with_own_error(const FactorTable& factors, const MeasuredError& measured) {
   FactorTable table = factors;
   table.factors.insert(table.factors.begin(), "own_error");

@@ -14,7 +14,6 @@
 namespace sightline {
 namespace {
 
-// Flat NDs facing +x at x = 5 and +y at y = 15 as seen from the origin, of sigmas 0.5, 0.5, 0.
 NdtMap two_walls() {
   NdtMap map;
   for (const int axis : {0, 1}) {
@@ -163,7 +162,6 @@ double mean_start_m() {
   return sum_m;
 }
 
-// A street along x between two walls, which are smooth or have a window at every metre and a half.
 std::vector<Eigen::Vector3d> street_points(std::uint64_t seed, double reach_m, bool has_windows) {
   Random random(seed);
   std::vector<Eigen::Vector3d> points_m;

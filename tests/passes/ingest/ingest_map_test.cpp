@@ -15,7 +15,6 @@ namespace {
 
 using testing::HasSubstr;
 
-// Level ground of 16 m from (from_m, 64), a point every step.
 std::vector<PointXyzi> ground(double from_m, double step_m) {
   std::vector<PointXyzi> points;
   for (double x_m = from_m + 0.5 * step_m; x_m < from_m + 16.0; x_m += step_m) {

@@ -52,7 +52,6 @@ inline const Street& street() {
   return kStreet;
 }
 
-// The street's ranges, with two looks: the denser one from site 4 on.
 inline ByFamily<RangeTable> ranges_with_looks(std::optional<LookPlan> plan) {
   ByFamily<RangeTable> ranges(street().ranges);
   RangeTable looks = ranges.ranges;

@@ -13,7 +13,6 @@
 namespace sightline {
 namespace {
 
-// Cells of 2 m of a level street, each as even points would leave it.
 NdtMap level_street() {
   NdtMap map;
   for (std::int32_t x = 0; x < 10; ++x) {

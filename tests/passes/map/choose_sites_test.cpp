@@ -33,7 +33,6 @@ Pose random_pose(Random& random, double reach_m) {
   return pose;
 }
 
-// Steps of up to a metre in slowly changing directions; now and then a stop or a jump.
 Journey random_journey(std::uint64_t seed) {
   Random random(seed);
   Journey journey;
@@ -119,7 +118,6 @@ TEST(ChooseSites, UseTheScansThatAreAskedFor) {
   for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 3.0);
 }
 
-// A drive along x from `from_m` to `to_m`, beside the line by y_m, as part `part` of the journey.
 void drive_along(Journey& journey, double from_m, double to_m, double y_m, std::uint32_t part) {
   const double heading_rad = to_m < from_m ? 3.141592653589793 : 0.0;
   const int count = static_cast<int>(std::abs(to_m - from_m)) + 1;

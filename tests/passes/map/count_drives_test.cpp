@@ -16,7 +16,6 @@ Scan scan_of(const Eigen::Vector3d& at_m, int count) {
   return scan;
 }
 
-// Where a scan of a part stands, and what it sees, from there.
 struct Seen {
   std::uint32_t part = 0;
   double x_m = 0.0;

@@ -24,7 +24,6 @@ void put(SeenVoxels& seen, const CellKey& key, std::uint32_t hits, std::uint32_t
   seen.insert(key, voxel);
 }
 
-// Level, 6 x 6 voxels from the origin on.
 void put_level(SeenVoxels& seen, std::int32_t z, std::uint32_t hits, std::uint32_t misses) {
   for (std::int32_t x = 0; x < 6; ++x) {
     for (std::int32_t y = 0; y < 6; ++y) put(seen, {x, y, z}, hits, misses);
@@ -42,7 +41,6 @@ SeenVoxels ground(std::int32_t below_0 = 0, std::int32_t from_0 = 0) {
   return seen;
 }
 
-// Hit once and looked through often, from `low` up to below `high`, in voxels.
 void put_moved(SeenVoxels& seen, const CellKey& at, std::int32_t low, std::int32_t high) {
   for (std::int32_t z = low; z < high; ++z) put(seen, {at.x, at.y, z}, 1, kPassed);
 }

@@ -193,7 +193,6 @@ TEST(RemoveMovingBesideOctomap, SeesTheSameWhereBothMeanTheSame) {
   EXPECT_GT(occupied_count, 500);
 }
 
-// A street with a car that passes, at coordinates off the voxels' faces.
 SeenWorld street_with_car() {
   const Eigen::Vector3d shift_m(kMiddle_m + 0.013, kMiddle_m + 0.027, 0.051);
   SeenWorld seen;

@@ -19,7 +19,6 @@ Eigen::Vector3d direction_of(double azimuth_rad, double elevation_rad) {
 
 double any_azimuth(Random& random) { return random.uniform(-std::numbers::pi, std::numbers::pi); }
 
-// Beams some degrees apart, some returns of which are missing.
 std::vector<Eigen::Vector3d> returns_of_beams(Random& random) {
   std::vector<Eigen::Vector3d> points_m;
   for (int beam = -8; beam < 8; ++beam) {
@@ -33,7 +32,6 @@ std::vector<Eigen::Vector3d> returns_of_beams(Random& random) {
   return points_m;
 }
 
-// In all directions, straight up and down among them.
 std::vector<Eigen::Vector3d> returns_anywhere(Random& random, int count) {
   std::vector<Eigen::Vector3d> points_m = {{0.0, 0.0, 30.0}, {0.0, 0.0, -2.0}, {1e-9, 0.0, 7.0}};
   for (int i = 0; i < count; ++i) {
@@ -98,7 +96,6 @@ TEST(ScanRays, SaysWhatEveryRayByItselfSays) {
   }
 }
 
-// The places of a scan's sensor at T_map_lidar, relative to an anchor in the map.
 struct MapPlaces {
   std::vector<float> x_m, y_m, z_m;
   RayPlaces places;

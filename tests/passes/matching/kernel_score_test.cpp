@@ -99,7 +99,6 @@ TEST(KernelScore, OfARollingGridIsThatOfAGridOfTheSameNds) {
         nds.erase(nd.key);
         continue;
       }
-      // One, or more than are put at a time.
       std::map<CellKey, Nd> some{{nd.key, nd}};
       const std::size_t more = random.below(50) == 0 ? 100 : 0;
       for (std::size_t k = 0; k < more; ++k) {

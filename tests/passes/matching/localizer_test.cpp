@@ -152,7 +152,6 @@ TEST(Localizer, PlainIsTheMatcherOnTheMapsOwnCells) {
   EXPECT_EQ(result.work, expected.work);
 }
 
-// Of every field, to the bit.
 void expect_same(const MatchResult& a, const MatchResult& b) {
   EXPECT_EQ(a.T_map_sensor.matrix(), b.T_map_sensor.matrix());
   EXPECT_EQ(a.score, b.score);

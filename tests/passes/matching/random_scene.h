@@ -40,7 +40,6 @@ inline std::vector<Eigen::Vector3d> room_points(std::uint64_t seed, std::size_t 
   return points_m;
 }
 
-// The valid cells of these points, each from its own points alone.
 inline NdtMap simple_map(const std::vector<Eigen::Vector3d>& points_m, double cell_m) {
   std::map<CellKey, std::vector<Eigen::Vector3d>> cells;
   for (const Eigen::Vector3d& point_m : points_m)
@@ -71,7 +70,6 @@ inline const NdtMap& room_map() {
   return kMap;
 }
 
-// A pose up to `reach_m` and `turn_rad` from identity.
 inline bool is_finite(const MatchResult& result) {
   return result.T_map_sensor.matrix().allFinite() && std::isfinite(result.score) &&
          std::isfinite(result.nearest_voxel_likelihood) && result.hessian.allFinite();

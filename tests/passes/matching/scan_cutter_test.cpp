@@ -96,7 +96,6 @@ SensorProfile raised_sensor() {
   return sensor;
 }
 
-// One return in the middle of each of so many voxels of 3 m, as the vehicle sees them.
 Scan one_return_a_voxel(int voxels_a_side) {
   Scan scan;
   const Pose T_lidar_vehicle = raised_sensor().T_vehicle_lidar.inverse();

@@ -152,7 +152,6 @@ TEST(ChooseRanges, SaysSimulatedWhereNoScanWasEverSeen) {
   EXPECT_EQ(simulated_site_count(table), table.site_count - 1);
   EXPECT_EQ(table.flags_of(0, 0) & kSimulatedAnswer, 0);
   EXPECT_NE(table.flags_of(1, 0) & kSimulatedAnswer, 0);
-  // Labels of simulated scans are no measurement.
   model.card.reference = ErrorReference::kSimulated;
   EXPECT_EQ(simulated_site_count(chosen()), table.site_count);
   EXPECT_FALSE(chosen().promises[0].is_earned);

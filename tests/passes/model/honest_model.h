@@ -9,8 +9,6 @@
 #include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
-// A long model to calibrate on, and what choose_ranges makes of it.
-
 namespace sightline {
 
 // A long route whose predictions are honest: a site with P misses with probability 1 - P.

@@ -21,7 +21,6 @@ std::vector<Look> three_looks() {
           {.range_m = 100.0, .return_count = 4000, .point_count = 128}};
 }
 
-// The same street, as three looks find it.
 SyntheticDrive by_samples() {
   SyntheticDrive drive = synthetic_drive(2, kSmall);
   drive.sites = synthetic_drive(1, kSmall).sites;

@@ -17,7 +17,6 @@
 namespace sightline {
 namespace {
 
-// The squares of 0, 1, 2, ..., each a part.
 class Squares {
  public:
   explicit Squares(std::size_t count) : squares_(count) {
@@ -168,7 +167,6 @@ TEST(WorkInParts, ThatStandApartStopAfterAFailureToo) {
   }
 }
 
-// Parts of texts that are kept by their content.
 class Texts {
  public:
   std::vector<std::size_t> run(const std::vector<std::string>& texts) {

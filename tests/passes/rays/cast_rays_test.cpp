@@ -36,7 +36,6 @@ DepthImages must_cast(const Surface& surface, const Sites& sites, int threads = 
   return images;
 }
 
-// Image cell by whole degrees of azimuth and elevation.
 double distance_m(const DepthImages& images, std::size_t site, int azimuth_deg, int elevation_deg) {
   return images.image_of(site)[static_cast<std::size_t>((elevation_deg + 15) * 360 + azimuth_deg)];
 }

@@ -107,7 +107,6 @@ TEST(CastScans, RefusesASurfaceInAnotherFrameAndNearBeyondFar) {
             ErrorCode::kMismatchedInputs);
 }
 
-// Degrees between a direction in the plane and another, 0 to 180.
 double apart_deg(double a_rad, double b_rad) {
   return std::abs(std::remainder(a_rad - b_rad, 2.0 * std::numbers::pi)) * 180.0 / std::numbers::pi;
 }

@@ -36,7 +36,6 @@ Surface empty_surface() {
   return surface;
 }
 
-// `count` patches around a place, no two in one cell.
 Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& around_m) {
   Random random(seed);
   Surface surface = empty_surface();

@@ -35,7 +35,6 @@ Place mapped(const BoxWorld& world) {
   return place;
 }
 
-// The second drive: beside the first one's line, and the other way round where it `turns`.
 TestDrive second_drive(const BoxWorld& world, bool turns) {
   std::vector<Pose> poses;
   for (int i = 0; i < 6; ++i) {

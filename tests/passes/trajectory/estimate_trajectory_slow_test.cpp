@@ -21,7 +21,6 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-// A ring of boxes inside and outside of a circular road.
 BoxWorld round_world(double radius_m) {
   Random random(11);
   BoxWorld world;
@@ -76,7 +75,6 @@ Drive drive_of_files(const std::vector<std::filesystem::path>& files, const std:
   return drive;
 }
 
-// 0000.pcd, 0001.pcd, ... of so many digits.
 std::vector<std::filesystem::path> numbered(const std::filesystem::path& folder, std::size_t count,
                                             std::size_t digits) {
   std::vector<std::filesystem::path> files;

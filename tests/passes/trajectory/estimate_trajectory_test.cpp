@@ -28,7 +28,6 @@ ErrorCode error_of(const Drive& drive, PoseMode mode) { return failure_of(run(dr
 // As close as real sensors have it: sparser scans of this world match ring on ring.
 constexpr double kAzimuthStep_deg = 0.5;
 
-// A drive along a random street in steps of `step_m`, swinging a little to both sides.
 TestDrive street_drive(std::uint64_t seed, std::size_t count, double step_m) {
   return drive_through(random_street(seed), along_street(0.0, count, step_m), kAzimuthStep_deg);
 }

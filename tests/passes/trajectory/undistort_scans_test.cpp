@@ -36,7 +36,6 @@ double off_the_walls_m(const Eigen::Vector3d& point_m) {
   return least_m;
 }
 
-// A vehicle on an arc: constant speed and turning rate.
 struct Arc {
   double speed_mps = 0.0;
   double yaw_rate_radps = 0.0;
@@ -176,7 +175,6 @@ TEST(UndistortScans, DoesNotMoveAcrossAGap) {
   const Drive drive = value_of(undistort_scans(ctx, {}, journey.drive, journey.trajectory));
   EXPECT_LT(worst_m(drive, journey.trajectory, 1), 1e-6);  // goes on as from scan 0 to 1
   EXPECT_TRUE(ctx.warnings.empty());
-  // A scan alone between two pauses stands still.
   Journey lonely = drive_along({10.0, 0.0, 0.0}, 1);
   const Drive still = value_of(undistort_scans(ctx, {}, lonely.drive, lonely.trajectory));
   EXPECT_EQ(still.store->read(0)->points_m, lonely.drive.store->read(0)->points_m);

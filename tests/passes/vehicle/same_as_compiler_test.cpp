@@ -28,12 +28,10 @@ void expect_same(const sightline_match& found, const MatchResult& expected, cons
             covariance.value_or(Matrix6d::Zero()));
 }
 
-// The pose that the C interface makes of one in the world.
 Pose through_world(const Pose& T_map, const MapFrame& frame) {
   return rebase(rebase(T_map, frame, MapFrame{}), MapFrame{}, frame);
 }
 
-// The map as the compiler localizes in it when it measures errors.
 struct CompilersOwn {
   explicit CompilersOwn(const std::string& path)
       : map(read_map(path).value()),
@@ -134,7 +132,6 @@ TEST(SameAsCompiler, GoesByAPlanAsTheCompilerDoesToTheBit) {
   EXPECT_LT(second_count, 20);
 }
 
-// A cloud of the room far from the origin of its world, in two files.
 struct RoomCloud {
   RoomCloud() : folder(scratch_folder() / "room_cloud") {
     std::filesystem::create_directories(folder);

@@ -39,7 +39,6 @@ inline NdtMap corridor_map(bool has_end_wall) {
   return ndt_from_points(points_m, MapFrame(), BuildNdtOptions(), 1);
 }
 
-// At x = 20, 30, .. 60.
 inline Sites corridor_sites() {
   Sites sites;
   for (int i = 0; i < 5; ++i) {
@@ -59,7 +58,6 @@ inline SensorProfile corridor_sensor() {
   return sensor;
 }
 
-// What the passes of this folder take, of the site in the middle.
 struct CorridorScene {
   explicit CorridorScene(bool has_end_wall = false) : map(corridor_map(has_end_wall)) {
     const Result<std::vector<SiteView>> seen =

@@ -85,7 +85,6 @@ TEST(ChooseRouteSites, AShortHoleIsBridgedAndALongOneEndsTheRun) {
   EXPECT_NE(warnings[0].find("without ground"), std::string::npos) << warnings[0];
 }
 
-// Patches for ground between ground (ground_gaps.h), which are two cells wide.
 void add_told_floor(double from_m, double to_m, double height_m, Surface& surface) {
   const std::size_t first = surface.patches.size();
   add_floor(box(from_m, -5.0, to_m, 5.0), height_m, surface);

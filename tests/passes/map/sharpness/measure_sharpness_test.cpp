@@ -56,7 +56,6 @@ TEST(MeasureSharpness, GivesTheEntropyOfADistributionThatIsKnown) {
   EXPECT_EQ(found.entropy_points, 7u);
 }
 
-// The walls of a house with a room's depth between them, a return every 0.1 m, with 2 cm of noise.
 std::vector<Eigen::Vector3d> house(Random& random, double yaw_rad) {
   const Pose T_map_house = pose_at(0.0, 0.0, yaw_rad);
   std::vector<Eigen::Vector3d> points_m;

@@ -137,7 +137,6 @@ Passes followed(const PatchGrid& grid, const Eigen::Vector3d& from_m, const Eige
   return passes;
 }
 
-// Asks each patch, following no ray.
 Passes asked(const PatchGrid& grid, std::size_t patch_count, const Eigen::Vector3d& from_m,
              const Eigen::Vector3d& to_m) {
   const double range_m = (to_m - from_m).norm();

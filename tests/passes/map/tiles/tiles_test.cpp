@@ -125,7 +125,6 @@ TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
   EXPECT_TRUE(to_bytes(*whole_rows(build_surface(second, options, street()))) == alone_bytes);
   EXPECT_EQ(kept.parts.size(), kept.count);
   EXPECT_GT(kept.count, 4U);
-  // Taken away, a part is made again.
   kept.parts.erase(kept.count - 1);
   kept.parts.erase(0);
   PassContext first = kept.context(1, {0, 2});

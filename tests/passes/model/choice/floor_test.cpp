@@ -195,7 +195,6 @@ TEST(Floor, IsNeverDearerThanTheStaticAnswerOfEqualCoverage) {
   }
 }
 
-// As in choose_ranges_test: the third site is hard, the last one hopeless.
 ErrorModel five_sites() {
   const HandmadeSite easy = {{0.9, 0.9, 0.9}, {0.05, 0.05, 0.05}};
   return handmade_model(

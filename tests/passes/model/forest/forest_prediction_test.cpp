@@ -14,7 +14,6 @@
 namespace sightline {
 namespace {
 
-// Pairs that come true as a curve says.
 PredictedShares drawn_on(const ProbabilityCurve& curve, std::size_t count, std::uint64_t seed) {
   Random random(seed);
   PredictedShares shares;
@@ -136,7 +135,6 @@ std::vector<std::uint32_t> leaves_of_labels(const RegressionForest& forest,
   return leaves;
 }
 
-// The obvious way: down every tree, over every label.
 double brute_force_within(const RegressionForest& forest, const float* row, double limit) {
   double sum = 0.0;
   for (const RegressionTree& tree : forest.trees) {
@@ -178,7 +176,6 @@ TEST(Forest, KeepsEachLabelInOneLeafOfEachTreeAndEnoughInEach) {
   }
 }
 
-// Features that hardly matter and one that never varies too; single leaves among the trees.
 TEST(Forest, TellsWhatOtherValuesOfOneFeatureWouldChange) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     Problem problem = random_problem(seed, seed == 4 ? 6 : 300, 6);

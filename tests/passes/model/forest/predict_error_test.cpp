@@ -147,7 +147,6 @@ TEST(PredictError, OfOneDriveIsTheSameInAListOfOne) {
   EXPECT_EQ(none->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
 }
 
-// Four drives that find the same but for much noise of their own.
 DrivenPlace place_of_noisy_drives(std::uint64_t seed) {
   DrivenPlace place = place_driven_often(seed, 4, kSmall);
   for (std::size_t drive = 0; drive < 4; ++drive) {

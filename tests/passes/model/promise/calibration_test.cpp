@@ -26,7 +26,6 @@ Misses uniform_misses(std::size_t block_count, const std::vector<std::uint32_t>&
 struct World {
   explicit World(std::uint64_t seed) : random(seed) {}
   Random random;
-  // Share of sites that miss at each of the thresholds.
   std::vector<std::uint32_t> draw_block(const std::vector<double>& thresholds) {
     const double level = random.uniform(0.5, 1.5);
     std::vector<std::uint32_t> missed(thresholds.size(), 0);

@@ -5,7 +5,6 @@
 namespace sightline {
 namespace {
 
-// Four scans to a piece.
 Odometry pieces(std::uint32_t count) {
   Odometry odometry;
   odometry.piece_starts.resize(count - 1);

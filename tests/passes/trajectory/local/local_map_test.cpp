@@ -70,7 +70,6 @@ TEST(LocalGrids, KnowNothingOfPointsThatWent) {
 
 const Eigen::Matrix3d kLevel = Eigen::Matrix3d::Identity();
 
-// A wall along x at y = 5 m, a point every 0.25 m and 0.5 m of height; and the ground before it.
 std::vector<Eigen::Vector3d> wall_and_ground() {
   std::vector<Eigen::Vector3d> points_m;
   for (int i = 0; i < 40; ++i) {

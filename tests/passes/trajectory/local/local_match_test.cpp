@@ -12,7 +12,6 @@
 namespace sightline {
 namespace {
 
-// A street's local map without its middle scan, and that scan.
 struct Place {
   LocalGrids grids;
   ThinnedScan scan;

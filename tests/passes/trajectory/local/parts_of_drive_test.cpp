@@ -45,7 +45,6 @@ TestDrive joined(const std::vector<TestDrive>& tests) {
   return all;
 }
 
-// The largest distance between the points that two drives give for the same scans.
 double farthest_m(const Drive& a, std::size_t first_a, const Drive& b, std::size_t first_b,
                   std::size_t count) {
   double most_m = 0.0;

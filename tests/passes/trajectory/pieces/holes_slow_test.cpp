@@ -16,7 +16,6 @@ struct Off {
   double largest_deg = 0.0;
 };
 
-// Of all scans, seen from the first one.
 Off off_truth(const Trajectory& found, const Trajectory& truth) {
   Off off;
   const Pose T_truth_found =
@@ -31,7 +30,6 @@ Off off_truth(const Trajectory& found, const Trajectory& truth) {
   return off;
 }
 
-// Ten scans, a hole of 0.8 s and 8 m, and twelve more.
 TEST(Holes, LeaveTheWayBehindThemWhereItIsThoughScansAreDrawnOut) {
   std::vector<double> times_s;
   for (int i = 0; i < 30; ++i)

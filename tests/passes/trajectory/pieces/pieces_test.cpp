@@ -31,7 +31,6 @@ Outcome run(const Drive& drive) {
   return {value_of(estimate_trajectory(ctx, {}, drive)), ctx.warnings};
 }
 
-// Of scans of one piece, seen from the first of them.
 double largest_error_m(const Trajectory& found, const Trajectory& truth, std::uint32_t piece) {
   std::optional<std::size_t> first;
   double largest_m = 0.0;

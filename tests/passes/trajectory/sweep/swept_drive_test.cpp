@@ -35,7 +35,6 @@ double off_box_m(const TestBox& box, const Eigen::Vector3d& point_m) {
   return std::abs(beyond_m.maxCoeff() > 0.0 ? beyond_m.cwiseMax(0.0).norm() : beyond_m.maxCoeff());
 }
 
-// How many points of all scans lie within 2 cm of something where the true poses put them.
 double share_on_surfaces(const Drive& drive, const Trajectory& truth) {
   const BoxWorld world = random_street(2);
   int near = 0;
@@ -208,7 +207,6 @@ TEST(SweepTimes, AreEmptyForAnotherOrder) {
 
 constexpr double kPi = std::numbers::pi;
 
-// Rings of points to the left, each from `begin_rad` once round.
 std::vector<Eigen::Vector3d> rings(int count, double begin_rad) {
   std::vector<Eigen::Vector3d> points_m;
   for (int ring = 0; ring < count; ++ring) {

@@ -15,7 +15,6 @@
 namespace sightline {
 namespace {
 
-// Each feature takes one of `values` values, fewer mean more ties.
 struct Problem {
   std::vector<std::vector<float>> values;
   TreeSamples samples;

@@ -50,7 +50,6 @@ TEST(TreeRows, GiveTheCopiesOfASampleOneByOne) {
   EXPECT_EQ(drawn.rows.first_draw(row), 3U);
 }
 
-// Of each feature, the rows of a side in its order as they stood, one after another.
 std::vector<Samples> rows_of_side(const TreeRows& rows, const std::vector<bool>& is_right,
                                   bool of_right) {
   std::vector<Samples> sides;
