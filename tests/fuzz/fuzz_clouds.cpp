@@ -29,7 +29,6 @@ void check(const PointCloudFile& cloud) {
   }
 }
 
-// A gzip member of these bytes, which are not made smaller.
 std::vector<std::byte> packed(std::span<const std::byte> bytes) {
   z_stream stream{};
   constexpr int kGzipWindow = 15 + 16;

@@ -12,7 +12,6 @@
 namespace sightline {
 namespace {
 
-// The map that every manifest of the corpus belongs to.
 const ContainerParts& sound_parts() {
   static const ContainerParts parts = [] {
     ContainerParts made = parts_of(random_map({.seed = 2, .site_count = 3, .nd_count = 4}));

@@ -1,5 +1,3 @@
-// A recording of ROS 2 as MCAP: its topics, its poses and every scan of it.
-
 #include "tests/fuzz/bag_checks.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

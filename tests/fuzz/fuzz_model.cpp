@@ -37,7 +37,6 @@ void use(const ByFamily<ErrorModel>& model) {
 }  // namespace
 }  // namespace sightline
 
-// Mutates what lies under the checksum.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned int seed) {
   using namespace sightline;

@@ -1,5 +1,3 @@
-// A capture of a Velodyne sensor: every revolution of it.
-
 #include "formats/base/check.h"
 #include "formats/foreign/logs/velodyne_packet.h"
 #include "tests/fuzz/fuzz.h"

@@ -68,7 +68,6 @@ std::vector<std::byte> sealed(const X& stored) {
   return bytes;
 }
 
-// Each change makes the artifact invalid.
 template <class X>
 void expect_refused(const X& valid, const std::vector<std::function<void(X&)>>& changes) {
   ASSERT_TRUE(validate(valid).has_value());

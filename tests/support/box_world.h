@@ -144,7 +144,6 @@ inline std::vector<Scan> scans_of(const Drive& drive) {
   return scans;
 }
 
-// The drive of a sensor that measures so many times what is there.
 inline TestDrive scaled(TestDrive test, double scale) {
   std::vector<Scan> scans = scans_of(test.drive);
   for (Scan& scan : scans) {

@@ -15,7 +15,6 @@ namespace sightline {
 // Keeps the parts that a pass makes by their content, as a compile's cache does, over several runs.
 class KeptParts {
  public:
-  // For one run of a pass.
   PassContext context() {
     made_.clear();
     names_.clear();
@@ -39,7 +38,6 @@ class KeptParts {
 
   void forget() { parts_.clear(); }
 
-  // Of the last run.
   [[nodiscard]] const std::vector<PartName>& names() const { return names_; }
   [[nodiscard]] std::size_t count() const { return names_.size(); }
   [[nodiscard]] const std::set<std::size_t>& made() const { return made_; }

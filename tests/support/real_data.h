@@ -12,7 +12,6 @@ struct RealData {
   std::string missing;           // why it is not there; empty where it is
 };
 
-// The set of this name in the folder that the environment variable SIGHTLINE_DATA names.
 inline RealData real_data(const std::string& set) {
   const char* data = std::getenv("SIGHTLINE_DATA");
   if (data == nullptr || *data == '\0') {

@@ -171,7 +171,6 @@ TEST(AnnotateDrives, StayHistoryWhereTheCompiledMapIsAnnotatedAnew) {
   for (std::size_t site = 0; site < anew.sites.sites.size(); ++site) {
     EXPECT_EQ(is_simulated(anew, site), is_simulated(first, site)) << site;
   }
-  // A drive that is localized now comes first, those of the map follow.
   const CompiledMap& both = maps().anew_with_second;
   EXPECT_EQ(measured_of(both, "[2]"), measured_of(first, ""));
   EXPECT_EQ(std::ranges::count(measured_of(both, ""), -1.0), 0);

@@ -11,9 +11,6 @@
 #include "tests/support/value_of.h"
 #include "tests/system/program.h"
 
-// A compile among other programs: progress that they read, inputs that they watch, and recordings
-// without a configuration.
-
 namespace sightline {
 namespace {
 

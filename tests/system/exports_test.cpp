@@ -94,7 +94,6 @@ TEST(Exports, GdalReadsEverySiteOfTheGeoJsonWhereTheDumpPutsIt) {
   EXPECT_THAT(summary.out, HasSubstr("range_m_within_0.1_m: Real"));
   EXPECT_EQ(summary.err, "") << "nothing to complain of";
 
-  // Back from longitude and latitude by GDAL and PROJ.
   const ProgramResult back = run_command(
       "ogr2ogr -f CSV /vsistdout/ -t_srs EPSG:32632 -lco GEOMETRY=AS_XYZ -where \"site IS NOT "
       "NULL\" '" +

@@ -53,7 +53,6 @@ TEST(Kernels, EachVersionCompilesTheSameMapWithAnyNumberOfThreads) {
 TEST(Kernels, KilledWhileItMeasuresACompileGoesOnFromThere) {
   const std::filesystem::path folder = fresh_folder();
   const std::filesystem::path town = short_town(folder);
-  // Long enough to be killed in the middle.
   const std::string more = "--threads 1 --set measure-error.offset_count=40 ";
   const std::string cache = more + "--cache " + (folder / "cache").string();
   const std::string parts = (folder / "cache").string() + "/measure-error.parts";

@@ -289,7 +289,6 @@ TEST_F(PullRequest, WithTenMoreParkedCarsIsRefusedForWhatWasMeasured) {
   EXPECT_TRUE(std::ranges::any_of(violations(judged, "error"), [](const Json& check) {
     return check.at("rule") == "measured-coverage-drop" && check.at("limit_m") == 0.1;
   })) << judged.said;
-  // The gate comes last: what a reviewer looks at is there all the same.
   EXPECT_THAT(bytes_of(judged.out / "diff.md"), HasSubstr("| run 0,"));
   EXPECT_THAT(bytes_of(judged.out / "report.html"), HasSubstr("<h1>"));
 }

@@ -27,7 +27,6 @@ class RealDrive : public ::testing::Test {
     return run_sightline("compile " + (folder_ / "drive.yaml").string() + " -q " + flags + " -o " +
                          (folder_ / "drive.slmap").string());
   }
-  // A model of the small town, for drives too short to train on.
   std::string town_model() const {
     run_successfully("compile " + (small_town() / "town.yaml").string() + " -q -o " +
                      (folder_ / "town.slmap").string() + " --set annotation.ranges_m=10,30");

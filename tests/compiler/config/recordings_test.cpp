@@ -71,7 +71,6 @@ TEST(Recordings, TakesAFileThatListsRecordings) {
   EXPECT_EQ(config.localization.poses, "");
   ASSERT_EQ(config.later_localization.size(), 1U);
   EXPECT_EQ(config.later_localization[0].poses, (folder / "day_10/poses.tum").string());
-  // Named on the command line, from where one stands.
   const CompileConfig named = value_of(
       load("mapping: {scans: a}\n", {"localization.recordings=" + (folder / "list.txt").string()}));
   EXPECT_EQ(named.later_localization.size(), 1U);

@@ -92,12 +92,12 @@ TEST(FactorTable, NamesTheFactorAndSiteThatAreNotFinite) {
 
 TEST(FactorTable, RefusesWhatContradictsItself) {
   expect_refused<FactorTable>(small_table(),
-                              {[](FactorTable& table) {
-                                 table.looks = every_return_at({20.0, 20.0});
+                              {[](FactorTable& equal) {
+                                 equal.looks = every_return_at({20.0, 20.0});
                                },
-                               [](FactorTable& table) { table.factors[1] = table.factors[0]; },
-                               [](FactorTable& table) { table.values.pop_back(); }});
-  expect_refused<FactorTable>(shared_table(), {[](FactorTable& table) { table.shared_count = 3; }});
+                               [](FactorTable& equal) { equal.factors[1] = equal.factors[0]; },
+                               [](FactorTable& fewer) { fewer.values.pop_back(); }});
+  expect_refused<FactorTable>(shared_table(), {[](FactorTable& more) { more.shared_count = 3; }});
 }
 
 }  // namespace

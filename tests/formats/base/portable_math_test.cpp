@@ -26,7 +26,6 @@ double off_ulp(double found, long double exact) {
   return static_cast<double>(std::abs(static_cast<long double>(found) - exact) / ulp);
 }
 
-// Any sign, any exponent from 2^low to 2^high.
 double any_size(Random& random, double low, double high) {
   const double size = std::exp2(random.uniform(low, high));
   return random.below(2) == 0 ? size : -size;

@@ -8,8 +8,6 @@
 #include "formats/foreign/clouds/float_columns.h"
 #include "tests/formats/foreign/foreign_files.h"
 
-// Files without a header, as people lay out the floats of a point.
-
 namespace sightline {
 
 // One letter a column: x y z, i a strength in 0 to 1, I one in 0 to 255, r a ring, t a time, g a

@@ -24,7 +24,6 @@ Sites sites_along(const Lane& lane, double length_m, double spacing_m);
 std::vector<TrueRay> true_rays(const Lane& lane, const Caster& caster, const Sites& sites,
                                const DepthImages& images);
 
-// How found distances fit.
 struct Fidelity {
   std::size_t rays = 0;
   double agreement = 0.0;  // share of rays on which both hit or both miss
@@ -34,7 +33,6 @@ struct Fidelity {
   double farther = 0.0;  // ... farther
 };
 
-// Over the rays that are counted.
 Fidelity fidelity_of(const DepthImages& images, const std::vector<TrueRay>& truth,
                      const std::function<bool(const TrueRay&)>& counts);
 

@@ -18,7 +18,6 @@ struct House {
 };
 
 House draw_house(double side, double from_y_m, Random& random);
-// Standing at a height.
 void add_house(Mesh& mesh, const House& house, double foot_m);
 
 // A trunk, branches, and where there are leaves boughs of them with gaps between.

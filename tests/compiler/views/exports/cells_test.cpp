@@ -28,7 +28,6 @@ TEST(Cells, EachIsWhatTheReaderAnswersAtItsCentreAndNoneIsMissing) {
   const double cell_m = 2.5;
   const Table table = value_of(answers_by_cell(reader, cell_m));
   const Eigen::Vector3d& origin_m = map.sites.frame.origin_world_m;
-  // Every cell of the place, in the order of the rows.
   std::size_t row = 0;
   for (double x_m = origin_m.x() - 50.0 + cell_m / 2.0; x_m < origin_m.x() + 50.0; x_m += cell_m) {
     for (double y_m = origin_m.y() - 52.0; y_m < origin_m.y() + 50.0; y_m += 0.25) {

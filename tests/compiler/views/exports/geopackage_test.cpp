@@ -9,9 +9,6 @@
 #include "tests/formats/map/random_map.h"
 #include "tests/support/value_of.h"
 
-// What is written, by SQLite and the letters of OGC 12-128r17. tests/system/exports_test.cpp reads
-// the same by GDAL.
-
 namespace sightline {
 namespace {
 

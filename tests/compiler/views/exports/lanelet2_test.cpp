@@ -12,9 +12,6 @@
 #include "tests/formats/map/random_map.h"
 #include "tests/support/value_of.h"
 
-// What is written, read by a library of XML, beside what the reader answers when it is asked at
-// every metre.
-
 namespace sightline {
 namespace {
 
@@ -418,7 +415,6 @@ TEST(Lanelet2, StretchesThatAreUnmetBecomeAreasOfTheLanesWidth) {
           const bool is_unmet =
               (open.reader->observation_range(p_m, limit_m)->flags & kAnswerUnmet) != 0 &&
               (open.reader->look(p_m, limit_m)->flags & kAnswerUnmet) != 0;
-          // In the lane's whole width, and nowhere beside it.
           for (const double beside : {-1.1, -0.9, 0.0, 0.9, 1.1}) {
             const Eigen::Vector2d at_m = middle_m + beside * lanes[i].left_m();
             bool is_in_one = false;

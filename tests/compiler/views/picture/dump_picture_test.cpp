@@ -29,7 +29,6 @@ TEST(DepthPicture, ShowsAheadInTheMiddleLeftToTheLeftAndUpAbove) {
   EXPECT_EQ(raster.at(0, 0), colour_of_distance(0.5, 50.0));
   EXPECT_EQ(raster.at(4, 0), far);
   EXPECT_EQ(raster.at(0, 7), far);
-  // Nothing is hit at 45 degrees below.
   EXPECT_EQ(raster.at(7, 7), colour_of_distance(static_cast<double>(kInfinity), 50.0));
   EXPECT_EQ(raster.at(8, 7), far);
 }

@@ -19,7 +19,6 @@ inline std::filesystem::path capture_file(const std::string& name) {
   return std::filesystem::path(SIGHTLINE_CAPTURES) / name;
 }
 
-// From a point to the nearest wall of the box.
 inline double to_wall_m(const Eigen::Vector3d& p_m) {
   constexpr std::array<std::array<double, 2>, 3> kBox_m = {
       {{-7.0, 11.0}, {-5.0, 8.5}, {-2.0, 6.0}}};

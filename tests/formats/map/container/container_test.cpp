@@ -82,16 +82,12 @@ TEST(MapContainer, WithUnknownOptionalLayersAndSectionsReadsAndKeepsItsRootDiges
   EXPECT_EQ(verify_map(file)->root_digest, verify_map(plain)->root_digest);
 }
 
-TEST(MapContainer, WithAnUnknownRequiredLayerIsRefusedByName) {
-  ContainerParts parts = parts_of(small_map());
-  parts.tiles[0].layers.insert(parts.tiles[0].layers.begin(), extra_block("lanes", true));
-  EXPECT_THAT(refusal(assemble(parts), ErrorCode::kUnknownRequiredFeature), HasSubstr("lanes"));
-}
-
-TEST(MapContainer, WithAnUnknownRequiredSectionIsRefusedByName) {
-  ContainerParts parts = parts_of(small_map());
-  parts.sections.push_back(extra_block("weather", true));
-  EXPECT_THAT(refusal(assemble(parts), ErrorCode::kUnknownRequiredFeature), HasSubstr("weather"));
+TEST(MapContainer, WithAnUnknownRequiredLayerOrSectionIsRefusedByName) {
+  ContainerParts layer = parts_of(small_map()), section = layer;
+  layer.tiles[0].layers.insert(layer.tiles[0].layers.begin(), extra_block("lanes", true));
+  EXPECT_THAT(refusal(assemble(layer), ErrorCode::kUnknownRequiredFeature), HasSubstr("lanes"));
+  section.sections.push_back(extra_block("weather", true));
+  EXPECT_THAT(refusal(assemble(section), ErrorCode::kUnknownRequiredFeature), HasSubstr("weather"));
 }
 
 TEST(MapContainer, WithALayerOfALaterVersionIsRefusedByName) {
@@ -149,7 +145,6 @@ TEST(MapContainer, WithAManifestThatIsNoFlatBufferIsRefused) {
   }
   parts.sections.clear();
   for (std::size_t i = 0; i < parts.manifest.size(); ++i) {
-    // Sealed with right checksums: below them, nothing a manifest says may crash a reader.
     ContainerParts damaged = parts;
     damaged.manifest[i] ^= std::byte{0x81};
     const std::vector<std::byte> file = assemble(damaged);

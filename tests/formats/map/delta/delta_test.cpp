@@ -73,7 +73,6 @@ TEST_F(Delta, MakesTheNewMapByteForByteOverRandomMaps) {
     SCOPED_TRACE(seed);
     const CompiledMap map = random_map({.seed = seed, .site_count = 50, .nd_count = 200});
     const Bytes base = encode_map(map);
-    // The same recording later, or another map altogether.
     const Bytes result = seed % 4 == 0 ? encode_map(random_map({.seed = seed + 100}))
                                        : encode_map(changed_map(map, seed, seed % 3 == 0));
     for (const bool is_portable : {false, true}) {
@@ -245,12 +244,10 @@ TEST_F(Delta, WithABombInsideIsRefusedBeforeItGoesOff) {
   const Bytes bomb = pack_delta(Bytes(kLargestStep), {});
   ASSERT_LT(bomb.size(), 1000u);
   Parts parts = take_apart(make(base_, result_));
-  // Says 100 bytes, holds 4 MiB.
   parts.payloads = bomb;
   parts.steps = {{DeltaStepKind::kPacked, 100, 0, 0, bomb.size(), xxh3(bomb), 1}};
   parts.header.result_size = 100;
   expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
-  // More than a step may make.
   parts.steps[0].size = parts.header.result_size = kLargestStep + 1;
   expect_refused(base_, put_together(parts), ErrorCode::kBadDelta);
 }
@@ -275,7 +272,6 @@ TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
     expect_refused(base_, put_together(parts), ErrorCode::kDiskFull);
     EXPECT_FALSE(fs::exists(part_path(map_)));
   }
-  // The same bytes of the base again and again.
   const DeltaStep copy{DeltaStepKind::kCopy, base_.size(), 0, base_.size(), 0, 0, xxh3(base_)};
   parts.steps = {copy, copy};
   parts.payloads.clear();
