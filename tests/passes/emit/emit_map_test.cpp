@@ -13,6 +13,7 @@
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/handmade_model.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -74,20 +75,19 @@ TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
   options.version = "2026.2";
   options.release = 9;
   options.mapping_scans = ScanSelection::kEven;
-  const Result<CompiledMap> map = workshop.emit(options);
-  ASSERT_TRUE(map) << to_string(map.error());
-  EXPECT_EQ(map->version, "2026.2");
-  EXPECT_EQ(map->release, 9u);
-  EXPECT_EQ(map->map_id.size(), 32u);
-  EXPECT_EQ(map->measurement.mapping_drive, "first drive");
-  EXPECT_EQ(map->measurement.mapping_scans, "even");
-  EXPECT_EQ(map->measurement.localization_drive, "second drive");
-  EXPECT_EQ(map->measurement.reference, ErrorReference::kFullRangeMatch);
-  EXPECT_EQ(map->measurement.measured_site_count, 40u);
+  const CompiledMap map = value_of(workshop.emit(options));
+  EXPECT_EQ(map.version, "2026.2");
+  EXPECT_EQ(map.release, 9u);
+  EXPECT_EQ(map.map_id.size(), 32u);
+  EXPECT_EQ(map.measurement.mapping_drive, "first drive");
+  EXPECT_EQ(map.measurement.mapping_scans, "even");
+  EXPECT_EQ(map.measurement.localization_drive, "second drive");
+  EXPECT_EQ(map.measurement.reference, ErrorReference::kFullRangeMatch);
+  EXPECT_EQ(map.measurement.measured_site_count, 40u);
   const Result<CompiledMap> made = read_map(encode_map(workshop.made));  // NDs are rounded
   ASSERT_TRUE(made);
   for (const char* name : {"nds", "sites", "predicted", "ranges", "factors"}) {
-    EXPECT_EQ(format_table(*dump(*map, name), TableFormat::kCsv),
+    EXPECT_EQ(format_table(*dump(map, name), TableFormat::kCsv),
               format_table(*dump(*made, name), TableFormat::kCsv));
   }
   EXPECT_TRUE(workshop.warnings.empty());
@@ -96,11 +96,10 @@ TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
 TEST(EmitMap, KeepsColumnsOfSitesInTheOrderOfTheirNames) {
   Workshop workshop({.seed = 1, .has_columns = true});
   std::ranges::reverse(workshop.made.columns);
-  const Result<CompiledMap> map = workshop.emit();
-  ASSERT_TRUE(map) << to_string(map.error());
-  ASSERT_EQ(map->columns.size(), 2u);
-  EXPECT_EQ(map->columns[0].name, "clearance_m");
-  EXPECT_EQ(map->columns[0].values, workshop.made.columns[1].values);
+  const CompiledMap map = value_of(workshop.emit());
+  ASSERT_EQ(map.columns.size(), 2u);
+  EXPECT_EQ(map.columns[0].name, "clearance_m");
+  EXPECT_EQ(map.columns[0].values, workshop.made.columns[1].values);
   workshop.made.columns[0].values.pop_back();
   EXPECT_EQ(workshop.emit().error().code, ErrorCode::kMismatchedInputs);
 }
@@ -140,19 +139,16 @@ TEST(EmitMap, SaysTheVersionsThatTheTextOfTheDefinitionsHas) {
 
 TEST(EmitMap, KeepsAModelThatCanBeTakenOutOfTheFileAgain) {
   Workshop workshop({.seed = 2});
-  const Result<CompiledMap> map = workshop.emit();
-  ASSERT_TRUE(map);
-  const Result<CompiledMap> read = read_map(encode_map(*map));
-  ASSERT_TRUE(read) << to_string(read.error());
-  const Result<ErrorModel> model = of_ranges(model_of(read->model));
-  ASSERT_TRUE(model) << to_string(model.error());
-  EXPECT_EQ(to_bytes(*model), to_bytes(workshop.model));
-  EXPECT_FALSE(read->model.card.empty());
-  for (const std::string& name : dump_names()) EXPECT_TRUE(dump(*read, name)) << name;
-  CompiledMap damaged = *read;
+  const CompiledMap map = value_of(workshop.emit());
+  const CompiledMap read = value_of(read_map(encode_map(map)));
+  const ErrorModel model = value_of(of_ranges(model_of(read.model)));
+  EXPECT_EQ(to_bytes(model), to_bytes(workshop.model));
+  EXPECT_FALSE(read.model.card.empty());
+  for (const std::string& name : dump_names()) EXPECT_TRUE(dump(read, name)) << name;
+  CompiledMap damaged = read;
   damaged.model.bytes.back() ^= std::byte{1};
   EXPECT_EQ(model_of(damaged.model).error().code, ErrorCode::kDigestMismatch);
-  damaged = *read;
+  damaged = read;
   damaged.model.encoding_version += 1;
   EXPECT_EQ(model_of(damaged.model).error().code, ErrorCode::kFutureVersion);
 }
@@ -183,15 +179,14 @@ TEST(EmitMap, CountsQualityThatCanBeCheckedByHand) {
   for (ErrorRow& row : workshop.measured.rows) row.mean_m = 0.2;
   workshop.measured.rows[0].mean_m = 0.1;   // site 0 at 10 m, which it takes: within, just so
   workshop.measured.rows[4].mean_m = 0.01;  // site 2 at 10 m, which it does not take
-  const Result<CompiledMap> map = workshop.emit();
-  ASSERT_TRUE(map) << to_string(map.error());
-  const LimitQuality& quality = map->quality.at(0);
+  const CompiledMap map = value_of(workshop.emit());
+  const LimitQuality& quality = map.quality.at(0);
   EXPECT_EQ(quality.unmet_count, 1u);
   EXPECT_EQ(quality.extrapolated_count, 2u);
   EXPECT_DOUBLE_EQ(quality.mean_range_m, 15.0);
   EXPECT_DOUBLE_EQ(quality.expected_coverage, (0.5 + 0.7 + 0.2 + 1.0) / 4.0);
   EXPECT_DOUBLE_EQ(quality.measured_coverage, 1.0 / 3.0);
-  EXPECT_EQ(map->measurement.measured_site_count, 3u);
+  EXPECT_EQ(map.measurement.measured_site_count, 3u);
   ASSERT_EQ(workshop.warnings.size(), 1u);
   EXPECT_THAT(workshop.warnings[0], HasSubstr("1 of 4 sites"));
 }
@@ -242,9 +237,8 @@ TEST(EmitMap, OfRandomArtifactsIsTheFileOfTheWholeMap) {
     options.limits_m =
         random.below(2) == 0 ? std::vector<double>{0.1} : std::vector<double>{0.05, 0.1, 0.3};
     Workshop workshop(options);
-    const Result<CompiledMap> map = workshop.emit();
-    ASSERT_TRUE(map) << to_string(map.error());
-    EXPECT_EQ(encode_map(*map), workshop.file);
+    const CompiledMap map = value_of(workshop.emit());
+    EXPECT_EQ(encode_map(map), workshop.file);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "passes/model/forest/predict_error.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -85,17 +86,15 @@ ErrorCode code_of(const CompiledMap& map) {
 }
 
 TEST(ProveAnnotation, MakesAnotherPlacesPredictionsAgainFromItsFactors) {
-  const Result<AnnotationProof> proof = prove(annotated(elsewhere(), false));
-  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
-  EXPECT_EQ(proof->site_count, 120u);
-  EXPECT_EQ(proof->forest_count, 120u);
-  EXPECT_EQ(proof->history_count, 0u);
+  const AnnotationProof proof = value_of(prove(annotated(elsewhere(), false)));
+  EXPECT_EQ(proof.site_count, 120u);
+  EXPECT_EQ(proof.forest_count, 120u);
+  EXPECT_EQ(proof.history_count, 0u);
 }
 
 TEST(ProveAnnotation, MakesThemAgainWithWhatAnEarlierDriveMeasured) {
-  const Result<AnnotationProof> proof = prove(annotated(elsewhere(), true));
-  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
-  EXPECT_EQ(proof->history_count, 120u);
+  const AnnotationProof proof = value_of(prove(annotated(elsewhere(), true)));
+  EXPECT_EQ(proof.history_count, 120u);
 }
 
 TEST(ProveAnnotation, MakesThemAgainWithWhatSeveralDrivesMeasured) {
@@ -104,29 +103,25 @@ TEST(ProveAnnotation, MakesThemAgainWithWhatSeveralDrivesMeasured) {
   const MeasuredDrives history{{place.drives[0], place.drives[1], place.drives[3]}, {0, 1, 3}, 4};
   PassContext ctx;
   CompiledMap map = annotated(place, false);
-  const Result<PredictedError> predicted = of_ranges(predict_error(
-      ctx, {}, model(), place.sites, place.factors, place.recordings, nullptr, &history));
-  ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
-  map.predicted = *predicted;
-  const Result<FactorTable> factors =
-      of_ranges(add_history(ctx, {}, map.factors, history, *predicted, model(), place.recordings));
-  ASSERT_TRUE(factors.has_value());
-  map.factors = *factors;
+  const PredictedError predicted = value_of(of_ranges(predict_error(
+      ctx, {}, model(), place.sites, place.factors, place.recordings, nullptr, &history)));
+  map.predicted = predicted;
+  const FactorTable factors = value_of(
+      of_ranges(add_history(ctx, {}, map.factors, history, predicted, model(), place.recordings)));
+  map.factors = factors;
   EXPECT_EQ(map.factors.factors.back(), "measured_is_independent[3]");
-  map.ranges = *of_ranges(choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors));
+  map.ranges = *of_ranges(choose_ranges(ctx, {}, place.sites, predicted, model(), map.factors));
   map.quality = quality_of(map.predicted, map.ranges, nullptr);
-  const Result<AnnotationProof> proof = prove(map);
-  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
-  EXPECT_EQ(proof->history_count, 120u);
+  const AnnotationProof proof = value_of(prove(map));
+  EXPECT_EQ(proof.history_count, 120u);
   map.factors.values.end()[-4] += 0.5;  // an error of the last drive
   EXPECT_EQ(code_of(map), ErrorCode::kDigestMismatch);
 }
 
 TEST(ProveAnnotation, SaysWhichSitesTheModelKeepsPredictionsOf) {
-  const Result<AnnotationProof> proof = prove(annotated(place_driven_twice(1, kSmall), false));
-  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
-  EXPECT_EQ(proof->out_of_fold_count, 120u);
-  EXPECT_NE(to_text(*proof).find("120 sites trained the model"), std::string::npos);
+  const AnnotationProof proof = value_of(prove(annotated(place_driven_twice(1, kSmall), false)));
+  EXPECT_EQ(proof.out_of_fold_count, 120u);
+  EXPECT_NE(to_text(proof).find("120 sites trained the model"), std::string::npos);
 }
 
 TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {

@@ -90,10 +90,9 @@ TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
 TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsEvidenceAndNothingToLearnFrom) {
   const SyntheticDrive drive = small_drive();
   PassContext ctx;
-  const Result<FactorTable> table = of_ranges(whole_rows(add_mapping_error(
-      ctx, {}, drive.factors, drive.measured, nullptr, *sensor_profile("vlp-16"))));
-  ASSERT_TRUE(table.has_value());
-  for_each_row(*table, drive.factors,
+  const FactorTable table = value_of(of_ranges(whole_rows(add_mapping_error(
+      ctx, {}, drive.factors, drive.measured, nullptr, *sensor_profile("vlp-16")))));
+  for_each_row(table, drive.factors,
                [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
                  EXPECT_EQ(mapping_m, drive.factors.at(site, range, 2));
                  EXPECT_EQ(own_m, site == 2 ? drive.factors.at(site, range, 2)
@@ -110,12 +109,11 @@ TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
   for (ErrorRow& row : measured.rows) row.from_given_m *= 0.1;
   const SensorProfile sensor = *sensor_profile("vlp-16");
   const ByFamily<StoredTable<MeasuredError>> own(drive.measured, measured);
-  const Result<ByFamily<FactorTable>> table =
-      whole_rows(add_mapping_error(TestContext(), {}, drive.factors, own, &sensor, sensor));
-  ASSERT_TRUE(table.has_value());
-  ASSERT_TRUE(validate(*table).has_value());
-  ASSERT_TRUE(table->samples.has_value());
-  const FactorTable& samples = *table->samples;
+  const ByFamily<FactorTable> table = value_of(
+      whole_rows(add_mapping_error(TestContext(), {}, drive.factors, own, &sensor, sensor)));
+  ASSERT_TRUE(validate(table).has_value());
+  ASSERT_TRUE(table.samples.has_value());
+  const FactorTable& samples = *table.samples;
   EXPECT_EQ(samples.looks, looks);
   EXPECT_EQ(samples.shared_count, drive.factors.factors.size()) << "not once for each look";
   const auto at = [&](std::size_t site, std::size_t look, const std::string& name) {
@@ -163,19 +161,18 @@ TEST(AddMappingError, WhatWasSimulatedStandsForBothAndSaysSo) {
   simulated.reference = ErrorReference::kSimulated;
   simulated.scan_of_site[2] = 2;
   PassContext ctx;
-  const Result<FactorTable> table = of_ranges(whole_rows(
-      add_mapping_error(ctx, {}, drive.factors, simulated, nullptr, *sensor_profile("vlp-16"))));
-  ASSERT_TRUE(table.has_value()) << to_string(table.error());
-  ASSERT_TRUE(validate(*table).has_value());
-  EXPECT_TRUE(is_simulated(*table));
+  const FactorTable table = value_of(of_ranges(whole_rows(
+      add_mapping_error(ctx, {}, drive.factors, simulated, nullptr, *sensor_profile("vlp-16")))));
+  ASSERT_TRUE(validate(table).has_value());
+  EXPECT_TRUE(is_simulated(table));
   EXPECT_FALSE(is_simulated(drive.factors));
   const std::size_t before = drive.factors.factors.size();
-  ASSERT_EQ(table->factors.size(), before + 3);
-  for (std::size_t site = 0; site < table->site_count; ++site) {
-    for (std::size_t range = 0; range < table->looks.size(); ++range) {
-      EXPECT_EQ(table->at(site, range, before), 1.0);
-      EXPECT_EQ(table->at(site, range, before + 1), 2.0 * simulated.row(site, range).mean_m);
-      EXPECT_EQ(table->at(site, range, before + 2), simulated.row(site, range).mean_m);
+  ASSERT_EQ(table.factors.size(), before + 3);
+  for (std::size_t site = 0; site < table.site_count; ++site) {
+    for (std::size_t range = 0; range < table.looks.size(); ++range) {
+      EXPECT_EQ(table.at(site, range, before), 1.0);
+      EXPECT_EQ(table.at(site, range, before + 1), 2.0 * simulated.row(site, range).mean_m);
+      EXPECT_EQ(table.at(site, range, before + 2), simulated.row(site, range).mean_m);
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tests/support/synthetic_places.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -49,15 +50,14 @@ Result<MeasuredDrives> join(PassContext& ctx, const std::vector<Drive>& drives,
 TEST(JoinErrors, KeepsEachDriveAsItIs) {
   const DrivenPlace place = place_driven_often(1, 3, kSmall);
   Warned warned;
-  const Result<MeasuredDrives> three =
-      join(warned.ctx, {drive_with("first"), drive_with("second"), drive_with("third")},
-           {place.drives[0], place.drives[1], place.drives[2]});
-  ASSERT_TRUE(three.has_value()) << to_string(three.error());
-  ASSERT_EQ(three->drives.size(), 3u);
+  const MeasuredDrives three =
+      value_of(join(warned.ctx, {drive_with("first"), drive_with("second"), drive_with("third")},
+                    {place.drives[0], place.drives[1], place.drives[2]}));
+  ASSERT_EQ(three.drives.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(to_bytes(three->drives[i].ranges), to_bytes(place.drives[i]));
+    EXPECT_EQ(to_bytes(three.drives[i].ranges), to_bytes(place.drives[i]));
   }
-  EXPECT_EQ(three->numbers, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(three.numbers, (std::vector<std::uint32_t>{0, 1, 2}));
   EXPECT_TRUE(warned.warnings.empty());
 }
 
@@ -66,15 +66,14 @@ TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
   Warned warned;
   Drive raised = drive_with("raised");
   raised.sensor.T_vehicle_lidar.translation().z() += 0.5;
-  const Result<MeasuredDrives> joined =
-      join(warned.ctx,
-           {drive_with("first"), drive_with("far"), drive_with("other", "hdl-64e"), raised,
-            drive_with("last")},
-           {place.drives[0], nowhere(place.drives[1]), place.drives[2], place.drives[2],
-            place.drives[3]});
-  ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
-  EXPECT_EQ(joined->numbers, (std::vector<std::uint32_t>{0, 4}));
-  EXPECT_EQ(joined->named_count, 5u);
+  const MeasuredDrives joined =
+      value_of(join(warned.ctx,
+                    {drive_with("first"), drive_with("far"), drive_with("other", "hdl-64e"), raised,
+                     drive_with("last")},
+                    {place.drives[0], nowhere(place.drives[1]), place.drives[2], place.drives[2],
+                     place.drives[3]}));
+  EXPECT_EQ(joined.numbers, (std::vector<std::uint32_t>{0, 4}));
+  EXPECT_EQ(joined.named_count, 5u);
   ASSERT_EQ(warned.warnings.size(), 3u);
   EXPECT_NE(warned.warnings[0].find("drive 2, 'far', is left out: it comes near no site"),
             std::string::npos)
@@ -90,10 +89,9 @@ TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
 TEST(JoinErrors, GoesOnWithoutTheFirst) {
   const DrivenPlace place = place_driven_often(1, 2, kSmall);
   Warned warned;
-  const Result<MeasuredDrives> joined = join(warned.ctx, {drive_with("far"), drive_with("near")},
-                                             {nowhere(place.drives[0]), place.drives[1]});
-  ASSERT_TRUE(joined.has_value());
-  EXPECT_EQ(joined->numbers, std::vector<std::uint32_t>{1});
+  const MeasuredDrives joined = value_of(join(warned.ctx, {drive_with("far"), drive_with("near")},
+                                              {nowhere(place.drives[0]), place.drives[1]}));
+  EXPECT_EQ(joined.numbers, std::vector<std::uint32_t>{1});
 }
 
 TEST(JoinErrors, RefusesErrorsOfOtherSites) {
@@ -116,18 +114,17 @@ TEST(PoolErrors, LetsTheDrivesSpeakInTurn) {
   }
   const MeasuredDrives measured{{place.drives.begin(), place.drives.end()}, {0, 1, 2}, 3};
   PassContext ctx;
-  const Result<MeasuredError> pooled = of_ranges(pool_errors(ctx, {}, measured));
-  ASSERT_TRUE(pooled.has_value()) << to_string(pooled.error());
-  ASSERT_TRUE(validate(*pooled).has_value());
-  EXPECT_EQ(pooled->drive, "synthetic, again, drive 3");
+  const MeasuredError pooled = value_of(of_ranges(pool_errors(ctx, {}, measured)));
+  ASSERT_TRUE(validate(pooled).has_value());
+  EXPECT_EQ(pooled.drive, "synthetic, again, drive 3");
   const std::size_t speaker[] = {1, 1, 2, 0, 1, 9, 2, 0, 1, 2, 0, 1};
   for (std::size_t site = 0; site < 12; ++site) {
     if (speaker[site] == 9) {
-      EXPECT_EQ(pooled->scan_of_site[site], -1);
+      EXPECT_EQ(pooled.scan_of_site[site], -1);
       continue;
     }
     for (std::size_t look = 0; look < 2; ++look) {
-      EXPECT_EQ(pooled->row(site, look).mean_m, place.drives[speaker[site]].row(site, look).mean_m)
+      EXPECT_EQ(pooled.row(site, look).mean_m, place.drives[speaker[site]].row(site, look).mean_m)
           << site;
     }
   }

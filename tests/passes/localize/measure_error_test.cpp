@@ -118,14 +118,13 @@ TEST(MeasureError, StartsFromTheTwelveOffsetsOfTheDefinition) {
 }
 
 TEST(MeasureError, FindsSmallErrorsWhereTheWholeRoomIsSeen) {
-  const Result<MeasuredError> measured = measure(make_world(), two_ranges());
-  ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
-  ASSERT_TRUE(validate(*measured).has_value());
-  ASSERT_EQ(measured->rows.size(), 18u);
-  EXPECT_EQ(measured->scan_of_site[3], 6);
+  const MeasuredError measured = value_of(measure(make_world(), two_ranges()));
+  ASSERT_TRUE(validate(measured).has_value());
+  ASSERT_EQ(measured.rows.size(), 18u);
+  EXPECT_EQ(measured.scan_of_site[3], 6);
   for (std::size_t site = 0; site < 9; ++site) {
-    const ErrorRow& near = measured->row(site, 0);
-    const ErrorRow& far = measured->row(site, 1);
+    const ErrorRow& near = measured.row(site, 0);
+    const ErrorRow& far = measured.row(site, 1);
     EXPECT_LT(far.mean_m, 0.05);
     EXPECT_EQ(far.lost_share, 0.0);
     EXPECT_GT(far.point_count, near.point_count);
@@ -136,9 +135,8 @@ TEST(MeasureError, FindsSmallErrorsWhereTheWholeRoomIsSeen) {
 TEST(MeasureError, KeepsTheOrderOfItsOwnStatistics) {
   MeasureErrorOptions options = two_ranges();
   options.localizer = LocalizerKind::kPlain;  // each of its evaluations is of all points
-  const Result<MeasuredError> measured = measure(make_world(), options);
-  ASSERT_TRUE(measured.has_value());
-  for (const ErrorRow& row : measured->rows) {
+  const MeasuredError measured = value_of(measure(make_world(), options));
+  for (const ErrorRow& row : measured.rows) {
     EXPECT_LE(row.median_m, row.p90_m);
     EXPECT_LE(row.p90_m, row.max_m);
     EXPECT_LE(row.mean_m, row.max_m + 1e-12);
@@ -155,16 +153,14 @@ TEST(MeasureError, WithoutPointsInRangeReportsTheOffsetsThemselves) {
   MeasureErrorOptions options = two_ranges();
   options.starts.radius_m = 1.0;
   options.ranges_m = {1.0};  // the sensor hangs higher than this over the floor
-  const Result<MeasuredError> measured = measure(world, options);
-  ASSERT_TRUE(measured.has_value());
+  const MeasuredError measured = value_of(measure(world, options));
   double expected_m = 0.0;
   for (const InitialOffset& offset : initial_offsets(starts_of(options))) {
     expected_m += std::hypot(offset.x_m, offset.y_m, offset.z_m) / 12.0;
   }
-  EXPECT_EQ(measured->rows[4].point_count, 0u);
-  EXPECT_NEAR(measured->rows[4].mean_m, expected_m, 1e-12);
-  EXPECT_NEAR(measured->rows[4].lost_share, 0.75, 1e-12)
-      << "sqrt((k + .5) / 12) > .5 from k = 3 on";
+  EXPECT_EQ(measured.rows[4].point_count, 0u);
+  EXPECT_NEAR(measured.rows[4].mean_m, expected_m, 1e-12);
+  EXPECT_NEAR(measured.rows[4].lost_share, 0.75, 1e-12) << "sqrt((k + .5) / 12) > .5 from k = 3 on";
 }
 
 TEST(MeasureError, GivesTheSameBytesForAnyNumberOfThreads) {
@@ -197,10 +193,9 @@ TEST(MeasureError, TakesTheMatchAtFullRangeAsReferenceWhenAsked) {
   MeasureErrorOptions options = two_ranges();
   options.ranges_m = {100.0};
   options.reference = ErrorReference::kFullRangeMatch;
-  const Result<MeasuredError> measured = measure(world, options);
-  ASSERT_TRUE(measured.has_value());
-  EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
-  for (const ErrorRow& row : measured->rows) EXPECT_LT(row.mean_m, 0.02);
+  const MeasuredError measured = value_of(measure(world, options));
+  EXPECT_EQ(measured.reference, ErrorReference::kFullRangeMatch);
+  for (const ErrorRow& row : measured.rows) EXPECT_LT(row.mean_m, 0.02);
 }
 
 // Its reference would be a match to this very map, believed to be the truth.
@@ -212,10 +207,9 @@ TEST(MeasureError, KnowsNoPoseOfADriveThatWasPlacedByMatchingAndSaysSo) {
   std::string warning;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warning = message; };
-  const Result<MeasuredError> measured = of_ranges(whole_rows(
-      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites)));
-  ASSERT_TRUE(measured.has_value());
-  EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
+  const MeasuredError measured = value_of(of_ranges(whole_rows(
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites))));
+  EXPECT_EQ(measured.reference, ErrorReference::kFullRangeMatch);
   EXPECT_NE(warning.find("has no known poses"), std::string::npos) << warning;
 }
 
@@ -256,9 +250,8 @@ double mean_alone_m(const World& world, const MeasureErrorOptions& options, cons
 TEST(MeasureError, StartsThatShareClimbsEndNearWhereEachEndsAlone) {
   const World world = make_world();
   const MeasureErrorOptions options = two_looks();
-  const Result<ByFamily<MeasuredError>> both = measure_both(world, options);
-  ASSERT_TRUE(both.has_value());
-  const auto& [measured, samples] = *both;
+  const ByFamily<MeasuredError> both = value_of(measure_both(world, options));
+  const auto& [measured, samples] = both;
   const Localizer own = make_localizer(world.map, localizer_options(options.localizer));
   bool differs = false;
   for (std::size_t site = 0; site < world.sites.sites.size(); ++site) {
@@ -283,11 +276,10 @@ TEST(MeasureError, CountsSitesWithoutAScan) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   ctx.progress_sink = [&](std::size_t done, std::size_t) { last_done = done; };
-  const Result<MeasuredError> measured = of_ranges(whole_rows(
-      measure_error(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites)));
-  ASSERT_TRUE(measured.has_value());
-  EXPECT_EQ(measured->scan_of_site[2], -1);
-  EXPECT_EQ(measured->row(2, 1).point_count, 0u);
+  const MeasuredError measured = value_of(of_ranges(whole_rows(
+      measure_error(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites))));
+  EXPECT_EQ(measured.scan_of_site[2], -1);
+  EXPECT_EQ(measured.row(2, 1).point_count, 0u);
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("1 of 9 sites"), std::string::npos);
   EXPECT_EQ(last_done, 1u) << "nine sites are one part of the work";
@@ -302,9 +294,8 @@ TEST(MeasureError, UsesOnlyTheSelectedScans) {
   MeasureErrorOptions options = two_ranges();
   options.scans = ScanSelection::kOdd;
   options.site_radius_m = 1.5;
-  const Result<MeasuredError> measured = measure(world, options);
-  ASSERT_TRUE(measured.has_value());
-  for (const std::int64_t scan : measured->scan_of_site) EXPECT_EQ(scan % 2, 1);
+  const MeasuredError measured = value_of(measure(world, options));
+  for (const std::int64_t scan : measured.scan_of_site) EXPECT_EQ(scan % 2, 1);
 }
 
 class LimitedStore : public ScanStore {
@@ -442,15 +433,14 @@ TEST(MeasureError, TakesEveryReturnWithinARangeWhereThePapersProtocolIsAsked) {
   const World world = make_world();
   MeasureErrorOptions paper = two_ranges();
   paper.every_return = true;
-  const Result<MeasuredError> measured = measure(world, paper);
-  ASSERT_TRUE(measured.has_value());
+  const MeasuredError measured = value_of(measure(world, paper));
   const Result<MeasuredError> thinned = measure(world, two_ranges());
-  EXPECT_GE(measured->row(0, 0).point_count, thinned->row(0, 0).point_count);
-  const double range_m = measured->looks.front().range_m;
-  const std::size_t scan = static_cast<std::size_t>(measured->scan_of_site[0]) / 2;
+  EXPECT_GE(measured.row(0, 0).point_count, thinned->row(0, 0).point_count);
+  const double range_m = measured.looks.front().range_m;
+  const std::size_t scan = static_cast<std::size_t>(measured.scan_of_site[0]) / 2;
   const std::vector<Eigen::Vector3d> near = crop(world.drive.store->read(scan)->points_m, range_m);
-  EXPECT_EQ(measured->row(0, 0).point_count, voxel_subsample(near, 1.0).size());
-  EXPECT_FALSE(measured->matching.localizer == thinned->matching.localizer)
+  EXPECT_EQ(measured.row(0, 0).point_count, voxel_subsample(near, 1.0).size());
+  EXPECT_FALSE(measured.matching.localizer == thinned->matching.localizer)
       << "a map of the one is none for the other";
 }
 
@@ -473,9 +463,8 @@ TEST(MeasureError, TheAnnealedLocalizerEndsNearerFromTheSameStarts) {
 }
 
 TEST(MeasureError, NamesTheLocalizerAndWhatItsNameLeavesOpen) {
-  const Result<MeasuredError> measured = measure(make_world(), two_ranges());
-  ASSERT_TRUE(measured.has_value());
-  EXPECT_EQ(to_text(measured->matching.localizer),
+  const MeasuredError measured = value_of(measure(make_world(), two_ranges()));
+  EXPECT_EQ(to_text(measured.matching.localizer),
             "searching v3 (cell_m=2, coarse_cells=1, leaf_m=1)");
 }
 
@@ -521,11 +510,10 @@ TEST(MeasureError, OfALaterDriveThatIsNowhereNearIsEmpty) {
   MeasureErrorOptions options = two_ranges();
   options.may_be_elsewhere = true;
   PassContext ctx;
-  const Result<MeasuredError> measured = of_ranges(whole_rows(
-      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites)));
-  ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
-  ASSERT_TRUE(validate(*measured).has_value());
-  EXPECT_EQ(measured->scan_of_site,
+  const MeasuredError measured = value_of(of_ranges(whole_rows(
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites))));
+  ASSERT_TRUE(validate(measured).has_value());
+  EXPECT_EQ(measured.scan_of_site,
             std::vector<std::int64_t>(world.sites.sites.size(), std::int64_t{-1}));
 }
 

@@ -9,6 +9,7 @@
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/train_on_place.h"
+#include "tests/support/value_of.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -43,9 +44,8 @@ SyntheticDrive elsewhere(std::uint64_t seed) {
 TEST(PredictError, GivesTheModelsOwnSitesTheirOutOfFoldPredictions) {
   const SyntheticDrive drive = synthetic_drive(1, kSmall);
   const ErrorModel model = model_of(drive);
-  const Result<PredictedError> predicted = predict(model, drive);
-  ASSERT_TRUE(predicted.has_value());
-  EXPECT_EQ(to_bytes(*predicted), to_bytes(model.out_of_fold));
+  const PredictedError predicted = value_of(predict(model, drive));
+  EXPECT_EQ(to_bytes(predicted), to_bytes(model.out_of_fold));
 }
 
 TEST(PredictError, KnowsItsOwnSitesInAnotherMapFrame) {
@@ -53,20 +53,18 @@ TEST(PredictError, KnowsItsOwnSitesInAnotherMapFrame) {
   const ErrorModel model = model_of(drive);
   drive.sites.frame.origin_world_m.x() += 64.0;
   for (Site& site : drive.sites.sites) site.p_map_m.x() -= 64.0;
-  const Result<PredictedError> predicted = predict(model, drive);
-  ASSERT_TRUE(predicted.has_value());
-  EXPECT_EQ(to_bytes(*predicted), to_bytes(model.out_of_fold));
+  const PredictedError predicted = value_of(predict(model, drive));
+  EXPECT_EQ(to_bytes(predicted), to_bytes(model.out_of_fold));
 }
 
 TEST(PredictError, AsksTheWholeForestElsewhere) {
   const ErrorModel model = model_of(synthetic_drive(1, kSmall));
-  const Result<PredictedError> predicted = predict(model, elsewhere(1));
-  ASSERT_TRUE(predicted.has_value());
-  ASSERT_TRUE(validate(*predicted).has_value());
-  EXPECT_NE(predicted->mean_m, model.out_of_fold.mean_m);
-  EXPECT_EQ(predicted->out_of_fold, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  const PredictedError predicted = value_of(predict(model, elsewhere(1)));
+  ASSERT_TRUE(validate(predicted).has_value());
+  EXPECT_NE(predicted.mean_m, model.out_of_fold.mean_m);
+  EXPECT_EQ(predicted.out_of_fold, std::vector<std::uint8_t>(kSmall.site_count, 0));
   // The same factors, which training saw.
-  EXPECT_EQ(predicted->extrapolated, std::vector<std::uint8_t>(3 * kSmall.site_count, 0));
+  EXPECT_EQ(predicted.extrapolated, std::vector<std::uint8_t>(3 * kSmall.site_count, 0));
 }
 
 TEST(PredictError, PutsTheTreesSharesOnTheModelsCurve) {
@@ -87,17 +85,16 @@ TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model =
-      of_ranges(train_model(ctx, options, places_driven_twice(3, kSmall)));
-  ASSERT_TRUE(model.has_value());
+  const ErrorModel model =
+      value_of(of_ranges(train_model(ctx, options, places_driven_twice(3, kSmall))));
   DrivenPlace place = place_driven_twice(9, kSmall);
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
   place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
   const ByFamily<MeasuredError> first(place.drives[0]);
   const Result<PredictedError> with_history = of_ranges(
-      predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings, &first));
+      predict_error(ctx, {}, model, place.sites, place.factors, place.recordings, &first));
   const Result<PredictedError> map_only =
-      of_ranges(predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings));
+      of_ranges(predict_error(ctx, {}, model, place.sites, place.factors, place.recordings));
   ASSERT_TRUE(with_history.has_value() && map_only.has_value());
   EXPECT_EQ(with_history->has_history, std::vector<std::uint8_t>(kSmall.site_count, 1));
   EXPECT_EQ(map_only->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
@@ -132,19 +129,17 @@ TEST(PredictError, OfOneDriveIsTheSameInAListOfOne) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model =
-      of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall)));
-  ASSERT_TRUE(model.has_value());
+  const ErrorModel model =
+      value_of(of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall))));
   const DrivenPlace place = place_driven_twice(9, kSmall);
   const ByFamily<MeasuredError> first(place.drives[0]);
   const Result<PredictedError> one = of_ranges(
-      predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings, &first));
-  const Result<PredictedError> list = predict_with(ctx, *model, place, drives_of(place, 1));
+      predict_error(ctx, {}, model, place.sites, place.factors, place.recordings, &first));
+  const Result<PredictedError> list = predict_with(ctx, model, place, drives_of(place, 1));
   ASSERT_TRUE(one.has_value() && list.has_value());
   EXPECT_EQ(to_bytes(*one), to_bytes(*list));
-  const Result<PredictedError> none = predict_with(ctx, *model, place, {});
-  ASSERT_TRUE(none.has_value());
-  EXPECT_EQ(none->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  const PredictedError none = value_of(predict_with(ctx, model, place, {}));
+  EXPECT_EQ(none.has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
 }
 
 DrivenPlace place_of_noisy_drives(std::uint64_t seed) {
@@ -167,17 +162,16 @@ TEST(PredictError, BelievesThreeDrivesMoreThanOne) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model =
+  const ErrorModel model = value_of(
       of_ranges(train_model(ctx, options,
                             DrivenPlaces{{place_of_noisy_drives(1), place_of_noisy_drives(2),
                                           place_of_noisy_drives(3), place_of_noisy_drives(4),
-                                          place_of_noisy_drives(5), place_of_noisy_drives(6)}}));
-  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+                                          place_of_noisy_drives(5), place_of_noisy_drives(6)}})));
   const auto square_error = [&](std::uint64_t seed, std::size_t told_count) {
     const DrivenPlace place = far_away(place_of_noisy_drives(seed));
     const DrivenPlace without_noise = place_driven_often(seed, 4, kSmall);
     const Result<PredictedError> with_history =
-        predict_with(ctx, *model, place, drives_of(place, told_count));
+        predict_with(ctx, model, place, drives_of(place, told_count));
     EXPECT_TRUE(with_history.has_value());
     double square = 0.0;
     for (std::size_t i = 0; i < with_history->mean_m.size(); ++i) {
@@ -200,11 +194,10 @@ TEST(PredictError, TakesThreeDrivesForAModelThatWasToldOfOne) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model =
-      of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall)));
-  ASSERT_TRUE(model.has_value());
+  const ErrorModel model =
+      value_of(of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall))));
   const DrivenPlace place = far_away(place_of_noisy_drives(9));
-  EXPECT_TRUE(predict_with(ctx, *model, place, drives_of(place, 3)).has_value());
+  EXPECT_TRUE(predict_with(ctx, model, place, drives_of(place, 3)).has_value());
 }
 
 TEST(PredictError, RefusesADriveOfOtherSitesAmongSeveral) {
@@ -225,10 +218,9 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const ByFamily<MeasuredError> measured(drive.measured);
-  const Result<PredictedError> predicted =
-      of_ranges(predict_error(ctx, {}, model, drive.sites, drive.factors, {}, &measured));
-  ASSERT_TRUE(predicted.has_value());
-  EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  const PredictedError predicted =
+      value_of(of_ranges(predict_error(ctx, {}, model, drive.sites, drive.factors, {}, &measured)));
+  EXPECT_EQ(predicted.has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("driven once"), std::string::npos);
 }
@@ -247,10 +239,9 @@ TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const ByFamily<MeasuredError> first(place.drives[0]);
-  const Result<PredictedError> predicted =
-      of_ranges(predict_error(ctx, {}, *model, place.sites, place.factors, {}, &first));
-  ASSERT_TRUE(predicted.has_value());
-  EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  const PredictedError predicted =
+      value_of(of_ranges(predict_error(ctx, {}, *model, place.sites, place.factors, {}, &first)));
+  EXPECT_EQ(predicted.has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("was localized by pcl-ndt v3, the model predicts the errors of "
                              "searching v3"),
@@ -311,11 +302,10 @@ TEST(PredictError, FlagsARangeWhereWhatTheForestDecidesByIsBeyondWhatTrainingSaw
 TEST(PredictError, ALooserLimitIsNeverLessProbable) {
   const ErrorModel model = model_of(synthetic_drive(1, kSmall));
   for (std::uint64_t seed = 2; seed < 6; ++seed) {
-    const Result<PredictedError> predicted = predict(model, elsewhere(seed));
-    ASSERT_TRUE(predicted.has_value());
+    const PredictedError predicted = value_of(predict(model, elsewhere(seed)));
     for (std::size_t site = 0; site < kSmall.site_count; ++site) {
       for (std::size_t range = 0; range < 3; ++range) {
-        EXPECT_LE(predicted->probability(site, range, 0), predicted->probability(site, range, 1));
+        EXPECT_LE(predicted.probability(site, range, 0), predicted.probability(site, range, 1));
       }
     }
   }
