@@ -117,8 +117,7 @@ std::uint32_t version_in_text(const std::string& heading) {
 
 TEST(EmitMap, SaysTheVersionsThatTheTextOfTheDefinitionsHas) {
   Workshop workshop({.seed = 1});
-  const Result<CompiledMap> map = workshop.emit();
-  ASSERT_TRUE(map) << to_string(map.error());
+  const CompiledMap map = value_of(workshop.emit());
   const std::map<std::string, std::string> headings = {
       {"choice-of-range", "Error model and choice of range"},
       {"factor-of-mapping-drive", "Factor from the mapping drive"},
@@ -130,8 +129,8 @@ TEST(EmitMap, SaysTheVersionsThatTheTextOfTheDefinitionsHas) {
       {"ndt-map", "NDT map"},
       {"sites", "Sites"},
       {"surface", "Surface"}};
-  EXPECT_EQ(map->definitions.size(), headings.size());
-  for (const NamedVersion& definition : map->definitions) {
+  EXPECT_EQ(map.definitions.size(), headings.size());
+  for (const NamedVersion& definition : map.definitions) {
     ASSERT_TRUE(headings.contains(definition.name)) << definition.name;
     EXPECT_EQ(definition.version, version_in_text(headings.at(definition.name))) << definition.name;
   }
@@ -267,9 +266,7 @@ TEST(EmitMap, RefusesAVersionThatCannotBePrinted) {
   EmitMapOptions options;
   for (const char* bad : {"", "two words", "\x01"}) {
     options.version = bad;
-    const Result<CompiledMap> map = workshop.emit(options);
-    ASSERT_FALSE(map);
-    EXPECT_EQ(map.error().code, ErrorCode::kBadValue);
+    EXPECT_EQ(failure_of(workshop.emit(options)).code, ErrorCode::kBadValue);
   }
 }
 

@@ -10,7 +10,7 @@
 #include "passes/model/forest/predict_error.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
-#include "tests/support/value_of.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -23,9 +23,8 @@ const ErrorModel& model() {
   static const ErrorModel kModel = [] {
     TrainModelOptions options;
     options.trees = 20;
-    PassContext ctx;
     Result<ErrorModel> trained =
-        of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall)));
+        of_ranges(train_model(TestContext(), options, places_driven_twice(2, kSmall)));
     EXPECT_TRUE(trained.has_value()) << to_string(trained.error());
     return std::move(*trained);
   }();
@@ -76,8 +75,7 @@ DrivenPlace elsewhere() {
 }
 
 Result<AnnotationProof> prove(const CompiledMap& map) {
-  PassContext ctx;
-  return prove_annotation(ctx, map);
+  return prove_annotation(TestContext(), map);
 }
 
 ErrorCode code_of(const CompiledMap& map) {

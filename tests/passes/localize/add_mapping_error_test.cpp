@@ -148,10 +148,9 @@ TEST(AddMappingError, RefusesOtherSitesOtherRangesAndFactorsWithoutAStandIn) {
   SyntheticDrive no_stand_in = small_drive();
   no_stand_in.factors.factors.back() = "crlb_max";
   for (const SyntheticDrive& drive : {other_sites, other_ranges, no_stand_in}) {
-    const Result<FactorTable> table = added(drive).table;
-    ASSERT_FALSE(table.has_value());
-    EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
-    EXPECT_EQ(table.error().place, "pass add-mapping-error");
+    const Error error = failure_of(added(drive).table);
+    EXPECT_EQ(error.code, ErrorCode::kMismatchedInputs);
+    EXPECT_EQ(error.place, "pass add-mapping-error");
   }
 }
 
@@ -160,9 +159,8 @@ TEST(AddMappingError, WhatWasSimulatedStandsForBothAndSaysSo) {
   MeasuredError simulated = drive.measured;
   simulated.reference = ErrorReference::kSimulated;
   simulated.scan_of_site[2] = 2;
-  PassContext ctx;
-  const FactorTable table = value_of(of_ranges(whole_rows(
-      add_mapping_error(ctx, {}, drive.factors, simulated, nullptr, *sensor_profile("vlp-16")))));
+  const FactorTable table = value_of(of_ranges(whole_rows(add_mapping_error(
+      TestContext(), {}, drive.factors, simulated, nullptr, *sensor_profile("vlp-16")))));
   ASSERT_TRUE(validate(table).has_value());
   EXPECT_TRUE(is_simulated(table));
   EXPECT_FALSE(is_simulated(drive.factors));

@@ -499,9 +499,8 @@ TEST(MeasureError, LocalizesByPclAtEveryTenthSiteFromThreeStartsForAnyNumberOfTh
 }
 
 void expect_refused(const World& world, ErrorCode code) {
-  const Result<MeasuredError> measured = measure(world, two_ranges());
-  ASSERT_FALSE(measured.has_value());
-  EXPECT_EQ(measured.error().code, code) << to_string(measured.error());
+  const Error error = failure_of(measure(world, two_ranges()));
+  EXPECT_EQ(error.code, code) << to_string(error);
 }
 
 TEST(MeasureError, OfALaterDriveThatIsNowhereNearIsEmpty) {

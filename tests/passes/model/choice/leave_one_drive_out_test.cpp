@@ -13,6 +13,7 @@
 #include "passes/model/train_model.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/test_context.h"
 #include "tests/support/whole_rows.h"
 
 namespace sightline {
@@ -206,8 +207,7 @@ const ErrorModel& model() {
     }
     TrainModelOptions options;
     options.trees = 20;
-    PassContext ctx;
-    Result<ErrorModel> trained = of_ranges(train_model(ctx, options, places));
+    Result<ErrorModel> trained = of_ranges(train_model(TestContext(), options, places));
     EXPECT_TRUE(trained.has_value()) << to_string(trained.error());
     return std::move(*trained);
   }();
@@ -237,9 +237,8 @@ FactorTable factors_of(const DrivenStreet& street) {
 }
 
 std::vector<LeftOutDrive> left_out_of(const DrivenStreet& street, const FactorTable& factors) {
-  PassContext ctx;
   const Result<std::vector<LeftOutDrive>> left_out =
-      of_ranges(leave_out_in_turn(ctx, model(), street.place.sites, factors, 0.25));
+      of_ranges(leave_out_in_turn(TestContext(), model(), street.place.sites, factors, 0.25));
   EXPECT_TRUE(left_out.has_value());
   return *left_out;
 }
