@@ -21,8 +21,7 @@ const SyntheticOptions kSmall = {
 
 const ErrorModel& model() {
   static const ErrorModel kModel = [] {
-    TrainModelOptions options;
-    options.trees = 20;
+    const TrainModelOptions options{.trees = 20};
     Result<ErrorModel> trained =
         of_ranges(train_model(TestContext(), options, places_driven_twice(2, kSmall)));
     EXPECT_TRUE(trained.has_value()) << to_string(trained.error());

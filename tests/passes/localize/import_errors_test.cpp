@@ -35,8 +35,7 @@ World straight_world(std::uint32_t count) {
 }
 
 ImportErrorsOptions two_ranges() {
-  ImportErrorsOptions options;
-  options.ranges_m = {10.0, 20.0};
+  ImportErrorsOptions options{.ranges_m = {10.0, 20.0}};
   options.site_radius_m = 0.5;
   return options;
 }

@@ -111,8 +111,7 @@ TEST(ChooseSites, StartANewRunAfterAGap) {
 TEST(ChooseSites, UseTheScansThatAreAskedFor) {
   Journey journey;
   for (int i = 0; i < 6; ++i) journey.add(i, i % 2 == 0 ? 0.0 : 3.0, 0.0);
-  ChooseSitesOptions options;
-  options.scans = ScanSelection::kEven;
+  ChooseSitesOptions options{.scans = ScanSelection::kEven};
   for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 0.0);
   options.scans = ScanSelection::kOdd;
   for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 3.0);
@@ -191,8 +190,7 @@ Eigen::Vector3d walk(const std::vector<Eigen::Vector3d>& corners, double s_m) {
 TEST(ChooseSites, AreEquallySpacedAlongAnyRoute) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const Journey journey = random_journey(seed);
-    ChooseSitesOptions options;
-    options.spacing_m = seed % 2 == 0 ? 1.0 : 0.7;
+    const ChooseSitesOptions options{.spacing_m = seed % 2 == 0 ? 1.0 : 0.7};
     const Sites sites = sites_of(journey, options);
     ASSERT_TRUE(validate(sites).has_value());
     // The runs again, by the words of the definition.
@@ -223,8 +221,7 @@ TEST(ChooseSites, BeginANewRunAtEveryPieceOfTheTrajectory) {
   const std::uint32_t runs = sites_of(journey).sites.back().run;
   const std::size_t count = journey.trajectory.poses.size();
   for (std::size_t i = count / 2; i < count; ++i) journey.trajectory.poses[i].piece = 1;
-  ChooseSitesOptions options;
-  options.largest_gap_m = 1000.0;
+  const ChooseSitesOptions options{.largest_gap_m = 1000.0};
   EXPECT_EQ(sites_of(journey, options).sites.back().run, 1u);
   EXPECT_GE(sites_of(journey).sites.back().run, runs);
 }
@@ -265,8 +262,7 @@ TEST(ChooseSites, RefuseATrajectoryOfAnotherDrive) {
 TEST(ChooseSites, RefuseADriveWithoutTheScansAskedFor) {
   Journey journey;
   journey.add(0.0, 0.0, 0.0);
-  ChooseSitesOptions options;
-  options.scans = ScanSelection::kOdd;
+  const ChooseSitesOptions options{.scans = ScanSelection::kOdd};
   EXPECT_EQ(
       failure_of(choose_sites(TestContext(), options, journey.drive, journey.trajectory)).code,
       ErrorCode::kDriveTooShort);

@@ -24,8 +24,7 @@ constexpr TileKey kTile{0, 0};
 constexpr double kMiddle_m = 200.0;
 
 CarveOptions one_big_tile() {
-  CarveOptions options;
-  options.voxel_m = kVoxel_m;
+  CarveOptions options{.voxel_m = kVoxel_m};
   options.carve_range_m = 100.0;
   options.tile_m = kTile_m;
   return options;

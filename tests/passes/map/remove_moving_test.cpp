@@ -57,8 +57,7 @@ TEST(RemoveMoving, TakesThreeMissesToOutweighAHit) {
 }
 
 TEST(RemoveMoving, LooksNoFartherThanTheCarveRange) {
-  RemoveMovingOptions options;
-  options.carve_range_m = 5.0;
+  RemoveMovingOptions options{.carve_range_m = 5.0};
   EXPECT_EQ(remove(crossing(1, 9), options).moving_count, 0u);
   options.carve_range_m = 6.0;
   EXPECT_EQ(remove(crossing(1, 9), options).moving_count, 1u);
@@ -87,8 +86,7 @@ TEST(RemoveMoving, LooksAnewOnlyIntoTilesThatAChangeReaches) {
 }
 
 TEST(RemoveMoving, KeepsEverythingWhenItIsOff) {
-  RemoveMovingOptions options;
-  options.enabled = false;
+  const RemoveMovingOptions options{.enabled = false};
   const SurfacePoints points = remove(crossing(1, 9), options);
   EXPECT_EQ(points_of(points, false).size(), 20u);
   EXPECT_EQ(points.standing_count, 20u);
@@ -98,8 +96,7 @@ TEST(RemoveMoving, KeepsEverythingWhenItIsOff) {
 TEST(RemoveMoving, UsesTheScansThatAreAskedForAndCountsWhatIsOutOfRange) {
   TestDrive test = crossing(1, 4);
   test.drive.sensor.max_range_m = 6.0;  // the wall behind is farther
-  RemoveMovingOptions options;
-  options.scans = ScanSelection::kOdd;
+  const RemoveMovingOptions options{.scans = ScanSelection::kOdd};
   const SurfacePoints points = remove(test, options);
   EXPECT_EQ(points.standing_count, 2u);
   EXPECT_EQ(points.out_of_range_count, 2u);
@@ -138,8 +135,7 @@ TestDrive street_with_car(int scan_count, double azimuth_step_deg) {
 
 TEST(RemoveMoving, TakesOutACarThatPassesAndNothingElse) {
   const TestDrive test = street_with_car(30, 2.0);
-  RemoveMovingOptions options;
-  options.carve_range_m = 30.0;
+  const RemoveMovingOptions options{.carve_range_m = 30.0};
   const SurfacePoints points = remove(test, options);
   const auto is_on_lane = [](const Eigen::Vector3d& p) {
     return p.z() > 0.2 && p.y() > 1.9 && p.y() < 3.9;
@@ -161,8 +157,7 @@ std::vector<PlacedScan> placed(const TestDrive& test) {
 }
 
 std::vector<CellKey> found_by_tiles_of(double tile_m, const TestDrive& test) {
-  CarveOptions options;
-  options.carve_range_m = 15.0;
+  CarveOptions options{.carve_range_m = 15.0};
   options.tile_m = tile_m;
   const std::vector<PlacedScan> scans = placed(test);
   std::vector<CellKey> moved;
@@ -205,8 +200,7 @@ TEST(RemoveMoving, RefusesBadInput) {
   TestDrive other = crossing(1, 1);
   other.truth.poses.pop_back();
   EXPECT_EQ(error_of(other), ErrorCode::kMismatchedInputs);
-  RemoveMovingOptions odd;
-  odd.scans = ScanSelection::kOdd;
+  const RemoveMovingOptions odd{.scans = ScanSelection::kOdd};
   EXPECT_EQ(error_of(crossing(1, 0), odd), ErrorCode::kDriveTooShort);
   TestDrive far = crossing(1, 1);
   far.drive.sensor.max_range_m = 1.5;

@@ -199,8 +199,7 @@ TEST(Match, EndsAtTheSameBitsInEveryVersionAndNearTheExactOne) {
   Random random(6);
   for (int trial = 0; trial < 8; ++trial) {
     const Pose start = random_pose(random, 0.4, 0.05);
-    MatchOptions options;
-    options.kernel = MatchKernel::kExact;
+    MatchOptions options{.kernel = MatchKernel::kExact};
     const MatchResult exact = match(grid, points_m, start, options);
     options.kernel = MatchKernel::kPortable;
     const MatchResult expected = match(grid, points_m, start, options);

@@ -51,8 +51,7 @@ Street make_street() {
       }
     }
   }
-  BuildNdtOptions build;
-  build.cell_m = 1.0;
+  const BuildNdtOptions build{.cell_m = 1.0};
   street.map = ndt_from_points(map_points_m, MapFrame{}, build, 1);
   return street;
 }

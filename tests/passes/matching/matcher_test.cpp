@@ -88,8 +88,7 @@ TEST(Match, RecoversASmallOffsetOfTheRoom) {
 }
 
 TEST(Match, EndsWhereCeresEndsOnTheSameCost) {
-  MatchOptions options;
-  options.stop_step_m = 1e-8;
+  MatchOptions options{.stop_step_m = 1e-8};
   options.stop_step_rad = 1e-9;
   options.kernel = MatchKernel::kExact;
   const Pose start = Pose(Eigen::Translation3d(0.3, -0.2, 0.1));
@@ -116,8 +115,7 @@ TEST(Match, NeverStepsFartherThanItsOptionsAllow) {
   far.translation() = Eigen::Vector3d(0.9, 0.4, 0.1);
   Pose before = far;
   for (int limit = 1; limit <= 12; ++limit) {
-    MatchOptions options;
-    options.max_iterations = limit;
+    const MatchOptions options{.max_iterations = limit};
     const Pose after = match(scene().grid, scene().points_m, far, options).T_map_sensor;
     EXPECT_LE((after.translation() - before.translation()).norm(), 0.2 + 0.005);
     before = after;
@@ -155,8 +153,7 @@ TEST(Match, AllocatesNothingWhileItIterates) {
   const Pose start = Pose(Eigen::Translation3d(0.5, -0.4, 0.0));
   scene();  // made at its first use, which is not to be counted
   const auto allocations_of = [&](int iterations) {
-    MatchOptions options;
-    options.max_iterations = iterations;
+    MatchOptions options{.max_iterations = iterations};
     options.stop_step_m = 0.0;
     const std::size_t before = allocation_count();
     EXPECT_EQ(match(scene().grid, scene().points_m, start, options).iterations, iterations);

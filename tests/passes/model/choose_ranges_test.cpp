@@ -47,8 +47,7 @@ TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
 }
 
 TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
-  ChooseRangesOptions options;
-  options.selection = Selection::kMean;
+  const ChooseRangesOptions options{.selection = Selection::kMean};
   const RangeTable table = value_of(choose(five_sites(), options));
   EXPECT_EQ(chosen_m(table, 0), (std::vector<double>{10, 10, 20, 10, 30}));
   EXPECT_EQ(chosen_m(table, 1), (std::vector<double>{10, 10, 10, 10, 10}));

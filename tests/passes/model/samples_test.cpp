@@ -54,8 +54,7 @@ Street by_both() {
 }
 
 ByFamily<ErrorModel> model_of(const Street& street) {
-  TrainModelOptions options;
-  options.trees = 20;
+  const TrainModelOptions options{.trees = 20};
   return value_of(train_model_here(TestContext(), options, street.sites, street.factors,
                                    street.measured, synthetic_recordings(0)));
 }

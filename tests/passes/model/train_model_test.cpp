@@ -17,8 +17,7 @@ const SyntheticOptions kSmall = {
     .site_count = 200, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
 
 TrainModelOptions quick() {
-  TrainModelOptions options;
-  options.trees = 20;
+  TrainModelOptions options{.trees = 20};
   return options;
 }
 

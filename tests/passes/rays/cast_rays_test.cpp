@@ -21,8 +21,7 @@ const char* const kStreet = R"(
 )";
 
 Surface surface_of(const ToyWorld& world, double tile_m = 64.0) {
-  BuildSurfaceOptions options;
-  options.tile_m = tile_m;
+  const BuildSurfaceOptions options{.tile_m = tile_m};
   return value_of(whole_rows(build_surface(TestContext(), options, world.points)));
 }
 
@@ -79,8 +78,7 @@ TEST(CastRays, GivesTheSameBytesForAnyTilesAndThreads) {
 TEST(CastRays, NeverSeesFurtherThanItIsAskedTo) {
   const ToyWorld world = draw_world(kStreet);
   const Surface surface = surface_of(world);
-  CastRaysOptions options;
-  options.longest_range_m = 10.0;
+  const CastRaysOptions options{.longest_range_m = 10.0};
   const DepthImages near = must_cast(surface, world.sites, 1, options);
   const DepthImages far = must_cast(surface, world.sites);
   for (std::size_t i = 0; i < near.distance_m.size(); ++i) {
@@ -103,13 +101,11 @@ TEST(CastRays, RefusesASurfaceInAnotherFrame) {
 TEST(CastRays, RefusesElevationsBeyondThePoleAndNearBeyondFar) {
   const ToyWorld world = draw_world(kStreet);
   const Surface surface = surface_of(world);
-  CastRaysOptions beyond_pole;
-  beyond_pole.elevation_count = 120;
+  const CastRaysOptions beyond_pole{.elevation_count = 120};
   EXPECT_EQ(
       cast_rays(TestContext(), beyond_pole, surface, world.sites, SensorProfile()).error().code,
       ErrorCode::kBadValue);
-  CastRaysOptions inverted;
-  inverted.near_m = 60.0;
+  const CastRaysOptions inverted{.near_m = 60.0};
   EXPECT_EQ(cast_rays(TestContext(), inverted, surface, world.sites, SensorProfile()).error().code,
             ErrorCode::kBadValue);
 }

@@ -86,8 +86,7 @@ TEST(CastScans, SeesNoFewerPointsWithALongerRange) {
   const Surface surface = surface_of(world);
   std::size_t before = 0;
   for (const double range_m : {3.0, 6.0, 12.0, 24.0}) {
-    CastScansOptions options;
-    options.longest_range_m = range_m;
+    const CastScansOptions options{.longest_range_m = range_m};
     const std::size_t count =
         must_cast(surface, world.sites, five_beams(), 1, options).points_m.size();
     EXPECT_GE(count, before);
@@ -98,8 +97,7 @@ TEST(CastScans, SeesNoFewerPointsWithALongerRange) {
 TEST(CastScans, RefusesASurfaceInAnotherFrameAndNearBeyondFar) {
   const ToyWorld world = draw_world(kStreet);
   Surface surface = surface_of(world);
-  CastScansOptions inverted;
-  inverted.near_m = 60.0;
+  const CastScansOptions inverted{.near_m = 60.0};
   EXPECT_EQ(cast_scans(TestContext(), inverted, surface, world.sites, five_beams()).error().code,
             ErrorCode::kBadValue);
   surface.frame.origin_world_m.x() = 64.0;

@@ -133,8 +133,7 @@ TEST(AlignDrive, LeavesGivenPosesUnlessAskedToAlignThem) {
   const Trajectory kept =
       value_of(align_drive(TestContext(), {}, drive.drive, given, place.map, place.sites));
   EXPECT_EQ(to_bytes(kept), to_bytes(given));
-  AlignDriveOptions options;
-  options.mode = AlignMode::kAlign;
+  const AlignDriveOptions options{.mode = AlignMode::kAlign};
   const Trajectory aligned =
       value_of(align_drive(TestContext(), options, drive.drive, given, place.map, place.sites));
   EXPECT_NEAR(aligned.poses[3].T_map_vehicle.translation().y(), -0.4, 0.05);
@@ -146,8 +145,7 @@ TEST(AlignDrive, SeparatesALaterDriveThatMatchesNowhere) {
   TestDrive drive = second_drive(random_street(99), false);
   drive.drive.store = memory_scan_store(std::vector<Scan>(6, {0, {{40.0, 40.0, 40.0}}}));
   TestContext ctx;
-  AlignDriveOptions options;
-  options.may_be_elsewhere = true;
+  const AlignDriveOptions options{.may_be_elsewhere = true};
   const Trajectory aside = value_of(
       align_drive(ctx, options, drive.drive, own_trajectory(drive), place.map, place.sites));
   ASSERT_TRUE(validate(aside).has_value());

@@ -18,8 +18,7 @@ using testing::IsEmpty;
 using testing::StartsWith;
 
 Result<Trajectory> run(const Drive& drive, PoseMode mode, int threads = 1) {
-  EstimateTrajectoryOptions options;
-  options.mode = mode;
+  const EstimateTrajectoryOptions options{.mode = mode};
   return estimate_trajectory(TestContext(threads), options, drive);
 }
 
@@ -37,8 +36,7 @@ TEST(EstimateTrajectory, TakesGivenPosesInTheDrivesFrame) {
   test.drive.frame.origin_world_m = {64.0, 0.0, -64.0};
   test.drive.scans[0].T_world_vehicle = pose_at(65.0, 2.0, 0.0);
   test.drive.scans[1].T_world_vehicle = pose_at(66.0, 2.0, 0.5);
-  EstimateTrajectoryOptions options;
-  options.bad_poses = BadPoses::kIgnore;
+  const EstimateTrajectoryOptions options{.bad_poses = BadPoses::kIgnore};
   const Trajectory trajectory = value_of(estimate_trajectory(TestContext(), options, test.drive));
   EXPECT_EQ(trajectory.source, PoseSource::kGiven);
   EXPECT_EQ(trajectory.poses[0].T_map_vehicle.translation(), Eigen::Vector3d(1.0, 2.0, 64.0));
@@ -86,8 +84,7 @@ TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
 TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowed) {
   const TestDrive test = too_fast_drive();
   TestContext ctx;
-  EstimateTrajectoryOptions options;
-  options.mode = PoseMode::kGiven;
+  EstimateTrajectoryOptions options{.mode = PoseMode::kGiven};
   Trajectory trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
   EXPECT_EQ(trajectory.source, PoseSource::kGiven);
   EXPECT_THAT(ctx.warnings, Contains(AllOf(HasSubstr("scans 0 to 6: given poses move 5.1"),
@@ -172,8 +169,7 @@ TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
   EXPECT_EQ(run(test.drive, PoseMode::kEstimate).error().place, "scan 2");
   give_poses(test);
   TestContext ctx;
-  EstimateTrajectoryOptions options;
-  options.mode = PoseMode::kRefine;
+  const EstimateTrajectoryOptions options{.mode = PoseMode::kRefine};
   const Trajectory trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
   EXPECT_LT(largest_error_m(trajectory, test.truth), 0.3);
   EXPECT_THAT(ctx.warnings, Contains(StartsWith("1 scans could not be matched")));

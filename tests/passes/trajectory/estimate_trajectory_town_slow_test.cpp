@@ -124,8 +124,7 @@ struct Outcome {
 
 Outcome estimated(const UnevenTown& town, PoseMode mode) {
   TestContext ctx;
-  EstimateTrajectoryOptions options;
-  options.mode = mode;
+  const EstimateTrajectoryOptions options{.mode = mode};
   Outcome outcome{value_of(estimate_trajectory(ctx, options, town.recorded)), ""};
   for (const std::string& warning : ctx.warnings) outcome.said += warning + "\n";
   return outcome;

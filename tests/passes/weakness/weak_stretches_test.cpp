@@ -52,8 +52,7 @@ TEST(WeakStretches, TakesNoSiteAtExactlyTheMargin) {
 }
 
 TEST(WeakStretches, LongerThanAllowedAreToldInPieces) {
-  WeakStretchOptions options;
-  options.longest_m = 9.0;
+  const WeakStretchOptions options{.longest_m = 9.0};
   const std::vector<WeakStretch> found = weak_stretches(two_runs(), margins(0.1), options);
   ASSERT_EQ(found.size(), 4U);  // sites 0 to 9, 10 to 19, 20 to 29, and run 1
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -119,8 +119,7 @@ RangeTable chosen_of_simulation(bool takes_samples) {
                      {.range_m = 100.0, .return_count = 650, .point_count = 40}};
     model.out_of_fold.looks = factors.looks;
   }
-  ChooseRangesOptions options;
-  options.alpha = 0.05;
+  const ChooseRangesOptions options{.alpha = 0.05};
   return *of_ranges(
       choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors));
 }

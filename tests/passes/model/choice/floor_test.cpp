@@ -215,8 +215,7 @@ TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
   predicted.extrapolated[4] = 1;  // site 1 at 20 m, where its answer is 10 m
   const FactorTable factors =
       factors_with_own_error({10, 20, 30}, std::vector<std::vector<double>>(5, {0.3, 0.05, 0.02}));
-  ChooseRangesOptions options;
-  options.risk_control = RiskControl::kFixed;
+  ChooseRangesOptions options{.risk_control = RiskControl::kFixed};
   options.dilation_m = 0.0;
   PassContext ctx;
   const Result<RangeTable> careful =
@@ -247,8 +246,7 @@ TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
     const FactorTable factors =
         factors_with_own_error(ranges_of(model.out_of_fold.looks),
                                std::vector<std::vector<double>>(60, {0.11, 0.05, 0.04}));
-    ChooseRangesOptions options;
-    options.risk_control = RiskControl::kFixed;
+    ChooseRangesOptions options{.risk_control = RiskControl::kFixed};
     options.probability_threshold = 0.975;
     const RangeTable table = value_of(of_ranges(
         choose_ranges(TestContext(), options, sites_of(model), model.out_of_fold, model, factors)));

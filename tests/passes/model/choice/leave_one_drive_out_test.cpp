@@ -188,8 +188,7 @@ TEST(LeaveOneDriveOut, IsTheReasonWhereOneAnswerIsTakenEverywhere) {
   measured.rows.resize(40);
   const std::vector<LeftOutDrive> left_out(2, {model.out_of_fold, measured});
   const Sites sites = sites_of(model);
-  ChooseRangesOptions options;
-  options.risk_control = RiskControl::kEmpirical;
+  ChooseRangesOptions options{.risk_control = RiskControl::kEmpirical};
   options.alpha = 0.05;
   const Chosen chosen = choose_all(options, {sites, model.out_of_fold, model, evidence, left_out});
   EXPECT_EQ(chosen.choices[0].range_index, std::vector<std::uint8_t>(20, 0));
@@ -205,8 +204,7 @@ const ErrorModel& model() {
     for (const std::uint64_t seed : {1, 2}) {
       places.places.push_back(place_driven_often(seed, 4, kSmall));
     }
-    TrainModelOptions options;
-    options.trees = 20;
+    const TrainModelOptions options{.trees = 20};
     Result<ErrorModel> trained = of_ranges(train_model(TestContext(), options, places));
     EXPECT_TRUE(trained.has_value()) << to_string(trained.error());
     return std::move(*trained);

@@ -19,8 +19,7 @@ const SyntheticOptions kSmall = {
     .site_count = 150, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
 
 ErrorModel model_of(const SyntheticDrive& drive) {
-  TrainModelOptions options;
-  options.trees = 20;
+  const TrainModelOptions options{.trees = 20};
   Result<ErrorModel> model = train_on_place(TestContext(), options, place_of(drive));
   EXPECT_TRUE(model.has_value()) << to_string(model.error());
   return std::move(*model);
@@ -82,8 +81,7 @@ TEST(PredictError, PutsTheTreesSharesOnTheModelsCurve) {
 
 TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   PassContext ctx;
-  TrainModelOptions options;
-  options.trees = 20;
+  const TrainModelOptions options{.trees = 20};
   const ErrorModel model =
       value_of(of_ranges(train_model(ctx, options, places_driven_twice(3, kSmall))));
   DrivenPlace place = place_driven_twice(9, kSmall);
@@ -126,8 +124,7 @@ Result<PredictedError> predict_with(PassContext& ctx, const ErrorModel& model,
 
 TEST(PredictError, OfOneDriveIsTheSameInAListOfOne) {
   PassContext ctx;
-  TrainModelOptions options;
-  options.trees = 20;
+  const TrainModelOptions options{.trees = 20};
   const ErrorModel model =
       value_of(of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall))));
   const DrivenPlace place = place_driven_twice(9, kSmall);
@@ -159,8 +156,7 @@ DrivenPlace far_away(DrivenPlace place) {
 // is as much as what is asked about: a model of two places errs by 3 % less, one of six by 5 %.
 TEST(PredictError, BelievesThreeDrivesMoreThanOne) {
   PassContext ctx;
-  TrainModelOptions options;
-  options.trees = 20;
+  const TrainModelOptions options{.trees = 20};
   const ErrorModel model = value_of(
       of_ranges(train_model(ctx, options,
                             DrivenPlaces{{place_of_noisy_drives(1), place_of_noisy_drives(2),
@@ -191,8 +187,7 @@ TEST(PredictError, BelievesThreeDrivesMoreThanOne) {
 
 TEST(PredictError, TakesThreeDrivesForAModelThatWasToldOfOne) {
   PassContext ctx;
-  TrainModelOptions options;
-  options.trees = 20;
+  const TrainModelOptions options{.trees = 20};
   const ErrorModel model =
       value_of(of_ranges(train_model(ctx, options, places_driven_twice(2, kSmall))));
   const DrivenPlace place = far_away(place_of_noisy_drives(9));
@@ -224,8 +219,7 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
 
 TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
   PassContext ctx;
-  TrainModelOptions options;
-  options.trees = 20;
+  const TrainModelOptions options{.trees = 20};
   const ErrorModel model =
       value_of(of_ranges(train_model(ctx, options, places_driven_twice(3, kSmall))));
   EXPECT_EQ(model.card.localizer.name, "searching");

@@ -129,8 +129,7 @@ TEST(TrainingSet, HoldsOutWholePlacesWhereThereAreTwo) {
     EXPECT_EQ(three.folds.fold_of_block[site.block], site.place);
   }
   EXPECT_EQ(make_training_set({}, places_driven_twice(2, kSmall))->held_out, HoldOut::kPlaces);
-  TrainingSetOptions blocks;
-  blocks.hold_out = HoldOut::kBlocks;
+  const TrainingSetOptions blocks{.hold_out = HoldOut::kBlocks};
   EXPECT_EQ(make_training_set(blocks, places_driven_twice(3, kSmall))->held_out, HoldOut::kBlocks);
 }
 
@@ -154,8 +153,7 @@ TEST(TrainingSet, HoldsOutDrivesWhereOnePlaceWasDrivenTwice) {
   DrivenPlaces split = twice;  // half its scans made the map, the other half are the first drive
   split.places[0].recordings.cards.erase(split.places[0].recordings.cards.begin() + 1);
   EXPECT_EQ(make_training_set({}, split)->held_out, HoldOut::kBlocks);
-  TrainingSetOptions drives;
-  drives.hold_out = HoldOut::kDrives;
+  const TrainingSetOptions drives{.hold_out = HoldOut::kDrives};
   EXPECT_EQ(failure_of(make_training_set(drives, once)).code, ErrorCode::kNoTrainingRows);
 }
 

@@ -128,8 +128,7 @@ TEST(EvaluateRanges, ScoresPerfectPredictionsAsPerfect) {
 }
 
 TEST(EvaluateRanges, FindsTheWorstStretchOfRoute) {
-  EvaluateRangesOptions options;
-  options.stretch_m = 2.0;
+  const EvaluateRangesOptions options{.stretch_m = 2.0};
   const Result<Evaluation> evaluation = evaluate(four_sites(), options);
   const RuleScore& map = evaluation->score(0, Rule::kMap);
   EXPECT_NEAR(map.worst_coverage, 0.5, 1e-12);
@@ -139,8 +138,7 @@ TEST(EvaluateRanges, FindsTheWorstStretchOfRoute) {
 TEST(EvaluateRanges, AWorstStretchLiesInOneRun) {
   Trial trial = four_sites();
   trial.sites.sites[3].run = 1;
-  EvaluateRangesOptions options;
-  options.stretch_m = 2.0;
+  const EvaluateRangesOptions options{.stretch_m = 2.0};
   const Result<Evaluation> evaluation = evaluate(trial, options);
   const RuleScore& map = evaluation->score(0, Rule::kMap);  // only the last site misses
   EXPECT_NEAR(map.worst_coverage, 1.0, 1e-12) << "its run is shorter than a stretch";

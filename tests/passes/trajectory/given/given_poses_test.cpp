@@ -38,8 +38,7 @@ Outcome run(const Drive& drive, const EstimateTrajectoryOptions& options = {}) {
 }
 
 EstimateTrajectoryOptions repairing() {
-  EstimateTrajectoryOptions options;
-  options.bad_poses = BadPoses::kRepair;
+  EstimateTrajectoryOptions options{.bad_poses = BadPoses::kRepair};
   return options;
 }
 
@@ -130,8 +129,7 @@ TEST(GivenPoses, ThatBlurTheMapAreRefinedWhichIsSaid) {
   EXPECT_EQ(refined.trajectory.source, PoseSource::kRefined);
   EXPECT_LT(largest_off_m(refined.trajectory, test.truth), 0.1);
   EXPECT_THAT(refined.warnings, HasSubstr("given poses of drive test are refined"));
-  EstimateTrajectoryOptions kept;
-  kept.mode = PoseMode::kGiven;
+  const EstimateTrajectoryOptions kept{.mode = PoseMode::kGiven};
   EXPECT_EQ(run(test.drive, kept).trajectory.source, PoseSource::kGiven);
 }
 

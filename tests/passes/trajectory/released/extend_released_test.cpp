@@ -129,8 +129,7 @@ TEST(ExtendReleased, AdjustsADriveWithPosesToPlanesWhereNoLoopHoldsIt) {
     all.drive.scans[i].T_world_vehicle = pose;
   }
   const ReleasedPoses released = shipped(all, 1);
-  EstimateTrajectoryOptions options;
-  options.closes_loops = false;
+  const EstimateTrajectoryOptions options{.closes_loops = false};
   const Outcome outcome = extend(all.drive, released, options);
   expect_kept(outcome.trajectory, released);
   EXPECT_LT(largest_error_m(outcome.trajectory, all.truth), 0.05);
