@@ -19,7 +19,6 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
-using testing::Not;
 
 BoxWorld round_world(double radius_m) {
   Random random(11);
