@@ -26,18 +26,19 @@ struct Options {
   MeasureOptions measure;
 };
 
-Result<std::vector<LookRule>> rules_of(const std::vector<std::string>& looks) {
-  std::vector<LookRule> rules = {{.kind = LookRule::Kind::kReference, .look = every_return(50.0)},
-                                 {.kind = LookRule::Kind::kAutoware, .look = every_return(60.0)}};
+Result<std::vector<MeasuredRule>> rules_of(const std::vector<std::string>& looks) {
+  std::vector<MeasuredRule> rules = {
+      {.kind = MeasuredRule::Kind::kReference, .look = every_return(50.0)},
+      {.kind = MeasuredRule::Kind::kAutoware, .look = every_return(60.0)}};
   for (const std::string& text : looks) {
-    SIGHTLINE_ASSIGN(const LookRule rule, parse_look_rule(text));
+    SIGHTLINE_ASSIGN(const MeasuredRule rule, parse_look_rule(text));
     rules.push_back(rule);
   }
   return rules;
 }
 
 Result<void> run(const Options& options) {
-  SIGHTLINE_ASSIGN(const std::vector<LookRule> rules, rules_of(options.looks));
+  SIGHTLINE_ASSIGN(const std::vector<MeasuredRule> rules, rules_of(options.looks));
   TownsFigures figures;
   for (const std::uint64_t seed : options.seeds) {
     const MappedTown town = make_mapped_town({.town = {.seed = seed, .length_m = options.length_m},

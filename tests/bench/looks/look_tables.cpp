@@ -10,7 +10,7 @@
 namespace sightline {
 namespace {
 
-using Kind = LookRule::Kind;
+using Kind = MeasuredRule::Kind;
 constexpr std::array<double, 2> kLimits_m = {0.10, 0.25};
 
 // Of one rule in one town.
@@ -68,7 +68,7 @@ Row row_of(const std::string& name, const std::vector<RuleFigures>& of_town,
 }
 
 // The rules', then the oracles'.
-std::vector<Row> rows_of(std::span<const LookRule> rules, const TownsFigures& all) {
+std::vector<Row> rows_of(std::span<const MeasuredRule> rules, const TownsFigures& all) {
   std::vector<Row> rows;
   std::vector<RuleFigures> of_town(all.size());
   for (std::size_t i = 0; i < rules.size(); ++i) {
@@ -99,8 +99,8 @@ bool is_within(const PlaceFigures& place, double limit_m) { return place.error_m
 
 }  // namespace
 
-RuleFigures oracle_of_looks(std::span<const LookRule> rules, std::span<const RuleFigures> figures,
-                            double limit_m) {
+RuleFigures oracle_of_looks(std::span<const MeasuredRule> rules,
+                            std::span<const RuleFigures> figures, double limit_m) {
   RuleFigures oracle(figures.front().size());
   for (std::size_t place = 0; place < oracle.size(); ++place) {
     const PlaceFigures* best = nullptr;
@@ -119,7 +119,7 @@ RuleFigures oracle_of_looks(std::span<const LookRule> rules, std::span<const Rul
   return oracle;
 }
 
-void print_looks(std::span<const LookRule> rules, const TownsFigures& figures) {
+void print_looks(std::span<const MeasuredRule> rules, const TownsFigures& figures) {
   std::printf("10 cm (worst)   25 cm (worst)  median  points  runs   work   time   cut  look\n");
   for (const Row& row : rows_of(rules, figures)) {
     const Figures& mean = row.mean;
@@ -130,7 +130,7 @@ void print_looks(std::span<const LookRule> rules, const TownsFigures& figures) {
   }
 }
 
-void print_equal_coverage(std::span<const LookRule> rules, const TownsFigures& figures) {
+void print_equal_coverage(std::span<const MeasuredRule> rules, const TownsFigures& figures) {
   const std::vector<Row> rows = rows_of(rules, figures);
   for (std::size_t l = 0; l < kLimits_m.size(); ++l) {
     std::vector<CoveredCost> without_map, any;

@@ -13,7 +13,7 @@ PlaceFigures place_of(double error_m, double work, double time_ms) {
 }
 
 TEST(OracleOfLooks, TakesTheCheapestByWorkThatIsGoodAndElseTheMostAccurate) {
-  const std::vector<LookRule> rules = {{.kind = LookRule::Kind::kReference}, {}, {}, {}};
+  const std::vector<MeasuredRule> rules = {{.kind = MeasuredRule::Kind::kReference}, {}, {}, {}};
   // Place 0: both last are good, the third by less work. Place 1: none is. The reference is none.
   const std::vector<RuleFigures> figures = {{place_of(0.01, 1.0, 0.1), place_of(0.01, 1.0, 0.1)},
                                             {place_of(0.30, 5.0, 1.0), place_of(0.30, 5.0, 1.0)},
@@ -25,7 +25,7 @@ TEST(OracleOfLooks, TakesTheCheapestByWorkThatIsGoodAndElseTheMostAccurate) {
   EXPECT_EQ(oracle[1].error_m, 0.20);
 }
 
-TEST(LookRule, SaysWhatItReadsAndRefusesWhatMakesNoSense) {
+TEST(MeasuredRule, SaysWhatItReadsAndRefusesWhatMakesNoSense) {
   for (const std::string& text : usual_looks()) {
     EXPECT_EQ(to_text(value_of(parse_look_rule(text), text)), text);
   }

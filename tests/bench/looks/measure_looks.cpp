@@ -14,7 +14,7 @@
 namespace sightline {
 namespace {
 
-using Kind = LookRule::Kind;
+using Kind = MeasuredRule::Kind;
 
 // The town's map, ready for both ways to match.
 struct Localizers {
@@ -32,7 +32,7 @@ struct Found {
 // Keeps its memory from one scan to the next.
 class Runner {
  public:
-  Runner(const LookRule& rule, const Localizers& localizers, double leaf_m)
+  Runner(const MeasuredRule& rule, const Localizers& localizers, double leaf_m)
       : rule_(rule),
         localizer_(rule.kind == Kind::kLook ? localizers.of_samples : localizers.searching),
         cutter_(rule.kind == Kind::kLook ? leaf_m : 1.0) {
@@ -71,7 +71,7 @@ class Runner {
     fill_scan_for_match(points_m, lead_stride(localizer_, points_m.size()), cut_);
   }
 
-  const LookRule& rule_;
+  const MeasuredRule& rule_;
   const Localizer& localizer_;
   MatchOptions options_;
   LookCutter cutter_;
@@ -80,7 +80,7 @@ class Runner {
   ScanForMatch cut_;
 };
 
-RuleFigures measure(const LookRule& rule, const Localizers& localizers, const MappedTown& town,
+RuleFigures measure(const MeasuredRule& rule, const Localizers& localizers, const MappedTown& town,
                     const MeasureOptions& options) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
   const auto starts = static_cast<double>(offsets.size());
@@ -102,14 +102,14 @@ RuleFigures measure(const LookRule& rule, const Localizers& localizers, const Ma
   return places;
 }
 
-void measure_times(std::span<const LookRule> rules, const Localizers& localizers,
+void measure_times(std::span<const MeasuredRule> rules, const Localizers& localizers,
                    const MappedTown& town, const MeasureOptions& options,
                    std::vector<RuleFigures>& figures) {
   const std::size_t step = options.timed_every;
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
   const KernelVersion in_turn = kernel_in_turn();
   std::vector<Runner> runners;
-  for (const LookRule& rule : rules) runners.emplace_back(rule, localizers, options.leaf_m);
+  for (const MeasuredRule& rule : rules) runners.emplace_back(rule, localizers, options.leaf_m);
   for (std::size_t place = 0; place < town.scans.size(); place += step) {
     const Pose T_map_start =
         town.T_map_vehicle[place] * start_pose(offsets[place / step % offsets.size()]);
@@ -134,24 +134,25 @@ constexpr std::string_view kOneIn = ", one voxel in ";
 
 }  // namespace
 
-std::vector<RuleFigures> measure_looks(const MappedTown& town, std::span<const LookRule> rules,
+std::vector<RuleFigures> measure_looks(const MappedTown& town, std::span<const MeasuredRule> rules,
                                        const MeasureOptions& options) {
   const Localizers localizers = {
       make_localizer(town.map, localizer_options(LocalizerKind::kSearching)),
       make_localizer(town.map, options_for_samples())};
   std::vector<RuleFigures> figures;
-  for (const LookRule& rule : rules) figures.push_back(measure(rule, localizers, town, options));
+  for (const MeasuredRule& rule : rules)
+    figures.push_back(measure(rule, localizers, town, options));
   measure_times(rules, localizers, town, options, figures);
   return figures;
 }
 
-bool needs_normals(const LookRule& rule) {
-  return rule.kind == LookRule::Kind::kLook && rule.look.is_by_normals;
+bool needs_normals(const MeasuredRule& rule) {
+  return rule.kind == MeasuredRule::Kind::kLook && rule.look.is_by_normals;
 }
 
-std::string to_text(const LookRule& rule) {
-  if (rule.kind == LookRule::Kind::kReference) return "50 m, every return, searching";
-  if (rule.kind == LookRule::Kind::kAutoware) {
+std::string to_text(const MeasuredRule& rule) {
+  if (rule.kind == MeasuredRule::Kind::kReference) return "50 m, every return, searching";
+  if (rule.kind == MeasuredRule::Kind::kAutoware) {
     return "Autoware's sampling: 60 m, voxels of 3 m, 1500 at random";
   }
   std::string text = to_text(rule.look);
@@ -159,8 +160,8 @@ std::string to_text(const LookRule& rule) {
   return text;
 }
 
-Result<LookRule> parse_look_rule(std::string_view text) {
-  LookRule rule;
+Result<MeasuredRule> parse_look_rule(std::string_view text) {
+  MeasuredRule rule;
   const std::size_t one_in = text.rfind(kOneIn);
   if (one_in != std::string_view::npos) {
     const char* begin = text.data() + one_in + kOneIn.size();

@@ -13,7 +13,7 @@
 namespace sightline {
 
 // How a scan is cut and matched, the same at every place.
-struct LookRule {
+struct MeasuredRule {
   enum class Kind : std::uint8_t {
     kReference,  // 50 m, every return, searching, as tests/bench/static_50m keeps it
     kLook,       // matched by the localizer for samples
@@ -24,12 +24,12 @@ struct LookRule {
   std::uint32_t voxels_apart = 1;  // of a look without a number of points: one in so many
 };
 
-bool needs_normals(const LookRule& rule);  // of a map; any other rule does without
-std::string to_text(const LookRule& rule);
+bool needs_normals(const MeasuredRule& rule);  // of a map; any other rule does without
+std::string to_text(const MeasuredRule& rule);
 
 // A look as text; one without a number of points may end in ", one voxel in 4". Error:
 // bad-argument.
-Result<LookRule> parse_look_rule(std::string_view text);
+Result<MeasuredRule> parse_look_rule(std::string_view text);
 
 // Both frontiers of what was measured (README), without a map and by the normals of its NDs; two
 // from 50 m to compare with.
@@ -52,7 +52,7 @@ struct MeasureOptions {
 // [rule][place]. Error and work from all starts; time is thread CPU time of cut, preparation and
 // match from one start at every timed place, all rules in turn there, the caches emptied by writing
 // 64 MiB before each.
-std::vector<RuleFigures> measure_looks(const MappedTown& town, std::span<const LookRule> rules,
+std::vector<RuleFigures> measure_looks(const MappedTown& town, std::span<const MeasuredRule> rules,
                                        const MeasureOptions& options);
 
 }  // namespace sightline
