@@ -12,7 +12,7 @@
 // scan and sum the same log odds of hits and misses. Of a hit both mean the same: a return within
 // the voxel. Of a miss they do not: OctoMap means that a ray crosses the voxel anywhere, the pass
 // that it passes within half a voxel of the voxel's own points and goes on for half a metre (see
-// remove_moving_tile.cpp).
+// tile_carver.cpp).
 
 namespace sightline {
 namespace {
