@@ -149,7 +149,7 @@ struct MapInfo {  // refers into the map
 // against its checksum before its first use.
 class MapReader {
  public:
-  // Maps the file into memory and checks header, manifest and the head of its section "look-up".
+  // Maps the file into memory and checks header, trailer, manifest and the info page of "look-up".
   // The file must not be written to while it is open; replacing it by rename is fine. verify_map()
   // checks a whole file, once when it arrives. Errors: file-not-found, cannot-open, cannot-read,
   // and those of open_front() and LookUp::open().

@@ -47,7 +47,7 @@ struct SurfacePoints {
   std::vector<PlacedScan> scans;           // in the drive's order
   double voxel_m = 0.0;                    // edge of a voxel; 0 when nothing was looked for
   std::vector<CellKey> moved_voxels;       // ascending: what was removed
-  std::uint64_t standing_count = 0;        // returns of the scans
+  std::uint64_t standing_count = 0;        // returns in range that stood still
   std::uint64_t moving_count = 0;          // returns in voxels that moved
   std::uint64_t out_of_range_count = 0;    // outside the sensor's minimum and maximum range
   std::shared_ptr<const ScanStore> store;  // of the drive; not encoded, see reattach

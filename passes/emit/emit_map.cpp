@@ -181,12 +181,17 @@ Error mismatched(const Error& error) {
 }
 
 // Without quality and factors; none where looks that take a sample are not chosen from.
-std::optional<LooksOfMap> looks_of(const EmitMapInputs& inputs) {
-  if (!inputs.ranges.samples || !inputs.predicted.samples) return std::nullopt;
+Result<std::optional<LooksOfMap>> looks_of(const EmitMapInputs& inputs) {
+  if (inputs.ranges.samples.has_value() != inputs.predicted.samples.has_value()) {
+    return mismatched(invalid_artifact(
+        "looks are predicted and not chosen from, or chosen from and not predicted",
+        "compiled map"));
+  }
+  if (!inputs.ranges.samples) return std::optional<LooksOfMap>();
   LooksOfMap looks{*inputs.predicted.samples, *inputs.ranges.samples, {}, {}};
   if (inputs.plan != nullptr) looks.ranges.plan = inputs.plan->plan;
   looks.quality.resize(looks.ranges.promises.size());
-  return looks;
+  return std::optional(std::move(looks));
 }
 
 // All of the map but its NDs and factors.
@@ -204,7 +209,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   map.sites = inputs.sites;
   map.predicted = inputs.predicted.ranges;
   map.ranges = inputs.ranges.ranges;
-  map.looks = looks_of(inputs);
+  SIGHTLINE_ASSIGN(map.looks, looks_of(inputs));
   map.reach_m = options.reach_m;
   map.sensor = inputs.sensor;
   map.measurement = card_of(options, inputs);

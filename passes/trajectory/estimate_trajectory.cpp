@@ -14,10 +14,10 @@
 
 // How the poses of a drive are estimated, in the order of the steps: 1 odometry, 2 pieces, 3 loops,
 // 4 pose graph, 5 planes, 6 the vehicle's poses; 7 all of them again with scans that are
-// undistorted by the poses found. Each step is a function of a folder. following/ uses local/;
-// sweep/ uses local/; given/ and pieces/ use following/ and local/; graph/ uses pieces/, following/
-// and local/; released/, for drives beside an earlier map, uses graph/ and local/. Numbers and
-// limits are in schemas/definitions.md, "Trajectories". Sources:
+// undistorted by the poses found; 8 checks by loops and scale. Each step is a function of a folder.
+// following/ uses local/; sweep/ uses local/; given/ and pieces/ use following/ and local/; graph/
+// uses pieces/, following/ and local/; released/, for drives beside an earlier map, uses graph/ and
+// local/. Numbers and limits are in schemas/definitions.md, "Trajectories". Sources:
 //
 //   Biber, Strasser, "The normal distributions transform", IROS 2003; in 3D: Magnusson, "The
 //     three-dimensional normal-distributions transform", thesis, Orebro 2009

@@ -82,15 +82,22 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
              : concat("    no range meets ", needed, "\n");
 }
 
+std::string_view words_of_static(Reason reason) {
+  if (reason == Reason::kSimulation) return "by what was simulated at this site";
+  if (reason == Reason::kDrives)
+    return "one range where drives were, by the drives left out in turn";
+  return "one range for the street, by what the map's own scans found";
+}
+
 // The range that this site would have alone, and what made another of it.
 std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_t limit) {
   const std::uint8_t flags = map.ranges.flags_of(site, limit);
+  const Reason reason = map.ranges.reason(site, limit);
   const std::optional<std::size_t> own = own_range(map.ranges, map.predicted, site, limit);
   const std::size_t chosen = chosen_range(map, site, limit);
   std::string text = describe_own(map, site, limit);
   if ((flags & kStatic) != 0) {
-    text +=
-        "    static: one range for the street, by what the map's own scans found, not the model\n";
+    text += concat("    static: ", words_of_static(reason), ", not the model\n");
   }
   if ((flags & kSimulatedAnswer) != 0) {
     text += "    simulated: no scan was ever seen here, what simulated scans found decided\n";
@@ -99,6 +106,9 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
     text += "    unmet: no better range is known, and it is not good enough\n";
   if ((flags & kExtrapolated) != 0) {
     text += "    extrapolated: the place is unlike those that the model was trained on\n";
+  }
+  if (reason == Reason::kTighterLimit) {
+    return text + "    shorter: the next tighter limit needs no more\n";
   }
   if (!own || *own == chosen || (flags & (kUnmet | kExtrapolated | kStatic)) != 0) return text;
   const auto asks_for_more = [&](std::size_t other) {
@@ -110,7 +120,7 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
     return text + fmt::format("    longer for the sake of site {}, {:.1f} m away\n", *other,
                               apart_m(map, site, *other));
   }
-  return text + "    longer because a stricter limit or a neighbour asks for it\n";
+  return text + "    longer because a neighbour needs it\n";
 }
 
 std::string describe_better(const CompiledMap& map, std::size_t site, std::size_t limit) {

@@ -50,7 +50,8 @@ void mark_extrapolated(const PredictedError& predicted, Choice& choice);
 void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& choice);
 
 // What meets a tighter limit meets a looser one: a site that looks no further for the tighter limit
-// need not for the looser (Reason::kTighterLimit). With the range the flag kStatic is copied.
+// need not for the looser (Reason::kTighterLimit). With the range the flag kStatic is
+// copied. Where the tighter limit is met, so is the looser: kUnmet is cleared.
 void cap_by_tighter(const Choice& tighter, Choice& choice);
 
 }  // namespace sightline

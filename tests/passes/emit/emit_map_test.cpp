@@ -41,11 +41,13 @@ struct Workshop {
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
     SIGHTLINE_ASSIGN(const PackedNds nds, pack_nds(made.ndt));
     SIGHTLINE_ASSIGN(const PackedModel packed_model, pack_model(record_of(model)));
+    ByFamily<RangeTable> ranges = choice_of(made);
+    if (chooses_no_looks) ranges.samples.reset();
     SIGHTLINE_ASSIGN(const MapFile map, emit_map(ctx, options,
                                                  {.nds = nds,
                                                   .sites = made.sites,
                                                   .predicted = predicted_of(made),
-                                                  .ranges = choice_of(made),
+                                                  .ranges = ranges,
                                                   .measured = measured,
                                                   .model = packed_model,
                                                   .factors = factors_of(made),
@@ -62,7 +64,8 @@ struct Workshop {
   CompiledMap made;
   Drive mapping;
   RecordingCards recordings;
-  bool is_finished = false;  // not of drives: a finished map was annotated
+  bool chooses_no_looks = false;  // though they are predicted
+  bool is_finished = false;       // not of drives: a finished map was annotated
   MeasuredError measured;
   ErrorModel model;
   std::vector<std::string> warnings;
@@ -259,6 +262,7 @@ TEST(EmitMap, RefusesArtifactsThatDoNotBelongTogether) {
     w.measured.rows.resize(w.measured.shape().size(w.measured.scan_of_site.size()));
   });
   refuses([](Workshop& w) { w.measured.looks[0].range_m += 1.0; });
+  refuses([](Workshop& w) { w.chooses_no_looks = true; });
 }
 
 TEST(EmitMap, RefusesAVersionThatCannotBePrinted) {

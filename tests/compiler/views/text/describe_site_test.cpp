@@ -64,6 +64,28 @@ TEST(DescribeSite, NamesTheNeighbourThatAsksForMore) {
   EXPECT_THAT(*describe_site(short_route(), 0), Not(HasSubstr("longer")));
 }
 
+TEST(DescribeSite, SaysThatATighterLimitNeedsNoMore) {
+  CompiledMap map = short_route();
+  map.ranges.range_index[4] = 0;  // its own predictions ask for 20 m
+  map.ranges.reasons[4] = Reason::kTighterLimit;
+  const std::string text = value_of(describe_site(map, 4));
+  EXPECT_THAT(text, HasSubstr("    shorter: the next tighter limit needs no more\n"));
+  EXPECT_THAT(text, Not(HasSubstr("longer")));
+}
+
+TEST(DescribeSite, SaysWhichStaticAnswerItIs) {
+  CompiledMap map = short_route();
+  map.ranges.flags[4] = kStatic;
+  const auto text_for = [&](Reason reason) {
+    map.ranges.reasons[4] = reason;
+    return value_of(describe_site(map, 4));
+  };
+  EXPECT_THAT(text_for(Reason::kSimulation), HasSubstr("static: by what was simulated at this"));
+  EXPECT_THAT(text_for(Reason::kDrives),
+              HasSubstr("by the drives left out in turn, not the model"));
+  EXPECT_THAT(text_for(Reason::kCheaper), HasSubstr("static: one range for the street"));
+}
+
 TEST(DescribeSite, SaysSoWhereNoRangeIsGoodEnough) {
   CompiledMap map = short_route();
   map.predicted.within_probability[9] = 0.6;  // site 4 at 20 m
