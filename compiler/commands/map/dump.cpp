@@ -59,7 +59,8 @@ bool tells_of_looks(const PlannedArtifact& artifact) {
          artifact.name != "map-factors";
 }
 
-// What --what may name: every artifact of a compile, and the recordings it reads.
+// What --what may name: every artifact of a compile, the recordings it reads, and what maps alone
+// have.
 std::vector<std::string> dumpable_names() {
   std::vector<std::string> names = {"recordings"};
   for (const Plan& plan : complete_plans()) {
@@ -69,6 +70,9 @@ std::vector<std::string> dumpable_names() {
       names.push_back(name);
       if (tells_of_looks(plan.artifact(wire))) names.push_back(name + std::string(kLooksSuffix));
     }
+  }
+  for (const std::string& name : dump_names()) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
 }

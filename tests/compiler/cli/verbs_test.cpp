@@ -164,6 +164,13 @@ TEST(Verbs, ReportAWrongTableWithTheNearestName) {
   EXPECT_EQ(exit_status(parsed.code), 64);
 }
 
+// A compile makes no such artifact.
+TEST(Verbs, TakeWhatAMapAloneHas) {
+  const Program program = sightline_program();
+  require(parse_words("sightline dump", *find_verb(program, "dump"),
+                      {"a.slmap", "--what", "columns"}));
+}
+
 TEST(BuildDetails, TellCommitFormatsKernelsAndLibrariesLineByLine) {
   const std::vector<std::string> lines = lines_of(build_details());
   ASSERT_EQ(lines.size(), 6u) << build_details();
