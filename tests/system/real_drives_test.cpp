@@ -67,16 +67,25 @@ std::vector<std::array<double, 3>> positions_of(const fs::path& config, const st
 TEST_F(RealDrive, WithoutPosesLiesInItsOwnMapWhereItMadeIt) {
   const RealData data = real_data("kitti_0005");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
-  const std::string drive =
-      "{scans: " + data.folder.string() + ", sensor: hdl-64e, poses_of: sensor}\n";
+  // All scans but the last: the same recording would be split.
+  const fs::path driven = folder_ / "driven";
+  fs::create_directories(driven);
+  for (const fs::directory_entry& scan : fs::directory_iterator(data.folder)) {
+    const fs::path name = scan.path().filename();
+    if (name != "0000000153.pcd") fs::create_symlink(scan.path(), driven / name);
+  }
+  const auto drive = [](const fs::path& scans) {
+    return "{scans: " + scans.string() + ", sensor: hdl-64e, poses_of: sensor}\n";
+  };
   const fs::path config = folder_ / "drive.yaml";
-  ASSERT_TRUE(write_file_atomically(config, "mapping: " + drive + "localization: " + drive,
-                                    IfExists::kReplace));
+  ASSERT_TRUE(write_file_atomically(
+      config, "mapping: " + drive(data.folder) + "localization: " + drive(driven),
+      IfExists::kReplace));
   const auto made_m = positions_of(config, "trajectory");
   const auto found_m = positions_of(config, "localization/aligned");
   ASSERT_EQ(made_m.size(), 154U);
-  ASSERT_EQ(found_m.size(), made_m.size());
-  for (std::size_t i = 0; i < made_m.size(); ++i) {
+  ASSERT_EQ(found_m.size(), 153U);
+  for (std::size_t i = 0; i < found_m.size(); ++i) {
     const double off_m = std::hypot(made_m[i][0] - found_m[i][0], made_m[i][1] - found_m[i][1],
                                     made_m[i][2] - found_m[i][2]);
     EXPECT_LT(off_m, 0.03) << "scan " << i;
