@@ -167,8 +167,8 @@ TEST(Verbs, ReportAWrongTableWithTheNearestName) {
 // A compile makes no such artifact.
 TEST(Verbs, TakeWhatAMapAloneHas) {
   const Program program = sightline_program();
-  require(parse_words("sightline dump", *find_verb(program, "dump"),
-                      {"a.slmap", "--what", "columns"}));
+  require(
+      parse_words("sightline dump", *find_verb(program, "dump"), {"a.slmap", "--what", "columns"}));
 }
 
 TEST(BuildDetails, TellCommitFormatsKernelsAndLibrariesLineByLine) {
