@@ -598,6 +598,7 @@ TEST(MapReaderColumns, AreThoseOfTheMapByTheNumberOfASite) {
   const MapColumn column = value_of(reader.column("clearance_m"));
   EXPECT_EQ(column.unit, "m");
   EXPECT_TRUE(std::ranges::equal(column.values, map.columns[0].values));
+  EXPECT_TRUE(std::ranges::equal(value_of(reader.column("kind")).values, map.columns[1].values));
   EXPECT_EQ(reader.column("height_m").error().code, ErrorCode::kBadArgument);
 }
 
