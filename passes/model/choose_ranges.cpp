@@ -77,9 +77,10 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
     }
     if (unmet_count == 0) continue;
     const char* what = takes_every_return(table.looks.front()) ? "range" : "look";
-    ctx.warn(concat("no ", what, " is good enough for ",
+    ctx.warn(concat("no ", what, " keeps the error within ",
                     format_double(table.promises[limit].limit_m), " m at ", unmet_count, " of ",
-                    table.site_count, " sites: they take the most probable one, and are flagged"));
+                    table.site_count, " sites: they take the most probable ", what,
+                    " and are flagged 'unmet'"));
   }
 }
 
@@ -97,24 +98,28 @@ void warn_of_static(const PassContext& ctx, const RangeTable& table) {
 
 std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
   return {
-      choice("selection", options.selection,
-             "rule: by probability with a promise, or by mean as the paper does",
-             {"mean", "probability"}),
-      choice("risk_control", options.risk_control, "what sets the probability that is asked for",
+      choice(
+          "selection", options.selection,
+          "rule: by the probability that the error is within the limit, with a promise; or by the "
+          "predicted mean error, as in the paper",
+          {"mean", "probability"}),
+      choice("risk_control", options.risk_control, "method that sets the required probability",
              risk_control_names()),
       number("alpha", options.alpha,
-             "share of misses that is allowed; 0: of ranges 5 %, of looks that take a sample the "
-             "strictest of 1, 2, 5 and 10 % that the calibration earns, 5 % where it earns none",
+             "allowed share of misses; 0: 5 % for ranges; for looks that take a sample the "
+             "strictest of "
+             "1, 2, 5 and 10 % that the calibration supports, else 5 %",
              0.0, 0.5),
-      number("delta", options.delta, "learn-then-test: how often the promise itself may fail",
+      number("delta", options.delta, "learn-then-test: probability that the promise itself fails",
              0.0001, 0.5),
       number("probability_threshold", options.probability_threshold,
-             "the probability asked for where risk_control is fixed", 0.0, 1.0),
+             "required probability where risk_control is fixed", 0.0, 1.0),
       number("dilation_m", options.dilation_m,
-             "a site looks as far as any neighbour within this, m", 0.0, 100.0),
+             "a site takes the longest range of its neighbours within this distance, m", 0.0,
+             100.0),
       flag("extrapolated_takes_static", options.extrapolated_takes_static,
-           "take what the map's own scans ask for where factors lie beyond what the model "
-           "saw")};
+           "where factors are outside the training data, take the range that the map's own scans "
+           "need")};
 }
 
 std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model) {
@@ -122,9 +127,9 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
   if (options.selection == Selection::kMean) return statements;
   Calibrator calibrator(model, with_alpha_of(model.out_of_fold.looks, options));
   for (std::size_t limit = 0; limit < model.out_of_fold.limits_m.size(); ++limit) {
-    statements.push_back("map only: " + calibrator.next(CaseKind::kMapOnly, limit).statement);
+    statements.push_back("places without: " + calibrator.next(CaseKind::kMapOnly, limit).statement);
     if (!model.card.knows_history) continue;
-    statements.push_back("with measured history: " +
+    statements.push_back("places with measured drives: " +
                          calibrator.next(CaseKind::kHistory, limit).statement);
   }
   return statements;
@@ -182,7 +187,7 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
   SIGHTLINE_TRY(check_inputs(sites, predicted.ranges, model.ranges, factors.ranges.head()));
   if (predicted.samples && (!model.samples || !factors.samples)) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "predictions tell of looks that take a sample, model or factors do not"};
+                 "predictions contain looks that take a sample; the model or the factors do not"};
   }
   ByFamily<std::vector<LeftOutDrive>> left_out;
   left_out.samples.emplace();

@@ -32,10 +32,11 @@ Result<TrainingSet> prepare_training_set(const PassContext& ctx, const DrivenPla
   const std::string wanted_m = format_double(options.block_m);
   options.block_m = smaller_blocks.folds.labelled_route_m / smaller_blocks.folds.block_count();
   options.buffer_m = std::min(options.buffer_m, options.block_m / 2.0);
-  ctx.warn(concat("the drive is too short for two blocks of ", wanted_m, " m: it is judged on ",
-                  smaller_blocks.folds.block_count(), " blocks of ",
-                  static_cast<int>(options.block_m),
-                  " m, whose figures are optimistic; nothing is promised"));
+  ctx.warn(concat("the drive is too short for two blocks of ", wanted_m,
+                  " m: it is cross-validated on ", smaller_blocks.folds.block_count(),
+                  " blocks of ", static_cast<int>(options.block_m),
+                  " m, whose figures are optimistic, and there is no promise; record a longer "
+                  "drive"));
   return smaller_blocks;
 }
 
@@ -111,39 +112,40 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
 
 std::vector<OptionField> option_fields(TrainModelOptions& options) {
   return {
-      choice("features", options.features,
-             "factors to learn from: the paper's eleven, or all there are", {"paper", "all"}),
-      shared(
-          numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0)),
-      integer("trees", options.trees, "trees of the forest", 1, 10000),
-      integer("least_leaf_rows", options.least_leaf_rows, "training rows in a leaf, at least", 1,
-              1000),
-      number("feature_share", options.feature_share, "share of the features tried at a split", 0.01,
-             1.0),
+      choice("features", options.features, "factors to train on: the eleven of the paper, or all",
+             {"paper", "all"}),
+      shared(numbers("limits_m", options.limits_m, "localization errors that vehicles accept, m",
+                     0.001, 100.0)),
+      integer("trees", options.trees, "trees in the forest", 1, 10000),
+      integer("least_leaf_rows", options.least_leaf_rows, "least training rows in a leaf", 1, 1000),
+      number("feature_share", options.feature_share,
+             "share of the features that are tried at a split", 0.01, 1.0),
       integer("tree_rows", options.tree_rows,
-              "rows that one tree grows on, drawn anew for each, where there are more", 100,
-              10'000'000),
+              "most rows that one tree is grown on, drawn anew for each tree", 100, 10'000'000),
       number("block_m", options.block_m,
-             "route held out together, at least, m; below 60 nothing is promised", 5.0, 10000.0),
+             "least route in a held-out block, m; below 60 there is no promise", 5.0, 10000.0),
       number("buffer_m", options.buffer_m,
-             "distance from held-out sites to what trains, m; below 25 nothing is promised", 0.0,
+             "distance from held-out sites to training sites, m; below 25 there is no promise", 0.0,
              1000.0),
-      integer("folds", options.folds, "parts of the route that are held out in turn", 2, 100),
-      choice("hold_out", options.hold_out,
-             "what is held out together: blocks of route (then nothing is promised about the next "
-             "drive), blocks of one drive for trees of the others, whole places, or (auto) places "
-             "where there are two of different recordings, else drives where there are two",
-             {"auto", "blocks", "drives", "places"}),
-      integer("most_rows", options.most_rows,
-              "rows that one forest learns from; of more, every second, third, ... site is taken",
-              1000, 10'000'000)};
+      integer("folds", options.folds, "parts of the route for cross-validation", 2, 100),
+      choice(
+          "hold_out", options.hold_out,
+          "held out together: blocks of route (no promise for the next drive), blocks of one drive "
+          "predicted by the other drives, whole places, or (auto) places where two have different "
+          "recordings, else drives where there are two",
+          {"auto", "blocks", "drives", "places"}),
+      integer(
+          "most_rows", options.most_rows,
+          "most rows that one forest is trained on; of more, every second, third, ... site is used",
+          1000, 10'000'000)};
 }
 
 Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                          const ByFamily<DrivenPlaces>& places) {
   if (places.ranges.places.size() == 1) {
     ctx.warn(
-        "the model learns from one place alone: where it annotates another, nothing is promised");
+        "the model is trained on one place: maps of other places get no promise; train it on two "
+        "places or more");
   }
   return each_family(
       [&](const DrivenPlaces& of_family) { return train_on(ctx, wanted, of_family); }, places);

@@ -105,7 +105,7 @@ TEST(Annotate, NdsAreThoseOfTheDriveThatMadeThePoints) {
 
 TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
   EXPECT_THAT(town().annotated.out, HasSubstr("Simulated: no drive was here"));
-  EXPECT_THAT(town().annotated.out, HasSubstr("nothing is promised"));
+  EXPECT_THAT(town().annotated.out, HasSubstr("No promise"));
   EXPECT_THAT(town().annotated.err, HasSubstr("no scan was ever seen at"));
   const ProgramResult inspected = run_successfully("inspect " + town().file("annotated.slmap"));
   EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was ever seen there"));

@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 // Blocks below these see the same walls (schemas/definitions.md, "Error model and choice of
-// range"), and what they witness is no promise.
+// range"), and figures measured on them give no promise.
 constexpr double kIndependentBlock_m = 60.0;
 constexpr double kIndependentBuffer_m = 25.0;
 
@@ -22,58 +22,56 @@ constexpr std::uint32_t kFewPlaces = 3;
 
 // By NoPromise.
 constexpr std::array<const char*, 5> kWithdrawn = {
-    "the model learnt from one place alone, and these sites lie in another; train it on two or "
+    "the model was trained on one place, and these sites are in another; train it on two places or "
     "more",
-    "sites are unlike all that the model learnt from; train it on places, and with a sensor, like "
-    "these",
-    "another answer is cheaper and proven here",
-    "what is enough for a tighter limit by the map's own scans is less than what the model would "
-    "promise",
-    "no scan made this map, and the model learnt from maps that scans made; train it on finished "
-    "maps (map: in place of mapping:) with drives through them"};
+    "sites are unlike the training data; train the model on similar places with a similar sensor",
+    "a cheaper answer is sufficient on the drives that were measured here",
+    "the answer for a tighter limit, chosen by the map's own scans, is shorter than the model's",
+    "this map was made without scans, and the model was trained on maps made from scans; train it "
+    "on finished maps (map: in place of mapping:) with drives through them"};
 
 // Three digits: "5 %", "99.5 %".
 std::string short_percent(double share) { return fmt::format("{:.3g} %", 100.0 * share); }
 
-std::string kilometres(double length_m) {
-  return fixed(std::ceil(length_m / 100.0) / 10.0, 1) + " km";
-}
+std::string kilometres(double hectometres) { return fixed(hectometres / 10.0, 1) + " km"; }
 
 std::string counted(std::uint32_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-// "3.1 % missed out of fold in 70 blocks of 7 places, 14 drives"
+std::string counted_drives(std::uint32_t count) {
+  return count == 1 ? "one drive" : counted(count, "drive");
+}
+
+std::string limit_of(const LimitPromise& promise) { return format_double(promise.limit_m) + " m"; }
+
+// "3.1 % of the sites missed 0.1 m (cross-validated on 70 blocks of 7 places, 14 drives"
 std::string observed_misses(const LimitPromise& promise) {
-  return concat(short_percent(promise.calibration_miss_share), " missed out of fold in ",
-                counted(promise.block_count, "block"), " of ",
-                counted(promise.place_count, "place"), ", ", counted(promise.drive_count, "drive"));
+  return concat(short_percent(promise.calibration_miss_share), " of the sites missed ",
+                limit_of(promise), " (cross-validated on ", counted(promise.block_count, "block"),
+                " of ", counted(promise.place_count, "place"), ", ",
+                counted(promise.drive_count, "drive"));
 }
 
-std::string method_text(const LimitPromise& promise) {
-  return promise.method == risk_control_name(RiskControl::kConformal) ? "conformal risk control"
-                                                                      : "learn then test";
-}
-
-// "at most 5 % of `whom` are expected to miss 0.1 m"
+// "at most 5 % of `whom` are expected to miss 0.1 m (conformal risk control)"
 std::string bound_text(const LimitPromise& promise, const std::string& whom) {
-  const std::string limit = format_double(promise.limit_m) + " m";
   const std::string share = short_percent(promise.alpha);
   if (promise.method == risk_control_name(RiskControl::kConformal)) {
-    return "at most " + share + " of " + whom + " are expected to miss " + limit;
+    return "at most " + share + " of " + whom + " are expected to miss " + limit_of(promise) +
+           " (conformal risk control)";
   }
   return "with " + short_percent(1.0 - promise.delta) + " confidence at most " + share + " of " +
-         whom + " miss " + limit;
+         whom + " miss " + limit_of(promise) + " (learn then test)";
 }
 
 bool is_simulated(const TrainingCard& card) { return card.reference == ErrorReference::kSimulated; }
 
-// Why a threshold of this drive is none of the next.
+// Why a threshold that was set on this drive may not suit the next.
 std::string why_this_drive(const LimitPromise& promise, const TrainingCard& card) {
-  if (is_simulated(card)) return "no drive was here, errors are those of simulated scans";
-  if (promise.drive_count <= 1) return "one drive alone was measured";
-  if (card.hold_out == "blocks") return "the trees learnt from the drives that set the threshold";
-  return "fewer than two drives were measured that neither made the map nor taught the trees";
+  if (is_simulated(card)) return "no drive was recorded here, so the errors are simulated";
+  if (promise.drive_count <= 1) return "only one drive was measured";
+  if (card.hold_out == "blocks") return "the model was trained on the drives that were measured";
+  return "fewer than two measured drives neither made the map nor trained the model";
 }
 
 // To a decimetre: blocks share the route evenly.
@@ -81,40 +79,45 @@ std::string metres(double length_m) {
   return format_double(std::round(10.0 * length_m) / 10.0) + " m";
 }
 
-// What is wanting for a promise, without the fallback.
-std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& card,
-                            std::uint32_t needed_blocks) {
-  if (is_simulated(card)) return "drives through this map can earn a promise";
+// "it needs 1.2 km of measured route; so far there are 0.6 km from one drive"
+std::string needed_route(const LimitPromise& promise, double block_m, std::uint32_t needed_blocks) {
+  const std::string whom = promise.scope == PromiseScope::kThisDrive
+                               ? "route measured by two or more drives that the model was not "
+                                 "trained on"
+                               : "measured route";
+  return concat("it needs ", kilometres(std::ceil(needed_blocks * block_m / 100.0)), " of ", whom,
+                "; so far there are ",
+                kilometres(std::floor(promise.block_count * block_m / 100.0)), " from ",
+                counted_drives(promise.drive_count));
+}
+
+// What a promise needs, without the fallback.
+std::string what_is_needed(const LimitPromise& promise, const TrainingCard& card,
+                           std::uint32_t needed_blocks) {
+  if (is_simulated(card)) return "the errors are simulated; it needs drives through this map";
   if (!are_poses_known(card)) {
-    return "errors were measured against matches to the map itself, known poses "
-           "(measure-error.reference=known) can earn a promise";
+    return "errors were measured against matches to the map itself; it needs known poses "
+           "(measure-error.reference=known)";
   }
   if (!are_blocks_independent(card)) {
     return "blocks of " + metres(card.block_m) + " with a buffer of " + metres(card.buffer_m) +
-           " see the same walls, 60 m and 25 m are needed";
+           " see the same walls; it needs blocks of 60 m and a buffer of 25 m";
   }
   if (promise.block_count < needed_blocks) {
-    const double missing_m = (needed_blocks - promise.block_count) * card.block_m;
-    return counted(promise.block_count, "block") + " of " + metres(card.block_m) + " cannot earn " +
-           short_percent(promise.alpha) + ", " + std::to_string(needed_blocks) + " can, " +
-           kilometres(missing_m) + " more of measured route" +
-           (promise.scope == PromiseScope::kThisDrive
-                ? ", by drives that the trees do not learn from"
-                : "");
+    return needed_route(promise, card.block_m, needed_blocks);
   }
-  return "even the strictest threshold misses " + format_double(promise.limit_m) +
-         " m too often for " + short_percent(promise.alpha);
+  return "even at the strictest threshold too many sites miss " + limit_of(promise) + " for " +
+         short_percent(promise.alpha);
 }
 
-// `found`: the evidence.
-std::string why_static(const StaticAnswers& answers, const std::string& found) {
-  if (answers.reason == Reason::kTooShort) return "the drive is too short to learn from";
+std::string why_static(const StaticAnswers& answers) {
+  if (answers.reason == Reason::kTooShort) return "the drive is too short to train on";
   if (answers.reason == Reason::kExplainsNothing) {
-    return "the model explains nothing out of fold (R^2 " + fixed(answers.explained, 2) + ")";
+    return "cross-validated R^2 is " + fixed(answers.explained, 2);
   }
   return answers.reason == Reason::kCheaper
-             ? "the model's own choice costs more and covers no more of " + found
-             : "no drive was here, and no model from elsewhere judges what was simulated";
+             ? "the model's choice takes more time and covers no more sites"
+             : "no drive was recorded here, and no model of other drives was given";
 }
 
 }  // namespace
@@ -128,23 +131,24 @@ bool are_blocks_independent(const TrainingCard& card) {
 }
 
 std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share) {
-  const std::string whom = promise.place_count > 1 ? "places like these" : "this place's sites";
-  std::string text = "on the next drive " + bound_text(promise, whom) + " (" +
-                     method_text(promise) + "; " + observed_misses(promise);
+  const std::string whom =
+      promise.place_count > 1 ? "the sites in places like these" : "this place's sites";
+  std::string text =
+      "On the next drive " + bound_text(promise, whom) + "; so far " + observed_misses(promise);
   if (promise.place_count > 1) {
-    text += ", " + short_percent(worst_place_miss_share) + " in the worst place";
+    text += "; " + short_percent(worst_place_miss_share) + " in the worst place";
   }
   if (promise.place_count > kFewPlaces) return text + ")";
   return text +
-         "); blocks of so few places are alike, and the bound is a little optimistic: 5.1 to 5.9 % "
-         "missed with 2 and 3 places where 5 % was named";
+         "); with 1 to 3 places the bound is slightly optimistic: 5.1 to 5.9 % missed where 5 % "
+         "was allowed";
 }
 
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card) {
-  return "nothing is promised about the next drive: " + why_this_drive(promise, card) +
-         (is_simulated(card) ? "; of the simulated scans " : "; of this drive ") +
-         bound_text(promise, is_simulated(card) ? "the sites" : "its sites") + " (" +
-         method_text(promise) + "; " + observed_misses(promise) + ")";
+  return "No promise for the next drive: " + why_this_drive(promise, card) +
+         (is_simulated(card) ? "; of the simulated scans " : "; on this drive ") +
+         bound_text(promise, is_simulated(card) ? "the sites" : "its sites") + "; " +
+         observed_misses(promise) + ")";
 }
 
 std::string stricter_statement(const LimitPromise& promise,
@@ -152,65 +156,62 @@ std::string stricter_statement(const LimitPromise& promise,
                                std::uint32_t needed_blocks) {
   LimitPromise stricter = promise;
   stricter.alpha = stricter_alpha;
-  return "; " + short_percent(stricter_alpha) + " is not earned: " +
-         what_is_wanting(stricter, calibration_drives.model.card, needed_blocks);
+  return "; not " + short_percent(stricter_alpha) + ": " +
+         what_is_needed(stricter, calibration_drives.model.card, needed_blocks);
 }
 
 std::string mean_rule_statement(const LimitPromise& promise) {
-  return "nothing is promised: a mean within the limit says little about misses; " +
-         observed_misses(promise);
+  return "No promise: a mean error within the limit does not bound the share of misses; " +
+         observed_misses(promise) + ")";
 }
 
 std::string joined_statement(const LimitPromise& map_only, const LimitPromise& history) {
-  return "with measured history: " + history.statement + "; elsewhere: " + map_only.statement;
+  return "Places with measured drives: " + history.statement +
+         "; places without: " + map_only.statement;
 }
 
 std::string to_text(const StaticAnswers& answers, double limit_m) {
-  const std::string found = answers.is_simulated
-                                ? "what was simulated here, each error taken twice,"
-                                : "what was measured here";
+  const std::string kind = takes_every_return(answers.cheapest) ? "range" : "look";
   const std::string from = to_text(answers.cheapest);
-  return "nothing is promised: " + why_static(answers, found) + "; " +
-         (answers.cheapest == answers.dearest
-              ? "everywhere it takes " + from
-              : "it takes from " + from + " to " + to_text(answers.dearest) + ", by site") +
-         ", where " + found + " is within " + format_double(limit_m) + " m at " +
-         percent(answers.coverage) + " of the sites";
+  const std::string taken =
+      answers.cheapest == answers.dearest
+          ? concat("one ", kind, " is used for the whole map: ", from)
+          : concat(kind, "s from ", from, " to ", to_text(answers.dearest), " are used, by site");
+  return concat("No promise: ", why_static(answers), ", so ", taken, "; ",
+                answers.is_simulated ? "twice the simulated error" : "the measured error",
+                " is within ", format_double(limit_m), " m at ", percent(answers.coverage),
+                " of the sites");
 }
 
 std::string withdrawn_statement(NoPromise why, std::size_t unlike_count, std::size_t site_count) {
   const std::string text = kWithdrawn.at(static_cast<std::size_t>(why));
-  if (why != NoPromise::kUnlike) return "nothing is promised: " + text;
-  return fmt::format("nothing is promised: {} of {} {}", unlike_count, site_count, text);
+  if (why != NoPromise::kUnlike) return "No promise: " + text;
+  return fmt::format("No promise: {} of {} {}", unlike_count, site_count, text);
 }
 
 std::string drives_text(std::size_t drive_count, double coverage, double limit_m) {
-  return fmt::format(
-      "; of {} drives here, each left out in turn and predicted by the others, {} of the sites "
-      "were within {} m at such answers",
-      drive_count, percent(coverage), format_double(limit_m));
+  return fmt::format("; cross-validated over the {} drives here, {} of the sites are within {} m",
+                     drive_count, percent(coverage), format_double(limit_m));
 }
 
 std::string unearned_statement(const LimitPromise& promise,
                                const CalibrationDrives& calibration_drives,
                                std::uint32_t needed_blocks) {
   const TrainingCard& card = calibration_drives.model.card;
-  const std::string nothing = "nothing is promised: ";
   const bool is_given = promise.method == risk_control_name(RiskControl::kFixed);
   if (is_given || promise.method == risk_control_name(RiskControl::kEmpirical)) {
-    return concat(nothing, "the threshold ", is_given ? "was given; " : "fits what was seen; ",
-                  observed_misses(promise));
+    return concat("No promise: the threshold ",
+                  is_given ? "was given" : "is fitted to the measured sites",
+                  " (risk_control=", promise.method, "); ", observed_misses(promise), ")");
   }
   const double least_m = least_error_m(calibration_drives);
   if (promise.block_count > 0 && least_m > promise.limit_m) {
-    return nothing + "no range reached " + format_double(promise.limit_m) +
-           " m anywhere, the least error measured is " + format_double(least_m) + " m";
+    return "No promise: no range reached " + limit_of(promise) +
+           " anywhere; the least measured error is " + format_double(least_m) + " m";
   }
-  return nothing +
-         (promise.scope == PromiseScope::kThisDrive ? why_this_drive(promise, card) + ", and "
-                                                    : "") +
-         what_is_wanting(promise, card, needed_blocks) +
-         "; the threshold fits what was seen instead: " + observed_misses(promise);
+  const std::string needed = what_is_needed(promise, card, needed_blocks);
+  return "No promise yet: " + needed + "; " + observed_misses(promise) +
+         ", with a threshold fitted to them)";
 }
 
 }  // namespace sightline

@@ -67,8 +67,8 @@ TEST(ChooseRanges, FallsBackToTheMostProbableRangeAndSaysSo) {
                   .has_value());
   ASSERT_EQ(ctx.warnings.size(), 2u);
   EXPECT_EQ(ctx.warnings[0],
-            "no range is good enough for 0.1 m at 1 of 5 sites: they take the most probable one, "
-            "and are flagged");
+            "no range keeps the error within 0.1 m at 1 of 5 sites: they take the most probable "
+            "range and are flagged 'unmet'");
 }
 
 TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
@@ -76,13 +76,13 @@ TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
     const RangeTable table = value_of(choose(honest_model(1, 18), with(risk_control)));
     EXPECT_FALSE(table.promises[0].is_earned);
     EXPECT_LE(table.promises[0].calibration_miss_share, 0.05);
-    EXPECT_NE(table.promises[0].statement.find("nothing is promised: 18 blocks of 60 m"),
-              std::string::npos)
+    EXPECT_NE(table.promises[0].statement.find("No promise yet: it needs "), std::string::npos)
         << table.promises[0].statement;
   }
   EXPECT_NE(choose(honest_model(1, 18), with(RiskControl::kConformal))
                 ->promises[0]
-                .statement.find("19 can, 0.1 km more"),
+                .statement.find("it needs 1.2 km of measured route; so far there are 1.0 km from 2 "
+                                "drives"),
             std::string::npos);
 }
 
@@ -96,7 +96,7 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
     return choose(model, with(RiskControl::kConformal), elsewhere)->promises[0];
   };
   EXPECT_FALSE(promise_of().is_earned);
-  EXPECT_NE(promise_of().statement.find("one place alone"), std::string::npos);
+  EXPECT_NE(promise_of().statement.find("trained on one place, and these"), std::string::npos);
   model.card.places.push_back(model.card.places[0]);
   for (std::size_t i = 30 * 60; i < model.sites.size(); ++i) model.sites[i].place = 1;
   EXPECT_FALSE(promise_of().is_earned) << "the same recordings: it is the same place";
@@ -167,7 +167,7 @@ TEST(ChooseRanges, PromisesNothingOfSimulatedPlacesByAModelThatNeverSawSuch) {
         ->promises[0];
   };
   EXPECT_FALSE(promise().is_earned);
-  EXPECT_NE(promise().statement.find("no scan made this map"), std::string::npos)
+  EXPECT_NE(promise().statement.find("this map was made without scans"), std::string::npos)
       << promise().statement;
   model.features.front().name = std::string(kSimulatedColumn);
   EXPECT_TRUE(promise().is_earned);
@@ -179,7 +179,7 @@ TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
   for (double& mean_m : model.out_of_fold.mean_m) mean_m += 0.1;
   const RangeTable table = value_of(choose(model, with(RiskControl::kConformal)));
   EXPECT_FALSE(table.promises[0].is_earned);
-  EXPECT_NE(table.promises[0].statement.find("no range reached 0.1 m anywhere, the least error"),
+  EXPECT_NE(table.promises[0].statement.find("no range reached 0.1 m anywhere; the least"),
             std::string::npos)
       << table.promises[0].statement;
 }
@@ -193,7 +193,7 @@ TEST(ChooseRanges, SaysWhatAModelPromisesBeforeThereIsAMap) {
       << enough[0];
   const std::vector<std::string> too_few =
       promises_of(with(RiskControl::kConformal), honest_model(1, 18));
-  EXPECT_NE(too_few[0].find("km more of measured route"), std::string::npos) << too_few[0];
+  EXPECT_NE(too_few[0].find("it needs 1.2 km of measured route"), std::string::npos) << too_few[0];
 }
 
 TEST(ChooseRanges, NeverPromisesFromBlocksThatSeeTheSameWalls) {
@@ -279,7 +279,7 @@ TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
   EXPECT_LE(promise.history_threshold, 0.55);
   EXPECT_EQ(chosen_m(table, 0), std::vector<double>(400, 20.0));
   EXPECT_EQ(promise.block_count, 2u);
-  EXPECT_NE(promise.statement.find("elsewhere"), std::string::npos);
+  EXPECT_NE(promise.statement.find("; places without: "), std::string::npos);
 }
 
 TEST(ChooseRanges, RefusesHistoryThatTheModelKnowsNothingOf) {

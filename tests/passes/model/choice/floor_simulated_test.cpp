@@ -55,9 +55,9 @@ TEST(Floor, OfSimulationEachPlaceTakesItsOwnBetweenWhatIsEnoughAtMostPlaces) {
   EXPECT_EQ(choice.flags[19], kStatic | kUnmet);
   EXPECT_EQ(choice.reasons, std::vector<Reason>(20, Reason::kSimulation));
   EXPECT_EQ(to_text(taken, 0.1),
-            "nothing is promised: no drive was here, and no model from elsewhere judges what was "
-            "simulated; it takes from 20 m to 30 m, by site, where what was simulated here, each "
-            "error taken twice, is within 0.1 m at 95.0 % of the sites");
+            "No promise: no drive was recorded here, and no model of other drives was given, so "
+            "ranges from 20 m to 30 m are used, by site; twice the simulated error is within 0.1 m "
+            "at 95.0 % of the sites");
 }
 
 TEST(Floor, OfSimulationAPlaceLooksAsFarAsItsNeighbours) {
@@ -134,7 +134,8 @@ TEST(Floor, OfSimulationRangesDifferByPlaceAndLooksDoNot) {
     EXPECT_EQ(looks.reason(site, 0), Reason::kNoDrive);
   }
   EXPECT_NE(ranges.promises[0].statement.find("from 10 m to 20 m, by site"), std::string::npos);
-  EXPECT_NE(looks.promises[0].statement.find("everywhere it takes 100 m"), std::string::npos);
+  EXPECT_NE(looks.promises[0].statement.find("one look is used for the whole map: 100 m"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -84,8 +84,7 @@ TEST(LeaveOneDriveOut, TakeTheLeastThresholdThatCovers) {
   EXPECT_EQ(answer.case_count, 4U);
   EXPECT_EQ(answer.drive_count, 2U);
   EXPECT_EQ(drives_text(answer.drive_count, answer.standing.coverage, 0.1),
-            "; of 2 drives here, each left out in turn and predicted by the others, 100.0 % of the "
-            "sites were within 0.1 m at such answers");
+            "; cross-validated over the 2 drives here, 100.0 % of the sites are within 0.1 m");
   EXPECT_NEAR(vote_of(hard_and_easy(), {.coverage = 0.5}).standing.cost, 1.0, 1e-12);
 }
 

@@ -52,7 +52,7 @@ TEST(OwnEvidenceModel, EveryShortDriveGetsItsOwnStaticAnswerFlaggedAndWithoutAPr
     EXPECT_EQ(table.reason(site, 0), Reason::kTooShort);
   }
   EXPECT_FALSE(table.promises[0].is_earned);
-  EXPECT_NE(table.promises[0].statement.find("nothing is promised: the drive is too short"),
+  EXPECT_NE(table.promises[0].statement.find("No promise: the drive is too short"),
             std::string::npos)
       << table.promises[0].statement;
 }
