@@ -55,7 +55,7 @@ bool is_of_zone(const World& world) {
 Error no_point(const Eigen::Vector3d& p_world_m, const std::exception& reason) {
   return {ErrorCode::kBadArgument,
           concat("world: (", format_double(p_world_m.x()), ", ", format_double(p_world_m.y()),
-                 ") m is no point of that frame: ", reason.what())};
+                 ") m is not a point of that frame: ", reason.what())};
 }
 
 }  // namespace
@@ -83,9 +83,9 @@ Result<World> named_world(std::string_view flag, std::string_view carried) {
   if (flag.empty() || flag == carried) return own;
   SIGHTLINE_ASSIGN(const World named, parse_world(flag));
   if (own.kind == WorldKind::kLocal) return named;
-  return Error{ErrorCode::kBadArgument,
-               concat("--world ", flag, ": the map names its world itself, ", carried,
-                      "; leave the flag out")};
+  return Error{
+      ErrorCode::kBadArgument,
+      concat("--world ", flag, ": the map contains its own world, ", carried, "; remove the flag")};
 }
 
 Result<Geodetic> to_geodetic(const World& world, const Eigen::Vector3d& p_world_m) {
@@ -139,10 +139,10 @@ Result<Eigen::Isometry3d> enu_axes(const World& world, const Geodetic& at) {
   } catch (const std::exception& exception) {
     return Error{ErrorCode::kBadArgument,
                  concat("world: latitude ", format_double(at.latitude_deg), ", longitude ",
-                        format_double(at.longitude_deg), " is no place of it: ", exception.what())};
+                        format_double(at.longitude_deg), " is not in it: ", exception.what())};
   }
   if (!place_m.allFinite() || !turn.allFinite()) {
-    return Error{ErrorCode::kBadArgument, "world: a place that is not finite"};
+    return Error{ErrorCode::kBadArgument, "world: the position is not finite"};
   }
   // Libraries of mathematics differ in the last digits; a map's bytes must not.
   axes.translation() = (place_m * 1e6).array().round() / 1e6;

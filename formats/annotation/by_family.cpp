@@ -17,10 +17,12 @@ Result<void> validate_looks(const std::vector<Look>& ranges, const std::vector<L
       std::ranges::none_of(samples, takes_every_return)) {
     return {};
   }
-  return invalid("a look stands in the other table");
+  return invalid("a look of this kind belongs in the other table");
 }
 
-Error of_other_sites() { return invalid("found a table of samples of other sites"); }
+Error of_other_sites() {
+  return invalid("the table of looks that take a sample is of other sites");
+}
 
 void append_samples(Table samples, Table& table) {
   for (auto& [name, value] : samples.facts) {

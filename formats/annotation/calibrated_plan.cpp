@@ -8,7 +8,7 @@ Result<void> validate(const CalibratedPlan& calibrated) {
   const auto is_share = [](double value) { return value >= 0.0 && value <= 1.0; };
   if (!is_share(calibrated.learnt_doubted_share) || !is_share(calibrated.doubted_share) ||
       calibrated.good_count > calibrated.scan_count) {
-    return Error{ErrorCode::kInvalidArtifact, "counts or shares of a plan make no sense"};
+    return Error{ErrorCode::kInvalidArtifact, "counts or shares of a plan are out of range"};
   }
   if (!calibrated.plan) return {};
   const Result<void> valid = validate(*calibrated.plan);

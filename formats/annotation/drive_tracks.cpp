@@ -53,7 +53,7 @@ Result<void> validate_rules(const DriveTracks& tracks) {
     }
   }
   if (tracks.rules.back().is_static() && takes_every_return(tracks.rules.back().look)) return {};
-  return invalid_artifact("the last rule is no static range, which the others are compared with",
+  return invalid_artifact("the last rule is not a static range, which the others are compared with",
                           "");
 }
 
@@ -96,8 +96,8 @@ Result<void> validate(const DriveTracks& tracks) {
   const bool is_known = tracks.reference == ErrorReference::kKnownPose ||
                         tracks.reference == ErrorReference::kFullRangeMatch;
   if (!is_known || !(tracks.lost_beyond_m > 0.0) || !std::isfinite(tracks.lost_beyond_m)) {
-    return invalid_artifact("the reference is unknown, or no distance says when a track is lost",
-                            "");
+    return invalid_artifact(
+        "the reference is unknown, or the distance at which a track is lost is missing", "");
   }
   SIGHTLINE_TRY(validate_rules(tracks));
   for (std::size_t i = 0; i < tracks.steps.size(); ++i) {
@@ -106,7 +106,9 @@ Result<void> validate(const DriveTracks& tracks) {
     const bool are_usable = std::ranges::all_of(
         numbers, [](double number) { return std::isfinite(number) && number >= 0.0; });
     if (!are_usable || step.flags > (kTrackBegins | kTrackLost | kTrackSecondLook)) {
-      return invalid_artifact("a step makes no sense", concat("step ", i));
+      return invalid_artifact(
+          "a step has a number that is negative or not finite, or an unknown flag",
+          concat("step ", i));
     }
   }
   for (const TrackedScan& scan : tracks.scans) {
@@ -163,10 +165,10 @@ std::vector<Table> tables(const DriveTracks& tracks) {
 }
 
 std::string to_text(const DriveTracks& tracks) {
-  std::string text =
-      concat("Continuous localization: ", tracks.scans.size(),
-             " scans, each matched from what the poses before it predict; lost beyond ",
-             fixed(tracks.lost_beyond_m, 1), " m\n");
+  std::string text = concat(
+      "Continuous localization: ", tracks.scans.size(),
+      " scans, each matched from the pose that the scans before it predict; a track is lost above ",
+      fixed(tracks.lost_beyond_m, 1), " m\n");
   for (const double limit_m : tracks.limits_m) {
     TextGrid grid = {{concat("at ", fixed(100.0 * limit_m, 0), " cm"), "coverage %", "error cm",
                       "p95 cm", "max cm", "range m", "time ratio", "work ratio", "lost",

@@ -49,7 +49,7 @@ Result<void> validate(const DrivenPlaces& places) {
     SIGHTLINE_TRY(validate_place(place));
     if (place.factors.looks != places.places.front().factors.looks ||
         place.factors.factors != places.places.front().factors.factors) {
-      return mismatched(place, concat("its ranges or factors are not those of place '",
+      return mismatched(place, concat("its ranges or factors differ from those of place '",
                                       places.places.front().name, "'"));
     }
   }

@@ -15,7 +15,7 @@ Result<void> validate_beside(const ByFamily<MeasuredError>& first,
   const bool is_of_one_map = drive.ranges.scan_of_site.size() == first.ranges.scan_of_site.size() &&
                              has_looks_of(drive, first);
   if (!is_of_one_map) {
-    return invalid_drive(drive, "its sites or looks are not those of the first drive");
+    return invalid_drive(drive, "its sites or looks differ from those of the first drive");
   }
   const LocalizerProfile& localizer = drive.ranges.matching.localizer;
   const LocalizerProfile& expected = first.ranges.matching.localizer;
@@ -48,7 +48,7 @@ Result<void> validate(const MeasuredDrives& measured) {
   std::uint32_t least = 0;
   for (std::size_t i = 0; i < measured.drives.size(); ++i) {
     if (measured.numbers[i] < least || measured.numbers[i] >= measured.named_count) {
-      return invalid_drive(measured.drives[i], "its number is not between those beside it");
+      return invalid_drive(measured.drives[i], "the numbers of the drives do not ascend");
     }
     least = measured.numbers[i] + 1;
     SIGHTLINE_TRY(validate_beside(measured.drives.front(), measured.drives[i]));

@@ -58,7 +58,7 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
     const double value = row.*field.value;
     if (!std::isfinite(value) || value < 0.0) {
       return invalid_artifact(concat("found ", field.name, " = ", format_double(value),
-                                     ", expected a finite number that is not negative"),
+                                     ", expected a finite number of at least 0"),
                               place);
     }
     is_zero = is_zero && value == 0.0;

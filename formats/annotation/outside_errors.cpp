@@ -27,7 +27,7 @@ Result<void> validate(const OutsideErrors& outside) {
     }
     if (!std::isfinite(error.error_m) || error.error_m < 0.0) {
       return invalid_line(concat("found an error of ", format_double(error.error_m),
-                                 " m, expected a finite number that is not negative"),
+                                 " m, expected a finite number of at least 0 m"),
                           error.line);
     }
     if (i > 0 && key_of(outside.errors[i - 1]) >= key_of(error)) {

@@ -68,11 +68,11 @@ Result<void> validate(const PredictedError& predicted) {
   SIGHTLINE_TRY(validate_shape(predicted));
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     if (predicted.out_of_fold[site] > 1 || predicted.has_history[site] > 1) {
-      return invalid_site(site, "found a flag that is neither 0 nor 1");
+      return invalid_site(site, "found a flag other than 0 and 1");
     }
     for (std::size_t range = 0; range < predicted.looks.size(); ++range) {
       if (predicted.extrapolated[predicted.mean_shape().index(site, range)] > 1) {
-        return invalid_site(site, "found a flag that is neither 0 nor 1");
+        return invalid_site(site, "found a flag other than 0 and 1");
       }
       SIGHTLINE_TRY(validate_pair(predicted, site, range));
     }

@@ -22,12 +22,12 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
   if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) ||
       !is_share(promise.alpha) || !is_share(promise.delta) ||
       !is_share(promise.calibration_miss_share)) {
-    return invalid_artifact("a threshold, alpha, delta or share of misses lies outside 0 to 1",
+    return invalid_artifact("a threshold, alpha, delta or share of misses is outside 0 to 1",
                             place);
   }
   if (promise.scope > PromiseScope::kNextDrive ||
       (promise.is_earned && promise.scope != PromiseScope::kNextDrive)) {
-    return invalid_artifact("a promise is about the next drive, and this one is not", place);
+    return invalid_artifact("a promise must have the scope next-drive", place);
   }
   return {};
 }
@@ -68,10 +68,10 @@ Result<void> validate_choice(const RangeTable& table, std::size_t site, std::siz
     return invalid_artifact("found an unknown flag", place);
   }
   if (table.reasons[i] == Reason::kNone || name_of(table.reasons[i]).empty()) {
-    return invalid_artifact("found no reason of a choice, or an unknown one", place);
+    return invalid_artifact("the reason of a choice is missing or unknown", place);
   }
   if (limit > 0 && table.range_index[i] > table.range_index[i - 1]) {
-    return invalid_artifact("a looser limit looks further than a tighter one", place);
+    return invalid_artifact("a looser limit has a longer range than a tighter one", place);
   }
   return {};
 }

@@ -24,8 +24,8 @@ bool is_unit(const std::string& unit) {
 Result<void> validate(const SiteColumn& column) {
   if (!is_name(column.name) || !is_unit(column.unit)) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "the name of a column has 1 to 60 of a-z, 0-9 and _, its unit up to 20 printable "
-                 "characters"};
+                 "the name of a column needs 1 to 60 characters of a-z, 0-9 and _, and its unit at "
+                 "most 20 printable characters"};
   }
   for (std::size_t site = 0; site < column.values.size(); ++site) {
     if (!std::isnan(column.values[site])) continue;

@@ -56,12 +56,13 @@ std::string_view name_of_way(double off_road_deg) {
 Result<void> validate(const Sites& sites) {
   if (!sites.frame.origin_world_m.allFinite() || !std::isfinite(sites.spacing_m) ||
       sites.spacing_m <= 0.0) {
-    return Error{ErrorCode::kInvalidArtifact, "the sites' origin or spacing makes no sense"};
+    return Error{ErrorCode::kInvalidArtifact,
+                 "the sites' origin is not finite, or their spacing is not above 0 m"};
   }
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
     SIGHTLINE_TRY(validate_order(sites, i));
     if (!is_rigid(sites.sites[i].T_map_vehicle)) {
-      return invalid_site(i, "found a pose that is no rigid motion");
+      return invalid_site(i, "found a pose that is not a rigid motion");
     }
     if (!sites.sites[i].p_map_m.allFinite()) {
       return invalid_site(i, "found a sensor origin that is not finite");

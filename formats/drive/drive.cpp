@@ -40,8 +40,8 @@ Result<void> check_turn_rates(const std::vector<TurnRate>& rates) {
       return Error{ErrorCode::kInvalidArtifact, "it is not finite", "", place};
     }
     if (i > 0 && rates[i].stamp_ns <= rates[i - 1].stamp_ns) {
-      return Error{ErrorCode::kTimeRunsBackwards, "its time is not after that of the one before it",
-                   "", place};
+      return Error{ErrorCode::kTimeRunsBackwards,
+                   "its time is not after that of the sample before it", "", place};
     }
   }
   return {};
@@ -114,7 +114,7 @@ Result<void> validate(const Drive& drive) {
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     const ScanInfo& scan = drive.scans[i];
     if (scan.T_world_vehicle && !is_rigid(*scan.T_world_vehicle)) {
-      return invalid_scan(i, "its pose is no rotation and translation");
+      return invalid_scan(i, "its pose is not a rotation and translation");
     }
     if (scan.part > drive.later_parts.size() || (i == 0 && scan.part != 0)) {
       return invalid_scan(i, "it is of a part that the drive does not have");

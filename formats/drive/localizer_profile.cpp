@@ -31,8 +31,8 @@ Result<void> validate(const LocalizerProfile& profile) {
       return invalid_artifact(concat("parameter ", i, " is not printable ASCII"), "localizer");
     }
     if (i > 0 && profile.parameters[i - 1].first >= name) {
-      return invalid_artifact(concat("the names of parameters do not ascend at '", name, "'"),
-                              "localizer");
+      return invalid_artifact(
+          concat("the names of parameters must ascend, but do not at '", name, "'"), "localizer");
     }
   }
   return {};

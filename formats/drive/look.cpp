@@ -12,14 +12,15 @@ namespace sightline {
 namespace {
 
 constexpr double kFarthest_m = 1000.0;
-constexpr std::string_view kEven = "even beyond ";
+constexpr std::string_view kEven = "evenly spaced beyond ";
+constexpr std::string_view kEvenBefore = "even beyond ";  // written by versions before 0.2.0
 constexpr std::string_view kByNormals = " by normals";
 
 Error error_of(const std::string& message) {
   return Error{ErrorCode::kBadArgument,
                message +
-                   ", expected a look like '50 m' (every return) or '50 m, 2000 returns, even "
-                   "beyond 30 m, 80 points by normals, settle'",
+                   ", expected a look like '50 m' (every return) or '50 m, 2000 returns, evenly "
+                   "spaced beyond 30 m, 80 points by normals, settle'",
                "", "a look"};
 }
 
@@ -51,8 +52,9 @@ bool read_part(std::string_view part, int& last, Look& look) {
     return true;
   };
   if (part == "settle") return take(4, std::optional(LookMode::kSettle), look.mode);
-  if (part.starts_with(kEven)) {
-    return take(2, number_of<double>(part.substr(kEven.size()), " m"), look.even_beyond_m);
+  for (const std::string_view even : {kEven, kEvenBefore}) {
+    if (!part.starts_with(even)) continue;
+    return take(2, number_of<double>(part.substr(even.size()), " m"), look.even_beyond_m);
   }
   if (part.ends_with(kByNormals)) {
     part.remove_suffix(kByNormals.size());
@@ -104,7 +106,7 @@ Result<Look> parse_look(std::string_view text) {
        comma = text.find(',', comma + 1)) {
     const std::string_view part = part_at(comma + 1);
     if (!read_part(part, last, look)) {
-      return error_of(concat("'", part, "' in ", quoted, " is out of place"));
+      return error_of(concat("'", part, "' in ", quoted, " is unknown or not in this order"));
     }
   }
   const Result<void> valid = validate(look);
@@ -137,7 +139,7 @@ Result<std::vector<Look>> parse_looks(std::string_view text) {
   for (const std::string& each : texts) {
     SIGHTLINE_ASSIGN(const Look look, parse_look(each));
     if (std::ranges::find(looks, look) != looks.end())
-      return error_of(concat("'", each, "' stands twice"));
+      return error_of(concat("'", each, "' is listed twice"));
     looks.push_back(look);
   }
   return looks;
@@ -149,14 +151,15 @@ Result<void> validate(const Look& look) {
     return error_of(quoted + ": the range is not above 0 and below 1000 m");
   }
   if (look.even_beyond_m != 0.0 && !is_length(look.even_beyond_m)) {
-    return error_of(quoted + ": 'even beyond' is not above 0 and below 1000 m");
+    return error_of(quoted + ": 'evenly spaced beyond' is not above 0 and below 1000 m");
   }
   const bool is_sample = look.even_beyond_m != 0.0 || look.point_count > 0 || look.is_by_normals;
   if (is_sample && look.return_count == 0) {
-    return error_of(quoted + " samples and does not say how many returns it looks at");
+    return error_of(quoted + " takes a sample: add how many returns, for example '2000 returns'");
   }
   if (look.is_by_normals && look.point_count == 0) {
-    return error_of(quoted + " takes points by normals and does not say how many");
+    return error_of(quoted +
+                    " takes points by normals: add how many, for example '80 points by normals'");
   }
   return {};
 }
@@ -214,8 +217,8 @@ Result<void> validate(const LookPlan& plan) {
                          is_finite(plan.limit_m) && plan.limit_m > 0.0;
   if (is_usable) return {};
   return Error{ErrorCode::kBadArgument,
-               "a weight of the test, its threshold or the limit is no number, expected finite "
-               "weights, a threshold that may be infinite, and a limit above 0",
+               "the plan's test is invalid, expected finite weights, a threshold that is a number, "
+               "and a limit above 0 m",
                "", "a plan of looks"};
 }
 
@@ -231,7 +234,7 @@ LookPlan plan_at(const LookPlan& plan, const Look& look) {
 
 std::string to_text(const LookPlan& plan) {
   return concat("from ", format_double(plan.limit_m), " m: first ", to_text(plan.first),
-                "; where the test doubts it, ", to_text(plan.second));
+                "; where the test rejects its result, ", to_text(plan.second));
 }
 
 }  // namespace sightline

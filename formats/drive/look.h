@@ -22,7 +22,7 @@ inline constexpr auto kNamesOf<LookMode> = enum_names("search", "settle");
 // How a vehicle's scan becomes the points that are matched (schemas/definitions.md, "Looks").
 // As text, in this order, what is left out in brackets:
 //
-//   50 m[, 2000 returns][, even beyond 30 m][, 80 points[ by normals]][, settle]
+//   50 m[, 2000 returns][, evenly spaced beyond 30 m][, 80 points[ by normals]][, settle]
 struct Look {
   double range_m = 50.0;  // 3D slant range from the sensor
   // So many returns of a scan are looked at, spread evenly; 0: every one, and each voxel gives the
@@ -50,7 +50,8 @@ std::string to_text(const Look& look);
 // tests/bench/look_bench ("Factor from the mapping drive" in schemas/definitions.md, match_cost).
 double expected_cost(const Look& look);
 
-// Reads what to_text() writes. Error: bad-argument, which says what is wrong and shows an example.
+// Reads what to_text() writes, and "even beyond 30 m" of earlier versions. Error: bad-argument,
+// which says what is wrong and shows an example.
 Result<Look> parse_look(std::string_view text);
 
 // Several looks, with "; " between one and the next. Read back, a comma will do, since each begins

@@ -20,8 +20,8 @@ Result<void> validate(const RecordingCards& recordings) {
     if (card.role.empty() || card.name.empty()) {
       return invalid_card(card, "its role or name is empty");
     }
-    if (!roles.insert(card.role).second) return invalid_card(card, "found its role twice");
-    if (card.digest == Digest{}) return invalid_card(card, "its digest was never taken");
+    if (!roles.insert(card.role).second) return invalid_card(card, "its role is listed twice");
+    if (card.digest == Digest{}) return invalid_card(card, "its digest is missing");
   }
   return {};
 }

@@ -29,7 +29,8 @@ Result<void> validate(const SensorProfile& profile) {
     if (!(std::abs(beams[i]) <= 90.0)) {
       return invalid_profile(profile, "a beam's elevation is not within -90 to 90 degrees");
     }
-    if (i > 0 && !(beams[i] > beams[i - 1])) return invalid_profile(profile, "beams do not ascend");
+    if (i > 0 && !(beams[i] > beams[i - 1]))
+      return invalid_profile(profile, "the beams' elevations must ascend");
   }
   if (!is_positive(profile.azimuth_step_deg) || profile.azimuth_step_deg > 360.0) {
     return invalid_profile(profile, "the azimuth step is not within 0 to 360 degrees");
@@ -45,7 +46,7 @@ Result<void> validate(const SensorProfile& profile) {
   }
   if (!std::isfinite(profile.height_m)) return invalid_profile(profile, "the height is not finite");
   if (!is_rigid(profile.T_vehicle_lidar)) {
-    return invalid_profile(profile, "T_vehicle_lidar is no rotation and translation");
+    return invalid_profile(profile, "T_vehicle_lidar is not a rotation and translation");
   }
   return {};
 }

@@ -93,20 +93,20 @@ Result<void> validate(const Trajectory& trajectory) {
       !is_residual(trajectory.rms_translation_residual_m) ||
       !is_residual(trajectory.rms_rotation_residual_rad)) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "a trajectory's origin, source or residuals make no sense"};
+                 "the trajectory's origin, source or residuals are invalid"};
   }
   std::uint32_t pieces = 0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
     if (pose.piece > pieces || (pose.overlap && !(*pose.overlap >= 0.0 && *pose.overlap <= 1.0))) {
-      return invalid_pose(i, "found a piece out of order or an overlap that is no share");
+      return invalid_pose(i, "a piece is out of order, or an overlap is outside 0 to 1");
     }
     pieces = std::max(pieces, pose.piece + 1);
     if (!is_rigid(pose.T_map_vehicle)) {
-      return invalid_pose(i, "found a pose that is no rigid motion");
+      return invalid_pose(i, "found a pose that is not a rigid motion");
     }
     if (!is_covariance(pose.covariance.matrix())) {
-      return invalid_pose(i, "found a covariance that is none");
+      return invalid_pose(i, "found a covariance that is not finite, symmetric and positive");
     }
     if (i == 0) continue;
     const TrajectoryPose& before = trajectory.poses[i - 1];
@@ -171,7 +171,8 @@ Result<ReleasedPoses> release(const Drive& drive, const Trajectory& trajectory) 
     const std::optional<Digest> scan = drive.store->identity(i);
     if (!scan) {
       return Error{ErrorCode::kInvalidArtifact,
-                   "a scan has no name by which it could be known again", "", concat("scan ", i)};
+                   "a scan has no name, which later maps need to recognize it", "",
+                   concat("scan ", i)};
     }
     released.scans.push_back(*scan);
   }

@@ -18,12 +18,12 @@ Result<void> validate_shape(const Evaluation& evaluation) {
   if (evaluation.rules.size() != rule_count || evaluation.error_m.size() != pairs ||
       evaluation.time_ms.size() != pairs ||
       evaluation.chosen_range_index.size() != rule_count * evaluation.sites.size()) {
-    return invalid_artifact("scores or choices do not fill the judged sites, ranges and limits",
-                            "");
+    return invalid_artifact(
+        "scores or choices do not match the number of judged sites, ranges and limits", "");
   }
   if (evaluation.out_of_fold_count > evaluation.sites.size() ||
       !std::isfinite(evaluation.stretch_m)) {
-    return invalid_artifact("counts or the length of the worst stretch make no sense", "");
+    return invalid_artifact("counts or the length of the worst stretch are out of range", "");
   }
   return {};
 }
@@ -40,7 +40,7 @@ Result<void> validate_rules(const Evaluation& evaluation) {
     if (!is_in_place || !are_shares || !are_finite(score) ||
         score.worst_begin_site > score.worst_end_site ||
         score.worst_end_site >= evaluation.site_count) {
-      return invalid_artifact("a score is out of place or makes no sense", concat("rule ", i));
+      return invalid_artifact("a score is out of order or out of range", concat("rule ", i));
     }
   }
   return {};
@@ -51,12 +51,12 @@ Result<void> validate_sites(const Evaluation& evaluation) {
     const JudgedSite& site = evaluation.sites[i];
     const bool follows = i == 0 || evaluation.sites[i - 1].site < site.site;
     if (!follows || site.site >= evaluation.site_count || !are_finite(site)) {
-      return invalid_artifact("a judged site is out of order or place", concat("site ", i));
+      return invalid_artifact("a judged site is out of order", concat("site ", i));
     }
   }
   for (const std::uint8_t index : evaluation.chosen_range_index) {
     if (index >= evaluation.statics.size()) {
-      return invalid_artifact("a chosen range is not there", "");
+      return invalid_artifact("a chosen range does not exist", "");
     }
   }
   return {};
@@ -70,7 +70,7 @@ Result<void> validate_streets(const Evaluation& evaluation) {
                             score.site_share > 0.0 && score.site_share <= 1.0;
     if (!is_known || !are_shares || score.site_count == 0 ||
         score.site_count > evaluation.sites.size() || !are_finite(score)) {
-      return invalid_artifact("the score of a type of street makes no sense", concat("row ", i));
+      return invalid_artifact("the score of a type of street is out of range", concat("row ", i));
     }
   }
   return {};

@@ -16,32 +16,34 @@ bool is_amount(double value) { return std::isfinite(value) && value >= 0.0; }
 
 std::string limit_text(double limit_m) { return fixed(100.0 * limit_m, 0) + " cm"; }
 
-// What stands beside the map's look, in words: no rule is called cheap that is dearer.
+// Coverage and time of a rule, and how the map's time compares: no rule is called faster that takes
+// longer.
 std::string compared(const LookRuleScore& map, const LookRuleScore& other) {
-  const std::string at = fixed(other.time_ratio, 3) + " at " + percent(other.coverage);
+  const std::string at =
+      percent(other.coverage) + " in " + fixed(other.time_ratio, 3) + " of the time";
   constexpr double kRounding = 1e-9;
-  if (other.coverage < map.coverage - kRounding) return at + " (reaches no more)";
+  if (other.coverage < map.coverage - kRounding) return at + " (no such look covers more)";
   const double saved = other.time_ratio > 0.0 ? 1.0 - map.time_ratio / other.time_ratio : 0.0;
   constexpr double kAlike = 0.005;
-  if (std::abs(saved) < kAlike) return at + " (the map's costs the same)";
-  if (saved > 0.0) return at + " (the map's is cheaper by " + fixed(100.0 * saved, 0) + " %)";
+  if (std::abs(saved) < kAlike) return at + " (the map's look takes the same time)";
+  if (saved > 0.0) return at + " (the map's look takes " + fixed(100.0 * saved, 0) + " % less)";
   // Times scatter, work does not: what is dearer in the one alone is not called so.
-  if (map.work_ratio <= other.work_ratio) return at + " (the map's costs the same)";
-  return at + " (the map's is DEARER by " +
-         fixed(100.0 * (map.time_ratio / other.time_ratio - 1.0), 0) + " %)";
+  if (map.work_ratio <= other.work_ratio) return at + " (the map's look takes the same time)";
+  return at + " (the map's look takes " +
+         fixed(100.0 * (map.time_ratio / other.time_ratio - 1.0), 0) + " % MORE)";
 }
 
 std::string sentence(const LookEvaluation& evaluation, std::size_t limit) {
   const LookRuleScore& map = evaluation.score(limit, LookRule::kMap);
-  return "Within " + limit_text(map.limit_m) + ": the map's look takes " +
-         fixed(map.time_ratio, 3) + " of the time at " + percent(map.coverage) +
-         "; the best static look with the map's normals " +
+  return "Within " + limit_text(map.limit_m) + ": the map's look covers " + percent(map.coverage) +
+         " in " + fixed(map.time_ratio, 3) +
+         " of the time. The best constant look with the map's normals covers " +
          compared(map, evaluation.score(limit, LookRule::kSameEverywhere)) +
          (evaluation.has_baselines
-              ? ", without a map " +
+              ? "; without a map, " +
                     compared(map, evaluation.score(limit, LookRule::kSameWithoutMap))
-              : "; looks that need no map were not measured here, evaluate measures them") +
-         "\n";
+              : "; looks that need no map were not measured, run evaluate to compare them") +
+         ".\n";
 }
 
 bool is_told(const LookEvaluation& evaluation, const LookRuleScore& score) {
@@ -60,7 +62,7 @@ std::string rules_text(const LookEvaluation& evaluation) {
 }
 
 std::string statics_text(const LookEvaluation& evaluation) {
-  TextGrid grid = {{"the same look everywhere"}};
+  TextGrid grid = {{"one look everywhere"}};
   for (const double limit_m : evaluation.limits_m) {
     grid.front().push_back("within " + limit_text(limit_m) + " %");
   }
@@ -101,7 +103,7 @@ Result<void> validate(const LookEvaluation& evaluation) {
     if (look.coverage.size() != evaluation.limits_m.size() ||
         !std::ranges::all_of(look.coverage, is_share) || !is_amount(look.mean_error_m) ||
         !is_amount(look.time_ratio) || !is_amount(look.work_ratio)) {
-      return invalid("the score of '" + to_text(look.look) + "' makes no sense");
+      return invalid("the score of '" + to_text(look.look) + "' is out of range");
     }
   }
   for (std::size_t i = 0; i < evaluation.rules.size(); ++i) {
@@ -109,7 +111,7 @@ Result<void> validate(const LookEvaluation& evaluation) {
     if (static_cast<std::size_t>(score.rule) != i % kLookRuleCount ||
         score.limit_m != evaluation.limits_m[i / kLookRuleCount] || !is_share(score.coverage) ||
         !is_amount(score.time_ratio) || !is_amount(score.work_ratio)) {
-      return invalid("a score is out of place or makes no sense");
+      return invalid("a score is out of order or out of range");
     }
   }
   return {};

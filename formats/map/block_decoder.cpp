@@ -66,7 +66,7 @@ Result<void> BlockDecoder::decode_section(const PackedBlock& block,
 Result<void> BlockDecoder::check_factors() const {
   for (const ExpectedFactors& expected : factors_) {
     if (std::ranges::find(expected.is_filled, false) == expected.is_filled.end()) continue;
-    return Error{ErrorCode::kBadLayer, "factors are named, but some sites have none", "",
+    return Error{ErrorCode::kBadLayer, "the map lists factors, but some sites have none", "",
                  "layer " + std::string(expected.layer)};
   }
   return {};

@@ -121,7 +121,7 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "ranges") return dump(choice_of(map));
   if (name == "factors") {
     if (map.factors.factors.empty()) {
-      return Error{ErrorCode::kBadLayer, "the map holds no factors"};
+      return Error{ErrorCode::kBadLayer, "the map contains no factors"};
     }
     return dump(factors_of(map));
   }
@@ -133,8 +133,8 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "tile-drives") return dump(map.tile_drives.value_or(TileDrives{}));
   return Error{
       ErrorCode::kUnknownName,
-      concat("a map has no \"", name,
-             "\", only nds, sites, predicted, ranges, factors, model, columns and tile-drives")};
+      concat("a map has no part \"", name,
+             "\"; choose nds, sites, predicted, ranges, factors, model, columns or tile-drives")};
 }
 
 ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_count) {
@@ -164,10 +164,12 @@ ModelRecord record_of(const ByFamily<ErrorModel>& model) {
 Result<ByFamily<ErrorModel>> model_of(const ModelRecord& record) {
   const std::string place = "section " + std::string(kModelSection);
   if (record.bytes.empty()) {
-    return Error{ErrorCode::kBadLayer, "the map was stripped of its error model", "", place};
+    return Error{ErrorCode::kBadLayer, "the map has no error model: `sightline strip` removed it",
+                 "", place};
   }
   if (sha256(record.bytes) != record.digest) {
-    return Error{ErrorCode::kDigestMismatch, "the model is not the one the map names", "", place};
+    return Error{ErrorCode::kDigestMismatch, "the model's digest differs from the one in the map",
+                 "", place};
   }
   constexpr std::uint32_t kKnown = ArtifactTraits<ErrorModel>::kVersion;
   if (record.encoding_version != kKnown) {
@@ -187,8 +189,8 @@ Result<ByFamily<ErrorModel>> model_of(const ModelRecord& record) {
   const LocalizerProfile& localizer = model.ranges.card.localizer;
   if (!(localizer == record.localizer)) {
     return Error{ErrorCode::kDigestMismatch,
-                 concat("the model learnt errors of ", to_text(localizer), ", the map names ",
-                        to_text(record.localizer)),
+                 concat("the model was trained on errors of ", to_text(localizer),
+                        ", the map is for ", to_text(record.localizer)),
                  "", place};
   }
   return model;

@@ -32,12 +32,12 @@ Result<void> validate_choice(const PredictedError& predicted, const RangeTable& 
         "compiled map");
   }
   if (predicted.looks != ranges.looks) {
-    return invalid_artifact("errors are predicted at other ranges than are chosen from",
+    return invalid_artifact("the ranges with predicted errors differ from those to choose from",
                             "compiled map");
   }
   const auto limit_of = [](const LimitPromise& promise) { return promise.limit_m; };
   if (!std::ranges::equal(predicted.limits_m, ranges.promises, {}, {}, limit_of)) {
-    return invalid_artifact("errors are predicted for other limits than ranges are chosen for",
+    return invalid_artifact("the limits of the predictions differ from those of the chosen ranges",
                             "compiled map");
   }
   if (quality.size() != ranges.promises.size()) {
@@ -50,7 +50,7 @@ Result<void> validate_choice(const PredictedError& predicted, const RangeTable& 
 Result<void> validate_agreement(const CompiledMap& map) {
   const std::size_t sites = map.sites.sites.size();
   if (!(map.ndt.frame == map.sites.frame)) {
-    return invalid_artifact("NDs and sites lie in different frames", "compiled map");
+    return invalid_artifact("NDs and sites are in different frames", "compiled map");
   }
   if (sites == 0) return invalid_artifact("found no site", "compiled map");
   SIGHTLINE_TRY(validate_choice(map.predicted, map.ranges, sites, map.quality));
@@ -78,7 +78,7 @@ Result<void> validate_bounds(const CompiledMap& map) {
     return invalid_artifact("the name of its world is empty or not printable", "compiled map");
   }
   if (map.ranges.looks.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
-    return invalid_artifact("more ranges or limits than a map can hold", "compiled map");
+    return invalid_artifact("more ranges or limits than a map can contain", "compiled map");
   }
   if (!(map.reach_m > 0.0) || !(map.reach_m <= map.ndt.tile_m)) {
     return invalid_artifact(concat("found a reach of ", format_double(map.reach_m),
@@ -90,13 +90,13 @@ Result<void> validate_bounds(const CompiledMap& map) {
   constexpr double kFarthestSite_m = 0x1.0p34;
   for (const Site& site : map.sites.sites) {
     if (site.p_map_m.head<2>().cwiseAbs().maxCoeff() < kFarthestSite_m) continue;
-    return invalid_artifact("a site lies more than 17 million km from the frame's origin",
+    return invalid_artifact("a site is more than 17 million km from the frame's origin",
                             "compiled map");
   }
   // Beyond this the offset of a mean from the centre of its cell overflows.
   constexpr double kLargestCell_m = 200.0;
   if (map.ndt.cell_m > kLargestCell_m) {
-    return invalid_artifact("cells of more than 200 m", "compiled map");
+    return invalid_artifact("the cells are larger than 200 m", "compiled map");
   }
   if (map.tile_drives) SIGHTLINE_TRY(validate(*map.tile_drives));
   for (std::size_t i = 1; i < map.definitions.size(); ++i) {
@@ -105,7 +105,7 @@ Result<void> validate_bounds(const CompiledMap& map) {
     }
   }
   if (!map.model.bytes.empty() && sha256(map.model.bytes) != map.model.digest) {
-    return invalid_artifact("the model is not the one that its digest names", "compiled map");
+    return invalid_artifact("the model does not match its digest", "compiled map");
   }
   return {};
 }
@@ -114,7 +114,8 @@ Result<void> validate_bounds(const CompiledMap& map) {
 
 Result<void> validate_factors(const ByFamily<const FactorTable*>& factors, const CompiledMap& map) {
   if (factors.ranges->factors.empty()) {
-    return factors.samples ? invalid_artifact("there are factors of looks alone", "compiled map")
+    return factors.samples ? invalid_artifact("the map has factors of looks, but none of ranges",
+                                              "compiled map")
                            : Result<void>();
   }
   const auto is_of = [&](const FactorTable& table, const RangeTable& choice) {

@@ -70,7 +70,8 @@ Result<void> decode_factor_layer(std::span<const std::byte> raw, std::uint64_t r
     std::uint32_t site = 0;
     std::memcpy(&site, raw.data() + row * sizeof site, sizeof site);
     if (site >= is_filled.size() || is_filled[site]) {
-      return Error{ErrorCode::kBadOrder, "the factors of a site are unknown or doubled"};
+      return Error{ErrorCode::kBadOrder,
+                   "the factors of a site are of an unknown site or listed twice"};
     }
     is_filled[site] = true;
     std::memcpy(factors.values.data() + site * row_values,

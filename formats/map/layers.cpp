@@ -211,7 +211,7 @@ Result<void> decode_ndt_layer(std::span<const std::byte> raw, std::uint64_t row_
   for (std::uint64_t row = 0; row < row_count; ++row) {
     Nd nd = load_nd(raw, layout, row, ndt.cell_m);
     if (tile_of(nd.key, ndt.cell_m, ndt.tile_m) != key) {
-      return bad(ErrorCode::kBadOrder, "a cell lies in another tile", row);
+      return bad(ErrorCode::kBadOrder, "a cell is in another tile", row);
     }
     if (!nd.covariance_m2.allFinite()) {
       return bad(ErrorCode::kBadLayer, "a covariance is not finite", row);
@@ -256,7 +256,8 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
   for (std::uint64_t row = 0; row < row_count; ++row) {
     const auto id = load<std::uint32_t>(raw, layout.site, row);
     if (id >= is_filled.size() || is_filled[id] || std::int64_t{id} <= previous) {
-      return bad_site(ErrorCode::kBadOrder, "a site is unknown, doubled or out of order", row, id);
+      return bad_site(ErrorCode::kBadOrder, "a site is unknown, listed twice or out of order", row,
+                      id);
     }
     previous = id;
     is_filled[id] = true;
@@ -265,7 +266,7 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
     constexpr double kGridReach = 0x1.0p30;
     if (!p_m.allFinite() || p_m.cwiseAbs().maxCoeff() >= kGridReach * map.ndt.tile_m ||
         tile_key(p_m, map.ndt.tile_m) != key) {
-      return bad_site(ErrorCode::kBadOrder, "a site lies in another tile", row, id);
+      return bad_site(ErrorCode::kBadOrder, "a site is in another tile", row, id);
     }
     for_answers(map, shape, layout, [&](auto& values, std::size_t per_site, std::uint64_t at) {
       load_columns(raw, at, row, per_site, id, values);

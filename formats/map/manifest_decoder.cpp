@@ -199,7 +199,8 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
       (manifest.trajectory() != nullptr &&
        manifest.trajectory()->source() > schema::PoseSource::MAX)) {
     return Error{ErrorCode::kBadManifest,
-                 "a tile holds no whole number of cells, or a choice is unknown", "", "manifest"};
+                 "the tile edge is not a multiple of the cell, or a choice is unknown", "",
+                 "manifest"};
   }
   map.map_id = manifest.map_id()->str();
   map.version = manifest.version()->str();

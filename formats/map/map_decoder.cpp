@@ -21,7 +21,7 @@ Error at(Error error, const std::string& place) {
 }
 
 Error not_derived(const char* what) {
-  return {ErrorCode::kBadLayer, std::string("it does not say what ") + what + " says"};
+  return {ErrorCode::kBadLayer, std::string("it differs from ") + what};
 }
 
 std::uint64_t offset_of(const MapContainer& container, const PackedBlock& block) {
@@ -125,9 +125,10 @@ Result<void> MapDecoder::check_look_up() const {
   const schema::Block* section = find_section(container_, kLookUpSection);
   const FileHeader& header = container_.header;
   if (section == nullptr || section->version() != kLookUpSectionVersion || !has_look_up(header)) {
-    return Error{ErrorCode::kBadLayer,
-                 "there is no section look-up, which every map has, or the header does not name it",
-                 "", "byte 16"};
+    return Error{
+        ErrorCode::kBadLayer,
+        "the section look-up, which every map needs, is missing or not listed in the header", "",
+        "byte 16"};
   }
   const PackedBlock block = packed_block(container_, *section);
   const std::string place =

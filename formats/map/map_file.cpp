@@ -15,8 +15,8 @@ Result<void> validate(const MapFile& file) {
                    file.bytes.read(0, std::min(kLeast, file.bytes.size())));
   SIGHTLINE_ASSIGN(const FileHeader header, decode_header_alone(start));
   if (header.file_size == file.bytes.size()) return {};
-  return Error{ErrorCode::kInvalidArtifact, "a map file of another size than its header says", "",
-               "map file"};
+  return Error{ErrorCode::kInvalidArtifact,
+               "the size of the map file differs from that in its header", "", "map file"};
 }
 
 Result<Table> dump(const MapFile& file) {

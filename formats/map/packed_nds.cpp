@@ -21,7 +21,7 @@ Result<void> validate_blocks(const PackedNds& nds) {
   std::uint64_t end = 0;
   for (const PackedNdTile& tile : nds.tiles) {
     if (tile.offset != end || tile.stored_size > nds.blocks.size() - end) {
-      return invalid_tile("a block lies outside the blocks", tile.key);
+      return invalid_tile("a block is outside the blocks", tile.key);
     }
     if (tile.nd_count > kMostRows) return invalid_tile("a tile holds too many NDs", tile.key);
     end += tile.stored_size;
@@ -35,7 +35,7 @@ Result<void> append_unpacked(const PackedNds& nds, const PackedNdTile& tile, Ndt
   SIGHTLINE_ASSIGN(const PackedBlock block, read_layer(nds, tile, bytes));
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(block));
   if (raw.bytes().size() != NdtLayout(tile.nd_count).size) {
-    return invalid_tile("a layer is of another size than its NDs take", tile.key);
+    return invalid_tile("the size of a layer does not match its NDs", tile.key);
   }
   return decode_ndt_layer(raw.bytes(), tile.nd_count, tile.key, map);
 }
@@ -105,7 +105,7 @@ Result<void> validate(const PackedNds& nds) {
     SIGHTLINE_TRY(validate(of_tile));
     count += tile.nd_count;
   }
-  if (count != nds.nd_count) return invalid_tile("the tiles do not hold all NDs", {});
+  if (count != nds.nd_count) return invalid_tile("the tiles do not contain all NDs", {});
   return {};
 }
 

@@ -41,7 +41,7 @@ Result<void> decode_column(std::span<const std::byte> raw, std::size_t site_coun
 
 Result<void> validate_columns(const std::vector<SiteColumn>& columns, std::size_t site_count) {
   if (columns.size() > kMostColumns) {
-    return invalid_artifact("more columns of sites than a map can hold", "compiled map");
+    return invalid_artifact("more columns of sites than a map can contain", "compiled map");
   }
   for (std::size_t i = 0; i < columns.size(); ++i) {
     SIGHTLINE_TRY(validate(columns[i]));

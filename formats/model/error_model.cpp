@@ -15,17 +15,17 @@ Result<void> validate_card(const ErrorModel& model) {
     return invalid_artifact("found a number that is negative or not finite", "model card");
   }
   if (card.curve.slope <= 0.0) {
-    return invalid_artifact("the curve of its probabilities does not rise", "model card");
+    return invalid_artifact("the curve of its probabilities does not increase", "model card");
   }
   SIGHTLINE_TRY(validate(card.localizer));
   if (card.places.empty() ||
       (card.hold_out != "blocks" && card.hold_out != "drives" && card.hold_out != "places")) {
-    return invalid_artifact("it names no place, or holds out no blocks, drives or places",
+    return invalid_artifact("it has no place, or no held-out blocks, drives or places",
                             "model card");
   }
   for (const PlaceCard& place : card.places) {
     if (place.labelled_route_m < 0.0) {
-      return invalid_artifact(concat("the route of place '", place.name, "' makes no sense"),
+      return invalid_artifact(concat("the route of place '", place.name, "' is out of range"),
                               "model card");
     }
     const Result<void> named = validate(place.recordings);
@@ -53,12 +53,13 @@ Result<void> validate_features(const ErrorModel& model) {
     const std::size_t count = model.ranges.size();
     if (feature.support_min.size() != count || feature.support_max.size() != count ||
         !are_finite(feature)) {
-      return invalid_artifact("its support or importance makes no sense",
+      return invalid_artifact("its support or importance is out of range",
                               "feature " + feature.name);
     }
     for (std::size_t range = 0; range < count; ++range) {
       if (feature.support_min[range] > feature.support_max[range]) {
-        return invalid_artifact("its support ends before it begins", "feature " + feature.name);
+        return invalid_artifact("the end of its support is below the beginning",
+                                "feature " + feature.name);
       }
     }
   }
@@ -67,12 +68,12 @@ Result<void> validate_features(const ErrorModel& model) {
 
 Result<void> validate_ranges(const ErrorModel& model) {
   if (model.ranges.size() != model.out_of_fold.looks.size()) {
-    return invalid_artifact("the model card and the predictions name other ranges", "");
+    return invalid_artifact("the ranges of the model card and of the predictions differ", "");
   }
   for (std::size_t range = 0; range < model.ranges.size(); ++range) {
     const RangeCard& card = model.ranges[range];
     if (card.range_m != model.out_of_fold.looks[range].range_m || !are_finite(card)) {
-      return invalid_artifact("its card makes no sense", concat("range ", range));
+      return invalid_artifact("a number of its card is out of range", concat("range ", range));
     }
   }
   return {};
@@ -94,7 +95,7 @@ Result<void> validate_sites(const ErrorModel& model) {
         site.place >= model.card.places.size() ||
         site.drive >= model.card.places[site.place].drives.size() ||
         site.block >= model.card.block_count) {
-      return invalid_artifact("its place, order or block makes no sense", concat("site ", i));
+      return invalid_artifact("its place, order or block is invalid", concat("site ", i));
     }
     labelled_count += site.has_label;
   }
@@ -115,7 +116,7 @@ Result<void> validate_streets(const ErrorModel& model) {
     const bool is_share = card.coverage >= 0.0 && card.coverage <= 1.0;
     if (card.street == StreetType::kUnknown || !is_share || card.case_count == 0 ||
         !are_finite(card)) {
-      return invalid_artifact("its card makes no sense", concat("street type ", i));
+      return invalid_artifact("a number of its card is out of range", concat("street type ", i));
     }
   }
   return {};

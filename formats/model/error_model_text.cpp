@@ -119,8 +119,9 @@ Table leaves_table(const ErrorModel& model) {
 std::string folds_text(const TrainingCard& card) {
   const std::string text = concat(card.fold_count, " folds of ");
   if (card.hold_out == "places") return text + "whole places";
-  return concat(text, "blocks of ", fixed(card.block_m, 0), " m",
-                (card.hold_out == "drives" ? ", each drive judged by trees of the others" : ""));
+  return concat(
+      text, "blocks of ", fixed(card.block_m, 0), " m",
+      (card.hold_out == "drives" ? ", each drive predicted by trees of the other drives" : ""));
 }
 
 std::string card_text(const ErrorModel& model) {
@@ -169,7 +170,7 @@ std::string fit_text(const ErrorModel& model) {
         fixed(range.history_r_squared, 2), fixed(100.0 * range.history_rmse_m, 1)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   }
-  return "Prediction of the mean error, where the trees never were\n" + aligned(grid);
+  return "Prediction of the mean error, cross-validated\n" + aligned(grid);
 }
 
 // Of the model within, where there is one.
@@ -191,7 +192,7 @@ std::string street_text(const ErrorModel& model) {
         fixed(card.mean_range_m, 1),     fixed(100.0 * card.mean_error_m, 1)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   }
-  return "The mean rule by type of street, where the trees never were\n" + aligned(grid);
+  return "The mean rule by type of street, cross-validated\n" + aligned(grid);
 }
 
 std::string importance_text(const ErrorModel& model) {

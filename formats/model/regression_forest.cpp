@@ -78,13 +78,13 @@ Result<void> validate_tree(const RegressionForest& forest, std::size_t t,
   const RegressionTree& tree = forest.trees[t];
   for (const TreeNode& node : tree.nodes) {
     if (node.feature >= forest.feature_count || !std::isfinite(node.threshold)) {
-      return invalid_tree(t, concat("a split asks feature ", node.feature, " of ",
+      return invalid_tree(t, concat("a split uses feature ", node.feature, " of ",
                                     forest.feature_count, ", or has no finite threshold"));
     }
   }
   std::vector<TreeNode> numbered = tree.nodes;
   if (!number_children(flags_of(tree.nodes), numbered) || numbered != tree.nodes) {
-    return invalid_tree(t, "nodes are not in preorder or leaves not from left to right");
+    return invalid_tree(t, "nodes must be in preorder, and leaves from left to right");
   }
   return validate_leaves(tree, t, rows);
 }

@@ -66,8 +66,8 @@ LookUpInfo decode_info(const std::byte* page) {
 Result<void> check_info(const LookUpInfo& info, const MapFront& front, std::uint64_t byte) {
   const double reach_m = front.manifest->reach_m();
   if (!std::isfinite(info.cell_m) || !(info.cell_m * kMostCellsOfReach >= reach_m)) {
-    return bad_section(ErrorCode::kBadLayer, "cells are no length, or too small for the reach",
-                       byte);
+    return bad_section(ErrorCode::kBadLayer,
+                       "the size of the cells is not above 0 m, or too small for the reach", byte);
   }
   if (info.slot_count == 0 || info.slot_count > UINT32_MAX || info.row_count > UINT32_MAX ||
       info.row_count != front.manifest->site_count() ||
@@ -75,7 +75,7 @@ Result<void> check_info(const LookUpInfo& info, const MapFront& front, std::uint
       info.look_count != answer_shape(*front.manifest).looks ||
       info.page_count != slot_page_count(info) + row_page_count(info) + 1 ||
       info.page_count > front.header.directory_offset / kPageSize) {
-    return bad_section(ErrorCode::kBadLayer, "counts disagree with each other or the manifest",
+    return bad_section(ErrorCode::kBadLayer, "counts differ from each other or from the manifest",
                        byte);
   }
   return {};
@@ -219,18 +219,19 @@ LookUp::LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offs
 
 Result<LookUp> LookUp::open(const MapFront& front) {
   if (!has_look_up(front.header)) {
-    return Error{ErrorCode::kBadLayer, "the header names no section look-up, which every map has",
-                 "", "byte 16"};
+    return Error{ErrorCode::kBadLayer,
+                 "the header does not list the section look-up, which every map needs", "",
+                 "byte 16"};
   }
   const std::uint64_t end = front.header.directory_offset;
   if (end > front.file.size() || end < kHeaderSize + kPageSize || end % kAlignment != 0) {
-    return bad_section(ErrorCode::kOutOfBounds, "there is no room for it", end);
+    return bad_section(ErrorCode::kOutOfBounds, "the file is too short for it", end);
   }
   const std::uint64_t last = end - kPageSize;
   const std::byte* page = front.file.data() + last;
   if (std::memcmp(page, kPageMagic.data(), kPageMagic.size()) != 0 ||
       load<std::uint32_t>(page + 12) != kPageSize) {
-    return bad_section(ErrorCode::kBadLayer, "its last page is none", last);
+    return bad_section(ErrorCode::kBadLayer, "its last page is missing", last);
   }
   const LookUpInfo info = decode_info(page);
   if (!is_sealed(page, info.page_count - 1, page_seed(front.header))) {
@@ -249,7 +250,7 @@ Result<LookUp> LookUp::open(const MapFront& front) {
 Error LookUp::damage(const Nearest& nearest) const {
   if (nearest.bad_page == kNone) {
     return bad_section(ErrorCode::kBadLayer,
-                       "a cell names rows that are not there, or more cells are there than rows",
+                       "a cell refers to rows that are missing, or there are more cells than rows",
                        offset_);
   }
   return bad_section(ErrorCode::kChecksumMismatch, "a page does not match its checksum",

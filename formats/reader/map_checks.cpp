@@ -55,7 +55,7 @@ Result<void> check_promises(const Promises& promises, const Qualities& quality) 
       return Error{ErrorCode::kBadOrder, "limits are not positive and ascending", "", "manifest"};
     }
     if (promise->scope() > schema::Scope::MAX) {
-      return bad_manifest("a promise is of something unknown");
+      return bad_manifest("a promise has an unknown scope");
     }
     previous_m = promise->limit_m();
   }
@@ -78,7 +78,7 @@ Result<void> check_look_plan(const schema::LookPlan* plan) {
       is_sample(*plan->second())) {
     return {};
   }
-  return bad_manifest("the plan of looks has a number that makes no sense");
+  return bad_manifest("the plan of looks has a number out of range");
 }
 
 // None, or some with a promise for each limit of the map.
@@ -87,14 +87,14 @@ Result<void> check_looks(const schema::Manifest& manifest) {
     const bool has_more = manifest.look_promises() != nullptr ||
                           manifest.look_quality() != nullptr || manifest.look_plan() != nullptr;
     if (!has_more) return {};
-    return bad_manifest("found promises of looks, and no look");
+    return bad_manifest("found promises of looks, but no look");
   }
   if (manifest.looks()->size() > kMostRanges) {
     return bad_manifest("found " + std::to_string(manifest.looks()->size()) + " looks");
   }
   for (const schema::Look* look : *manifest.looks()) {
     if (!is_sample(*look))
-      return bad_manifest("a look takes no sample, or a number makes no sense");
+      return bad_manifest("a look takes no sample, or has a number out of range");
   }
   if (manifest.look_promises() == nullptr || manifest.look_quality() == nullptr ||
       manifest.look_promises()->size() != manifest.promises()->size()) {
@@ -178,7 +178,7 @@ Result<void> check_size(const schema::Block& block, const std::string& place) {
   if ((block.is_required() && block.raw_size() > kLargestBlock) ||
       (is_known_codec && block.raw_size() / kMostExpansion > block.stored_size())) {
     return Error{ErrorCode::kTooLarge,
-                 concat(block.stored_size(), " stored bytes are said to hold ", block.raw_size()),
+                 concat(block.stored_size(), " stored bytes cannot unpack to ", block.raw_size()),
                  "", place};
   }
   return {};

@@ -35,7 +35,7 @@ Result<const Root*> open_buffer(std::span<const std::byte> file, std::uint64_t o
   const auto most_tables = static_cast<flatbuffers::uoffset_t>(size / 4 + 1);
   flatbuffers::Verifier verifier(data, size, kDeepest, most_tables);
   if (size > FLATBUFFERS_MAX_BUFFER_SIZE || !verifier.VerifyBuffer<Root>(nullptr)) {
-    return Error{ErrorCode::kBadManifest, concat("the ", name, " is no valid FlatBuffer"), "",
+    return Error{ErrorCode::kBadManifest, concat("the ", name, " is not a valid FlatBuffer"), "",
                  concat("byte ", offset)};
   }
   return flatbuffers::GetRoot<Root>(data);
@@ -72,7 +72,7 @@ Error other_version(std::span<const std::byte> file, const FileHeader& header,
   }
   return {is_later ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
           "written by " + writer + ", format " + to_string(header.version) +
-              ", this program reads " + to_string(program) + ": compile again or use that version",
+              ", this program reads " + to_string(program) + ". Compile again, or use that version",
           "", "byte 8"};
 }
 

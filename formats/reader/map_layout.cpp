@@ -35,7 +35,8 @@ Error truncated(std::size_t found, const std::string& expected) {
 Result<void> check_start(std::span<const std::byte> file) {
   if (!file.empty() && !starts_with(file, kMapBeginning)) {
     return Error{ErrorCode::kBadMagic,
-                 "this is no compiled map, or one damaged by a transfer as text", "", "byte 0"};
+                 "the file is not a compiled map, or was damaged by a transfer as text", "",
+                 "byte 0"};
   }
   if (file.size() < kHeaderSize + kTrailerSize) {
     return truncated(file.size(), "at least " + std::to_string(kHeaderSize + kTrailerSize));

@@ -22,7 +22,7 @@ bool is_finite(const std::array<double, 3>& values) {
 }
 
 Error unknown_range(std::uint32_t site) {
-  return {ErrorCode::kBadLayer, "a site takes a range that the map does not have", "",
+  return {ErrorCode::kBadLayer, "a site has a range that the map does not have", "",
           "site " + std::to_string(site)};
 }
 
@@ -32,7 +32,7 @@ Result<RangeAnswer> believable(const RangeAnswer& answer, std::uint32_t site_cou
   const bool can_be =
       answer.probability >= 0.0 && answer.probability <= 1.0 && answer.mean_error_m >= 0.0;
   if (answer.site < site_count && (is_unknown || can_be)) return answer;
-  return Error{ErrorCode::kBadLayer, "a site's number, probability or error cannot be", "",
+  return Error{ErrorCode::kBadLayer, "a site's number, probability or error is out of range", "",
                "site " + std::to_string(answer.site)};
 }
 
@@ -234,7 +234,7 @@ Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
     SIGHTLINE_ASSIGN(const RangeAnswer range, range_of(found));
     MapSite& site = sites[range.site];
     if (site.range.site != kNoSite) {
-      return Error{ErrorCode::kBadLayer, "two rows are of one site", "",
+      return Error{ErrorCode::kBadLayer, "two rows have the same site", "",
                    concat("site ", range.site)};
     }
     site.range = range;
@@ -258,7 +258,7 @@ Result<MapColumn> MapReader::column(std::string_view name) const {
   const std::uint64_t size = std::uint64_t{info_.site_count} * sizeof(float);
   if (block == nullptr || block->version() != kColumnSectionVersion ||
       block->codec() != schema::Codec::None || block->raw_size() != size) {
-    return Error{ErrorCode::kBadLayer, "there is no section of one number for each site", "",
+    return Error{ErrorCode::kBadLayer, "the section with one number for each site is missing", "",
                  "section " + section};
   }
   SIGHTLINE_ASSIGN(const std::span<const std::byte> bytes, stored_bytes(container, *block));
@@ -270,7 +270,7 @@ Result<MapColumn> MapReader::column(std::string_view name) const {
 Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m, double limit_m,
                                    double visible_m) const {
   if (!(visible_m > 0.0)) {
-    return Error{ErrorCode::kBadArgument, "what can be seen must be above 0 m"};
+    return Error{ErrorCode::kBadArgument, "the visible distance must be above 0 m"};
   }
   SIGHTLINE_ASSIGN(const Found found, find(position_world_m, limit_m));
   SIGHTLINE_ASSIGN(RangeAnswer range, range_of(found));

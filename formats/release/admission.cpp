@@ -21,9 +21,9 @@ Result<std::vector<bool>> signers_of(std::string_view message, std::string_view 
     for (std::size_t k = 0; k < root.keys.size(); ++k) {
       if (root.keys[k].id != signature.key_id) continue;
       if (!is_valid(signature, message, root.keys[k])) {
-        return Error{
-            ErrorCode::kBadSignature,
-            concat("the signature by key ", to_hex(signature.key_id), " is of something else")};
+        return Error{ErrorCode::kBadSignature,
+                     concat("the signature by key ", to_hex(signature.key_id),
+                            " does not match this record")};
       }
       has_signed[k] = true;
     }
@@ -33,14 +33,15 @@ Result<std::vector<bool>> signers_of(std::string_view message, std::string_view 
 
 Error expired(const std::string& what, std::int64_t expires_s, std::int64_t now_s) {
   return {ErrorCode::kExpired,
-          concat(what, " expired at ", utc_text(expires_s), ", it is ", utc_text(now_s))};
+          concat(what, " expired at ", utc_text(expires_s), ", now it is ", utc_text(now_s))};
 }
 
 Result<void> check_counter(std::string_view text, const ReleaseRecord& record,
                            const ReleaseRecord& seen, std::string_view seen_text) {
   if (record.counter > seen.counter || text == seen_text) return {};
   return Error{ErrorCode::kReplayedRelease,
-               concat("found counter ", record.counter, ", this vehicle has seen ", seen.counter)};
+               concat("found counter ", record.counter, ", this vehicle has already accepted ",
+                      seen.counter)};
 }
 
 Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
@@ -79,7 +80,7 @@ Result<void> check_fit(const ReleaseRecord& record, const VehicleFacts& vehicle)
 
 Error not_as_released(const std::string& what, const std::string& found,
                       const std::string& expected) {
-  return {ErrorCode::kNotAsReleased, concat(what, " is ", found, ", released was ", expected)};
+  return {ErrorCode::kNotAsReleased, concat(what, " is ", found, ", the release has ", expected)};
 }
 
 // The manifest that a map carries against the record that names the map.
@@ -181,7 +182,7 @@ Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& r
   const std::uint64_t size = file.bytes().size();
   if (size > released.size) {
     return Error{ErrorCode::kLongerThanReleased,
-                 concat("found ", size, " bytes, released were ", released.size), path.string(),
+                 concat("found ", size, " bytes, the release has ", released.size), path.string(),
                  concat("byte ", released.size)};
   }
   if (size < released.size) {

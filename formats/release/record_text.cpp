@@ -77,7 +77,7 @@ std::uint64_t RecordReader::take_number(std::string_view key) { return number(ta
 
 std::int64_t RecordReader::take_time(std::string_view key) {
   const std::optional<std::int64_t> seconds = utc_seconds(take(key));
-  if (!seconds) fail("expected a time as 2026-12-01T00:00:00Z");
+  if (!seconds) fail("expected a time such as 2026-12-01T00:00:00Z");
   return seconds.value_or(0);
 }
 
@@ -98,7 +98,7 @@ Digest RecordReader::digest(std::string_view word) {
 std::string RecordReader::file_name(std::string_view word) {
   if (!is_safe_file_name(word)) {
     fail(concat("the file name \"", word.substr(0, 100),
-                "\" is no plain name of letters, digits and . _ -"),
+                "\" is not a plain name of letters, digits and . _ -"),
          ErrorCode::kUnsafeName);
   }
   return std::string(word);

@@ -46,24 +46,25 @@ std::string lines_of(const std::vector<PublicKey>& keys) {
 void take_reader(RecordReader& reader, ReleaseRecord& record) {
   const std::string_view text = reader.take("minimum-reader");
   const std::size_t dot = text.find('.');
-  if (dot == std::string_view::npos) return reader.fail("expected a format as 1.0");
+  if (dot == std::string_view::npos) return reader.fail("expected a format such as 1.0");
   const std::uint64_t major = reader.number(text.substr(0, dot));
   const std::uint64_t minor = reader.number(text.substr(dot + 1));
-  if (major > UINT16_MAX || minor > UINT16_MAX) reader.fail("expected a format as 1.0");
+  if (major > UINT16_MAX || minor > UINT16_MAX) reader.fail("expected a format such as 1.0");
   record.minimum_major = static_cast<std::uint32_t>(major);
   record.minimum_minor = static_cast<std::uint32_t>(minor);
 }
 
 Result<void> check_files(const ReleaseRecord& record) {
   if (!is_safe_file_name(record.map.name)) {
-    return Error{ErrorCode::kUnsafeName, concat("\"", record.map.name, "\" is no plain file name")};
+    return Error{ErrorCode::kUnsafeName,
+                 concat("\"", record.map.name, "\" is not a plain file name")};
   }
   if (record.deltas.size() > kMostDeltas) return malformed("more than 64 deltas");
   for (std::size_t i = 0; i < record.deltas.size(); ++i) {
     const ReleasedDelta& delta = record.deltas[i];
     if (!is_safe_file_name(delta.file.name)) {
       return Error{ErrorCode::kUnsafeName,
-                   concat("\"", delta.file.name, "\" is no plain file name")};
+                   concat("\"", delta.file.name, "\" is not a plain file name")};
     }
     if (i > 0 && record.deltas[i - 1].base_sha256 >= delta.base_sha256) {
       return malformed("deltas must ascend by the digest of their base");
@@ -76,12 +77,13 @@ Result<void> check_files(const ReleaseRecord& record) {
 Result<void> check_keys(const std::vector<PublicKey>& keys) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     if (!is_sound(keys[i])) {
-      return malformed(
-          concat("key ", to_hex(keys[i].id), " is no sound point: anybody could sign by it"));
+      return malformed(concat(
+          "key ", to_hex(keys[i].id),
+          " is not a valid point of the curve: signatures by it could be forged. Make a new key"));
     }
     for (std::size_t k = 0; k < i; ++k) {
       if (keys[i].id == keys[k].id || keys[i].point == keys[k].point) {
-        return malformed(concat("key ", to_hex(keys[i].id), " is there twice"));
+        return malformed(concat("key ", to_hex(keys[i].id), " is listed twice"));
       }
     }
     if (i > 0 && to_base64(keys[i - 1]) > to_base64(keys[i])) {
@@ -101,11 +103,11 @@ bool ascends(const std::vector<PublicKey>& keys) {
 
 Result<void> validate(const ReleaseRecord& record) {
   if (!is_record_name(record.fleet)) return malformed("the fleet needs a name");
-  if (!is_record_name(record.map_id)) return malformed("the map id is no plain name");
-  if (!is_plain_text(record.version)) return malformed("the version is no plain text");
+  if (!is_record_name(record.map_id)) return malformed("the map id is not a plain name");
+  if (!is_plain_text(record.version)) return malformed("the version is not plain text");
   if (record.counter == 0) return malformed("counters start at 1");
   if (utc_seconds(utc_text(record.expires_s)) != record.expires_s) {
-    return malformed("the expiry must lie between 1970 and 9999");
+    return malformed("the expiry must be between 1970 and 9999");
   }
   return check_files(record);
 }
@@ -177,7 +179,7 @@ Result<void> validate(const RootRecord& record) {
   if (!is_record_name(record.fleet)) return malformed("the fleet needs a name");
   if (record.version == 0) return malformed("versions start at 1");
   if (utc_seconds(utc_text(record.expires_s)) != record.expires_s) {
-    return malformed("the expiry must lie between 1970 and 9999");
+    return malformed("the expiry must be between 1970 and 9999");
   }
   if (record.keys.empty() || record.keys.size() > kMostKeys) {
     return malformed(concat("found ", record.keys.size(), " keys, expected 1 to 16"));

@@ -83,14 +83,15 @@ bool mask(std::span<std::uint8_t> hidden, const std::string& passphrase,
 Result<void> show(std::span<std::uint8_t> file, const std::optional<std::string>& passphrase) {
   if (std::equal(kPlain.begin(), kPlain.end(), file.begin())) return {};
   if (!std::equal(kScrypt.begin(), kScrypt.end(), file.begin())) {
-    return malformed("the secret key is of a kind that is not known here");
+    return malformed("the secret key is of an unknown kind");
   }
-  if (!passphrase) return Error{ErrorCode::kWrongKey, "the secret key needs its passphrase"};
+  if (!passphrase)
+    return Error{ErrorCode::kWrongKey, "the secret key is encrypted; give its passphrase"};
   ByteReader cost(std::as_bytes(file.subspan(6 + kSaltSize)));
   const auto operations = cost.get<std::uint64_t>();
   const auto memory = cost.get<std::uint64_t>();
   if (memory > kMostMemory || operations > kMostMemory) {
-    return malformed("the secret key asks for more memory or time than any");
+    return malformed("the secret key requires more memory or time than is allowed");
   }
   if (!mask(file.subspan(kHiddenBegin), *passphrase, file.subspan(6, kSaltSize), operations,
             memory)) {
@@ -191,7 +192,7 @@ Result<SecretKey> decode_secret_key_file(std::string_view text,
   start_sodium();
   SIGHTLINE_ASSIGN(const std::string_view line, second_line(text));
   auto file = bytes_of_base64(line, kSecretSize);
-  if (!file) return malformed("this is no secret key");
+  if (!file) return malformed("the file is not a secret key");
   SIGHTLINE_TRY(show(*file, passphrase));
   SecretKey key;
   const auto hidden = file->begin() + kHiddenBegin;
@@ -205,7 +206,7 @@ Result<SecretKey> decode_secret_key_file(std::string_view text,
       (!has_checksum || std::equal(checksum.begin(), checksum.end(), hidden + 8 + 64));
   sodium_memzero(file->data(), file->size());
   if (!is_right) {
-    return Error{ErrorCode::kWrongKey, "the passphrase is wrong, or the secret key damaged"};
+    return Error{ErrorCode::kWrongKey, "the passphrase is wrong, or the secret key is damaged"};
   }
   return key;
 }

@@ -19,7 +19,7 @@ Result<void> validate_nd(const Nd& nd, double cell_m, std::size_t index) {
   constexpr double kGridReach_cells = 0x1.0p30;
   if (nd.mean_m.cwiseAbs().maxCoeff() > kGridReach_cells * cell_m ||
       cell_key(nd.mean_m, cell_m) != nd.key) {
-    return invalid_artifact("the mean lies outside its cell", place_of(index));
+    return invalid_artifact("the mean is outside its cell", place_of(index));
   }
   const Eigen::Vector3d& lambda = nd.eigenvalues_m2;
   const bool descending = lambda[0] >= lambda[1] && lambda[1] >= lambda[2] && lambda[2] >= 0.0;
@@ -87,7 +87,7 @@ int dimension_class(const Nd& nd) {
 Result<void> validate(const NdtMap& map) {
   if (!is_tiling(map.cell_m, map.tile_m)) {
     return invalid_artifact(
-        concat("a tile of ", std::to_string(map.tile_m), " m is no multiple of a cell of ",
+        concat("a tile of ", std::to_string(map.tile_m), " m is not a multiple of a cell of ",
                std::to_string(map.cell_m), " m"),
         "");
   }

@@ -23,7 +23,7 @@ std::string figures_text(const SharpnessFigures& figures) {
 
 Result<void> validate(const Sharpness& sharpness) {
   if (!is_valid(sharpness.of_map) || (sharpness.of_given && !is_valid(*sharpness.of_given))) {
-    return Error{ErrorCode::kInvalidArtifact, "figures of sharpness are no numbers"};
+    return Error{ErrorCode::kInvalidArtifact, "figures of sharpness are not finite"};
   }
   return {};
 }

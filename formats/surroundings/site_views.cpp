@@ -14,7 +14,8 @@ Result<void> validate(const DepthImages& images) {
       std::isfinite(images.first_elevation_deg) && images.elevation_step_deg > 0.0 &&
       images.near_m >= 0.0 && images.longest_range_m > images.near_m &&
       std::isfinite(images.elevation_step_deg) && std::isfinite(images.longest_range_m);
-  if (!numbers_make_sense) return invalid_artifact("elevations or range limits make no sense", "");
+  if (!numbers_make_sense)
+    return invalid_artifact("elevations or range limits are out of range", "");
   const std::size_t expected = images.site_count * images.cells_per_site();
   if (images.distance_m.size() != expected) {
     return invalid_artifact(
@@ -52,7 +53,8 @@ Result<void> validate(const VirtualScans& scans) {
   const bool lengths_make_sense = scans.longest_range_m > 0.0 && scans.leaf_m > 0.0 &&
                                   std::isfinite(scans.longest_range_m) &&
                                   std::isfinite(scans.leaf_m);
-  if (!lengths_make_sense) return invalid_artifact("longest range or leaf make no sense", "");
+  if (!lengths_make_sense)
+    return invalid_artifact("the longest range or the leaf is not above 0 m", "");
   std::uint64_t before = 0;
   for (std::size_t site = 0; site < scans.end.size(); ++site) {
     if (scans.end[site] < before) {

@@ -54,7 +54,7 @@ SurfaceOrder order_of(const SurfacePatch& patch, const Surface& surface) {
 
 Result<void> validate(const Surface& surface) {
   if (!is_tiling(surface.cell_m, surface.tile_m)) {
-    return invalid_artifact("a tile is no multiple of a surface cell", "");
+    return invalid_artifact("a tile is not a multiple of a surface cell", "");
   }
   if (!surface.frame.origin_world_m.allFinite()) {
     return invalid_artifact("the frame is not finite", "");

@@ -13,10 +13,10 @@ namespace {
 
 Result<void> validate(const PlacedScan& scan, const std::string& place) {
   if (!is_rigid(scan.T_map_lidar)) {
-    return invalid_artifact("its pose is no rotation and translation", place);
+    return invalid_artifact("its pose is not a rotation and translation", place);
   }
   if (!(scan.min_range_m >= 0.0 && scan.max_range_m >= scan.min_range_m)) {
-    return invalid_artifact("its ranges make no sense", place);
+    return invalid_artifact("its minimum and maximum range are out of order", place);
   }
   return {};
 }
@@ -142,7 +142,7 @@ std::optional<Digest> content_of_parts(const SurfacePoints& points,
 Result<void> validate(const SurfacePoints& points) {
   if (!points.frame.origin_world_m.allFinite() || !std::isfinite(points.voxel_m) ||
       points.voxel_m < 0.0) {
-    return invalid_artifact("the surface points' origin or voxel size makes no sense", "");
+    return invalid_artifact("the surface points' origin or voxel size is out of range", "");
   }
   for (std::size_t i = 0; i < points.points_m.size(); ++i) {
     if (points.points_m[i].allFinite()) continue;

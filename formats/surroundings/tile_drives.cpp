@@ -30,7 +30,7 @@ std::string day_of(std::int64_t stamp_ns) {
 
 Result<void> validate(const TileDrives& tiles) {
   if (!std::isfinite(tiles.tile_m) || tiles.tile_m <= 0.0) {
-    return Error{ErrorCode::kInvalidArtifact, "the edge of its tiles makes no sense"};
+    return Error{ErrorCode::kInvalidArtifact, "the edge of its tiles is not above 0 m"};
   }
   for (const MappedDrive& drive : tiles.drives) {
     if (!drive.name.empty() && drive.begin_ns <= drive.end_ns) continue;
@@ -41,7 +41,7 @@ Result<void> validate(const TileDrives& tiles) {
     const TileDrive& row = tiles.rows[i];
     if (row.drive >= tiles.drives.size() ||
         (row.scan_count == 0 && row.confirming_scan_count == 0)) {
-      return invalid_row("found a drive that is not known, or that left nothing there", i);
+      return invalid_row("found a drive that is unknown, or that has no scans there", i);
     }
     if (i > 0 && place_of(tiles.rows[i - 1]) >= place_of(row)) {
       return invalid_row("rows are not ascending by tile and drive", i);

@@ -23,12 +23,13 @@ namespace fs = std::filesystem;
 constexpr int kMostTries = 16;
 
 Error output_exists(const fs::path& path) {
-  return {ErrorCode::kOutputExists, "the output exists already; --force replaces it",
+  return {ErrorCode::kOutputExists,
+          "the output exists already. Choose another name, or replace it with --force",
           path.string()};
 }
 
 Error out_of_memory(const fs::path& path, std::uint64_t size) {
-  return {ErrorCode::kOutOfMemory, concat("not enough memory for its ", size, " bytes"),
+  return {ErrorCode::kOutOfMemory, concat("not enough memory for the file's ", size, " bytes"),
           path.string()};
 }
 
@@ -95,7 +96,8 @@ Result<void> read_all(const RegularFile& file, const fs::path& path, FileContent
         ::read(file.descriptor.number(), content.data() + done, content.bytes().size() - done);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
-      return Error{ErrorCode::kCannotRead, count < 0 ? std::strerror(errno) : "the file shrank",
+      return Error{ErrorCode::kCannotRead,
+                   count < 0 ? std::strerror(errno) : "the file became shorter while it was read",
                    path.string(), concat("byte ", done)};
     }
     done += static_cast<std::size_t>(count);
@@ -127,7 +129,8 @@ Result<void> check_output(const fs::path& path, IfExists if_exists) {
   if (::lstat(path.c_str(), &status) != 0) return {};  // other failures show when it is written
   if (!S_ISREG(status.st_mode)) {
     return Error{ErrorCode::kCannotWrite,
-                 "a link, folder, pipe or device is never replaced, only a regular file",
+                 "the output is a link, folder, pipe or device; only a regular file is replaced. "
+                 "Remove it or choose another name",
                  path.string()};
   }
   if (if_exists == IfExists::kRefuse) return output_exists(path);
@@ -154,7 +157,7 @@ Result<void> write_file_atomically(const fs::path& path, const WriteInto& write,
   }
   if (const int number = put_in_place(file.path, path, if_exists); number != 0) {
     if (number == EEXIST) return output_exists(path);
-    return write_failure(path, "cannot rename into place", number);
+    return write_failure(path, "cannot rename the finished file to its name", number);
   }
   file.kept = true;
   sync_directory(folder);
@@ -207,7 +210,8 @@ Result<std::string> read_short_text(const fs::path& path, std::size_t most_bytes
   SIGHTLINE_ASSIGN(std::string text, read_beginning(path.string(), most_bytes + 1));
   if (text.size() <= most_bytes) return text;
   return Error{ErrorCode::kTooLarge,
-               concat("more than ", most_bytes, " bytes, which no such file has"), path.string()};
+               concat("more than ", most_bytes, " bytes, too many for a file of this kind"),
+               path.string()};
 }
 
 }  // namespace sightline

@@ -28,7 +28,8 @@ Result<RegularFile> open_regular_file(const std::string& path) {
   if (::fstat(file.descriptor.number(), &status) != 0) {
     return Error{ErrorCode::kCannotRead, std::strerror(errno), path};
   }
-  if (!S_ISREG(status.st_mode)) return Error{ErrorCode::kCannotRead, "not a regular file", path};
+  if (!S_ISREG(status.st_mode))
+    return Error{ErrorCode::kCannotRead, "not a regular file (a folder, pipe or device)", path};
   file.size = static_cast<std::uint64_t>(status.st_size);
   return file;
 }

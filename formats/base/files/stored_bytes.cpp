@@ -70,8 +70,9 @@ Result<void> StoredBytes::read(std::uint64_t offset, std::span<std::byte> into) 
         ::pread(file_->number(), into.data() + done, into.size() - done, static_cast<off_t>(at));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
-      return Error{ErrorCode::kCannotRead, count < 0 ? std::strerror(errno) : "the file shrank", "",
-                   concat("byte ", at)};
+      return Error{ErrorCode::kCannotRead,
+                   count < 0 ? std::strerror(errno) : "the file became shorter while it was read",
+                   "", concat("byte ", at)};
     }
     done += static_cast<std::size_t>(count);
   }

@@ -343,16 +343,16 @@ std::string counts_text(FloatCounts counts) {
 Result<std::size_t> the_one_count(FloatCounts fitting, FloatCounts dividing) {
   if (fitting == 0) {
     return Error{ErrorCode::kUnsupportedFormat,
-                 "found no points of 3 to 10 float32 each that begin with x y z; name the columns "
-                 "with `columns`, or convert the scans to binary PCD"};
+                 "no layout of 3 to 10 float32 a point that begins with x y z fits. Name the "
+                 "columns with `columns`, or convert the scans to binary PCD"};
   }
   const FloatCounts both = fitting & dividing;
   if (std::has_single_bit(both)) return static_cast<std::size_t>(std::countr_zero(both));
   if (both != 0) {
-    return Error{ErrorCode::kUnsupportedFormat,
-                 counts_text(both) +
-                     " floats a point fit, and which is unknown; say how many there are with "
-                     "`columns`, such as columns: 4"};
+    return Error{
+        ErrorCode::kUnsupportedFormat,
+        counts_text(both) +
+            " floats a point fit the file. Set the number with `columns`, for example columns: 4"};
   }
   return Error{ErrorCode::kTruncatedScan, concat("found no whole number of points; ",
                                                  counts_text(fitting), " float32 a point fit")};
@@ -426,10 +426,11 @@ Result<PointCloudFile> parse_float_bin(const FileBytes& file,
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d point_m(value(i, x), value(i, y), value(i, z));
     if (is_too_far(point_m)) {
-      return file.error(ErrorCode::kUnsupportedFormat,
-                        concat("found a coordinate beyond 100 km with float32 ", to_text(columns),
-                               "; name the columns with `columns`, or convert it to binary PCD"),
-                        at_byte(i * point_size));
+      return file.error(
+          ErrorCode::kUnsupportedFormat,
+          concat("found a coordinate beyond 100 km with float32 ", to_text(columns),
+                 ". Name the columns with `columns`, or convert the scan to binary PCD"),
+          at_byte(i * point_size));
     }
     const float intensity = columns.intensity ? value(i, *columns.intensity) : 0.0F;
     const bool is_return = add_point(cloud, point_m, intensity);

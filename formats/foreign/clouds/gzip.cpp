@@ -79,10 +79,11 @@ Result<std::vector<std::byte>> unpack_gzip(const FileBytes& file) {
     SIGHTLINE_TRY(unpacker.add_member());
   } while (is_gzip(unpacker.rest()));
   if (!is_padding(unpacker.rest())) {
-    return file.error(ErrorCode::kMalformedHeader,
-                      concat("found ", unpacker.rest().size(),
-                             " bytes behind the gzip stream that are none; points may be missing"),
-                      at_byte(file.bytes.size() - unpacker.rest().size()));
+    return file.error(
+        ErrorCode::kMalformedHeader,
+        concat("found ", unpacker.rest().size(),
+               " bytes after the gzip stream; points may be missing. Compress the scan again"),
+        at_byte(file.bytes.size() - unpacker.rest().size()));
   }
   return unpacker.take();
 }

@@ -230,8 +230,7 @@ Result<void> check_extent(const FileBytes& file, const PointCloudFile& cloud,
   const bool is_on_earth =
       low.x() >= -180.0 && high.x() <= 360.0 && low.y() >= -90.0 && high.y() <= 90.0;
   if (!is_on_earth || (high - low).maxCoeff() > kSmallest) return {};
-  return no_metres(file, {},
-                   "that all lie within 0.1 of each other, like degrees of longitude and latitude");
+  return no_metres(file, {}, "within 0.1 of each other, as in degrees of longitude and latitude");
 }
 
 // Byte offsets in the public header block.
@@ -291,7 +290,7 @@ Error malformed(const FileBytes& file, std::size_t at, std::string message) {
 
 Error too_short(const FileBytes& file, std::uint64_t expected) {
   return file.error(ErrorCode::kTruncatedScan,
-                    concat("found ", file.bytes.size(), " bytes, the header asks for ", expected),
+                    concat("found ", file.bytes.size(), " bytes, the header requires ", expected),
                     at_byte(file.bytes.size()));
 }
 
@@ -359,7 +358,7 @@ Result<LasHeader> parse_header(const FileBytes& file) {
   const std::size_t header_size = read_at<std::uint16_t>(file.bytes, kHeaderSizeAt);
   const bool is_14 = read_at<std::uint8_t>(file.bytes, kVersionAt + 1) == 4;
   if (header_size < (is_14 ? kLeastHeader14 : kLeastHeader) || header.data_offset < header_size) {
-    return malformed(file, kHeaderSizeAt, "a header or data offset smaller than LAS has");
+    return malformed(file, kHeaderSizeAt, "the header or data offset is smaller than LAS allows");
   }
   if (file.bytes.size() < header.data_offset) return too_short(file, header.data_offset);
   if (header.record_length < header.format.length) {
@@ -378,21 +377,20 @@ Result<LasHeader> parse_header(const FileBytes& file) {
 // Whether the points are as many as the header says: all there, and none behind them.
 Result<void> check_size(const FileBytes& file, const LasHeader& header) {
   if (header.count == 0) {
-    return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
+    return file.error(ErrorCode::kEmptyScan, "the header has a count of 0 points",
                       at_byte(kCountAt));
   }
   const std::uint64_t room = (file.bytes.size() - header.data_offset) / header.record_length;
   if (header.count > room) {
-    return file.error(
-        ErrorCode::kTruncatedScan,
-        concat("found room for ", room, " points, the header speaks of ", header.count),
-        at_byte(file.bytes.size()));
+    return file.error(ErrorCode::kTruncatedScan,
+                      concat("found room for ", room, " points, the header has ", header.count),
+                      at_byte(file.bytes.size()));
   }
   const std::size_t end = header.data_offset + header.count * header.record_length;
   if (header.has_more || is_padding(file.text().substr(end))) return {};
   return malformed(file, end,
-                   concat("found ", file.bytes.size() - end, " bytes behind the ", header.count,
-                          " points that the header speaks of"));
+                   concat("found ", file.bytes.size() - end, " bytes after the ", header.count,
+                          " points of the header"));
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ Result<std::vector<Field>> fields_of(const FileBytes& file, std::string_view des
     if (is_list) fields.back().name = texts[i];
   }
   if (fields.empty() || texts.size() % step != 0) {
-    return malformed(file, "found no type of numbers in its head");
+    return malformed(file, "found no type of numbers in its header");
   }
   return fields;
 }
@@ -106,7 +106,7 @@ Result<std::vector<std::uint64_t>> shape_of(const FileBytes& file, std::string_v
   std::vector<std::string_view> words;
   const std::size_t end = text.find(')');
   if (!text.starts_with('(') || end == std::string_view::npos) {
-    return malformed(file, "found no shape in its head");
+    return malformed(file, "found no shape in its header");
   }
   split_words(text.substr(1, end - 1), words, ", ");
   std::vector<std::uint64_t> shape;
@@ -123,20 +123,20 @@ Result<std::vector<std::uint64_t>> shape_of(const FileBytes& file, std::string_v
 Result<Head> head_of(const FileBytes& file) {
   const std::string_view text = file.text();
   constexpr std::size_t kVersionEnd = 8;
-  if (text.size() < kVersionEnd + 4) return malformed(file, "shorter than its head");
+  if (text.size() < kVersionEnd + 4) return malformed(file, "shorter than its header");
   const bool is_first = text[6] == 1;
   const std::size_t length = is_first ? read_at<std::uint16_t>(file.bytes, kVersionEnd)
                                       : read_at<std::uint32_t>(file.bytes, kVersionEnd);
   Head head;
   const std::size_t begin = is_first ? 10 : 12;
-  if (length > text.size() - begin) return malformed(file, "shorter than its head");
+  if (length > text.size() - begin) return malformed(file, "shorter than its header");
   head.data_begin = begin + length;
   const std::string_view literal = text.substr(begin, length);
   const std::optional<std::string_view> descr = value_of(literal, "descr");
   const std::optional<std::string_view> shape = value_of(literal, "shape");
   const std::optional<std::string_view> order = value_of(literal, "fortran_order");
   if (!descr || !shape || !order) {
-    return malformed(file, "its head lacks one of descr, fortran_order and shape");
+    return malformed(file, "its header lacks descr, fortran_order or shape");
   }
   if (order->starts_with("True")) return unsupported(file, "an array stored column by column");
   SIGHTLINE_ASSIGN(head.fields, fields_of(file, *descr));

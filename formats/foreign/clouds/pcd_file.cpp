@@ -193,7 +193,7 @@ Result<std::uint64_t> read_count(const FileBytes& file, const Entries& entries,
   // PCL counts points in an int.
   if (!number || *number > static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max())) {
     return malformed(file, entry->second.line,
-                     std::string(keyword) + " is no whole number up to 2147483647");
+                     std::string(keyword) + " is not a whole number up to 2147483647");
   }
   return *number;
 }
@@ -214,7 +214,7 @@ Result<void> read_point_count(const FileBytes& file, const Entries& entries, Pcd
                      concat("WIDTH ", width, " x HEIGHT ", height, " is not POINTS ", given));
   }
   if (product == 0) {
-    return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
+    return file.error(ErrorCode::kEmptyScan, "the header has a count of 0 points",
                       at_line(header.header_lines));
   }
   header.point_count = static_cast<std::uint32_t>(product);
@@ -374,15 +374,15 @@ PointColumns columns_of(const std::uint8_t* body, const PcdHeader& header, bool 
 
 Result<void> check_rest(const FileBytes& file, std::size_t end) {
   if (is_padding(file.text().substr(end))) return {};
-  return file.error(ErrorCode::kMalformedHeader,
-                    concat("found ", file.bytes.size() - end,
-                           " bytes behind the last point that the header speaks of"),
-                    at_byte(end));
+  return file.error(
+      ErrorCode::kMalformedHeader,
+      concat("found ", file.bytes.size() - end, " bytes after the last point of the header"),
+      at_byte(end));
 }
 
 Error too_short(const FileBytes& file, std::size_t expected) {
   return file.error(ErrorCode::kTruncatedScan,
-                    concat("found ", file.bytes.size(), " bytes, the header asks for ", expected),
+                    concat("found ", file.bytes.size(), " bytes, the header requires ", expected),
                     at_byte(file.bytes.size()));
 }
 
@@ -430,7 +430,7 @@ Result<CompressedBody> check_compressed(const FileBytes& file, const PcdHeader& 
   if (size != needed || needed > packed_size * kMostExpansion) {
     return file.error(ErrorCode::kMalformedHeader,
                       concat("found ", packed_size, " bytes that unpack to ", size,
-                             ", the header asks for ", needed),
+                             ", the header requires ", needed),
                       at_byte(header.data_offset));
   }
   return body;

@@ -152,7 +152,7 @@ Result<VertexLayout> vertex_layout(const FileBytes& file, const PlyHeader& heade
     if (element.name != "vertex") continue;
     if (++vertex_elements > 1) return malformed(file, header.lines, "a second element vertex");
     if (element.count == 0) {
-      return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
+      return file.error(ErrorCode::kEmptyScan, "the header has a count of 0 points",
                         at_line(header.lines));
     }
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
@@ -200,7 +200,7 @@ class PlyBody {
       row.push_back(value);
     }
     if (encoding_ == PlyEncoding::kAscii && word_ != words_.size()) {
-      return file_.error(ErrorCode::kMalformedText, "more numbers than the header speaks of",
+      return file_.error(ErrorCode::kMalformedText, "more numbers than the header declares",
                          at_line(lines_.number()));
     }
     return {};
@@ -231,8 +231,8 @@ class PlyBody {
   Result<void> finish() {
     if (encoding_ == PlyEncoding::kAscii) offset_ = lines_.offset();
     if (is_padding(file_.text().substr(offset_))) return {};
-    return file_.error(ErrorCode::kMalformedHeader,
-                       "data behind the last row that the header speaks of", at_byte(offset_));
+    return file_.error(ErrorCode::kMalformedHeader, "data after the last row of the header",
+                       at_byte(offset_));
   }
   [[nodiscard]] bool may_be_cut() const {
     return encoding_ == PlyEncoding::kAscii && !lines_.last_has_end();

@@ -89,8 +89,8 @@ Result<void> refuse_unsupported_formats(const FileBytes& file) {
   const std::string_view text = file.text();
   if (text.starts_with("version https://git-lfs")) {
     return file.error(ErrorCode::kGitLfsPointer,
-                      "a git-LFS pointer lies here instead of the scan; run `git lfs pull` where "
-                      "the recording was cloned",
+                      "the file is a git-LFS pointer, not the scan; run `git lfs pull` where the "
+                      "recording was cloned",
                       at_byte(0));
   }
   for (const RefusedKind& kind : kRefusedSignatures) {
@@ -114,8 +114,8 @@ Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& e
     return file.error(ErrorCode::kUnsupportedFormat, std::string(kind.what), at_byte(0));
   }
   return file.error(ErrorCode::kUnsupportedFormat,
-                    concat("not known by name or content as ", scan_endings_text(),
-                           "; convert the scan to one of them"),
+                    concat("neither its name nor its content is that of a ", scan_endings_text(),
+                           "; convert the scan to one of these"),
                     at_byte(0));
 }
 
@@ -157,7 +157,7 @@ FloatEvidence evidence_of(const FileBytes& file, const std::optional<FloatColumn
 
 Result<PointCloudFile> parse_unpacked(const FileBytes& file,
                                       const std::optional<FloatColumns>& columns) {
-  constexpr const char* kRemedy = "; take it out of the folder, and its row out of the poses";
+  constexpr const char* kRemedy = "; remove it from the folder, and its row from the poses";
   if (file.bytes.empty()) {
     return file.error(ErrorCode::kEmptyScan, std::string("the file is empty") + kRemedy,
                       at_byte(0));

@@ -85,8 +85,8 @@ class LaneletReader {
         return Eigen::Vector3d(p_m.x(), p_m.y(), node.height_m.value_or(kNoHeight));
       }
       return file_.error(ErrorCode::kMissingField,
-                         "the node has no local_x and local_y: say how the map lies on Earth, "
-                         "route.world: utm:32N",
+                         "the node has no local_x and local_y. Name the map's coordinate system, "
+                         "for example route.world: utm:32N",
                          place_of(element));
     }
     if (!node.latitude_deg || !node.longitude_deg) {
@@ -105,7 +105,7 @@ class LaneletReader {
     if (found != number_of_.end()) return found->second;
     const auto element = nodes_.find(id);
     if (element == nodes_.end()) {
-      return file_.error(ErrorCode::kMalformedText, "it names a node that is not there",
+      return file_.error(ErrorCode::kMalformedText, "it refers to a node that is missing",
                          place_of(way));
     }
     const XMLElement& said = *element->second;
@@ -145,7 +145,7 @@ class LaneletReader {
       if (attribute(*member, "role") != role || attribute(*member, "type") != "way") continue;
       const auto way = ways_.find(attribute(*member, "ref"));
       if (way == ways_.end()) {
-        return file_.error(ErrorCode::kMalformedText, concat("its ", role, " way is not there"),
+        return file_.error(ErrorCode::kMalformedText, concat("its ", role, " way is missing"),
                            place_of(lanelet));
       }
       SIGHTLINE_TRY(append_way(*way->second, side));
@@ -167,7 +167,7 @@ class LaneletReader {
     lanelet.is_both_ways = tag(element, "one_way") == "no";
     align(lanelet);
     if (lanelet.length_m <= kLongestLanelet_m) return lanelet;
-    return file_.error(ErrorCode::kMalformedText, "a lanelet is shorter than 100 km",
+    return file_.error(ErrorCode::kMalformedText, "a lanelet is longer than 100 km",
                        place_of(element));
   }
 
@@ -204,7 +204,7 @@ class LaneletReader {
 Result<LaneletMap> read_lanelets(const RouteText& file, LaneletsRead which) {
   tinyxml2::XMLDocument document;
   if (document.Parse(file.text.data(), file.text.size()) != tinyxml2::XML_SUCCESS) {
-    return file.error(ErrorCode::kMalformedText, "this is no XML",
+    return file.error(ErrorCode::kMalformedText, "the file is not valid XML",
                       concat("line ", document.ErrorLineNum()));
   }
   const XMLElement* root = document.FirstChildElement("osm");

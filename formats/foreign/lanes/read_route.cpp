@@ -34,7 +34,7 @@ Result<Columns> columns_of_head(const RouteText& file, const std::vector<std::st
     if (words[i] == "line" || words[i] == "lane") columns.line = i;
   }
   if (!x || !y) {
-    return file.error(ErrorCode::kMissingField, "expected columns x and y, and z or none",
+    return file.error(ErrorCode::kMissingField, "expected columns x and y, and optionally z",
                       "line 1");
   }
   columns.x = *x;
@@ -49,7 +49,7 @@ Result<Columns> columns_of_numbers(const RouteText& file, std::size_t count,
     return file.error(
         ErrorCode::kMalformedText,
         concat("found ", count,
-               " columns without a head that names them, expected x, y and z or none"),
+               " columns and no line that names them, expected x, y and optionally z"),
         place);
   }
   Columns columns;
@@ -174,8 +174,8 @@ Result<void> check_metres(const Reading& reading) {
                            box.max().cwiseAbs().maxCoeff() <= 180.0;
   if (!are_degrees) return {};
   return reading.file.error(ErrorCode::kUnsupportedFormat,
-                            "the lines are in degrees: say how the map lies on Earth, "
-                            "route.world: utm:32N");
+                            "the lines are in degrees. Name the map's coordinate system, for "
+                            "example route.world: utm:32N");
 }
 
 // As choose-sites does with the poses of a drive.
@@ -266,7 +266,7 @@ Result<void> parse_geojson(const RouteText& file, Route& route) {
       },
       /*allow_exceptions=*/false);
   if (root.is_discarded() || is_too_deep || !root.is_object()) {
-    return file.error(ErrorCode::kMalformedText, "this is no GeoJSON");
+    return file.error(ErrorCode::kMalformedText, "the file is not valid GeoJSON");
   }
   Reading reading{file, route};
   if (root.contains("features") && root["features"].is_array()) {

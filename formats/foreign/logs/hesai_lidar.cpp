@@ -217,7 +217,7 @@ class HesaiLidar : public RotatingLidar {
     }
     if (!is_right) {
       return Error{ErrorCode::kMalformedHeader, concat("found a packet of a ", model_.name,
-                                                       " whose azimuths, unit or time are none")};
+                                                       " with invalid azimuths, unit or time")};
     }
     if (returns(bytes) > 0) return {};
     return Error{ErrorCode::kUnsupportedFormat,
@@ -398,20 +398,19 @@ Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::by
   const HesaiModel* model = hesai_model_of(first_packet);
   if (model == nullptr) return another_model(first_packet);
   if (model->needs_correction && correction.empty()) {
-    return Error{
-        ErrorCode::kMissingField,
-        concat("packets of a ", model->name,
-               " need the unit's angle correction file, which the sensor's web page saves: "
-               "put it beside the capture with its name and the ending .csv, or name it as "
-               "`sensor`")};
+    return Error{ErrorCode::kMissingField,
+                 concat("packets of a ", model->name,
+                        " need the sensor's angle correction file. Save it from the sensor's web "
+                        "page, and put it beside the capture with the same name and the ending "
+                        ".csv, or name it as `sensor`")};
   }
   std::vector<HesaiAngles> angles = hesai_nominal_angles(*model);
   std::vector<std::string> warnings;
   if (correction.empty()) {
     warnings.push_back(concat(
-        "no angle correction file lies beside the capture: the nominal angles of a ", model->name,
-        " are assumed, which a unit's own miss by degrees; save its file (CSV) from "
-        "the sensor's web page"));
+        "the capture has no angle correction file beside it: the nominal angles of a ", model->name,
+        " are used, which can be wrong by degrees. Save the sensor's file (CSV) from its web "
+        "page"));
   } else {
     SIGHTLINE_ASSIGN(const std::string text, read_short_text(correction, kLargestHesaiCorrection));
     SIGHTLINE_ASSIGN(angles, angles_of(*model, text, correction.string()));

@@ -127,12 +127,11 @@ Result<std::shared_ptr<const ScanContainer>> open_ouster(const fs::path& path,
                                                          const fs::path& sensor) {
   const fs::path metadata = ouster_metadata_of(path, sensor);
   if (!metadata.empty()) return open_ouster_pcap(path, metadata);
-  return Error{
-      ErrorCode::kMissingField,
-      concat("packets of an Ouster sensor need its metadata, which `ouster-cli` and the sensor's "
-             "web page save: put it beside the capture as ",
-             path.stem().string(), ".json, or name it as `sensor`"),
-      path.string()};
+  return Error{ErrorCode::kMissingField,
+               concat("packets of an Ouster sensor need its metadata. Save it with `ouster-cli` or "
+                      "from the sensor's web page, and put it beside the capture as ",
+                      path.stem().string(), ".json, or name it as `sensor`"),
+               path.string()};
 }
 
 Result<std::shared_ptr<const ScanContainer>> open_hesai(const fs::path& path,
@@ -155,7 +154,7 @@ Result<std::shared_ptr<const ScanContainer>> open_capture(const std::filesystem:
   return Error{
       ErrorCode::kUnsupportedFormat,
       concat(
-          "found no packets of a LiDAR that is read among the first ", found.datagrams,
+          "found no packets of a supported LiDAR among the first ", found.datagrams,
           " datagrams, expected Velodyne (VLP-16, HDL-32E), Hesai (Pandar64, Pandar128, "
           "PandarXT-32, PandarXT-16) or Ouster; replay the capture to the sensor's ROS driver and "
           "record its points in a bag, or export the scans as PCD with its own tools"),

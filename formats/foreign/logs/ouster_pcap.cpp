@@ -173,7 +173,8 @@ Result<OusterPackets> OusterPackets::of(const OusterMetadata& metadata) {
   Pose to_sensor = Pose::Identity();
   to_sensor.linear() = metadata.lidar_to_sensor->topLeftCorner<3, 3>();
   if (!is_rigid(to_sensor)) {
-    return Error{ErrorCode::kBadValue, "lidar_to_sensor_transform is no rotation and translation"};
+    return Error{ErrorCode::kBadValue,
+                 "lidar_to_sensor_transform is not a rotation and translation"};
   }
   SIGHTLINE_ASSIGN(OusterLayout layout, layout_of(metadata.profile));
   OusterPackets packets(metadata, std::move(layout));
@@ -367,7 +368,7 @@ class FrameFinder {
       return error(ErrorCode::kDriveTooShort,
                    concat("no whole frame of an Ouster sensor among ", data_packets_,
                           " data packets of ", packets_.size(), " bytes and ", other_packets_,
-                          " others; of several sensors in one capture none is read: keep one, for "
+                          " others. A capture of several sensors is not read: keep one sensor, for "
                           "example with `tshark -r in.pcap -Y \"ip.src == ADDRESS\" -w out.pcap`"),
                    0);
     }
@@ -383,7 +384,7 @@ class FrameFinder {
       return error(
           ErrorCode::kMismatchedInputs,
           concat("found column ", id, ", but the metadata has ", packets_.columns_per_frame(),
-                 " a frame: it is of another sensor or another mode"),
+                 " a frame: the metadata is of another sensor or mode"),
           packet.offset);
     }
     return {};
@@ -400,7 +401,7 @@ class FrameFinder {
       const std::int64_t stamp_ns = clock_.absolute_ns(span_->first_ns, captured_ns_);
       if (!index_.scans.empty() && stamp_ns <= index_.scans.back().stamp_ns) {
         return error(ErrorCode::kTimeRunsBackwards,
-                     concat("the sensor's clock goes back by ",
+                     concat("the sensor's clock jumps back by ",
                             (index_.scans.back().stamp_ns - stamp_ns) / 1000, " us"),
                      open_->offset);
       }
@@ -417,17 +418,17 @@ class FrameFinder {
 
   void warn() {
     const std::string name = path_.filename().string();
-    index_.warnings.push_back(concat(name, ": ", index_.frames.size(), " frames in ", data_packets_,
-                                     " data packets; ", left_out_,
-                                     " frames of which over a tenth is missing were left out, and ",
-                                     other_packets_, " packets of other kinds, late or twice"));
+    index_.warnings.push_back(
+        concat(name, ": ", index_.frames.size(), " frames in ", data_packets_, " data packets; ",
+               left_out_, " frames that lack more than a tenth were left out, and ", other_packets_,
+               " packets that are of other kinds, late or repeated"));
     if (missing_ > 0) {
       index_.warnings.push_back(concat(name, ": ", missing_, " packets of the frames are missing"));
     }
     if (clock_.is_shifted()) {
-      index_.warnings.push_back(name +
-                                ": the sensor's clock was not set; its times count from when the "
-                                "first packet was captured");
+      index_.warnings.push_back(
+          name +
+          ": the sensor's clock was not set; times count from the capture of the first packet");
     }
   }
 

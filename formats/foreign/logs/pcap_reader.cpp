@@ -205,7 +205,7 @@ Result<bool> PcapReader::next_block(Block& block) {
   file_.read(head.data(), head.size());
   if (file_.gcount() == 0) return false;
   if (file_.gcount() != static_cast<std::streamsize>(head.size())) {
-    return error(ErrorCode::kTruncatedScan, "the file ends within the head of a block");
+    return error(ErrorCode::kTruncatedScan, "the file ends within the header of a block");
   }
   block.type = number(head.data());
   const std::uint32_t length = number(head.data() + 4);
@@ -245,12 +245,13 @@ Result<bool> PcapReader::next_of_section(PcapPacket& packet) {
   constexpr std::size_t kPacketHead = 20;
   const std::vector<char>& body = block.body;
   if (body.size() < kPacketHead) {
-    return error(ErrorCode::kMalformedHeader, "a packet shorter than its head");
+    return error(ErrorCode::kMalformedHeader, "a packet is shorter than its header");
   }
   const std::uint32_t interface_id = number(body.data());
   const std::uint32_t size = number(body.data() + 12);
   if (interface_id >= interfaces_.size() || size > body.size() - kPacketHead) {
-    return error(ErrorCode::kMalformedHeader, "a packet of no interface, or longer than its block");
+    return error(ErrorCode::kMalformedHeader,
+                 "a packet without an interface, or longer than its block");
   }
   const Interface& interface = interfaces_[interface_id];
   const std::uint64_t ticks =

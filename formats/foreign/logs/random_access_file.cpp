@@ -18,8 +18,10 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::span<std::byte> b
         ::pread(file_.descriptor.number(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
-      return error_at(offset, count < 0 ? std::strerror(errno) : "the file has become shorter",
-                      ErrorCode::kCannotRead);
+      return error_at(
+          offset,
+          count < 0 ? std::strerror(errno) : "the file has become shorter while it was read",
+          ErrorCode::kCannotRead);
     }
     offset += static_cast<std::uint64_t>(count);
     bytes = bytes.subspan(static_cast<std::size_t>(count));

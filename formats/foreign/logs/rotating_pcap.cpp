@@ -114,7 +114,7 @@ class RevolutionFinder {
     if (time_before_ns_ && time_ns_ < *time_before_ns_) {
       return error(
           ErrorCode::kTimeRunsBackwards,
-          concat("the sensor's clock goes back by ", (*time_before_ns_ - time_ns_) / 1000, " us"),
+          concat("the sensor's clock jumps back by ", (*time_before_ns_ - time_ns_) / 1000, " us"),
           packet.offset);
     }
     return {};
@@ -157,8 +157,7 @@ class RevolutionFinder {
     const std::string name = path_.filename().string();
     index_.warnings.push_back(
         concat(name, ": ", index_.revolutions.size(), " whole revolutions in ", data_packets_,
-               " data packets; the parts before the first and behind the last were "
-               "left out, and ",
+               " data packets; the parts before the first and after the last were left out, and ",
                other_packets_, " packets of other kinds"));
     if (gaps_ > 0) {
       index_.warnings.push_back(
@@ -166,9 +165,9 @@ class RevolutionFinder {
                  first_gap_offset_, "; their revolutions were left out"));
     }
     if (clock_.is_shifted()) {
-      index_.warnings.push_back(name +
-                                ": the sensor's clock was not set; its times count from when the "
-                                "first packet was captured");
+      index_.warnings.push_back(
+          name +
+          ": the sensor's clock was not set; times count from the capture of the first packet");
     }
     for (const std::string& warning : lidar_.warnings()) index_.warnings.push_back(warning);
   }

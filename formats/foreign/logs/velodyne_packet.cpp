@@ -75,7 +75,7 @@ class VelodyneLidar : public RotatingLidar {
     const VelodynePacket packet(bytes);
     if (!packet.is_valid()) {
       return Error{ErrorCode::kMalformedHeader,
-                   "found 1206 bytes of UDP that are no Velodyne data packet"};
+                   "found 1206 bytes of UDP that are not a Velodyne data packet"};
     }
     if (packet.model()) return {};
     return Error{

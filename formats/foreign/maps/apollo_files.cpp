@@ -57,7 +57,7 @@ Result<std::vector<std::byte>> unpack(std::span<const std::byte> packed, std::si
                  concat("byte ", 20 + packed.size() - rest)};
   }
   if (rest == 0) return body;
-  return Error{ErrorCode::kMalformedHeader, concat("found ", rest, " bytes behind the zlib stream"),
+  return Error{ErrorCode::kMalformedHeader, concat("found ", rest, " bytes after the zlib stream"),
                file, concat("byte ", 20 + packed.size() - rest)};
 }
 
@@ -81,10 +81,10 @@ Result<std::span<const std::byte>> packed_body(std::span<const std::byte> bytes,
                   node.n);
   };
   if (!(found == index)) {
-    return Error{
-        ErrorCode::kMalformedHeader,
-        concat("found ", text_of(found), ", expected ", text_of(index), " as its folders say"),
-        file, "byte 0"};
+    return Error{ErrorCode::kMalformedHeader,
+                 concat("found ", text_of(found), ", expected ", text_of(index),
+                        " as in the names of its folders"),
+                 file, "byte 0"};
   }
   if (body_size == reader.remaining()) return bytes.subspan(reader.offset());
   return Error{
@@ -131,7 +131,7 @@ class BodyReader {
     if (rows != config_.node_rows || columns != config_.node_columns) {
       return Error{ErrorCode::kMalformedHeader,
                    concat("found ", rows, " rows of ", columns, ", expected ", config_.node_rows,
-                          " of ", config_.node_columns, " as config.xml says"),
+                          " of ", config_.node_columns, " as in config.xml"),
                    file_, at_byte_of_body(0)};
     }
     for (std::uint32_t row = 0; row < rows; ++row) {
@@ -144,7 +144,7 @@ class BodyReader {
     }
     if (reader_.at_end()) return std::move(node_);
     return Error{ErrorCode::kMalformedHeader,
-                 concat("found ", reader_.remaining(), " bytes behind the last column"), file_,
+                 concat("found ", reader_.remaining(), " bytes after the last column"), file_,
                  at_byte_of_body(reader_.offset())};
   }
 
@@ -258,7 +258,7 @@ class ConfigReader {
     SIGHTLINE_ASSIGN(const double columns, number("node_size", "x", 1.0, kMostNodeCells));
     SIGHTLINE_ASSIGN(const double rows, number("node_size", "y", 1.0, kMostNodeCells));
     if (columns != std::floor(columns) || rows != std::floor(rows)) {
-      return error(ErrorCode::kMalformedText, "node_size is no whole number of cells");
+      return error(ErrorCode::kMalformedText, "node_size is not a whole number of cells");
     }
     config.node_columns = static_cast<std::uint32_t>(columns);
     config.node_rows = static_cast<std::uint32_t>(rows);
@@ -271,7 +271,7 @@ class ConfigReader {
     if (config.cells_m.size() == config.heights_m.size()) return config;
     return error(ErrorCode::kMalformedText,
                  concat("found ", config.cells_m.size(), " resolutions and ",
-                        config.heights_m.size(), " of z, expected as many"));
+                        config.heights_m.size(), " of z, expected equal numbers"));
   }
 
  private:
@@ -287,11 +287,10 @@ class ConfigReader {
   [[nodiscard]] Result<void> check_version() const {
     const std::string_view version = text_of(config_.FirstChildElement("version"));
     if (version.starts_with("map_ndt")) return {};
-    return error(
-        ErrorCode::kUnsupportedFormat,
-        concat("found an Apollo map of version '", version.substr(0, 40),
-               "', expected map_ndt_v01: other maps of Apollo hold intensities and heights, "
-               "and no distributions to match with"));
+    return error(ErrorCode::kUnsupportedFormat,
+                 concat("found an Apollo map of version '", version.substr(0, 40),
+                        "', expected map_ndt_v01. Other maps of Apollo contain intensities and "
+                        "heights, but no distributions to match with"));
   }
 
   [[nodiscard]] Result<double> number_of(std::string_view text, const std::string& name,
@@ -303,7 +302,7 @@ class ConfigReader {
     }
     if (*found >= least && *found <= most) return *found;
     return error(ErrorCode::kUnsupportedFormat,
-                 concat(name, ": found ", text.substr(0, 40), ", which no map has"));
+                 concat(name, ": found ", text.substr(0, 40), ", which is out of range"));
   }
 
   [[nodiscard]] Result<double> number(const char* group, const char* name, double least,
@@ -345,13 +344,14 @@ Result<ApolloNode> parse_apollo_node(std::span<const std::byte> bytes, const Apo
 Result<ApolloConfig> parse_apollo_config(std::string_view text, const std::string& file) {
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    return Error{ErrorCode::kMalformedText, std::string("found no XML: ") + document.ErrorName(),
-                 file, concat("line ", document.ErrorLineNum())};
+    return Error{ErrorCode::kMalformedText,
+                 std::string("the file is not valid XML: ") + document.ErrorName(), file,
+                 concat("line ", document.ErrorLineNum())};
   }
   const XMLElement* root = document.FirstChildElement("map");
   const XMLElement* config = root == nullptr ? nullptr : root->FirstChildElement("map_config");
   if (config == nullptr) {
-    return Error{ErrorCode::kMissingField, "found no map.map_config, expected Apollo's config.xml",
+    return Error{ErrorCode::kMissingField, "found no map.map_config; expected Apollo's config.xml",
                  file};
   }
   return ConfigReader(*config, file).read();

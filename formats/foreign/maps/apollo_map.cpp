@@ -53,7 +53,7 @@ Result<std::vector<std::pair<std::uint32_t, fs::path>>> numbered(const fs::path&
     }
   }
   if (failure) {
-    return Error{ErrorCode::kCannotRead, "found a folder that cannot be read: " + failure.message(),
+    return Error{ErrorCode::kCannotRead, "cannot read the folder: " + failure.message(),
                  folder.string()};
   }
   std::ranges::sort(found);
@@ -124,17 +124,17 @@ Result<void> check_grid(const ApolloFiles& files) {
   const double cell_m = files.config.cells_m[files.resolution];
   const double height_m = files.config.heights_m[files.resolution];
   if (cell_m != height_m) {
-    return Error{ErrorCode::kUnsupportedFormat,
-                 concat("found cells of ", format_double(cell_m), " m, ", format_double(height_m),
-                        " m high, expected cubes; write the map with a resolution_z like its "
-                        "resolution"),
-                 files.config_file.string()};
+    return Error{
+        ErrorCode::kUnsupportedFormat,
+        concat("found cells of ", format_double(cell_m), " m, ", format_double(height_m),
+               " m high, expected cubes; write the map with resolution_z equal to its resolution"),
+        files.config_file.string()};
   }
   if (is_whole(files.config.min_x_m / cell_m) && is_whole(files.config.min_y_m / cell_m)) return {};
-  return Error{
-      ErrorCode::kUnsupportedFormat,
-      concat("found a range that begins at no multiple of a cell of ", format_double(cell_m), " m"),
-      files.config_file.string()};
+  return Error{ErrorCode::kUnsupportedFormat,
+               concat("the map's range does not begin at a multiple of its cell of ",
+                      format_double(cell_m), " m"),
+               files.config_file.string()};
 }
 
 Result<ApolloFiles> find_files(const fs::path& path) {
@@ -185,20 +185,18 @@ std::size_t sort_once(std::vector<ForeignNd>& nds) {
 void warn(const ApolloFiles& files, std::uint64_t damaged, std::size_t shared, ForeignNds& map) {
   const std::size_t resolutions = files.config.cells_m.size();
   if (resolutions > 1) {
-    map.warnings.push_back(concat("has ", resolutions, " resolutions; cells of ",
-                                  format_double(map.cell_m), " m are taken"));
+    map.warnings.push_back(concat("has ", resolutions, " resolutions; its cells of ",
+                                  format_double(map.cell_m), " m are used"));
   }
   if (damaged > 0) {
-    map.warnings.push_back(
-        concat(damaged,
-               " cells hold numbers that no points have (not finite, out of their "
-               "cell, or no covariance), and were left out"));
+    map.warnings.push_back(concat(damaged,
+                                  " cells with invalid numbers (not finite, outside their cell, or "
+                                  "not a covariance) were left out"));
   }
   if (shared > 0) {
-    map.warnings.push_back(
-        concat(shared,
-               " cells share the cell of their mean with one of more points, and were "
-               "left out"));
+    map.warnings.push_back(concat(
+        shared,
+        " cells were left out, since a cell with more points has its mean in the same cell"));
   }
 }
 

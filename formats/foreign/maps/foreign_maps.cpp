@@ -51,8 +51,8 @@ Result<std::vector<fs::path>> listed_squares(const fs::path& metadata) {
     if (fs::is_regular_file(files.back(), failure)) continue;
     return Error{ErrorCode::kFileNotFound,
                  std::string(kMetadata) +
-                     " names this square, and it is not there: the map would "
-                     "have a hole",
+                     " lists this square, but its file is missing: the map would have a hole. "
+                     "Restore the file or remove the line",
                  within.string()};
   }
   return files;
@@ -98,7 +98,7 @@ Result<void> open_files(const std::vector<fs::path>& paths, int threads, PointMa
     map.files.push_back(of.file);
     if (!of.may_be_cut) continue;
     map.warnings.push_back(concat("the last line of ", of.file.name,
-                                  " has no end: its last number may have lost digits"));
+                                  " has no line end: its last number may be cut off"));
   }
   return {};
 }
@@ -116,7 +116,8 @@ Result<void> check_extent(const PointMap& map, const fs::path& path) {
       ErrorCode::kUnsupportedFormat,
       concat("the points span ", format_double(extent_m.x()), " by ", format_double(extent_m.y()),
              ", expected a map in metres",
-             (may_be_degrees ? "; these look like degrees, project them (UTM) first" : "")),
+             (may_be_degrees ? ". These look like degrees: project them first, for example to UTM"
+                             : "")),
       path.string()};
 }
 
@@ -137,7 +138,7 @@ class PointMapStore : public ScanStore {
     const PointMapFile& file = files_.at(index);
     SIGHTLINE_ASSIGN(const FileContent content, read_file_content(file.file));
     if (xxh3(content.bytes()) != file.content_xxh3) {
-      return Error{ErrorCode::kMismatchedInputs, "the file is not the one that was opened",
+      return Error{ErrorCode::kMismatchedInputs, "the file has changed since it was opened",
                    file.file.string()};
     }
     SIGHTLINE_ASSIGN(PointCloudFile cloud, parse_point_cloud(content.bytes(), file.file));
@@ -206,7 +207,7 @@ std::shared_ptr<const ScanStore> point_map_store(const PointMap& map) {
 
 Result<void> validate(const ForeignNds& map) {
   if (!(map.cell_m > 0.0)) {
-    return Error{ErrorCode::kInvalidArtifact, "a cell has no size", "", map.name};
+    return Error{ErrorCode::kInvalidArtifact, "the size of a cell is not above 0 m", "", map.name};
   }
   for (std::size_t i = 0; i < map.nds.size(); ++i) {
     const ForeignNd& nd = map.nds[i];

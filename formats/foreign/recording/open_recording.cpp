@@ -27,10 +27,11 @@ Error of_scan(Error error, const Recording& recording, std::size_t index) {
 Result<void> check_given(const std::vector<FloatEvidence>& evidence, const Recording& recording) {
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!evidence[i].refutes) continue;
-    return of_scan({ErrorCode::kUnsupportedFormat,
-                    concat("its floats are not ", recording.columns->count, " a point (",
-                           to_text(*recording.columns), "); take `columns` away to see what fits")},
-                   recording, i);
+    return of_scan(
+        {ErrorCode::kUnsupportedFormat,
+         concat("its floats are not ", recording.columns->count, " a point (",
+                to_text(*recording.columns), "); remove `columns` to see which numbers fit")},
+        recording, i);
   }
   return {};
 }
@@ -75,9 +76,9 @@ Result<void> settle_columns(const std::vector<FloatEvidence>& evidence, Recordin
   if (!count) return of_scan(count.error(), recording, 0);
   recording.columns = columns_of_count(*count);
   if (*count != FloatColumns().count) {
-    recording.warnings.push_back(concat("scans without a header: ", *count,
-                                        " floats a point fit, they are read as `columns: ",
-                                        to_text(*recording.columns), "` (_ is left out)"));
+    recording.warnings.push_back(concat("scans have no header: ", *count,
+                                        " floats a point fit; they are read as `columns: ",
+                                        to_text(*recording.columns), "` (_ is ignored)"));
   }
   return {};
 }
@@ -131,7 +132,8 @@ Result<void> take_turn_rates(const RecordingOptions& options, Recording& recordi
   if (options.imu_topic == "none") return {};
   if (!is_ros_bag(options.scans)) {
     if (options.imu_topic.empty()) return {};
-    return Error{ErrorCode::kBadValue, "imu_topic is for scans in bags, found " + options.scans};
+    return Error{ErrorCode::kBadValue,
+                 "imu_topic is only for scans in bags, found " + options.scans};
   }
   SIGHTLINE_ASSIGN(const BagTurns turns,
                    read_bag_turns(options.scans, options.imu_topic, recording.container->frame()));
@@ -148,7 +150,7 @@ Result<void> take_turn_rates(const RecordingOptions& options, Recording& recordi
   }
   if (!turns.of_sensor.empty() && recording.turn_rates.empty()) {
     recording.warnings.push_back(concat(options.scans, ": turn rates are not used: none of the ",
-                                        turns.of_sensor.size(), " is at the time of a scan"));
+                                        turns.of_sensor.size(), " is within the time of a scan"));
   }
   return {};
 }
@@ -178,8 +180,8 @@ Digest digest_of(const Recording& recording) {
 }
 
 Error changed(const std::filesystem::path& path) {
-  return {ErrorCode::kMismatchedInputs,
-          "the file is not the one that was there when the recording was opened", path.string()};
+  return {ErrorCode::kMismatchedInputs, "the file has changed since the recording was opened",
+          path.string()};
 }
 
 Result<PointCloudFile> read_contained(const Recording& recording, const ScanInFile& scan,
@@ -264,7 +266,7 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
                                                       Recording& recording) {
   if (!is_scan_container(options.scans)) {
     if (options.topic.empty()) return list_scan_files(options.scans);
-    return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans};
+    return Error{ErrorCode::kBadValue, "topic is only for bags, found " + options.scans};
   }
   SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container,
                    open_scan_container(options.scans, options.topic,
@@ -278,7 +280,7 @@ Result<void> take_columns(const RecordingOptions& options, Recording& recording)
   if (options.columns.empty()) return {};
   if (!has_no_headers(recording)) {
     return Error{ErrorCode::kBadValue,
-                 "columns is for .bin scans, which do not say it themselves; found " +
+                 "columns is only for .bin scans, which have no header; found " +
                      recording.scans.front().name};
   }
   SIGHTLINE_ASSIGN(recording.columns, parse_float_columns(options.columns));

@@ -43,9 +43,10 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   profile.T_vehicle_lidar = mounting(options);
   const bool are_of_sensor = options.poses_of == PosesOf::kSensor;
   if (are_of_sensor && !profile.T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
-    return Error{ErrorCode::kBadValue,
-                 "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
-                 "no meaning"};
+    return Error{
+        ErrorCode::kBadValue,
+        "the poses are those of the sensor (poses_of: sensor), so its mounting (lidar_x_m, ...) "
+        "must not be given. Remove these keys, or write poses_of: vehicle"};
   }
   SIGHTLINE_TRY(validate(profile));
   return profile;

@@ -51,8 +51,8 @@ using Poses = std::vector<std::optional<PoseRow>>;
 void warn_of_unit(const std::string& path, const std::string& unit, Recording& recording) {
   if (unit.empty()) return;
   recording.warnings.push_back(
-      concat(path, ": as seconds its times are 20 s and more apart; they are read as ", unit,
-             " (seconds are written with a point)"));
+      concat(path, ": in seconds its times would be at least 20 s apart; they are read as ", unit,
+             ". Write seconds with a decimal point"));
 }
 
 Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Recording& recording) {
@@ -92,9 +92,10 @@ Error fewer_poses(const std::string& path, const std::string& what) {
 Result<Poses> poses_by_row(const std::string& path, const Files& files,
                            const std::vector<PoseRow>& rows, Recording& recording) {
   if (rows.size() < files.size()) {
-    return fewer_poses(path,
-                       concat("found ", rows.size(), " poses for ", files.size(),
-                              " scans; supply all, or name no poses so that they are estimated"));
+    return fewer_poses(
+        path,
+        concat("found ", rows.size(), " poses for ", files.size(),
+               " scans; supply one for each scan, or name no poses so that they are estimated"));
   }
   Poses poses;
   for (const std::size_t row : choose_rows(files, rows.size(), path, recording)) {
@@ -150,11 +151,11 @@ std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   const std::int64_t off_s = (stamp_ns - first_ns) / kSecond_ns;
   const std::int64_t hours = (off_s + (off_s < 0 ? -kHour_s : kHour_s) / 2) / kHour_s;
   if (std::abs(off_s) < kLeastOff_s) return text;
-  text += ", so the clocks of scans and poses differ";
+  text += "; the clocks of scans and poses differ";
   const bool is_zone =
       hours != 0 && std::abs(hours) <= 14 && std::abs(off_s - hours * kHour_s) < kLeastOff_s;
-  if (is_zone) text += concat(" by ", std::abs(hours), " h, as time zones do");
-  return text + ": write both in one";
+  if (is_zone) text += concat(" by ", std::abs(hours), " h, which is a time zone");
+  return text + ": write both in the same one";
 }
 
 Result<Poses> poses_by_time(const std::string& path, const Files& files,
@@ -163,9 +164,9 @@ Result<Poses> poses_by_time(const std::string& path, const Files& files,
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::optional<PoseRow> pose = pose_at(rows, *stamps_ns[i]);
     if (!pose) {
-      return fewer_poses(path,
-                         concat("no poses around time ", format_stamp(*stamps_ns[i]), " s of ",
-                                files[i].filename().string(), span_of(rows, *stamps_ns[i])));
+      return fewer_poses(
+          path, concat("no poses before and after time ", format_stamp(*stamps_ns[i]), " s of ",
+                       files[i].filename().string(), span_of(rows, *stamps_ns[i])));
     }
     poses.push_back(pose);
   }
@@ -191,8 +192,8 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
   }
   if (stamps_ns.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "a bag's poses are found by time, and the scans have no times of their own; name "
-                 "a file of stamps",
+                 "a bag's poses are assigned by time, but the scans have no times. Name a file of "
+                 "times with `stamps`",
                  options.poses};
   }
   Poses poses;
@@ -207,7 +208,7 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
   }
   if (missing > 0) {
     recording.warnings.push_back(concat(options.poses, ": ", missing, " of ", stamps_ns.size(),
-                                        " scans have no poses around them in time"));
+                                        " scans have no poses before and after them in time"));
   }
   return poses;
 }
@@ -244,8 +245,8 @@ Result<Poses> poses_from_table(const RecordingOptions& options, const Files& fil
   SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_nuscenes_poses(options.poses));
   if (stamps_ns.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "these poses are found by time, and the scans' names have none; name a file of "
-                 "stamps",
+                 "these poses are assigned by time, but the scans' names contain none. Name a file "
+                 "of times with `stamps`",
                  options.poses};
   }
   return poses_by_time(options.poses, files, rows, stamps_ns);
@@ -256,7 +257,7 @@ Result<void> take_calibration(const RecordingOptions& options, Poses& poses) {
   if (options.calibration.empty()) return {};
   if (options.poses_of != PosesOf::kSensor) {
     return Error{ErrorCode::kBadValue,
-                 "calibration takes the poses to the sensor: write poses_of: sensor",
+                 "calibration converts the poses to the sensor: write poses_of: sensor",
                  options.calibration};
   }
   SIGHTLINE_ASSIGN(const KittiCalibration calibration, read_kitti_calibration(options.calibration));

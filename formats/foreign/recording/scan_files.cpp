@@ -51,18 +51,18 @@ Result<void> check_is_file(const std::filesystem::path& path) {
   if (std::filesystem::is_symlink(path, ignored) && !std::filesystem::exists(status)) {
     return Error{ErrorCode::kFileNotFound,
                  concat("a link to ", std::filesystem::read_symlink(path, ignored).string(),
-                        ", which is not there; take the link away or bring the scan back"),
+                        ", which does not exist. Remove the link or restore the scan"),
                  path.string()};
   }
   return Error{ErrorCode::kCannotRead,
-               failure ? "cannot look at it: " + failure.message() : "no regular file",
+               failure ? "cannot read its properties: " + failure.message() : "not a regular file",
                path.string()};
 }
 
 Result<Candidates> list_candidates(const std::filesystem::path& folder) {
   std::error_code failure;
   if (!std::filesystem::exists(folder, failure)) {
-    return Error{ErrorCode::kFileNotFound, "there is no such folder", folder.string()};
+    return Error{ErrorCode::kFileNotFound, "the folder does not exist", folder.string()};
   }
   if (std::filesystem::is_other(folder, failure)) {
     return Error{ErrorCode::kCannotRead, "neither a folder nor a regular file", folder.string()};
@@ -145,7 +145,7 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
   const std::vector<std::filesystem::path>& files = candidates.files;
   if (files.empty()) {
     return Error{ErrorCode::kEmptyDirectory,
-                 concat("the folder holds no scans (", scan_endings_text(), ")",
+                 concat("the folder contains no scans (", scan_endings_text(), ")",
                         hint_of_folders(candidates.folders)),
                  folder.string()};
   }

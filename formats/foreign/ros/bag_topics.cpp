@@ -33,18 +33,18 @@ Result<std::string> choose_topic(const fs::path& path, const TopicChoice& topics
   if (!wanted.empty()) {
     return error_of(
         path, ErrorCode::kUnknownName,
-        concat("no topic '", wanted, "' of a type that is read here; the bag has:", topics.all));
+        concat("no topic '", wanted, "' of a supported type; the bag has:", topics.all));
   }
   if (topics.fitting.size() == 1) return *topics.fitting.begin();
   if (topics.fitting.empty()) {
     return error_of(
         path, ErrorCode::kUnsupportedFormat,
-        concat("no topic of a type that is read here; the bag has:", topics.all,
-               "; play it to the sensor's driver and record the sensor_msgs/PointCloud2 that "
-               "comes out (packets and single lines of a scan are not read)"));
+        concat("no topic of a supported type; the bag has:", topics.all,
+               ". Play it to the sensor's driver and record the resulting sensor_msgs/PointCloud2 "
+               "(packets and single lines of a scan are not read)"));
   }
   return error_of(path, ErrorCode::kBadValue,
-                  "several topics to choose from, name one of them; the bag has:" + topics.all);
+                  "several topics are possible, name one of them; the bag has:" + topics.all);
 }
 
 std::set<std::uint32_t> channels_of(const MessageLog& log, const std::string& topic,
@@ -114,7 +114,7 @@ Result<std::vector<const TransformTree::Edge*>> TransformTree::chain_above(
   for (auto at = edges_.find(frame); at != edges_.end() && top != "map"; at = edges_.find(top)) {
     const Edge& edge = at->second;
     if (chain.size() == edges_.size()) {
-      return error(ErrorCode::kMalformedPose, concat("frame ", top, " lies within itself"), file);
+      return error(ErrorCode::kMalformedPose, concat("frame ", top, " is its own parent"), file);
     }
     if (!edge.other_parent.empty()) {
       return error(
@@ -134,7 +134,8 @@ Result<std::vector<PoseRow>> TransformTree::poses_of(const std::string& frame,
   const auto fastest = std::ranges::max_element(
       chain, {}, [](const Edge* edge) { return edge->moves() ? edge->poses.size() : 0; });
   if (fastest == chain.end() || !(*fastest)->moves()) {
-    return error(ErrorCode::kNoPoses, concat("nothing moves above frame '", frame, "'"), file);
+    return error(ErrorCode::kNoPoses, concat("no moving transform is above frame '", frame, "'"),
+                 file);
   }
   std::vector<PoseRow> rows;
   for (const auto& [stamp_ns, unused] : (*fastest)->poses) {
@@ -149,7 +150,8 @@ Result<std::vector<PoseRow>> TransformTree::poses_of(const std::string& frame,
     if (is_known) rows.push_back(row);
   }
   if (!rows.empty()) return rows;
-  return error(ErrorCode::kNoPoses, concat("transforms above frame '", frame, "' share no time"),
+  return error(ErrorCode::kNoPoses,
+               concat("the moving transforms above frame '", frame, "' have no time in common"),
                file);
 }
 

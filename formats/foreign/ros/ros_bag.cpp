@@ -178,8 +178,8 @@ void take_samples(const ImuTopic& topic, const Eigen::Matrix3d& R_sensor_imu, Ba
         concat(topic.name, ": ", count, " of ", all + topic.unusable, " messages ", what));
   };
   warn(topic.unusable, "are damaged or have no angular velocity and are skipped");
-  warn(backwards, "are stamped before the one recorded before them; they are put in order");
-  warn(twice, "have the stamp of another one and are skipped");
+  warn(backwards, "have times before that of the previous message; they are sorted");
+  warn(twice, "have the time of another message and are skipped");
 }
 
 std::string names_of(const std::vector<ImuTopic>& topics) {
@@ -203,13 +203,13 @@ BagTurns choose(const std::vector<ImuTopic>& topics, const TransformTree& tree,
   }
   if (!chosen) {
     turns.warnings.push_back(
-        concat("turn rates are not used: no transforms that do not move tell how ",
-               names_of(topics), " lies to the scans' frame '", sensor_frame, "'"));
+        concat("turn rates are not used: no static transforms give the pose of ", names_of(topics),
+               " in the scans' frame '", sensor_frame, "'"));
     return turns;
   }
   if (topics.size() > 1) {
-    turns.warnings.push_back(concat("turn rates are those of ", chosen->name, "; the bag has ",
-                                    names_of(topics), ": name another as imu_topic"));
+    turns.warnings.push_back(concat("turn rates are taken from ", chosen->name, "; the bag has ",
+                                    names_of(topics), ": to use another, name it as imu_topic"));
   }
   turns.topic = chosen->name;
   take_samples(*chosen, *R_sensor_imu(tree, sensor_frame, chosen->frame), turns);

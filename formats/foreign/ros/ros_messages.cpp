@@ -14,7 +14,7 @@ Result<Pose> take_pose(MessageReader& reader, std::int64_t stamp_ns, const std::
   for (double& number : n) number = reader.get<double>();
   const bool are_finite = std::ranges::all_of(n, [](double v) { return std::isfinite(v); });
   if (!reader.ok() || !are_finite) {
-    return Error{ErrorCode::kMalformedPose, "a pose message that is short or not finite", file};
+    return Error{ErrorCode::kMalformedPose, "a pose message is cut short or not finite", file};
   }
   const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
   if (!(std::abs(rotation.norm() - 1.0) <= kTolerance)) {
@@ -72,13 +72,13 @@ Result<std::optional<GeodeticFix>> parse_fix_message(std::span<const std::byte> 
   fix.at.latitude_deg = reader.get<double>();
   fix.at.longitude_deg = reader.get<double>();
   fix.at.altitude_m = reader.get<double>();
-  if (!reader.ok()) return Error{ErrorCode::kMalformedPose, "a NavSatFix that is short", file};
+  if (!reader.ok()) return Error{ErrorCode::kMalformedPose, "a NavSatFix is cut short", file};
   if (status < 0) return std::optional<GeodeticFix>();
   const bool is_on_earth = std::abs(fix.at.latitude_deg) <= 90.0 &&
                            std::abs(fix.at.longitude_deg) <= 360.0 &&
                            std::abs(fix.at.altitude_m) < 1e5;
   if (is_on_earth) return std::optional<GeodeticFix>(fix);
-  return Error{ErrorCode::kMalformedPose, "a NavSatFix that is no place on Earth", file};
+  return Error{ErrorCode::kMalformedPose, "a NavSatFix is not a position on Earth", file};
 }
 
 // sensor_msgs, msg/Imu.msg: orientation, angular velocity and acceleration, each before its
@@ -117,7 +117,7 @@ Result<std::vector<StampedTransform>> parse_transforms(std::span<const std::byte
     SIGHTLINE_ASSIGN(transform.T_parent_child, take_pose(reader, transform.stamp_ns, file));
   }
   if (reader.ok()) return transforms;
-  return Error{ErrorCode::kMalformedPose, "a message of transforms that is short", file};
+  return Error{ErrorCode::kMalformedPose, "a message of transforms is cut short", file};
 }
 
 MessageReader::MessageReader(std::span<const std::byte> message, MessageEncoding encoding)

@@ -86,12 +86,11 @@ Result<void> check_layout(const CloudLayout& layout, const FileBytes& file) {
     return file.error(ErrorCode::kMissingField, "no fields x, y and z", at_byte(0));
   }
   if (layout.width == 0 || layout.height == 0) {
-    return file.error(ErrorCode::kEmptyScan, "the message says that there are no points",
-                      at_byte(0));
+    return file.error(ErrorCode::kEmptyScan, "the message has a count of 0 points", at_byte(0));
   }
   for (const CloudField& field : {x, y, z, layout.intensity, layout.time}) {
     if (field.offset + field.type.size <= layout.point_step || !field.is_there) continue;
-    return file.error(ErrorCode::kMalformedHeader, "a field lies outside its point", at_byte(0));
+    return file.error(ErrorCode::kMalformedHeader, "a field is outside its point", at_byte(0));
   }
   if (layout.row_step < layout.width * layout.point_step) {
     return file.error(ErrorCode::kMalformedHeader, "a row is shorter than its points", at_byte(0));
@@ -146,8 +145,7 @@ Result<PointCloudFile> parse_livox(const FileBytes& file, MessageEncoding encodi
                       at_byte(reader.offset()));
   }
   if (count == 0) {
-    return file.error(ErrorCode::kEmptyScan, "the message says that there are no points",
-                      at_byte(0));
+    return file.error(ErrorCode::kEmptyScan, "the message has a count of 0 points", at_byte(0));
   }
   set_point_times(times, cloud, /*known_unit_ns=*/1.0);
   return cloud;
@@ -156,7 +154,7 @@ Result<PointCloudFile> parse_livox(const FileBytes& file, MessageEncoding encodi
 Result<void> check_packet(const VelodynePacket& packet, const FileBytes& file, std::size_t offset) {
   if (!packet.is_valid()) {
     return file.error(ErrorCode::kMalformedHeader,
-                      "found 1206 bytes that are no Velodyne data packet", at_byte(offset));
+                      "found 1206 bytes that are not a Velodyne data packet", at_byte(offset));
   }
   if (packet.model()) return {};
   return file.error(
@@ -185,7 +183,7 @@ Result<PointCloudFile> parse_velodyne(const FileBytes& file, MessageEncoding enc
     if (!cloud.time_origin_ns) cloud.time_origin_ns = time_ns;
     const std::int64_t after_ns = time_ns - *cloud.time_origin_ns;
     if (after_ns < -kLongestScan_ns || after_ns > kLongestScan_ns) {
-      return file.error(ErrorCode::kMalformedHeader, "packets of one scan more than 2 s apart",
+      return file.error(ErrorCode::kMalformedHeader, "packets of one scan are more than 2 s apart",
                         at_byte(offset));
     }
     for (std::size_t block = 0; block < kVelodyneBlocks; ++block) {
@@ -197,7 +195,7 @@ Result<PointCloudFile> parse_velodyne(const FileBytes& file, MessageEncoding enc
                       at_byte(reader.offset()));
   }
   if (count > 0) return cloud;
-  return file.error(ErrorCode::kEmptyScan, "the message holds no packets", at_byte(0));
+  return file.error(ErrorCode::kEmptyScan, "the message contains no packets", at_byte(0));
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ Result<Pose> pose_of(const FileBytes& file, const Eigen::Matrix3d& rotation,
   constexpr double kTolerance = 1e-3;
   const Eigen::Matrix3d excess = rotation * rotation.transpose() - Eigen::Matrix3d::Identity();
   if (!(excess.cwiseAbs().maxCoeff() <= kTolerance) || rotation.determinant() <= 0.0) {
-    return file.error(ErrorCode::kNotARotation, "the 3x3 part is no rotation");
+    return file.error(ErrorCode::kNotARotation, "the 3x3 part is not a rotation");
   }
   Pose pose = Pose::Identity();
   pose.linear() = nearest_rotation(rotation);

@@ -112,8 +112,8 @@ Result<void> add_directions(const std::vector<GeodeticFix>& fixes, const std::st
     if (!yaws_rad[i]) yaws_rad[i] = last_rad;
     if (!yaws_rad[i]) {
       return Error{ErrorCode::kMalformedPose,
-                   "no heading is given, and the vehicle moves less than a metre: add a column "
-                   "heading or yaw",
+                   "no heading is given and the vehicle moves less than 1 m, too little to derive "
+                   "one: add a column heading or yaw",
                    path};
     }
     last_rad = yaws_rad[i];
@@ -234,7 +234,7 @@ Result<void> check_fix(const FileBytes& file, std::size_t line, const GeodeticFi
       ErrorCode::kMalformedPose,
       concat("found latitude ", format_double(at.latitude_deg), ", longitude ",
              format_double(at.longitude_deg), ", height ", format_double(at.altitude_m),
-             " m and its angles, expected a place on Earth in degrees and metres"),
+             " m and its angles, expected a position on Earth in degrees and metres"),
       at_line(line));
 }
 
@@ -269,8 +269,8 @@ Result<TrackInWorld> in_world(const GeodeticTrack& track, const std::string& wor
   if (name == "local") {
     name = enu_world_name(track.fixes.front().at);
     found.warnings.push_back(concat(path,
-                                    ": coordinates are metres from its first pose; name the world "
-                                    "of all drives under annotation: \"world: ",
+                                    ": coordinates are metres from its first pose. For several "
+                                    "drives set one world under annotation: \"world: ",
                                     name, "\""));
   }
   SIGHTLINE_ASSIGN(const World parsed, parse_world(name));
@@ -287,9 +287,9 @@ Result<TrackInWorld> in_world(const GeodeticTrack& track, const std::string& wor
   }
   if (has_headings) return found;
   SIGHTLINE_TRY(add_directions(track.fixes, path, found.rows));
-  found.warnings.push_back(path +
-                           ": where no heading is given it is taken from the direction of "
-                           "travel, without roll and pitch of its own");
+  found.warnings.push_back(
+      path +
+      ": poses without a heading take it from the direction of travel, with roll and pitch of 0");
   return found;
 }
 

@@ -158,7 +158,7 @@ Result<GeodeticTrack> parse_gnss_csv(const FileBytes& file) {
     track.fixes.push_back(fix);
   }
   if (header && !header->has(Field::kHeight)) {
-    track.warnings.push_back(file.file + ": no height is given, 0 m is taken");
+    track.warnings.push_back(file.file + ": no height is given, 0 m is used");
   }
   return track;
 }

@@ -81,9 +81,9 @@ class NmeaReader {
 
   GeodeticTrack finish(std::size_t wrong_sentences) {
     if (wrong_sentences > 0) {
-      warn(concat(wrong_sentences, " lines are no sentence with a right checksum"));
+      warn(concat(wrong_sentences, " lines are not sentences with a correct checksum"));
     }
-    if (without_fix_ > 0) warn(concat(without_fix_, " places without a fix are skipped"));
+    if (without_fix_ > 0) warn(concat(without_fix_, " positions without a fix are skipped"));
     if (!date_ns_) warn("no date is given (RMC, ZDA); times count from midnight");
     for (GeodeticFix& fix : track_.fixes) *fix.stamp_ns += date_ns_.value_or(0);
     return std::move(track_);
@@ -104,7 +104,7 @@ class NmeaReader {
     const std::optional<double> geoid = to_number<double>(cells[11]);
     if (!time_ns || !latitude || !longitude || !altitude) {
       return file_.error(ErrorCode::kMalformedPose,
-                         "found a GGA sentence without time, place or altitude", at_line(line));
+                         "found a GGA sentence without time, position or altitude", at_line(line));
     }
     GeodeticFix fix;
     fix.at = {*latitude, *longitude, *altitude + geoid.value_or(0.0)};

@@ -139,7 +139,7 @@ void read_beams(Reader& reader, OusterMetadata& metadata) {
     reader.fail(ErrorCode::kBadValue, "expected 1 to 1024 beams, and as many azimuths");
   }
   if (!are_all_finite(metadata.altitudes_deg) || !are_all_finite(metadata.azimuths_deg)) {
-    reader.fail(ErrorCode::kBadValue, "found an angle that is none");
+    reader.fail(ErrorCode::kBadValue, "found an angle that is not finite");
   }
 }
 
@@ -154,7 +154,8 @@ Result<OusterMetadata> parse_ouster_metadata(std::string_view text,
     if (c == '{' || c == '[') ++depth;
     if ((c == '}' || c == ']') && depth > 0) --depth;
     if (depth > kMostDepth) {
-      return file.error(ErrorCode::kMalformedText, "no metadata of a LiDAR: too deep", "");
+      return file.error(ErrorCode::kMalformedText,
+                        "this is not the metadata of a LiDAR: its JSON is nested too deeply", "");
     }
   }
   const Json json = Json::parse(text, nullptr, false);
@@ -162,7 +163,7 @@ Result<OusterMetadata> parse_ouster_metadata(std::string_view text,
   const Json* angles = json.is_discarded() ? nullptr : reader.member("beam_altitude_angles");
   if (angles == nullptr || !angles->is_array()) {
     return file.error(ErrorCode::kMalformedText,
-                      "found no list beam_altitude_angles, as Ouster's metadata has it", "");
+                      "found no list beam_altitude_angles, which Ouster's metadata contains", "");
   }
   OusterMetadata metadata;
   read_beams(reader, metadata);

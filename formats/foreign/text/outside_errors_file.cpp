@@ -72,7 +72,7 @@ Result<OutsideError> error_of(const Words& words, const Places& places, std::siz
   const auto start = to_number<std::uint32_t>(words[places[kStart]]);
   if (!start) return bad(kStart, "the number of a start, counted from 0");
   const auto error_m = finite_number(words[places[kError]]);
-  if (!error_m || *error_m < 0.0) return bad(kError, "a finite distance that is not negative, m");
+  if (!error_m || *error_m < 0.0) return bad(kError, "a finite distance of at least 0 m");
   return OutsideError{*scan, *look_m, *start, *error_m, static_cast<std::uint32_t>(line)};
 }
 
@@ -86,7 +86,7 @@ Result<void> sort_once(std::vector<OutsideError>& errors) {
   if (twice == errors.end()) return {};
   const OutsideError& again = *(twice + 1);
   return malformed(concat("found scan ", again.scan, ", look ", format_double(again.range_m),
-                          " m, start ", again.start, " again, which line ", twice->line, " has"),
+                          " m, start ", again.start, " again, as in line ", twice->line, " has"),
                    again.line);
 }
 

@@ -69,7 +69,7 @@ Result<Eigen::Matrix3d> rotation_of(const Row& row, const Eigen::Matrix3d& matri
   if (!(deviation <= kRotationTolerance) || matrix.determinant() <= 0.0) {
     return row.error(
         ErrorCode::kNotARotation,
-        concat("the 3x3 part is no rotation: its rows are off by ", format_double(deviation),
+        concat("the 3x3 part is not a rotation: its rows are off by ", format_double(deviation),
                ", its determinant is ", format_double(matrix.determinant())));
   }
   return nearest_rotation(matrix);
@@ -147,8 +147,8 @@ std::string foreign_layout(const std::vector<std::string_view>& words) {
   const bool has_semicolons = std::ranges::any_of(
       words, [](std::string_view word) { return word.find(';') != std::string_view::npos; });
   if (has_semicolons) {
-    return "; columns are divided by ';', and a comma may be a decimal one: write blanks between "
-           "columns and points in numbers";
+    return "; the columns are separated by ';' and commas may be decimal ones: write spaces "
+           "between columns and decimal points in numbers";
   }
   if (is_line_of_names(words)) {
     return "; this line names columns: they are read in the order t x y z qx qy qz qw";
@@ -161,7 +161,7 @@ template <class Body>
 Result<void> for_each_row(const FileBytes& file, Body body) {
   if (file.text().starts_with("version https://git-lfs")) {
     return file.error(ErrorCode::kGitLfsPointer,
-                      "a git-LFS pointer lies here; run `git lfs pull` where it was cloned",
+                      "the file is a git-LFS pointer; run `git lfs pull` where it was cloned",
                       at_line(1));
   }
   LineReader reader(without_byte_order_mark(file.text()));

@@ -121,17 +121,17 @@ bool is_worth_packing(std::uint64_t raw_size, std::uint64_t packed_size) {
   return packed_size <= raw_size - raw_size / 16 && raw_size / kMostExpansion <= packed_size;
 }
 
-Error unreadable_block() { return {ErrorCode::kBadLayer, "zstd cannot read it"}; }
+Error unreadable_block() { return {ErrorCode::kBadLayer, "zstd cannot unpack it"}; }
 
 Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
                                std::uint64_t raw_size) {
   if (raw_size > kLargestBlock || raw_size / kMostExpansion > stored_size) {
     return Error{ErrorCode::kTooLarge,
-                 concat(stored_size, " packed bytes are said to hold ", raw_size)};
+                 concat(stored_size, " packed bytes cannot unpack to ", raw_size)};
   }
   if (ZSTD_getFrameContentSize(beginning.data(), beginning.size()) != raw_size) {
     return Error{ErrorCode::kBadLayer,
-                 concat("the compressed frame does not hold ", raw_size, " bytes")};
+                 concat("the compressed frame does not unpack to ", raw_size, " bytes")};
   }
   return {};
 }

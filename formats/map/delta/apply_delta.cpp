@@ -35,7 +35,7 @@ Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
   const bool is_other_packing = found->root_digest == expected.root_digest;
   return Error{ErrorCode::kWrongBase,
                is_other_packing
-                   ? "the delta is for the same map with other optional parts, or packed otherwise"
+                   ? "the delta is for the same map with other optional parts or another packing"
                    : "found the map " + to_hex(found->root_digest) + ", the delta is for " +
                          to_hex(expected.root_digest),
                map.string()};
@@ -62,10 +62,9 @@ Result<void> check_room(const OpenedDelta& delta, const fs::path& part) {
   const std::uint64_t have = std::uint64_t{room.f_bavail} * room.f_frsize +
                              (exists ? static_cast<std::uint64_t>(there.st_size) : 0);
   if (have >= delta.header.result_size) return {};
-  return Error{
-      ErrorCode::kDiskFull,
-      concat("the result takes ", delta.header.result_size, " bytes, there is room for ", have),
-      part.string()};
+  return Error{ErrorCode::kDiskFull,
+               concat("the result needs ", delta.header.result_size, " bytes, but free are ", have),
+               part.string()};
 }
 
 // Makes all of the result in the part, checks it, and leaves it there on the disk.
@@ -85,7 +84,7 @@ Result<ApplyReport> make_part(const OpenedDelta& delta, const fs::path& map, con
   }
   SIGHTLINE_TRY(file.finish());
   if (digest.finish() != delta.header.result_sha256) {
-    return Error{ErrorCode::kDigestMismatch, "the steps do not make the map that the delta names",
+    return Error{ErrorCode::kDigestMismatch, "the steps do not produce the map of the delta",
                  delta.file.path().string(), "byte 128"};
   }
   SIGHTLINE_ASSIGN(const Digest root, check_map_digests(part));
@@ -112,7 +111,8 @@ Result<void> refuse_link(const fs::path& map) {
 
 Result<void> rename_file(const fs::path& from, const fs::path& to) {
   if (::rename(from.c_str(), to.c_str()) != 0) {
-    return failure(ErrorCode::kCannotWrite, to, "cannot rename into place", errno);
+    return failure(ErrorCode::kCannotWrite, to, "cannot rename the finished file to its name",
+                   errno);
   }
   const fs::path folder = to.has_parent_path() ? to.parent_path() : ".";
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -129,7 +129,7 @@ Result<void> put_in_place(const fs::path& part, const fs::path& map) {
     return failure(ErrorCode::kCannotWrite, third, "cannot remove", errno);
   }
   if (::link(map.c_str(), third.c_str()) != 0) {
-    return failure(ErrorCode::kCannotWrite, third, "cannot keep the map under another name", errno);
+    return failure(ErrorCode::kCannotWrite, third, "cannot link the map to a second name", errno);
   }
   const Result<void> kept = rename_file(third, previous_path(map));
   // Where both were names of one file already, rename does nothing.

@@ -46,8 +46,8 @@ DeltaHeader read_fields(std::span<const std::byte> front) {
 Result<void> check_start(std::span<const std::byte> front) {
   const std::size_t compared = std::min(front.size(), kMagic.size());
   if (!front.empty() && std::memcmp(front.data(), kMagic.data(), compared) != 0) {
-    return at_byte(ErrorCode::kBadMagic, "this is no delta, or one damaged by a transfer as text",
-                   0);
+    return at_byte(ErrorCode::kBadMagic,
+                   "the file is not a delta, or was damaged by a transfer as text", 0);
   }
   if (front.size() < kDeltaHeaderSize) {
     return at_byte(ErrorCode::kTruncatedFile,
@@ -71,7 +71,7 @@ Result<void> check_sizes(const DeltaHeader& header, std::uint64_t file_size) {
   }
   if (header.step_count > kMostSteps || header.result_size > kLargestResult) {
     return at_byte(ErrorCode::kTooLarge,
-                   concat(header.step_count, " steps make ", header.result_size, " bytes"),
+                   concat(header.step_count, " steps produce ", header.result_size, " bytes"),
                    header.step_count > kMostSteps ? 160 : 88);
   }
   if (kDeltaHeaderSize + header.step_count * kDeltaStepSize > file_size) {
@@ -104,13 +104,13 @@ Result<void> check_step(const DeltaStep& step, const DeltaHeader& header, std::u
   const bool is_inside =
       step.base_offset <= header.base.size && step.base_size <= header.base.size - step.base_offset;
   if (!is_sized || !is_inside || !is_allowed(step)) {
-    return at_byte(ErrorCode::kBadDelta, "a step asks for what its kind does not allow", byte);
+    return at_byte(ErrorCode::kBadDelta, "a step has fields that its kind does not allow", byte);
   }
   if (step.kind == DeltaStepKind::kCopy && step.base_offset < copied_to) {
     return at_byte(ErrorCode::kBadDelta, "copies must ascend in the base", byte);
   }
   if (step.kind == DeltaStepKind::kRepack && header.zstd_version == 0) {
-    return at_byte(ErrorCode::kBadDelta, "the header does not say how to pack anew", byte);
+    return at_byte(ErrorCode::kBadDelta, "the header lacks the parameters for packing", byte);
   }
   return {};
 }
@@ -177,7 +177,7 @@ Result<std::vector<DeltaStep>> decode_delta_steps(std::span<const std::byte> byt
   }
   if (made != header.result_size || payload_end != header.file_size) {
     return at_byte(ErrorCode::kBadDelta,
-                   concat("the steps make ", made, " bytes from a delta of ", payload_end,
+                   concat("the steps produce ", made, " bytes from a delta of ", payload_end,
                           ", expected ", header.result_size, " and ", header.file_size),
                    kDeltaHeaderSize);
   }

@@ -23,13 +23,13 @@ Result<std::vector<std::byte>> repacked(const DeltaStep& step, std::uint32_t lev
   const std::uint64_t prefix_size = content_size(base);
   const std::uint64_t raw_size = content_size(payload);
   if (prefix_size > kLargestRepack || raw_size > kLargestRepack) {
-    return Error{ErrorCode::kBadDelta, "a layer is too large to be packed anew"};
+    return Error{ErrorCode::kBadDelta, "a layer is too large to be packed again"};
   }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> prefix, unpack_delta(base, {}, prefix_size));
   SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, unpack_delta(payload, prefix, raw_size));
   std::vector<std::byte> bytes = pack_anew(raw, level);
   if (bytes.size() > step.size) {
-    return Error{ErrorCode::kBadDelta, "a layer packed anew is larger than it should be"};
+    return Error{ErrorCode::kBadDelta, "a layer that was packed again is larger than expected"};
   }
   bytes.resize(step.size);
   return bytes;
@@ -84,7 +84,7 @@ Result<OpenedDelta> open_delta(const std::filesystem::path& path) {
       (header->zstd_version != zstd_version() || header->zstd_level != kRepackLevel)) {
     return Error{ErrorCode::kUnknownRequiredFeature,
                  concat("the delta packs layers with zstd ", header->zstd_version,
-                        ", this program has ", zstd_version(), "; one made with --portable works"),
+                        ", this program uses ", zstd_version(), "; make the delta with --portable"),
                  path.string(), "byte 176"};
   }
   return OpenedDelta{std::move(file), *header, std::move(*steps)};
@@ -100,7 +100,7 @@ Result<std::vector<std::byte>> make_step(const OpenedDelta& delta, const PieceRe
   }
   if (xxh3(*bytes) == step.checksum) return bytes;
   return Error{ErrorCode::kDigestMismatch,
-               "a step does not make what it should; the base is damaged or another one",
+               "a step does not produce the expected bytes: the base is damaged or is another map",
                base.path().string(), "byte " + std::to_string(step.base_offset)};
 }
 
@@ -148,7 +148,8 @@ std::vector<std::byte> pack_delta(std::span<const std::byte> raw,
 Result<std::vector<std::byte>> unpack_delta(std::span<const std::byte> packed,
                                             std::span<const std::byte> prefix, std::uint64_t size) {
   if (content_size(packed) != size) {
-    return Error{ErrorCode::kBadDelta, "a frame does not hold " + std::to_string(size) + " bytes"};
+    return Error{ErrorCode::kBadDelta,
+                 "a frame does not unpack to " + std::to_string(size) + " bytes"};
   }
   const std::unique_ptr<ZSTD_DCtx, FreeDecompressor> context(ZSTD_createDCtx());
   SIGHTLINE_CHECK(context != nullptr);
@@ -159,7 +160,7 @@ Result<std::vector<std::byte>> unpack_delta(std::span<const std::byte> packed,
   const std::size_t made =
       ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
   if (!is_good(made) || made != size) {
-    return Error{ErrorCode::kBadDelta, "zstd cannot read a frame"};
+    return Error{ErrorCode::kBadDelta, "zstd cannot unpack a frame"};
   }
   return raw;
 }

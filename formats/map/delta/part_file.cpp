@@ -54,10 +54,11 @@ Result<PartFile> PartFile::open(const std::filesystem::path& path) {
   PartFile file(path, descriptor);
   struct stat status {};
   if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink != 1) {
-    return Error{ErrorCode::kCannotOpen, "not a regular file of one name", path.string()};
+    return Error{ErrorCode::kCannotOpen, "not a regular file, or it has several hard links",
+                 path.string()};
   }
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    return failure(ErrorCode::kCannotOpen, path, "another process is at work on it", errno);
+    return failure(ErrorCode::kCannotOpen, path, "another process is using it", errno);
   }
   if (!is_still_called(path, status)) {
     return Error{ErrorCode::kCannotOpen, "another process has just finished it; try again",

@@ -145,7 +145,7 @@ Result<Differences> compare_values(MapSide& before, MapSide& after, const SiteCo
 }
 
 std::string differences_text(const Differences& differences, const std::string& unit) {
-  return concat(", other at ", differences.differing_count, " of ", differences.place_count,
+  return concat(", different at ", differences.differing_count, " of ", differences.place_count,
                 " places, by at most ", format_double(differences.largest),
                 (unit.empty() ? "" : " " + unit));
 }

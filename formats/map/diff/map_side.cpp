@@ -45,8 +45,9 @@ Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& lay
     const std::size_t range =
         load<std::uint8_t>(raw, layout.range_index, choices.index(row, limit));
     if (range >= ranges || !site.p_m.allFinite() || !std::isfinite(site.s_m)) {
-      return Error{ErrorCode::kBadLayer, "a site lies nowhere or has a range that the map has not",
-                   "", concat("row ", row)};
+      return Error{ErrorCode::kBadLayer,
+                   "a site has no position or a range that the map does not have", "",
+                   concat("row ", row)};
     }
     site.answers.push_back(
         {card.ranges.looks[range].range_m,
@@ -109,7 +110,7 @@ Result<void> MapSide::add_virtual_points(std::uint32_t tile,
   const std::uint64_t values = aligned(4 * rows.size());
   if (block->row_count() != rows.size() ||
       raw.size() != aligned(values + 8 * shape.size(rows.size()))) {
-    return Error{ErrorCode::kBadLayer, "the layer has not the size that its sites need"};
+    return Error{ErrorCode::kBadLayer, "the size of the layer does not match its sites"};
   }
   for (std::uint64_t row = 0; row < rows.size(); ++row) {
     const auto points_at = [&](std::uint64_t range) {
@@ -188,7 +189,7 @@ Result<SiteColumn> MapSide::column(const SiteColumn& card) {
   const std::string name = column_section(card.name);
   const schema::Block* block = find_section(container_, name);
   if (block == nullptr || block->version() != kColumnSectionVersion) {
-    return Error{ErrorCode::kBadLayer, "the map names a column that it does not hold", "",
+    return Error{ErrorCode::kBadLayer, "the map lists a column that it does not contain", "",
                  "section " + name};
   }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, raw_bytes(*block));

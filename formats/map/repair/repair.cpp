@@ -186,7 +186,7 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Pac
 Result<void> decode_column(const MapContainer& container, const SiteIds& ids, SiteColumn& column) {
   const schema::Block* entry = find_section(container, column_section(column.name));
   if (entry == nullptr || entry->version() != kColumnSectionVersion) {
-    return Error{ErrorCode::kBadLayer, "it is not there"};
+    return Error{ErrorCode::kBadLayer, "it is missing"};
   }
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
   SIGHTLINE_TRY(check_column(container, column.name, raw.bytes()));
@@ -210,8 +210,8 @@ void decode_for_engineers(const Result<MapContainer>& container,
                           BlockDecoder& decoder, std::vector<std::string>& lost) {
   if (!container) {
     return lost.push_back(
-        "the factors, the error model and the drives of each tile, if it had any: the directory is "
-        "lost");
+        "the factors, the error model and the drives of each tile, if the map had them: the "
+        "directory is lost");
   }
   note_fault("the factors", decode_factors(*container, tiles, ids, decoder), lost);
   note_fault("the drives of each tile", decode_section(*container, kDrivesSection, decoder), lost);
@@ -316,7 +316,7 @@ Result<Recovered> recover_map(std::span<const std::byte> file) {
   });
   const SiteIds ids = sites_of(tiles);
   if (ids.empty()) {
-    return Error{ErrorCode::kTruncatedFile, "no site is left in what can still be read"};
+    return Error{ErrorCode::kTruncatedFile, "no site is readable; compile the map again"};
   }
   BlockDecoder decoder(ids.size(), recovered.map);
   SIGHTLINE_TRY(decode_layers(tiles, {kNdtLayer, kRangeLayer}, ids, decoder));

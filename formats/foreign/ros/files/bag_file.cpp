@@ -127,7 +127,7 @@ Result<Outline> read_outline(const RandomAccessFile& file, std::uint64_t offset)
   std::vector<std::byte> header(header_size);
   SIGHTLINE_TRY(file.read(offset + kNumberSize, header));
   std::optional<BagFields> fields = BagFields::parse(header);
-  if (!fields) return file.error_at(offset, "found no record, its header is no list of fields");
+  if (!fields) return file.error_at(offset, "found no record: its header is not a list of fields");
   const std::uint64_t length_offset = offset + kNumberSize + header_size;
   SIGHTLINE_ASSIGN(const std::uint32_t data_size, read_length(file, length_offset, kMostData));
   return Outline{offset, *std::move(fields), length_offset + kNumberSize, data_size};
@@ -244,21 +244,21 @@ Result<void> check_counts(const RandomAccessFile& file, const BagChunk& chunk) {
     const auto count = record.fields.number<std::uint32_t>("count");
     if (!record.fields.is(BagOp::kIndexData) || version != 1U || !connection || !count ||
         record.data_size != *count * kEntrySize) {
-      return file.error_at(offset, "expected where messages of a chunk lie, in version 1");
+      return file.error_at(offset, "expected the index of a chunk's messages in version 1");
     }
     counts[*connection] = *count;
     offset = record.end();
   }
   if (counts == chunk.message_counts) return {};
   return file.error_at(chunk.offset,
-                       "the bag's index and what stands behind this chunk differ in its messages");
+                       "the bag's index and the index after this chunk list different messages");
 }
 
 Result<BagChunk> described_chunk(const RandomAccessFile& file, const Outline& record) {
   const auto version = record.fields.number<std::uint32_t>("ver");
   const auto offset = record.fields.number<std::uint64_t>("chunk_pos");
   if (!record.fields.is(BagOp::kChunkInfo) || version != 1U || !offset) {
-    return file.error_at(record.offset, "expected where a chunk lies, in version 1");
+    return file.error_at(record.offset, "expected the record of a chunk's position in version 1");
   }
   SIGHTLINE_ASSIGN(const Outline at, read_outline(file, *offset));
   SIGHTLINE_ASSIGN(BagChunk chunk, chunk_of(file, at));
@@ -305,7 +305,7 @@ Result<BagIndex> read_index(const RandomAccessFile& file, const BagHeader& heade
   }
   SIGHTLINE_TRY(join(file, index));
   if (offset == file.size()) return index;
-  return file.error_at(offset, concat("found ", file.size() - offset, " bytes behind the index of ",
+  return file.error_at(offset, concat("found ", file.size() - offset, " bytes after the index of ",
                                       header.chunk_count, " chunks"));
 }
 
@@ -345,7 +345,7 @@ Result<BagIndex> read_bag_index(const RandomAccessFile& file) {
     Result<BagIndex> found = find_chunks(file, header);
     if (found) return found;
     Error error = found.error();
-    error.message += "; the bag was not closed, run `rosbag reindex` on it";
+    error.message += "; the bag was not closed: run `rosbag reindex` on it";
     return error;
   }
   return read_index(file, header);
@@ -495,7 +495,7 @@ class BagFile : public MessageLog {
     std::optional<Bytes> unpacked = unpack_chunk(chunk.compression, bytes, chunk.unpacked_size);
     if (unpacked) return *std::move(unpacked);
     return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
-                                               chunk.unpacked_size, " bytes that it promises"));
+                                               chunk.unpacked_size, " bytes of its header"));
   }
 
   // What the index would have said.

@@ -112,9 +112,9 @@ Result<void> check_was_closed(const std::filesystem::path& path) {
     const std::uintmax_t size = std::filesystem::file_size(beside, failure);
     if (failure || size == 0) continue;
     return Error{ErrorCode::kMalformedHeader,
-                 concat("the recording was not closed, a part of it lies in ",
+                 concat("the recording was not closed: a part of it is in ",
                         beside.filename().string(), "; `sqlite3 ", path.filename().string(),
-                        " 'PRAGMA journal_mode=DELETE'` brings both together"),
+                        " 'PRAGMA journal_mode=DELETE'` merges both"),
                  path.string()};
   }
   return {};
@@ -374,7 +374,8 @@ class Db3File : public MessageLog {
                                            return {};
                                          }));
     if (is_there) return message;
-    return database_.damaged(concat("found message ", id, " in one table and not again"));
+    return database_.damaged(
+        concat("found message ", id, " in the table, but cannot find it again"));
   }
 
  private:
@@ -420,8 +421,7 @@ class Db3File : public MessageLog {
           before = id;
           const auto found = channel_of_topic_.find(topic.value_or(0));
           if (!topic || found == channel_of_topic_.end()) {
-            return database_.damaged(
-                concat("found message ", *id, " of a topic that is not there"));
+            return database_.damaged(concat("found message ", *id, " of a topic that is missing"));
           }
           ++channels_[found->second].message_count;
           return {};

@@ -137,7 +137,7 @@ std::optional<T> if_whole(const ByteReader& reader, T value) {
 Result<McapOutline> read_mcap_outline(const RandomAccessFile& file, std::uint64_t offset) {
   const auto cut = [&](const std::string& what) {
     return file.error_at(
-        offset, concat("the file ends within ", what, "; `mcap recover` saves what there is"),
+        offset, concat("the file ends within ", what, "; `mcap recover` recovers the rest"),
         ErrorCode::kTruncatedScan);
   };
   if (offset > file.size() || file.size() - offset < kMcapPrefixSize) return cut("a record");
@@ -238,7 +238,7 @@ class IndexReader {
       }
       SIGHTLINE_TRY(check_magic(offset));
       if (offset + kMagic.size() != file_.size()) {
-        return file_.error_at(offset + kMagic.size(), "found bytes behind the end of the file");
+        return file_.error_at(offset + kMagic.size(), "found bytes after the end of the file");
       }
       index_.is_closed = true;
       break;
@@ -267,7 +267,7 @@ class IndexReader {
       case McapOp::kMessage:
       case McapOp::kChunk:
       case McapOp::kMessageIndex:
-        if (is_behind_data_) return damaged(record, "found messages behind the end of the data");
+        if (is_behind_data_) return damaged(record, "found messages after the end of the data");
         if (record.op == McapOp::kMessage) return add_message(record);
         return record.op == McapOp::kChunk ? add_chunk(record) : add_counts(record);
       case McapOp::kStatistics: {
@@ -291,8 +291,8 @@ class IndexReader {
     }
     SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kMostDescription));
     if (index_.add({record.op, data})) return {};
-    return damaged(record,
-                   "found a schema or channel that is cut or contradicts one of its number");
+    return damaged(
+        record, "found a schema or channel that is cut, or differs from one with the same number");
   }
 
   Result<void> add_message(const McapOutline& record) {
@@ -313,7 +313,7 @@ class IndexReader {
                      first_bytes(record, McapChunkHeader::kMostSize));
     const std::optional<McapChunkHeader> header = mcap_chunk_header(data);
     if (!header || header->size > record.data_size - header->header_size) {
-      return damaged(record, "found a chunk whose header is cut or promises more than its record");
+      return damaged(record, "found a chunk whose header is cut, or is larger than its record");
     }
     const std::optional<BagCompression> compression = mcap_compression_named(header->compression);
     if (!compression) {
@@ -344,12 +344,12 @@ class IndexReader {
     SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kFirst));
     const std::optional<McapMessageIndex> found = mcap_message_index(data, record.data_size);
     if (!found || index_.chunks.empty()) {
-      return damaged(record, "expected the places of a chunk's messages behind it");
+      return damaged(record, "expected the index of a chunk's messages after it");
     }
     McapChunk& chunk = index_.chunks.back();
     chunk.is_indexed = true;
     const bool is_repeated = chunk.message_counts.contains(found->channel_id);
-    if (is_repeated) return damaged(record, "found the places of one channel's messages twice");
+    if (is_repeated) return damaged(record, "found the index of one channel's messages twice");
     if (found->message_count > 0) chunk.message_counts[found->channel_id] = found->message_count;
     return {};
   }
@@ -469,14 +469,14 @@ class McapFile : public MessageLog {
           unpack_chunk(chunk.compression, bytes, static_cast<std::size_t>(chunk.unpacked_size));
       if (!unpacked) {
         return file_.error_at(chunk.offset, concat("found a chunk that does not unpack to the ",
-                                                   chunk.unpacked_size, " bytes that it promises"));
+                                                   chunk.unpacked_size, " bytes of its header"));
       }
       bytes = *std::move(unpacked);
     }
     if (chunk.crc == 0) return bytes;
     const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
     if (crc == chunk.crc) return bytes;
-    return file_.error_at(chunk.offset, "found a chunk that its checksum does not bear out");
+    return file_.error_at(chunk.offset, "found a chunk that does not match its checksum");
   }
 
   // What stands behind the chunk would have said, and the schemas and channels in it.
@@ -493,8 +493,9 @@ class McapFile : public MessageLog {
     };
     const auto add = [&](const McapRecord& record, std::size_t offset) -> Result<void> {
       if (index_.add(record)) return {};
-      return damaged(chunk, offset,
-                     "found a schema or channel that is cut or contradicts one of its number");
+      return damaged(
+          chunk, offset,
+          "found a schema or channel that is cut, or differs from one with the same number");
     };
     SIGHTLINE_TRY(walk(chunk, bytes, count, add));
     if (chunk.is_indexed) SIGHTLINE_TRY(check_counts(chunk, counts));
@@ -527,7 +528,7 @@ class McapFile : public MessageLog {
     const std::string name = file_.path().filename().string();
     if (!index_.is_closed) {
       warnings_.push_back(name +
-                          ": the recording was not closed; what was written last may be missing");
+                          ": the recording was not closed; its last messages may be missing");
     }
     std::uint64_t found = 0;
     for (const auto& [id, channel] : channels_) found += channel.message_count;
@@ -538,8 +539,7 @@ class McapFile : public MessageLog {
 
   Result<void> check_counts(const McapChunk& chunk, const Counts& found) const {
     if (found == chunk.message_counts) return {};
-    return file_.error_at(chunk.offset,
-                          "found other messages in this chunk than the places behind it say");
+    return file_.error_at(chunk.offset, "the messages in this chunk differ from its index");
   }
 
   // Where in an unpacked chunk; a packed one has no bytes of the file for it.

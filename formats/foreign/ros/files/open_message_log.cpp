@@ -51,10 +51,11 @@ Result<void> check_compression(const BagMetadata& metadata, const fs::path& file
     format += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   }
   if (format.empty() || format == "zstd") return {};
-  return Error{ErrorCode::kUnsupportedFormat,
-               concat("found compression ", metadata.compression_format,
-                      ", expected zstd; `ros2 bag convert` writes the recording without"),
-               file.string()};
+  return Error{
+      ErrorCode::kUnsupportedFormat,
+      concat("found compression ", metadata.compression_format,
+             ", expected zstd; `ros2 bag convert` writes the recording without compression"),
+      file.string()};
 }
 
 // Recorders up to Foxy wrote paths from the folder above.
@@ -75,7 +76,7 @@ Result<fs::path> find_file(const fs::path& folder, const std::string& name) {
                  candidate.string()};
   }
   return Error{ErrorCode::kFileNotFound,
-               concat("the recording's ", kBagMetadata, " names this file, and it is not there"),
+               concat("the recording's ", kBagMetadata, " lists this file, but it is missing"),
                file.string()};
 }
 
