@@ -109,7 +109,7 @@ def xxh3_long(data, seed):
 
 
 def xxh3(data, seed=0):
-    demand(16 < len(data) <= 128 or len(data) > 240, "bad-manifest", "too small to be one")
+    demand(16 < len(data) <= 128 or len(data) > 240, "bad-manifest", "the table is too small")
     return xxh3_short(data, seed) if len(data) <= 128 else xxh3_long(data, seed)
 
 
@@ -244,7 +244,7 @@ def columns_of(raw, rows, layout):
         values = struct.unpack_from(f"<{rows * width}{code}", raw, offset)
         columns[name] = [values[i * width:(i + 1) * width] for i in range(rows)]
         offset = (offset + rows * width * struct.calcsize("<" + code) + 63) // 64 * 64
-    demand(offset == len(raw), "bad-layer", "the layer has another size than its rows need")
+    demand(offset == len(raw), "bad-layer", "the size of the layer does not match its rows")
     return columns
 
 
@@ -280,7 +280,7 @@ class SightlineMap:
         self.is_for_caller = localizer != "" and localizer in (
             self.localizer, f"{self.localizer}/{self.localizer_version}")
         self._directory = None
-        demand(self.compatible & LOOK_UP, "bad-layer", "there is no section look-up")
+        demand(self.compatible & LOOK_UP, "bad-layer", "the section look-up is missing")
         self._look_up = LookUp(self)
 
     def _read_plan(self):
@@ -293,8 +293,8 @@ class SightlineMap:
 
     def _read_header(self):
         data = self.data
-        demand(data[:8] == b"\x89SLM\r\n\x1a\n", "bad-magic", "this is no compiled map")
-        demand(len(data) >= 160, "truncated-file", "there is no room for header and trailer")
+        demand(data[:8] == b"\x89SLM\r\n\x1a\n", "bad-magic", "the file is not a compiled map")
+        demand(len(data) >= 160, "truncated-file", "the file is too short for header and trailer")
         demand(xxh3(data[:120]) == u64(data, 120), "checksum-mismatch", "header")
         self.major, self.minor = struct.unpack_from("<HH", data, 8)
         (self.compatible, incompatible, file_size, m_offset, m_size, m_sum, d_offset, d_size,
@@ -304,7 +304,7 @@ class SightlineMap:
         trailer = struct.pack("<3Q", file_size, u64(data, 120), 0) + data[:8][::-1]
         demand(data[-32:] == trailer, "checksum-mismatch", "trailer")
         demand(self.major == 1, "future-version" if self.major > 1 else "old-version",
-               f"format {self.major}.{self.minor}, this program reads 1.0: compile again or use that version")
+               f"format {self.major}.{self.minor}, this program reads 1.0. Compile again, or use that version")
         demand(incompatible == 0, "unknown-required-feature", f"bits {incompatible:x}")
         self.manifest_place = (m_offset, m_size, m_sum)
         self.directory_place = (d_offset, d_size, d_sum)
@@ -380,9 +380,9 @@ class SightlineMap:
                     site = {name: values[row] for name, values in columns.items()}
                     place = (site["p_x_m"][0], site["p_y_m"][0])
                     demand(tuple(math.floor(p / self.tile_m) for p in place) == tile.key, "bad-order",
-                           "a site lies in another tile")
+                           "a site is in another tile")
                     sites[site["site"][0]] = site
-        demand(sorted(sites) == list(range(self.site_count)), "bad-order", "sites are not all there")
+        demand(sorted(sites) == list(range(self.site_count)), "bad-order", "sites are missing")
         return sites
 
     def nds(self):
@@ -448,7 +448,7 @@ class SightlineMap:
 
     def look(self, position_world_m, limit_m, visible_m=math.inf):
         """(Look, Answer): the cheapest look for a sensor that now sees visible_m far, and its numbers."""
-        demand(visible_m > 0, "bad-argument", "what can be seen must be above 0 m")
+        demand(visible_m > 0, "bad-argument", "the visible distance must be above 0 m")
         answer = self.observation_range(position_world_m, limit_m)
         p_m = [a - b for a, b in zip(position_world_m, self.origin_world_m)]
         limit = sum(each <= limit_m for each in self.limits_m) - 1

@@ -12,7 +12,7 @@ inline std::vector<double> default_ranges_m() {
   return {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
 }
 
-// Looks far, even beyond so many metres: that many returns, of which so many points are kept.
+// A look of 100 m: so many returns, evenly spaced beyond even_beyond_m, and so many points.
 inline Look far_look(std::uint32_t returns, double even_beyond_m, std::uint32_t points,
                      bool is_by_normals) {
   return {.range_m = 100.0,

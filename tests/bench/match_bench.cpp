@@ -206,11 +206,12 @@ void print_row(const char* name, double cell_m, double range_m, const Runs& runs
   std::fflush(stdout);
 }
 
-constexpr const char* kLooks[] = {"100 m, 1300 returns, even beyond 30 m, 64 points by normals",
-                                  "100 m, 2850 returns, even beyond 50 m, 128 points by normals",
-                                  "100 m, 4000 returns, even beyond 50 m, 256 points by normals",
-                                  "100 m, 2850 returns, even beyond 50 m, 100 points",
-                                  "100 m, 4000 returns, even beyond 50 m, 256 points"};
+constexpr const char* kLooks[] = {
+    "100 m, 1300 returns, evenly spaced beyond 30 m, 64 points by normals",
+    "100 m, 2850 returns, evenly spaced beyond 50 m, 128 points by normals",
+    "100 m, 4000 returns, evenly spaced beyond 50 m, 256 points by normals",
+    "100 m, 2850 returns, evenly spaced beyond 50 m, 100 points",
+    "100 m, 4000 returns, evenly spaced beyond 50 m, 256 points"};
 
 Runs run_look(const MatchWorld& world, const Localizer& localizer, const Look& look) {
   Runs runs;

@@ -65,7 +65,7 @@ TEST(World, IsNamedOnceByTheMapOrTheFlag) {
   EXPECT_EQ(named_world("utm:32N", "utm:32N")->utm_zone, 32);
   EXPECT_EQ(named_world("", "local")->kind, WorldKind::kLocal);
   EXPECT_NE(failure_of(named_world("utm:33N", "utm:32N"))
-                .message.find("the map names its world itself, utm:32N"),
+                .message.find("the map contains its own world, utm:32N"),
             std::string::npos);
 }
 

@@ -31,8 +31,8 @@ annotation:
   ranges_m: [10, 20, 30, 50]
   split: auto
   looks:
-    - 100 m, 650 returns, even beyond 30 m, 40 points by normals
-    - 100 m, 4000 returns, even beyond 50 m, 128 points by normals
+    - 100 m, 650 returns, evenly spaced beyond 30 m, 40 points by normals
+    - 100 m, 4000 returns, evenly spaced beyond 50 m, 128 points by normals
 mapping: {name: town-mapping, scans: mapping/scans, poses: mapping/poses.tum, sensor: generic-16}
 localization: {name: town-drive-1, scans: drive_1/scans, poses: drive_1/poses.tum, sensor: generic-16}
 measure-error: {offset_count: 5, reference: known}

@@ -25,7 +25,8 @@ std::string number(double value) {
 std::string in_words(const sightline::MapLook& look) {
   std::string text = number(look.range_m) + " m, ";
   text += look.return_count == 0 ? "every return" : std::to_string(look.return_count) + " returns";
-  if (look.even_beyond_m > 0.0) text += ", even beyond " + number(look.even_beyond_m) + " m";
+  if (look.even_beyond_m > 0.0)
+    text += ", evenly spaced beyond " + number(look.even_beyond_m) + " m";
   if (look.point_count > 0) text += ", " + std::to_string(look.point_count) + " points";
   if (look.is_by_normals) text += " by normals";
   if (look.settles) text += ", settles";
@@ -34,13 +35,13 @@ std::string in_words(const sightline::MapLook& look) {
 
 std::string flags_in_words(std::uint32_t flags) {
   const std::pair<std::uint32_t, const char*> names[] = {
-      {sightline::kAnswerUnmet, "nothing is good enough here"},
-      {sightline::kAnswerExtrapolated, "unlike what the model was trained on"},
-      {sightline::kAnswerFar, "no site of the map is near"},
-      {sightline::kAnswerTighterLimit, "the limit is tighter than any of the map"},
+      {sightline::kAnswerUnmet, "no range or look is good enough here"},
+      {sightline::kAnswerExtrapolated, "unlike the places that the model was trained on"},
+      {sightline::kAnswerFar, "no site of the map is in reach"},
+      {sightline::kAnswerTighterLimit, "the limit is tighter than every limit of the map"},
       {sightline::kAnswerUnknownLocalizer, "the map is of another localizer"},
-      {sightline::kAnswerNotVisible, "neither look nor range can be seen now"},
-      {sightline::kAnswerSimulated, "simulated, no drive was here"}};
+      {sightline::kAnswerNotVisible, "neither look nor range is visible now"},
+      {sightline::kAnswerSimulated, "simulated: no drive was recorded here"}};
   std::string text;
   for (const auto& [flag, name] : names) {
     if ((flags & flag) != 0) text += (text.empty() ? "" : "; ") + std::string(name);

@@ -20,11 +20,11 @@ namespace sightline {
 namespace {
 
 const std::vector<std::string> kStaticLooks = {
-    "100 m, 1944 returns, even beyond 30 m, 80 points by normals, settle",
-    "100 m, 4000 returns, even beyond 30 m, 250 points by normals, settle",
-    "100 m, 1944 returns, even beyond 30 m, 100 points by normals",
-    "100 m, 4000 returns, even beyond 30 m, 250 points by normals",
-    "100 m, 2850 returns, even beyond 30 m, 250 points"};
+    "100 m, 1944 returns, evenly spaced beyond 30 m, 80 points by normals, settle",
+    "100 m, 4000 returns, evenly spaced beyond 30 m, 250 points by normals, settle",
+    "100 m, 1944 returns, evenly spaced beyond 30 m, 100 points by normals",
+    "100 m, 4000 returns, evenly spaced beyond 30 m, 250 points by normals",
+    "100 m, 2850 returns, evenly spaced beyond 30 m, 250 points"};
 
 struct Options {
   std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5, 6, 7, 8};

@@ -29,7 +29,7 @@ TEST(MeasuredRule, SaysWhatItReadsAndRefusesWhatMakesNoSense) {
   for (const std::string& text : usual_looks()) {
     EXPECT_EQ(to_text(value_of(parse_look_rule(text), text)), text);
   }
-  const std::string every = "50 m, 2850 returns, even beyond 50 m, one voxel in 4";
+  const std::string every = "50 m, 2850 returns, evenly spaced beyond 50 m, one voxel in 4";
   ASSERT_TRUE(parse_look_rule(every));
   EXPECT_EQ(to_text(*parse_look_rule(every)), every);
   EXPECT_FALSE(parse_look_rule("50 m, one voxel in 4"));

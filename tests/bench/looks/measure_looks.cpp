@@ -187,22 +187,22 @@ Result<MeasuredRule> parse_look_rule(std::string_view text) {
 }
 
 std::vector<std::string> usual_looks() {
-  return {"100 m, 650 returns, even beyond 30 m, 80 points",
-          "100 m, 1000 returns, even beyond 40 m, 80 points",
-          "100 m, 1300 returns, even beyond 40 m, 100 points",
-          "100 m, 2850 returns, even beyond 50 m, 100 points",
-          "100 m, 4000 returns, even beyond 50 m, 256 points",
-          "100 m, 6000 returns, even beyond 50 m, 384 points",
-          "100 m, 8000 returns, even beyond 50 m, 512 points",
-          "100 m, 400 returns, even beyond 20 m, 32 points by normals",
-          "100 m, 650 returns, even beyond 30 m, 40 points by normals",
-          "100 m, 1000 returns, even beyond 30 m, 64 points by normals",
-          "100 m, 1944 returns, even beyond 40 m, 80 points by normals",
-          "100 m, 2850 returns, even beyond 40 m, 100 points by normals",
-          "100 m, 4000 returns, even beyond 50 m, 128 points by normals",
-          "100 m, 6000 returns, even beyond 50 m, 256 points by normals",
-          "50 m, 1944 returns, even beyond 50 m, 250 points",
-          "50 m, 1944 returns, even beyond 30 m, 80 points by normals"};
+  return {"100 m, 650 returns, evenly spaced beyond 30 m, 80 points",
+          "100 m, 1000 returns, evenly spaced beyond 40 m, 80 points",
+          "100 m, 1300 returns, evenly spaced beyond 40 m, 100 points",
+          "100 m, 2850 returns, evenly spaced beyond 50 m, 100 points",
+          "100 m, 4000 returns, evenly spaced beyond 50 m, 256 points",
+          "100 m, 6000 returns, evenly spaced beyond 50 m, 384 points",
+          "100 m, 8000 returns, evenly spaced beyond 50 m, 512 points",
+          "100 m, 400 returns, evenly spaced beyond 20 m, 32 points by normals",
+          "100 m, 650 returns, evenly spaced beyond 30 m, 40 points by normals",
+          "100 m, 1000 returns, evenly spaced beyond 30 m, 64 points by normals",
+          "100 m, 1944 returns, evenly spaced beyond 40 m, 80 points by normals",
+          "100 m, 2850 returns, evenly spaced beyond 40 m, 100 points by normals",
+          "100 m, 4000 returns, evenly spaced beyond 50 m, 128 points by normals",
+          "100 m, 6000 returns, evenly spaced beyond 50 m, 256 points by normals",
+          "50 m, 1944 returns, evenly spaced beyond 50 m, 250 points",
+          "50 m, 1944 returns, evenly spaced beyond 30 m, 80 points by normals"};
 }
 
 }  // namespace sightline

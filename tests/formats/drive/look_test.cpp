@@ -25,7 +25,8 @@ TEST(Look, IsOneLineOfText) {
                   .point_count = 80,
                   .is_by_normals = true,
                   .mode = LookMode::kSettle};
-  EXPECT_EQ(to_text(look), "50 m, 2000 returns, even beyond 30 m, 80 points by normals, settle");
+  EXPECT_EQ(to_text(look),
+            "50 m, 2000 returns, evenly spaced beyond 30 m, 80 points by normals, settle");
 }
 
 TEST(Look, ReadsWhatItWrites) {
@@ -45,6 +46,11 @@ TEST(Look, ReadsWhatItWrites) {
   }
 }
 
+TEST(Look, ReadsTheWordsOfEarlierVersions) {
+  const Look look = value_of(parse_look("50 m, 2000 returns, even beyond 30 m"));
+  EXPECT_EQ(to_text(look), "50 m, 2000 returns, evenly spaced beyond 30 m");
+}
+
 TEST(Look, ForgivesBlanksAroundCommas) {
   const Look look = value_of(parse_look("50 m,2000 returns ,  100 points"));
   EXPECT_EQ(to_text(look), "50 m, 2000 returns, 100 points");
@@ -60,12 +66,12 @@ TEST(Look, RefusesWhatMakesNoSense) {
        {"", "50", "m", "-3 m", "0 m", "1000 m", "nan m", "inf m", "50 m,", "50m", "50 m settle"}) {
     expect_refused(text);
   }
-  for (const char* part :
-       {"", "2000", "-1 returns", "1.5 returns", "9999999999 returns", "80 points",
-        "even beyond 30 m", "settle, settle", "settle, 2000 returns", "80 points, 2000 returns"}) {
+  for (const char* part : {"", "2000", "-1 returns", "1.5 returns", "9999999999 returns",
+                           "80 points", "evenly spaced beyond 30 m", "settle, settle",
+                           "settle, 2000 returns", "80 points, 2000 returns"}) {
     expect_refused(std::string("50 m, ") + part);
   }
-  for (const char* part : {"even beyond 0.5 km", "even beyond -1 m", "by normals",
+  for (const char* part : {"evenly spaced beyond 0.5 km", "even beyond -1 m", "by normals",
                            "points by normals", "2000 returns", "0 points by normals"}) {
     expect_refused(std::string("50 m, 2000 returns, ") + part);
   }

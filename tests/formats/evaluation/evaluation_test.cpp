@@ -49,7 +49,7 @@ TEST(Evaluation, PrintsEveryTableWithAsManyCellsAsColumns) {
 
 TEST(Evaluation, IsReadableForPeople) {
   const std::string text = to_text(small_evaluation());
-  EXPECT_NE(text.find("2 of 3 sites judged against known poses"), std::string::npos) << text;
+  EXPECT_NE(text.find("2 of 3 sites evaluated against known poses"), std::string::npos) << text;
   EXPECT_NE(text.find("Table II."), std::string::npos);
   EXPECT_NE(text.find("static-equal-coverage        50.0"), std::string::npos) << text;
   EXPECT_NE(text.find("0 to 0, (1, 2) to (1, 2)"), std::string::npos) << text;

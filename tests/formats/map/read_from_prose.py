@@ -36,7 +36,7 @@ def check_sites(dump, opened, sites):
 def text_of(look):
     """As a dump names it."""
     text = f"{look.range_m:g} m, {look.return_count} returns"
-    text += f", even beyond {look.even_beyond_m:g} m" if look.even_beyond_m else ""
+    text += f", evenly spaced beyond {look.even_beyond_m:g} m" if look.even_beyond_m else ""
     text += f", {look.point_count} points" if look.point_count else ""
     return text + " by normals" * look.is_by_normals + ", settle" * look.settles
 

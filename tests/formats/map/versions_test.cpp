@@ -148,14 +148,14 @@ TEST(FormatVersion, NewerInItsMinorIsRefusedByTheNameOfARequiredSection) {
 
 TEST(FormatVersion, OfALaterMajorIsRefusedAndTheMessageNamesWhoWroteIt) {
   EXPECT_THAT(refusal(of_version(encode_map(some_map()), {2, 1}), ErrorCode::kFutureVersion),
-              HasSubstr("written by sightline test, format 2.1, this program reads 1.0: compile "
-                        "again or use that version"));
+              HasSubstr("written by sightline test, format 2.1, this program reads 1.0. Compile "
+                        "again, or use that version"));
 }
 
 TEST(FormatVersion, OfAnEarlierMajorIsRefusedAndTheMessageNamesWhoWroteIt) {
   EXPECT_THAT(refusal(of_version(encode_map(some_map()), {0, 9}), ErrorCode::kOldVersion),
-              HasSubstr("written by sightline test, format 0.9, this program reads 1.0: compile "
-                        "again or use that version"));
+              HasSubstr("written by sightline test, format 0.9, this program reads 1.0. Compile "
+                        "again, or use that version"));
   const Error refused = failure_of(open_front(encode_map(some_map()), {2, 4}));
   EXPECT_EQ(refused.code, ErrorCode::kOldVersion);
   EXPECT_THAT(refused.message, HasSubstr("format 1.0, this program reads 2.4"));

@@ -258,7 +258,7 @@ TEST(CInterface, TellsWhoWroteAMapOfAnotherMajorVersion) {
   EXPECT_EQ(sightline_open(path.c_str(), "annealed", &map, message, sizeof message), 3001);
   EXPECT_EQ(map, nullptr);
   EXPECT_NE(std::string(message).find("written by sightline test, format 2.0, this program reads "
-                                      "1.0: compile again or use that version"),
+                                      "1.0. Compile again, or use that version"),
             std::string::npos)
       << message;
 }

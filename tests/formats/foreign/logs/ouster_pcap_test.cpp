@@ -80,9 +80,9 @@ INSTANTIATE_TEST_SUITE_P(Profiles, OusterPcap, testing::Values("legacy", "single
 TEST(OusterCapture, SaysWhatItLeftOutAndWhatItAssumed) {
   const Recording recording = value_of(open_capture_file(capture_file("ouster_legacy.pcap")));
   ASSERT_EQ(recording.warnings.size(), 2U);
-  EXPECT_THAT(recording.warnings[0],
-              HasSubstr("2 frames in 11 data packets; 2 frames of which over a "
-                        "tenth is missing were left out"));
+  EXPECT_THAT(
+      recording.warnings[0],
+      HasSubstr("2 frames in 11 data packets; 2 frames that lack more than a tenth were left out"));
   EXPECT_THAT(recording.warnings[1], HasSubstr("clock was not set"));
 }
 
@@ -156,7 +156,7 @@ TEST_F(OusterFolder, MetadataThatIsNoneOrOfAnotherSensorIsRefusedAndSaysWhy) {
          "1 to 4096");
   std::string wider = with("\"columns_per_frame\": 64", "\"columns_per_frame\": 4096");
   expect(wider.replace(wider.find(window), window.size(), R"("column_window": [0, 4095)"), "SL2014",
-         "none is read");
+         "A capture of several sensors is not read");
   expect(with("RNG19_RFL8_SIG16_NIR16", "LEGACY"), "SL2014", "no whole frame");
 }
 

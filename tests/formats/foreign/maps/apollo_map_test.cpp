@@ -137,7 +137,7 @@ TEST_F(ApolloMapTest, OfSeveralResolutionsTakesTheLargestCellsOfAtMostTwoMetres)
   ASSERT_EQ(map.nds.size(), 1U);
   EXPECT_EQ(map.nds[0].key_world, (CellKey{15, 10, 3}));
   ASSERT_EQ(map.warnings.size(), 1U);
-  EXPECT_THAT(map.warnings[0], HasSubstr("3 resolutions; cells of 1 m"));
+  EXPECT_THAT(map.warnings[0], HasSubstr("3 resolutions; its cells of 1 m"));
 }
 
 TEST_F(ApolloMapTest, RefusesWhatIsNoMapOfOnePlane) {
@@ -161,7 +161,7 @@ TEST_F(ApolloMapTest, RefusesCellsThatAreNoCubesOfTheWorldsGrid) {
   std::string shifted = apollo_config(1.0, 2);
   shifted.replace(shifted.find("<min_x>0"), 8, "<min_x>0.25");
   folder_.write("config.xml", shifted);
-  expect_error(ErrorCode::kUnsupportedFormat, "no multiple of a cell");
+  expect_error(ErrorCode::kUnsupportedFormat, "does not begin at a multiple of its cell");
 }
 
 TEST(ApolloConfig, RefusesWhatNoMapSays) {

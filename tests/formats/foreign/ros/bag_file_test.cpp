@@ -161,7 +161,7 @@ TEST_F(BagFileTest, SaysAtWhichByteABagContradictsItself) {
   EXPECT_THAT(refusal(with_field(bag, "index_pos", std::uint64_t{1} << 60U)),
               HasSubstr("SL2006 truncated-scan: " + path() + " (byte 1152921504606846976)"));
   EXPECT_THAT(refusal(with_field(bag, "conn_count", std::uint32_t{1})),
-              HasSubstr("expected where a chunk lies"));
+              HasSubstr("expected the record of a chunk's position"));
   EXPECT_THAT(refusal(with_field(bag, "chunk_count", 0xffff'ffffU)), HasSubstr("SL2006"));
   EXPECT_THAT(refusal(with_field(bag, "chunk_pos", std::uint64_t{13})),
               HasSubstr("(byte 13): expected a chunk"));
@@ -213,7 +213,7 @@ TEST_F(BagFileTest, DropsNoChunkBecauseOfADamagedIndex) {
   std::memcpy(&number, bag.data() + in_index, sizeof number);
   ASSERT_EQ(number, 1U);
   const std::string once = with_number(bag, in_index, 0);
-  EXPECT_THAT(refusal(once), HasSubstr("differ in its messages"));
+  EXPECT_THAT(refusal(once), HasSubstr("list different messages"));
   // Said twice, it is believed until the chunk is read.
   std::uint64_t index = 0;
   std::memcpy(&index, bag.data() + bag.find("index_pos=") + 10, sizeof index);

@@ -18,12 +18,13 @@ class OtherWriters : public testing::TestWithParam<const char*> {};
 
 TEST_P(OtherWriters, GiveRatesAboutTheAxesOfTheSensor) {
   const BagTurns turns = value_of(read_bag_turns(recording_path(GetParam()), "", "lidar"));
-  EXPECT_THAT(turns.warnings,
-              ElementsAre(HasSubstr("turn rates are those of /imu/data; the bag has /camera/imu "
-                                    "(frame 'camera_imu', 70 messages), /imu/data"),
-                          HasSubstr("/imu/data: 2 of 35 messages are damaged"),
-                          HasSubstr("/imu/data: 1 of 35 messages are stamped before"),
-                          HasSubstr("/imu/data: 1 of 35 messages have the stamp of another one")));
+  EXPECT_THAT(
+      turns.warnings,
+      ElementsAre(HasSubstr("turn rates are taken from /imu/data; the bag has /camera/imu (frame "
+                            "'camera_imu', 70 messages), /imu/data"),
+                  HasSubstr("/imu/data: 2 of 35 messages are damaged"),
+                  HasSubstr("/imu/data: 1 of 35 messages are stamped before"),
+                  HasSubstr("/imu/data: 1 of 35 messages have the time of another message")));
   // Messages -2 to 32 without 5 (not a number), 7 (says nothing) and 10 (said twice).
   ASSERT_EQ(turns.of_sensor.size(), 32U);
   EXPECT_EQ(turns.of_sensor.front().stamp_ns, kFirst_ns - 20'000'000);
@@ -55,10 +56,9 @@ TEST_P(OtherWriters, TravelWithTheDriveAboutTheAxesOfTheVehicle) {
   options.imu_topic = "/camera/imu";
   const Recording without = value_of(open_recording(options));
   EXPECT_TRUE(without.turn_rates.empty());
-  EXPECT_THAT(
-      without.warnings,
-      ElementsAre(HasSubstr("no transforms that do not move tell how /camera/imu (frame "
-                            "'camera_imu', 70 messages) lies to the scans' frame 'lidar'")));
+  EXPECT_THAT(without.warnings,
+              ElementsAre(HasSubstr("no static transforms give the pose of /camera/imu (frame "
+                                    "'camera_imu', 70 messages) in the scans' frame 'lidar'")));
   EXPECT_NE(without.digest, recording.digest);
   options.imu_topic = "none";
   const Recording unused = value_of(open_recording(options));
@@ -123,7 +123,8 @@ TEST_F(BagTurnsTest, AreNoneWhereNothingTellsHowTheUnitSits) {
   add("/imu", 0, imu_message(0, "imu_link", {1, 2, 3}));
   const BagTurns turns = value_of(read());
   EXPECT_THAT(turns.of_sensor, IsEmpty());
-  EXPECT_THAT(turns.warnings, ElementsAre(HasSubstr("turn rates are not used: no transforms")));
+  EXPECT_THAT(turns.warnings,
+              ElementsAre(HasSubstr("turn rates are not used: no static transforms")));
 }
 
 TEST_F(BagTurnsTest, AreNoneWithoutAWordWhereThereIsNoUnit) {
@@ -139,7 +140,7 @@ TEST_F(BagTurnsTest, AreNoneWithAWarningWhereTransformsAreDamagedAndNoTopicIsNam
   messages_.push_back({"/tf_static", "tf2_msgs/TFMessage", kFirst_s, 0, "damaged"});
   const BagTurns turns = value_of(read());
   EXPECT_THAT(turns.of_sensor, IsEmpty());
-  EXPECT_THAT(turns.warnings, ElementsAre(HasSubstr("a message of transforms that is short")));
+  EXPECT_THAT(turns.warnings, ElementsAre(HasSubstr("a message of transforms is cut short")));
   EXPECT_EQ(read("/imu").error().code, ErrorCode::kMalformedPose);
 }
 

@@ -174,7 +174,7 @@ TEST(GeodeticTrack, InUtmIsTurnedToTheGrid) {
 TEST(GeodeticTrack, SaysWhatItSkips) {
   const Result<GeodeticTrack> track = read_geodetic_track(track_file("track.nmea"));
   EXPECT_THAT(track->warnings,
-              ::testing::Contains(HasSubstr("1 lines are no sentence with a right checksum")));
+              ::testing::Contains(HasSubstr("1 lines are not sentences with a correct checksum")));
   EXPECT_THAT(track->warnings, ::testing::Contains(HasSubstr("1 places without a fix")));
 }
 
@@ -189,7 +189,7 @@ TEST(GeodeticTrack, RefusesWhatIsNone) {
   EXPECT_THAT(error_of("time,lat\n1,49\n"), HasSubstr("SL2008"));
   EXPECT_THAT(error_of("lat,lon\n49\n"), HasSubstr("(line 2): found 1 columns, expected 2"));
   EXPECT_THAT(error_of("lat,lon\n49,x\n"), HasSubstr("found 'x', expected a finite number"));
-  EXPECT_THAT(error_of("lat,lon\n149,8\n"), HasSubstr("expected a place on Earth"));
+  EXPECT_THAT(error_of("lat,lon\n149,8\n"), HasSubstr("expected a position on Earth"));
   EXPECT_THAT(error_of("t,lat,lon\n2,49,8\n1,49,8\n"), HasSubstr("SL2012"));
   EXPECT_THAT(error_of("lat,lon\n49,8\n49,8\n"), HasSubstr("add a column heading or yaw"));
   EXPECT_THAT(error_of("lat,lon\n"), HasSubstr("found no pose"));

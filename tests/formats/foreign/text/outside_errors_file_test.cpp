@@ -53,7 +53,7 @@ TEST(OutsideErrorsFile, NamesFileAndLineOfWhatItRefuses) {
       {"scan,look,start,error\n1,10,0,-0.1\n", ErrorCode::kMalformedText, "line 2", "'-0.1'"},
       {"scan,look,start,error\n1,10,0,0.1m\n", ErrorCode::kMalformedText, "line 2", "'0.1m'"},
       {"scan,look,start,error\n4,10,2,0.1\n4,20,2,0.1\n4,10,2,0.3\n", ErrorCode::kMalformedText,
-       "line 4", "look 10 m, start 2 again, which line 2 has"}};
+       "line 4", "look 10 m, start 2 again, as in line 2"}};
   for (const auto& each : kCases) {
     const Error error = failure_of(read(each.text), each.text);
     EXPECT_EQ(error.code, each.code) << to_string(error);

@@ -333,8 +333,9 @@ TEST(MapDiff, SaysWhatBecameOfColumnsOfSites) {
   ASSERT_THAT(diff.facts, SizeIs(3));
   EXPECT_EQ(diff.facts[0].name, "column.clearance_m");
   EXPECT_THAT(diff.facts[0].before, testing::MatchesRegex("mean [0-9.]+ m"));
-  EXPECT_THAT(diff.facts[0].after,
-              testing::MatchesRegex("mean [0-9.]+ m, other at 1 of 40 places, by at most 2.5 m"));
+  EXPECT_THAT(
+      diff.facts[0].after,
+      testing::MatchesRegex("mean [0-9.]+ m, different at 1 of 40 places, by at most 2.5 m"));
   EXPECT_EQ(diff.facts[1].name, "column.kind");
   EXPECT_EQ(diff.facts[1].after, "");
   EXPECT_EQ(diff.facts[2].name, "column.sort");

@@ -106,7 +106,7 @@ TEST(EvaluateLooks, CallsARuleDearerThatIs) {
     trial.judged.samples->rows[site * 3].mean_m = 0.01;  // 40 points would do
   }
   const LookEvaluation evaluation = *evaluate_looks(trial.choice, trial.judged);
-  EXPECT_NE(to_text(evaluation).find("DEARER by 100 %"), std::string::npos) << to_text(evaluation);
+  EXPECT_NE(to_text(evaluation).find("takes 100 % MORE"), std::string::npos) << to_text(evaluation);
 }
 
 TEST(EvaluateLooks, RefusesADriveThatWasMeasuredAtOtherLooks) {
