@@ -27,16 +27,17 @@ Error bad_value(const std::string& message) { return {ErrorCode::kBadValue, mess
 Result<void> check_map(const CompileConfig& config) {
   if (!config.mapping.scans.empty()) {
     return bad_value(
-        "mapping.scans and map.points are named: either a drive makes the map, or it is "
-        "finished");
+        "mapping.scans and map.points are both given; use mapping.scans to make a map, or "
+        "map.points to annotate a finished one");
   }
   if (!config.base_poses.empty()) {
     return bad_value(
-        "base.poses and map.points are named: a finished map has no drives that could keep "
-        "their poses");
+        "base.poses and map.points are both given; base.poses applies only to maps made from "
+        "drives: remove one of them");
   }
   if (config.route.file.empty()) {
-    return Error{ErrorCode::kMissingKey, "route.file: a finished map is annotated along a route"};
+    return Error{ErrorCode::kMissingKey,
+                 "route.file is missing: a finished map is annotated along a route"};
   }
   const Result<World> world = parse_world(config.route.world);
   if (!world) return bad_value("route.world: " + world.error().message);
@@ -44,12 +45,11 @@ Result<void> check_map(const CompileConfig& config) {
                       !config.imports_errors();
   if (config.localization.scans.empty() && !is_own) {
     return bad_value(
-        "without a localization drive errors are simulated, for this program's own "
-        "localizers alone: name a drive, or leave measure-error.localizer and import-errors "
-        "as they are");
+        "without a localization drive, errors are simulated with this program's own localizers; "
+        "add a localization drive, or remove import-errors and measure-error.localizer");
   }
   if (config.annotation.split == Split::kEvenOdd) {
-    return bad_value("annotation.split is even-odd and no drive makes the map");
+    return bad_value("annotation.split is even-odd, which needs a mapping drive; remove it");
   }
   return {};
 }
@@ -110,21 +110,21 @@ Result<void> check_lists(const CompileConfig& config) {
     if (is_listed && recording.scans.empty() && missing.empty()) missing = to_text(role);
   });
   if (!missing.empty()) {
-    return Error{ErrorCode::kMissingKey, missing + ".scans: no folder of scans is named"};
+    return Error{ErrorCode::kMissingKey,
+                 missing + ".scans is missing: name a folder or file of scans"};
   }
   if (!is_list || !config.imports_errors()) return {};
-  return bad_value(concat("import-errors.file is of one localization drive, and ",
-                          1 + config.later_localization.size(), " are named"));
+  return bad_value(concat("import-errors.file has the errors of one localization drive, and ",
+                          1 + config.later_localization.size(), " are listed; keep one"));
 }
 
 Result<void> check(const CompileConfig& config) {
   if (config.has_map()) {
     SIGHTLINE_TRY(check_map(config));
   } else if (config.mapping.scans.empty()) {
-    return Error{
-        ErrorCode::kMissingKey,
-        "mapping.scans: no folder of scans is named (map.points takes a finished map); `sightline "
-        "init FOLDER -o drive.yaml` writes a configuration"};
+    return Error{ErrorCode::kMissingKey,
+                 "mapping.scans is missing: name a folder or file of scans (or a finished map "
+                 "under map.points); `sightline init FOLDER -o drive.yaml` writes a configuration"};
   }
   SIGHTLINE_TRY(check_lists(config));
   const Result<World> world = parse_world(config.annotation.world);
@@ -135,8 +135,8 @@ Result<void> check(const CompileConfig& config) {
   const bool wants_pcl = config.passes.options(kMeasureError).localizer == LocalizerKind::kPclNdt;
   if (wants_pcl && !has_pcl_ndt()) {
     return bad_value(
-        "measure-error.localizer is pcl-ndt, and this program was built without PCL; "
-        "tests/support/setup builds one with it");
+        "measure-error.localizer is pcl-ndt, but this program was built without PCL; install PCL "
+        "and build again (tests/support/setup)");
   }
   return {};
 }
@@ -166,15 +166,15 @@ Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options) 
   for (const std::string& own : localizer_names()) {
     if (options.localizer != own) continue;
     return bad_value(concat("import-errors.localizer: ", own,
-                            " is one of this program's own, which measures "
-                            "its errors itself (measure-error.localizer); name yours otherwise"));
+                            " is a localizer of this program, set by measure-error.localizer; give "
+                            "yours another name"));
   }
   LocalizerProfile profile{options.localizer, static_cast<std::uint32_t>(options.version),
                            *parameters};
   if (validate(profile)) return profile;
   return bad_value(
-      "import-errors.localizer: expected the name by which the vehicle's program will "
-      "know it, 1 to 64 printable characters without a blank or '/'");
+      "import-errors.localizer: expected the name that the vehicle's program uses, 1 to 64 "
+      "printable characters without blanks or '/'");
 }
 
 bool is_compiled_map(const std::filesystem::path& path) {
@@ -204,7 +204,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   config.passes.shared = shared_values(config.annotation);
   const Result<void> checked = check(config);
   if (!checked) return in_file(checked.error(), file.string());
-  // Judged later, but a mistake in it is reported before hours of work.
+  // Used later, but a mistake in it is reported before hours of work.
   if (has_file) {
     SIGHTLINE_TRY(read_gate_settings(file));
   }

@@ -4,7 +4,7 @@
 #include "formats/annotation/measured_drives.h"
 #include "passes/ingest/ingest.h"
 
-// What a configuration may say besides the options of passes.
+// What a configuration may contain besides the options of passes.
 
 namespace sightline {
 namespace {
@@ -27,12 +27,12 @@ ConfigSection drives_section(const std::string& name, const std::string& help,
                              RecordingOptions& first, std::deque<RecordingOptions>& more,
                              std::string& recordings) {
   ConfigSection section{name, help, option_fields(first)};
-  section.fields.push_back(text(
-      "recordings", recordings,
-      "several drives in place of `scans` or a list: a folder of recordings, taken in natural "
-      "order of their paths, or a file with a path a line (behind a tab, its poses); poses and "
-      "stamps are then names of files that lie with the scans of each or beside them, the other "
-      "keys hold for all"));
+  section.fields.push_back(
+      text("recordings", recordings,
+           "several drives in place of `scans` or a list: a folder of recordings (in natural order "
+           "of their paths), or a text file with one path per line (and, after a tab, the path of "
+           "its poses); poses and stamps are then names of files in or beside the folder of each "
+           "recording; the other keys apply to all"));
   section.one_more = [&first, &more] {
     RecordingOptions& later = more.emplace_back(first);
     for (std::string* own : {&later.name, &later.scans, &later.poses, &later.stamps}) own->clear();
@@ -43,16 +43,16 @@ ConfigSection drives_section(const std::string& name, const std::string& help,
 
 ConfigSection mapping_section(CompileConfig& config) {
   return drives_section("mapping",
-                        "The drive that makes the map; or a list of drives of one vehicle, in the "
-                        "order of their days, each with what differs from the first",
+                        "The drive that makes the map; or a list of drives of one vehicle, in "
+                        "order of date, each with the keys that differ from the first",
                         config.mapping, config.later_mapping, config.mapping_recordings);
 }
 
 ConfigSection localization_section(CompileConfig& config) {
   return drives_section("localization",
-                        "A second drive that is matched against the map to measure error; or a "
-                        "list of drives, each measured by itself: the first has to come near the "
-                        "map, the others say what differs from it",
+                        "A second drive that is matched against the map to measure localization "
+                        "errors; or a list of drives, each measured separately: the first must "
+                        "overlap the map, the others have the keys that differ from it",
                         config.localization, config.later_localization,
                         config.localization_recordings);
 }
@@ -63,8 +63,8 @@ std::vector<OptionField> option_fields(MapOptions& options) {
       text("points", options.points,
            "a finished map in place of the mapping drive: .pcd, .ply or .las, a folder of them, "
            "Autoware's with pointcloud_map_metadata.yaml, Apollo's NDT map (config.xml and map/), "
-           "or a compiled map (.slmap) to annotate anew; empty: the drive makes the map"),
-      text("name", options.name, "name of the map; empty: the last part of points")};
+           "or a compiled map (.slmap) to annotate again; empty: the mapping drive makes the map"),
+      text("name", options.name, "name of the map; empty: the last part of the path `points`")};
   for (OptionField& field : option_fields(options.localizing)) {
     const bool tells_of_sensor = field.name == "sensor" || field.name == "rings" ||
                                  field.name == "height_m" || field.name.ends_with("_beam_deg") ||
@@ -73,7 +73,7 @@ std::vector<OptionField> option_fields(MapOptions& options) {
     if (!tells_of_sensor) continue;
     if (field.name == "sensor") {
       field.help =
-          "the LiDAR that will localize, as under mapping; empty: that of a compiled map, "
+          "the LiDAR that will localize, as under mapping; empty: the one in the compiled map, "
           "else generic-16";
     }
     fields.push_back(std::move(field));
@@ -83,12 +83,13 @@ std::vector<OptionField> option_fields(MapOptions& options) {
 
 std::vector<OptionField> option_fields(RouteOptions& options) {
   return {text("file", options.file,
-               "where a finished map is annotated: Lanelet2 (.osm), .geojson, .csv of x, y and z, "
-               "a trajectory (.tum), or everywhere that a vehicle reaches (everywhere; section "
+               "the route along which a finished map is annotated: Lanelet2 (.osm), .geojson, .csv "
+               "of x, y and z, "
+               "a trajectory (.tum), or `everywhere`: all ground that a vehicle can reach (section "
                "choose-field-sites)"),
           text("world", options.world,
-               "how the map lies on Earth, for lanes in latitude and longitude: local, utm:32N or "
-               "enu:LATITUDE,LONGITUDE,ALTITUDE; local: as a compiled map says")};
+               "coordinate system of the map, for lanes in latitude and longitude: local, utm:32N "
+               "or enu:LATITUDE,LONGITUDE,ALTITUDE; local: the one in the compiled map")};
 }
 
 }  // namespace
@@ -96,39 +97,41 @@ std::vector<OptionField> option_fields(RouteOptions& options) {
 std::vector<OptionField> option_fields(OutsideErrorsOptions& options) {
   return {
       text("file", options.file,
-           "CSV with a line \"scan,look,start,error\" and one error a line: what a localizer of "
-           "yours made of the localization drive, in place of measure-error; empty: none"),
-      text("evaluation_file", options.evaluation_file, "the same of the evaluation drive"),
+           "CSV with the header \"scan,look,start,error\" and one error per line: errors of your "
+           "localizer on the localization drive, in place of measure-error; empty: none"),
+      text("evaluation_file", options.evaluation_file,
+           "CSV of its errors on the evaluation drive; empty: none"),
       text("localizer", options.localizer,
-           "its name, which the map keeps and the vehicle gives to the reader"),
-      integer("version", options.version, "raise it when that localizer changes", 0, 1'000'000'000),
-      text("parameters", options.parameters,
-           "what the name leaves open, for the record: \"name=value, ...\""),
+           "name of your localizer; it is stored in the map, and the vehicle passes it to the "
+           "reader"),
+      integer("version", options.version,
+              "version of your localizer; raise it when its results change", 0, 1'000'000'000),
+      text("parameters", options.parameters, "its parameters, for the record: \"name=value, ...\""),
       choice("reference", options.reference,
-             "what the errors were measured against: the known pose, or the match at full range",
+             "reference of the errors: the known pose, or the match at full range",
              {"known", "full-range"})};
 }
 
 std::vector<OptionField> option_fields(AnnotationOptions& options) {
-  return {numbers("ranges_m", options.ranges_m, "observation ranges to choose from, m", 1.0, 300.0),
-          looks("looks", options.looks,
-                "looks to choose from, each a range and the sample of a scan that is matched, from "
-                "the cheapest to the dearest; paper: observation ranges alone, every return within "
-                "them"),
-          numbers("limits_m", options.limits_m, "localization errors a vehicle may accept, m", 0.01,
-                  5.0),
-          number("leaf_m", options.leaf_m, "voxel grid a scan is subsampled on to be matched, m",
-                 0.05, 10.0),
-          number("tile_m", options.tile_m, "edge of a map tile, m; a multiple of the cell", 8.0,
-                 1024.0),
-          integer("seed", options.seed, "seed of everything random", 0, 1'000'000'000),
-          text("world", options.world,
-               "where the recordings' coordinates lie, which the map carries: local, utm:ZONE "
-               "(utm:32N), mgrs:SQUARE (mgrs:32UMV) or enu:LATITUDE,LONGITUDE,ALTITUDE"),
-          choice("split", options.split,
-                 "even-odd: even scans of the mapping drive map, odd ones localize; auto: so where "
-                 "no localization drive is named",
-                 {"auto", "even-odd"})};
+  return {
+      numbers("ranges_m", options.ranges_m, "observation ranges to choose from, m", 1.0, 300.0),
+      looks("looks", options.looks,
+            "looks to choose from, in order of matching time: each is a range and the sample of a "
+            "scan that is matched; paper: observation ranges only, all returns within them"),
+      numbers("limits_m", options.limits_m, "localization errors that a vehicle accepts, m", 0.01,
+              5.0),
+      number("leaf_m", options.leaf_m, "voxel size for subsampling a scan before matching, m", 0.05,
+             10.0),
+      number("tile_m", options.tile_m, "edge length of a map tile, m; a multiple of the cell", 8.0,
+             1024.0),
+      integer("seed", options.seed, "seed of all random numbers", 0, 1'000'000'000),
+      text("world", options.world,
+           "coordinate system of the recordings' poses, stored in the map: local, utm:ZONE "
+           "(utm:32N), mgrs:SQUARE (mgrs:32UMV) or enu:LATITUDE,LONGITUDE,ALTITUDE"),
+      choice("split", options.split,
+             "even-odd: even scans of the mapping drive make the map, odd scans are localized in "
+             "it; auto: even-odd where no localization drive is given",
+             {"auto", "even-odd"})};
 }
 
 std::string to_text(const RecordingRole& role) {
@@ -140,22 +143,23 @@ std::string to_text(const RecordingRole& role) {
 
 std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   std::vector<ConfigSection> all = {
-      {"annotation", "What is annotated, and what all passes share",
+      {"annotation", "Ranges, limits and other settings that all passes share",
        option_fields(config.annotation)},
       mapping_section(config),
       {.name = "base",
-       .help = "What was shipped, for a map with more drives; or the file alone",
-       .fields = {text("poses", config.base_poses,
-                       "poses that were written beside an earlier map (.slposes): its drives, "
-                       "named first under mapping, keep them, and others lay what is new "
-                       "(choose-scans); empty: poses are found anew")},
+       .help = "Poses of an earlier map, to add drives to it; or only the file",
+       .fields = {text(
+           "poses", config.base_poses,
+           "poses file that was written beside an earlier map (.slposes): its drives, listed first "
+           "under mapping, keep these poses, and later drives add scans only where they show "
+           "something new (choose-scans); empty: all poses are estimated again")},
        .word = "poses"},
       {.name = "map",
-       .help = "A finished map, annotated along `route`, in place of `mapping`; or its file alone",
+       .help = "A finished map, annotated along `route`, in place of `mapping`; or only its file",
        .fields = option_fields(config.map),
        .word = "points"},
       {.name = "route",
-       .help = "Where a finished map is annotated; or the file alone, or `everywhere`",
+       .help = "Where a finished map is annotated; or only the file, or `everywhere`",
        .fields = option_fields(config.route),
        .word = "file"}};
   for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
@@ -165,13 +169,13 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   all.push_back({"evaluation",
                  "An independent drive that judges the finished map (sightline evaluate)",
                  option_fields(config.evaluation)});
-  all.push_back({"import-errors", "Errors that a localizer of yours made, measured outside",
+  all.push_back({"import-errors", "Errors of your own localizer, measured by another program",
                  option_fields(config.outside)});
   return all;
 }
 
 ConfigSection gate_section() {
-  return {"gate", "What a map must hold to pass (sightline gate)", {}, gate_settings_schema()};
+  return {"gate", "Requirements that a map must meet (sightline gate)", {}, gate_settings_schema()};
 }
 
 }  // namespace sightline

@@ -23,9 +23,10 @@ constexpr double kUseOfThreads = 0.85;
 
 // Of a finished map, for each place: one core, and memory.
 constexpr const char* kOfPlaces =
-    "time    about 0.07 s of one core for each place, memory about 6.5 KiB beside 200 MiB: a place "
-    "every metre of\n        a route. Once the places are chosen (--stop-after choose-field-sites, "
-    "or choose-route-sites), this tries\n        some of them and says more\n";
+    "time    about 0.07 s of one core per place, with one place per metre of route\nmemory  about "
+    "200 MiB and 6.5 KiB per place\n        Choose the places first (--stop-after "
+    "choose-field-sites or choose-route-sites) for a better estimate:\n        --dry-run then "
+    "measures some of them\n";
 
 // Measured on streets of 0.4 to 20 km and on one of 64 beams (tests/bench/README.md, "A long
 // street"): what one process takes.
@@ -103,7 +104,7 @@ double cpu_s(const Cost& cost, const Size& size) {
   return cost.scan_s * size.scans + (cost.million_points_s + unposed_s) * size.million_points;
 }
 
-// Free memory of this machine; infinity where it does not say.
+// Free memory of this machine; infinity where it is unknown.
 double free_memory_mib() {
   std::ifstream file("/proc/meminfo");
   for (std::string line; std::getline(file, line);) {
@@ -124,7 +125,7 @@ double free_disk_mib(std::filesystem::path folder) {
   return static_cast<double>(space.available) / 1048576.0;
 }
 
-// Two digits: more would say more than is known.
+// Two digits: the estimate is no better.
 std::string about(double value) {
   if (!(value >= 1.0)) return "1";
   const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(value)) - 1.0));
@@ -141,17 +142,17 @@ std::string time_text(double seconds) {
   return fixed(seconds / 3600.0, 1) + " h";
 }
 
-// "  memory  about 560 MiB; 12.0 GiB are free"
+// "  memory  about 560 MiB; 12.0 GiB free"
 std::string room_line(const char* what, double needed_mib, double free_mib) {
   std::string line = concat(what, "about ", mib_text(needed_mib));
   if (!std::isfinite(free_mib)) return line + "\n";
-  line += concat("; ", mib_text(free_mib), " are free");
-  return line + (needed_mib > free_mib ? ": too little\n" : "\n");
+  line += concat("; ", mib_text(free_mib), " free");
+  return line + (needed_mib > free_mib ? ": not enough\n" : "\n");
 }
 
 std::string text_of(const ExpectedPlaces& places) {
   return concat("time    about ", time_text(places.cpu_s), " of one core for ", places.count,
-                " places, of which ", places.tried_count, " were tried\n",
+                " places, measured at ", places.tried_count, " of them\n",
                 room_line("memory  ", memory_of_places_mib(static_cast<double>(places.count)),
                           free_memory_mib()));
 }
@@ -208,7 +209,7 @@ std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache
     text += concat(drive.role, ": ", drive.scan_count, " scans of about ",
                    about(drive.points_per_scan), " points\n");
   }
-  TextGrid grid = {{"pass", "expected"}};
+  TextGrid grid = {{"pass", "estimated time"}};
   double wall_s = 0.0;
   for (const ExpectedStep& step : cost.steps) {
     wall_s += step.wall_s;
@@ -222,7 +223,7 @@ std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache
   text += concat("time    about ", time_text(wall_s), " on ", cost.threads, " threads, ",
                  time_text(0.4 * wall_s), " to ", time_text(2.5 * wall_s), "\n");
   text += room_line("memory  ", cost.memory_mib, free_memory_mib());
-  if (cache_directory.empty()) return text + "disk    the map alone: nothing is kept\n";
+  if (cache_directory.empty()) return text + "disk    only the map: the cache is off\n";
   return concat(text, room_line("disk    ", cost.cache_mib, free_disk_mib(cache_directory)),
                 "        in ", cache_directory.string(), "\n");
 }

@@ -62,9 +62,8 @@ Result<void> check_named_once(const std::vector<NamedDrive>& drives) {
   for (const NamedDrive& drive : drives) {
     const auto [other, is_new] = role_of.try_emplace(drive.place.name(), drive.role);
     if (is_new) continue;
-    return bad_value(
-        concat(drive.role, ".scans: found the recording of ", other->second,
-               ", expected another drive: a recording that is listed twice counts twice"));
+    return bad_value(concat(drive.role, ".scans: found the recording of ", other->second,
+                            ", expected another drive: the same recording is listed twice"));
   }
   return {};
 }
@@ -136,24 +135,25 @@ Result<void> settle_same_recordings(CompileConfig& config) {
   const auto first = std::ranges::find_if(own, [](const NamedDrive* drive) { return drive; });
   const bool is_other = first == own.end();
   if (is_other && config.annotation.split == Split::kEvenOdd && !localization.empty()) {
-    return bad_value("annotation.split is even-odd and a localization drive is named: choose one");
+    return bad_value(
+        "annotation.split is even-odd, but a localization drive is given; remove one of them");
   }
   if (is_other) return {};
   const std::string found = concat(localization[static_cast<std::size_t>(first - own.begin())].role,
                                    ".scans: found the recording of ", (*first)->role);
   if (std::ranges::find(own, nullptr) != own.end()) {
     return bad_value(found +
-                     ", expected a drive that did not make the map, as the others: remove it");
+                     ", expected a drive that did not make the map; remove it from the list");
   }
   if (config.imports_errors()) {
     return bad_value(found +
-                     ", expected another drive: of a drive that makes the map every second scan is "
-                     "localized, and import-errors has errors of all");
+                     ", expected another drive: import-errors has errors of all its scans, but "
+                     "only every second scan of a mapping drive is localized");
   }
   become_split(config);
   config.notes.push_back(found +
                          ": every second scan of the mapping drives makes the map, the others are "
-                         "localized in it; what is set under localization is not used");
+                         "localized in it; the other keys of localization are ignored");
   return {};
 }
 
@@ -167,10 +167,9 @@ void note_known_evaluation(CompileConfig& config) {
   const NamedDrive* known = same_drive(mapping, place);
   if (known == nullptr) known = same_drive(localization, place);
   if (known == nullptr) return;
-  config.notes.push_back(
-      concat("evaluation.scans: found the recording of ", known->role,
-             ", which the map is made from: the results are better than those of "
-             "another drive"));
+  config.notes.push_back(concat("evaluation.scans: found the recording of ", known->role,
+                                ", which is an input of the map, so the results are better than on "
+                                "another drive; name an independent drive"));
 }
 
 }  // namespace sightline

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 struct NamedRecording {
   std::string name;
   fs::path scans;
-  fs::path poses;  // empty: as the section says
+  fs::path poses;  // empty: as in the section
 };
 
 Result<std::vector<NamedRecording>> in_folder(const fs::path& folder) {
@@ -31,7 +31,7 @@ Result<std::vector<NamedRecording>> in_folder(const fs::path& folder) {
                      {}});
   }
   if (!named.empty()) return named;
-  std::string message = "no recording was found in it";
+  std::string message = "found no recording in this folder";
   for (const PassedOver& passed : search.passed_over) {
     message += concat("; ", passed.path.string(), ": ", passed.reason);
   }
@@ -47,11 +47,11 @@ Result<std::vector<NamedRecording>> in_list(const fs::path& file) {
     split_words(line, paths, "\t");
     if (paths.empty() || paths[0].starts_with('#')) continue;
     if (paths.size() > 2) {
-      return Error{
-          ErrorCode::kMalformedText,
-          concat("found ", paths.size(),
-                 " paths, expected that of the scans and, behind a tab, that of their poses"),
-          file.string(), concat("line ", lines.number())};
+      return Error{ErrorCode::kMalformedText,
+                   concat("found ", paths.size(),
+                          " paths, expected the path of the scans and optionally, after a tab, the "
+                          "path of the poses"),
+                   file.string(), concat("line ", lines.number())};
     }
     const auto from_file = [&](std::string_view path) {
       return (file.parent_path() / fs::path(path)).lexically_normal();
@@ -60,7 +60,7 @@ Result<std::vector<NamedRecording>> in_list(const fs::path& file) {
                      paths.size() == 2 ? from_file(paths[1]) : fs::path()});
   }
   if (!named.empty()) return named;
-  return Error{ErrorCode::kMalformedText, "the list names no recording, expected a path a line",
+  return Error{ErrorCode::kMalformedText, "the list is empty, expected one path per line",
                file.string()};
 }
 
@@ -72,7 +72,7 @@ Result<std::string> companion_of(const fs::path& scans, const std::string& file)
     if (fs::exists(candidate, ignored)) return candidate.string();
   }
   return Error{ErrorCode::kFileNotFound,
-               concat("found no file '", file, "' with these scans or beside them"),
+               concat("found no file '", file, "' in or beside this folder of scans"),
                scans.string()};
 }
 
@@ -114,7 +114,7 @@ Result<void> expand_recordings(const std::string& section, const std::string& re
   if (!first.scans.empty() || !first.name.empty() || !more.empty()) {
     return Error{ErrorCode::kBadValue,
                  concat(key, "found ", (more.empty() ? "scans or a name" : "a list of drives"),
-                        " beside it, which are of one drive: it stands in their place")};
+                        " beside it; use one or the other")};
   }
   Result<std::vector<RecordingOptions>> drives = drives_of(recordings, first);
   if (!drives) {

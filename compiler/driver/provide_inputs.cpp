@@ -75,7 +75,7 @@ Result<void> check_named_once(const CompilePlan& compile, const ArtifactSet& art
     return Error{ErrorCode::kBadValue,
                  concat(input.role, ".scans: found the recording of ", other->second->role, " (",
                         other->second->options.scans,
-                        "), expected another drive: a recording that is listed twice counts twice"),
+                        "), expected another drive: the same recording is listed twice"),
                  input.options.scans};
   }
   return {};
@@ -102,7 +102,7 @@ Result<void> provide_route(const FinishedMapInput& input, const std::string& wor
   return {};
 }
 
-// Where nothing is said of a sensor, that of an earlier map.
+// Where no sensor is configured, that of an earlier map.
 Result<SensorProfile> localizing_sensor(const MapOptions& options, const CompiledMap* earlier) {
   RecordingOptions localizing = options.localizing;
   if (!localizing.sensor.empty()) return sensor_of(localizing);
@@ -111,11 +111,10 @@ Result<SensorProfile> localizing_sensor(const MapOptions& options, const Compile
   SIGHTLINE_ASSIGN(const SensorProfile said, sensor_of(localizing));
   SIGHTLINE_ASSIGN(const SensorProfile usual, sensor_of(RecordingOptions{}));
   if (to_bytes(said) == to_bytes(usual)) return earlier->sensor;
-  return Error{
-      ErrorCode::kBadValue,
-      concat("map.sensor: found its height, beams or mounting without its name; name it, or leave "
-             "all to the earlier map (",
-             earlier->sensor.name, ")")};
+  return Error{ErrorCode::kBadValue,
+               concat("map.sensor: found height, beams or mounting without the name of the sensor; "
+                      "name it, or remove these keys to use that of the compiled map (",
+                      earlier->sensor.name, ")")};
 }
 
 // A map keeps its world: what else is named has to be the same.
@@ -123,8 +122,8 @@ Result<void> check_world(const std::string& key, const std::string& named, const
                          const std::string& file) {
   if (named == kLocalWorld || named == world) return {};
   return Error{ErrorCode::kBadValue,
-               concat(key, ": found ", named, ", and the map that is annotated lies in ", world,
-                      ", which stays"),
+               concat(key, ": found ", named, ", but the coordinate system of the compiled map is ",
+                      world, "; remove this key"),
                file};
 }
 

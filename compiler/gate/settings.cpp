@@ -334,7 +334,7 @@ std::string gate_settings_schema() {
   properties["rules"] = rules_schema();
   properties["exceptions"] = {{"type", "array"}, {"items", exception_schema()}};
   const Json schema = {
-      {"description", "What a map must hold to pass (sightline gate, gate_rules.md)"},
+      {"description", "Requirements that a map must meet (sightline gate, gate_rules.md)"},
       {"type", Json::array({"object", "null"})},
       {"additionalProperties", false},
       {"properties", properties}};

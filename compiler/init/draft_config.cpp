@@ -136,16 +136,16 @@ Drives assign_roles(std::vector<FoundDrive> found, const fs::path& folder) {
         drive.scan_count >= kFewestScans) {
       drives.same_vehicle.push_back(std::move(drive));
     } else if (drive.scan_count < kFewestScans) {
-      pass_over(drive, "too few scans for a drive of its own", drives);
+      pass_over(drive, "fewer than 20 scans, too few for a drive", drives);
     } else if (!may_meet(drive, mapping)) {
       pass_over(
           drive,
-          "by their poses it does not meet the mapping drive; give it a configuration of its own",
+          "by its poses it does not overlap the mapping drive; write another configuration for it",
           drives);
     } else if (drives.drives.size() == 3) {
       pass_over(drive,
-                "three drives have their roles already; `recordings: FOLDER` in place of `scans` "
-                "takes all that lie in a folder, under mapping to make one map of them, under "
+                "three drives are already used; to use all recordings of a folder, replace `scans` "
+                "by `recordings: FOLDER`, under mapping to make one map of them, under "
                 "localization to measure each",
                 drives);
     } else {
@@ -180,9 +180,9 @@ Result<Drives> look_at_all(const fs::path& folder) {
 
 Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passed_over) {
   constexpr std::size_t kMost = 5;
-  std::string message =
-      concat("no drive was found: a folder of ", scan_endings_text(),
-             " files, a ROS bag (.bag, .db3, .mcap) or a pcap of a Velodyne, Hesai or Ouster");
+  std::string message = concat(
+      "found no drive; expected a folder of ", scan_endings_text(),
+      " files, a ROS bag (.bag, .db3, .mcap) or a pcap of a Velodyne, Hesai or Ouster sensor");
   for (std::size_t i = 0; i < std::min(kMost, passed_over.size()); ++i) {
     message += concat("; ", passed_over[i].path.string(), ": ", passed_over[i].reason);
   }
@@ -197,7 +197,7 @@ bool is_path(const GuessedKey& guess) {
 
 std::string length_text(const FoundDrive& drive) {
   if (drive.positions_m.empty()) return "";
-  return concat(", ", static_cast<int>(std::lround(drive.length_m)), " m by their poses");
+  return concat(", ", static_cast<int>(std::lround(drive.length_m)), " m by its poses");
 }
 
 void write_other_sensors(const Drives& drives, YamlText& yaml) {
@@ -213,8 +213,8 @@ void write_other_sensors(const Drives& drives, YamlText& yaml) {
   if (others.empty()) return;
   yaml.line("");
   yaml.comment(
-      "The same vehicle has more sensors. Where they sit is unknown: measure it, and take the # "
-      "away (mapping-2 to mapping-4).");
+      "The same vehicle has more sensors. Their mounting is unknown: measure it, enter it and "
+      "remove the # (mapping-2 to mapping-4).");
   for (std::size_t i = 0; i < others.size(); ++i) {
     yaml.line(concat("# mapping-", i + 2, ": {", others[i],
                      ", lidar_x_m: 0, lidar_y_m: 0, lidar_z_m: 0, lidar_yaw_deg: 0}"));
@@ -234,9 +234,8 @@ void write_drive(const FoundDrive& drive, const std::string& role, YamlText& yam
 
 void write_head(const fs::path& folder, const fs::path& file, YamlText& yaml) {
   const std::string name = file.empty() ? "drive.yaml" : file.filename().string();
-  yaml.comment(
-      concat("Written by `sightline init` from what lies in ", folder.string(),
-             ". Each key says what it was guessed from; check those that you know better."));
+  yaml.comment(concat("Written by `sightline init` from the files in ", folder.string(),
+                      ". A comment gives the reason for each guessed value; check them."));
   yaml.line("#");
   yaml.line(concat("#   sightline compile ", name, " -o ", fs::path(name).stem().string(),
                    ".slmap     # makes the map"));
@@ -255,11 +254,12 @@ void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
   if (is_too_short) {
     yaml.comment(
         "This drive is too short to train an error model on (two blocks of 15 m): compile with "
-        "--model FILE, a model trained elsewhere by `sightline train`.");
+        "--model FILE, a model that `sightline train` has trained on other drives.");
   } else {
     yaml.comment(
-        "A map of this drive alone promises nothing about the next drive: for that, `sightline "
-        "train` takes drives of two places or more, 1.2 km of route in all for a risk of 5 %.");
+        "A map made from this drive alone has no promise for the next drive. A promise of at most "
+        "5 % misses needs a model that `sightline train` has trained on drives in two places or "
+        "more, 1.2 km of route in all.");
   }
 }
 
@@ -280,7 +280,7 @@ Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file) {
   constexpr std::array<const char*, 3> kRoles = {"mapping", "localization", "evaluation"};
   constexpr std::array<const char*, 3> kTasks = {
       "The drive that makes the map.",
-      "A second drive that is matched against the map, to measure error.",
+      "A second drive that is matched against the map, to measure localization errors.",
       "An independent drive that judges the finished map (sightline evaluate)."};
   SIGHTLINE_ASSIGN(const Drives drives, look_at_all(folder));
   if (drives.drives.empty()) return nothing_found(folder, drives.passed_over);
@@ -296,7 +296,7 @@ Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file) {
   }
   if (drives.drives.size() == 1) {
     yaml.line("");
-    yaml.comment("One drive is both: even scans make the map, odd scans are localized in it.");
+    yaml.comment("With one drive, even scans make the map and odd scans are localized in it.");
     yaml.line("annotation:");
     yaml.line("  split: even-odd");
   }

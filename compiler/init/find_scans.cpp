@@ -153,7 +153,7 @@ void look_into(const fs::path& folder, int depth, ScanSearch& search) {
   if (scans && scans->size() >= 2) {
     search.found.push_back({folder, {}, {}});
   } else if (scans) {
-    search.passed_over.push_back({folder, "a single scan is no drive"});
+    search.passed_over.push_back({folder, "only one scan, expected a drive"});
   } else if (scans.error().code != ErrorCode::kEmptyDirectory) {
     const bool is_container =
         std::ranges::any_of(listing->files, [](const fs::path& f) { return is_scan_container(f); });
@@ -174,10 +174,11 @@ Result<void> refuse_other_file(const fs::path& file) {
     const Result<PointCloudFile> scan = read_point_cloud(file);
     if (!scan && scan.error().code == ErrorCode::kUnsupportedFormat) return scan.error();
   }
-  return Error{ErrorCode::kCannotOpen,
-               "no folder, and no bag of ROS (.bag, .db3, .mcap) or capture (.pcap, .pcapng) by "
-               "what it begins with; expected one of these, of poses the folder with their scans",
-               file.string()};
+  return Error{
+      ErrorCode::kCannotOpen,
+      "this file does not begin like a ROS bag (.bag, .db3, .mcap) or a capture (.pcap, .pcapng); "
+      "expected one of these or a folder of scans (for poses, the folder with their scans)",
+      file.string()};
 }
 
 // T_vehicle_lidar as the configuration writes it.
@@ -282,7 +283,7 @@ Result<ScanSearch> find_scans(const fs::path& folder) {
 
 std::string FoundPoses::words() const {
   if (topic.empty()) return fs::path(file).filename().string();
-  return topic + (T_vehicle_lidar ? " with the mounting of the bag's transforms" : "");
+  return topic + (T_vehicle_lidar ? " with the mounting from the bag's transforms" : "");
 }
 
 std::vector<FoundPoses> pose_sources(const FoundScans& found, const Recording& listed) {

@@ -23,8 +23,8 @@ std::string rounded(double value, double step) {
 }
 
 Error no_lidar(const fs::path& file, const std::string& what) {
-  return {ErrorCode::kUnsupportedFormat, what + ": no scans of a LiDAR in its own frame",
-          file.string()};
+  return {ErrorCode::kUnsupportedFormat,
+          what + ", so these are not LiDAR scans in the sensor frame", file.string()};
 }
 
 Result<std::vector<PointCloudFile>> read_samples(const Recording& recording) {
@@ -51,21 +51,22 @@ Result<void> check_reach(const fs::path& scans, const std::vector<PointCloudFile
   return {};
 }
 
-// Of scans that do not say it themselves.
+// Of scans without a header.
 void add_columns(const std::vector<PointCloudFile>& samples, FoundDrive& drive) {
   const std::size_t count = samples.front().float_count;
   const bool is_one_count = std::ranges::all_of(
       samples, [&](const PointCloudFile& sample) { return sample.float_count == count; });
   if (count == 0 || !is_one_count) return;
-  drive.keys.push_back({"columns", to_text(columns_of_count(count)),
-                        concat(count, " floats a point fit, and no header names them")});
+  drive.keys.push_back(
+      {"columns", to_text(columns_of_count(count)),
+       concat(count, " floats per point fit the file size; these files have no header")});
 }
 
 void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive& drive) {
   const fs::path file = recording.container ? recording.container->sensor_file() : fs::path();
   if (!file.empty()) {
     drive.keys.push_back(
-        {"sensor", file.string(), "the metadata of the sensor that sent these packets"});
+        {"sensor", file.string(), "metadata of the sensor that sent these packets"});
   } else if (!guess.profile.empty()) {
     drive.keys.push_back({"sensor", guess.profile, guess.reason});
   } else {
@@ -75,11 +76,11 @@ void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive
   }
   if (guess.azimuth_view_deg) {
     drive.keys.push_back({"azimuth_view_deg", format_double(*guess.azimuth_view_deg),
-                          "what returns fill of a turn"});
+                          "the part of a turn that contains returns"});
   }
   if (guess.height_m) {
     drive.keys.push_back({"height_m", format_double(*guess.height_m),
-                          "where most returns near the sensor and below it lie: the ground"});
+                          "the height above the ground by the returns below the sensor"});
   }
 }
 
@@ -95,11 +96,12 @@ std::string objection(const Candidate& candidate) {
   constexpr double kLeast = 0.2;
   const PoseOverlap& overlap = candidate.overlap;
   const bool is_mounted = candidate.source.are_transforms || candidate.source.T_vehicle_lidar;
-  if (is_mounted && overlap.yaw_deg != 0.0) return "scans fit only when they are turned further";
-  if (!overlap.is_z_up) return "its poses do not move level with z up, like a camera's";
+  if (is_mounted && overlap.yaw_deg != 0.0)
+    return "scans overlap only when they are rotated further";
+  if (!overlap.is_z_up) return "its poses are not level with z up; they may be those of a camera";
   if (overlap.pairs > 0 && overlap.share < kLeast) {
-    return concat("it lays only ", whole_percent(overlap.share),
-                  " of upright returns on those of other scans");
+    return concat("only ", whole_percent(overlap.share),
+                  " of the returns from upright surfaces overlap other scans");
   }
   return "";
 }
@@ -119,7 +121,7 @@ bool is_better(const Candidate& a, const Candidate& b) {
   return a.source.words().size() < b.source.words().size();
 }
 
-// The best of those that fit; `remarks` collects what is to be said of the others.
+// The best of those that fit; `remarks` collects the reasons against the others.
 std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& listed,
                                       const RecordingOptions& options, double height_m,
                                       std::string& remarks) {
@@ -143,14 +145,15 @@ std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& 
       continue;
     }
     if (best && is_better(candidate, *best)) std::swap(candidate, *best);
-    if (best) remark(candidate, "fits too");
+    if (best) remark(candidate, "fits as well");
     if (!best) best = std::move(candidate);
   }
   return best;
 }
 
 void add_mounting(const RecordingOptions& options, FoundDrive& drive) {
-  drive.keys.push_back({"poses_of", "vehicle", "the bag's transforms tell where the sensor sits"});
+  drive.keys.push_back(
+      {"poses_of", "vehicle", "the mounting of the sensor is in the bag's transforms"});
   const std::pair<const char*, double> values[] = {{"lidar_x_m", options.lidar_x_m},
                                                    {"lidar_y_m", options.lidar_y_m},
                                                    {"lidar_z_m", options.lidar_z_m},
@@ -165,28 +168,29 @@ void add_mounting(const RecordingOptions& options, FoundDrive& drive) {
 // Whose poses they are.
 void add_owner(const Candidate& chosen, FoundDrive& drive) {
   if (chosen.source.are_transforms) {
-    drive.keys.push_back({"poses_of", "sensor", "transforms tell where the sensor itself was"});
+    drive.keys.push_back({"poses_of", "sensor", "the transforms are poses of the sensor"});
   } else if (chosen.source.T_vehicle_lidar) {
     add_mounting(chosen.options, drive);
   } else if (chosen.overlap.yaw_deg == 0.0) {
     drive.keys.push_back({"poses_of", "sensor",
-                          "scans fit as they are; if these are a vehicle's poses, say `vehicle` "
-                          "and where the sensor sits: lidar_x_m, lidar_y_m, lidar_z_m, "
-                          "lidar_roll_deg, lidar_pitch_deg, lidar_yaw_deg"});
+                          "scans overlap without rotation; if these are poses of the vehicle, "
+                          "write `vehicle` and the mounting of the sensor: lidar_x_m, lidar_y_m, "
+                          "lidar_z_m, lidar_roll_deg, lidar_pitch_deg, lidar_yaw_deg"});
   } else {
-    drive.keys.push_back({"poses_of", "vehicle", "scans fit only when they are turned"});
+    drive.keys.push_back(
+        {"poses_of", "vehicle", "scans overlap only when they are rotated by this yaw"});
     drive.keys.push_back({"lidar_yaw_deg", format_double(chosen.overlap.yaw_deg), ""});
   }
 }
 
 void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& drive) {
   const PoseOverlap& overlap = chosen.overlap;
-  std::string reason = "fits the scans in number and time";
+  std::string reason = "its count and times fit the scans";
   if (overlap.pairs > 0) {
-    reason += concat(" and lays ", whole_percent(overlap.share),
-                     " of upright returns on those of scans 2 m away");
+    reason += concat(", and ", whole_percent(overlap.share),
+                     " of the returns from upright surfaces overlap those of scans 2 m away");
   }
-  if (!remarks.empty()) reason += ". Not taken: " + remarks;
+  if (!remarks.empty()) reason += ". Not used: " + remarks;
   drive.keys.push_back({"poses", chosen.source.file, reason});
   if (!chosen.source.topic.empty()) {
     drive.keys.push_back({"poses_topic", chosen.source.topic, ""});
@@ -202,18 +206,19 @@ void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& 
 void add_no_poses(const std::string& remarks, FoundDrive& drive) {
   drive.keys.push_back({"poses_of", "sensor",
                         concat("no poses ", remarks.empty() ? "were found" : "fit",
-                               ": the compiler estimates those of the sensor",
-                               (remarks.empty() ? "" : ". Not taken: " + remarks))});
+                               ": the poses of the sensor are estimated",
+                               (remarks.empty() ? "" : ". Not used: " + remarks))});
 }
 
-// Times of the scans: those of a file of stamps that fits, where neither names nor poses tell.
+// Times of the scans: those of a file of stamps that fits, where neither names nor poses have
+// times.
 void choose_stamps(const FoundScans& found, RecordingOptions& options, FoundDrive& drive) {
   for (const fs::path& file : found.stamp_files) {
     RecordingOptions with_stamps = options;
     with_stamps.stamps = file.string();
     if (!list_recording(with_stamps)) continue;
     options = with_stamps;
-    drive.keys.push_back({"stamps", file.string(), "a time for every scan, by row"});
+    drive.keys.push_back({"stamps", file.string(), "it has one time per scan"});
     return;
   }
 }
@@ -249,8 +254,7 @@ Result<void> choose_imu(const RecordingOptions& options, const Recording& record
   if (turns.topic.empty()) return {};
   drive.keys.push_back(
       {"imu_topic", turns.topic,
-       concat(turns.of_sensor.size(),
-              " turn rates; they are used where they make the scans lie sharper")});
+       concat(turns.of_sensor.size(), " turn rates; they are used if they make the map sharper")});
   return {};
 }
 
@@ -301,7 +305,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   }
   if (!recording.container && !has_times(poses ? poses->options : options)) {
     drive.keys.push_back(
-        {"rate_hz", "10", "the times of the scans are unknown: ten a second are assumed"});
+        {"rate_hz", "10", "the times of the scans are unknown; 10 scans per second are assumed"});
   }
   add_sensor(sensor, recording, drive);
   return drive;

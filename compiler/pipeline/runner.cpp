@@ -98,7 +98,7 @@ class Runner {
     return scheduled.is_stored && !scheduled.is_wanted;
   }
 
-  // A step without an output in the cache has to be there to be of use.
+  // A step that keeps no output in the cache is always run.
   [[nodiscard]] bool may_run(const Scheduled& scheduled) const {
     return !scheduled.is_kept || !options_.may_run || options_.may_run(step_of(scheduled).name);
   }
@@ -208,7 +208,8 @@ class Runner {
                                                  const ArtifactType& form, StepReport& report) {
     const PassStep& step = step_of(scheduled);
     const auto refuse = [&](const Error& error) -> std::shared_ptr<const void> {
-      note(step, report, "a cache file is not used, its content is made anew: " + to_string(error));
+      note(step, report,
+           "a cache file is invalid, its content is computed again: " + to_string(error));
       return nullptr;
     };
     const Result<std::optional<StoredBytes>> found = cache_.open(step.name, scheduled.key.key);
@@ -237,7 +238,7 @@ class Runner {
       if (found) return std::move(*found);
       const std::lock_guard<std::mutex> lock(mutex);
       note(step, report,
-           "a cache file is not used, its content is made anew: " + to_string(found.error()));
+           "a cache file is invalid, its content is computed again: " + to_string(found.error()));
       return std::nullopt;
     };
     ctx.part_sink = [&](const PartName& part, std::span<const std::byte> bytes) {

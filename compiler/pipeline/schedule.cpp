@@ -170,7 +170,7 @@ std::string reason_to_run(const std::string& before, const std::string& now) {
                        line.substr(name.size() + 3));
     }
   }
-  return reason.empty() ? "its result is not in the cache any more" : reason;
+  return reason.empty() ? "its result is no longer in the cache" : reason;
 }
 
 }  // namespace sightline

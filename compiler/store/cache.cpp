@@ -285,7 +285,7 @@ Result<void> write_sealed(const ObjectName& name, const WriteInto& content, cons
 }
 
 Result<SealedObject> open_object(const StoredBytes& sealed) {
-  const Error none{ErrorCode::kBadMagic, "no sealed object, or cut short"};
+  const Error none{ErrorCode::kBadMagic, "not a cache object, or cut short"};
   if (sealed.size() < kTailSize) return none;
   const std::uint64_t before_tail = sealed.size() - kTailSize;
   SIGHTLINE_ASSIGN(const std::vector<std::byte> tail, sealed.read(before_tail, kTailSize));
@@ -297,7 +297,7 @@ Result<SealedObject> open_object(const StoredBytes& sealed) {
   const auto kind_size = reader.get<std::uint32_t>();
   const auto digest = get_digest(reader);
   if (content_size > before_tail || before_tail - content_size != kind_size) {
-    return Error{ErrorCode::kOutOfBounds, "its lengths are not those of the file"};
+    return Error{ErrorCode::kOutOfBounds, "its lengths do not match the file"};
   }
   Sha256Stream found;
   const StoredBytes digested = sealed.part(0, sealed.size() - digest.size() - kMagic.size());
@@ -306,7 +306,7 @@ Result<SealedObject> open_object(const StoredBytes& sealed) {
     return {};
   }));
   if (found.finish() != digest) {
-    return Error{ErrorCode::kDigestMismatch, "damaged: found another SHA-256 than its own"};
+    return Error{ErrorCode::kDigestMismatch, "damaged: its SHA-256 does not match"};
   }
   SealedObject object{{std::string(kind_size, '\0'), key}, sealed.part(0, content_size)};
   SIGHTLINE_TRY(sealed.read(content_size, std::as_writable_bytes(std::span(object.name.kind))));

@@ -26,8 +26,8 @@ std::string digest_of(const CompileConfig& config) {
 Error changed(const std::string& what, const std::filesystem::path& plan) {
   return {ErrorCode::kMismatchedInputs,
           what +
-              " changed since the plan was made; make it anew (what is finished and still right "
-              "is found again)",
+              " changed since the plan was made; make the plan again (finished work that is still "
+              "valid is kept)",
           plan_file_in(plan).string()};
 }
 
@@ -89,8 +89,10 @@ std::string slurm_script(const EngineJob& job) {
   const std::string logs = sbatch_name(folder);
   std::string text = concat(
       "#!/bin/bash\n"
-      "# Submits the work of one plan to Slurm: a job array for each stage, then the link. What a\n"
-      "# lost node left undone the next stage does first, so that no task has to end well.\n"
+      "# Submits the work of one plan to Slurm: a job array for each stage, then the link. Work "
+      "that a\n"
+      "# lost node left unfinished is done first by the next stage, so a failed task needs no "
+      "repair.\n"
       "# usage: bash THIS_SCRIPT [options of sbatch, such as --partition=maps --mem=2G]\n"
       "set -euo pipefail\n"
       "mkdir -p ",
@@ -140,7 +142,7 @@ std::string make_script(const EngineJob& job) {
   }
   return concat(
       "# The work of one plan for GNU make: make -f THIS_FILE -j SHARES\n"
-      "# Run it again after an interruption; what is finished is found.\n"
+      "# Run it again after an interruption; finished work is kept.\n"
       ".DELETE_ON_ERROR:\n"
       ".PHONY: link\n"
       "link:",
@@ -185,7 +187,7 @@ std::string snakemake_script(const EngineJob& job) {
   }
   return concat(
       "# The work of one plan for Snakemake 7 and later: snakemake -s THIS_FILE --cores SHARES\n"
-      "# Before it links it finishes what the shares left undone.\n"
+      "# Before linking, it does the work that the shares left unfinished.\n"
       "workdir: ",
       python_text(job.plan.string()), "\nrule link:\n    input: ", before,
       "\n    shell: ", rule_text(finished + link_command(job)), "\n", rules);
@@ -227,7 +229,7 @@ Result<SharedWork> open_work(const std::filesystem::path& plan) {
   std::filesystem::current_path(file.folder, failure);
   if (failure) {
     return Error{ErrorCode::kFileNotFound,
-                 "the folder in which the plan was made is not there: " + failure.message(),
+                 "the folder in which the plan was made does not exist: " + failure.message(),
                  file.folder.string()};
   }
   SIGHTLINE_ASSIGN(NewPlan now, new_plan(here, file.configuration, file.overrides, file.model));
@@ -308,7 +310,8 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLongest));
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object() || !json.contains("sightline_plan")) {
-    return Error{ErrorCode::kMalformedText, "this is no plan of `sightline plan`", file.string()};
+    return Error{ErrorCode::kMalformedText, "this is not a plan; `sightline plan` writes one",
+                 file.string()};
   }
   const Json& version = json["sightline_plan"];
   if (!version.is_number_integer() || version.get<std::int64_t>() != kVersion) {
@@ -337,7 +340,7 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   }
   if (fields.missing().empty()) return read;
   return Error{ErrorCode::kMissingKey,
-               concat("'", fields.missing(), "' is missing or is no such value"), file.string()};
+               concat("'", fields.missing(), "' is missing or has a wrong value"), file.string()};
 }
 
 std::vector<std::string> engine_names() { return {"slurm", "make", "snakemake"}; }

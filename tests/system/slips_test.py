@@ -37,7 +37,7 @@ SLIPS = [
     ("poses to init", "init poses.tum", SYSTEM, "the folder with their scans"),
     ("an archive to init", "init drive.tar.gz", INPUT, "tar -xf"),
     ("a recording of Ouster's to init", "init drive.osf", INPUT, "ouster-cli source in.osf save out.pcap"),
-    ("a capture that is none to init", "init broken.pcap", SYSTEM, "by what it begins with"),
+    ("a capture that is none to init", "init broken.pcap", SYSTEM, "does not begin like"),
     ("poses to compile", "compile poses.yaml -o m.slmap", INPUT, "mapping: {scans: FOLDER}"),
     ("no drive to evaluate by", "evaluate drive.yaml --map town.slmap", USAGE, "where there is one drive, that one again"),
     # Words of the command line.

@@ -92,12 +92,12 @@ TEST(Recordings, RefusesWhatIsNone) {
           "found a list of drives beside it");
   refused("mapping: {recordings: month}\n", ErrorCode::kFileNotFound, "recordings_test/month");
   refused("mapping: {recordings: week/empty}\n", ErrorCode::kEmptyDirectory,
-          "mapping.recordings: no recording was found in it");
+          "mapping.recordings: found no recording in this folder");
   refused("mapping: {recordings: week/none.txt}\n", ErrorCode::kMalformedText,
           "the list names no recording");
   refused("mapping: {recordings: week/long.txt}\n", ErrorCode::kMalformedText, "line 1");
   refused("mapping: {recordings: week, poses: track.tum}\n", ErrorCode::kFileNotFound,
-          "found no file 'track.tum' with these scans or beside them");
+          "found no file 'track.tum' in or beside this folder of scans");
   refused("mapping: {scans: a}\nlocalization: {recordings: week, stamps: t.txt}\n",
           ErrorCode::kFileNotFound, "localization.recordings: found no file 't.txt'");
 }

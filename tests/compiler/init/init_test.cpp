@@ -181,7 +181,7 @@ TEST_F(Init, TakesThePosesOfTheSensorBeforeThoseOfTheCamera) {
   camera << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   write_kitti(folder_ / "poses.txt", {}, camera);
   EXPECT_EQ(draft().mapping.poses, "");
-  EXPECT_THAT(yaml_, HasSubstr("like a camera's"));
+  EXPECT_THAT(yaml_, HasSubstr("may be those of a camera"));
   write_kitti(folder_ / "poses_of_lidar.txt", {}, Eigen::Matrix3d::Identity());
   EXPECT_EQ(draft().mapping.poses, path("poses_of_lidar.txt"));
 }
@@ -211,7 +211,7 @@ TEST_F(Init, LeavesOutPosesThatTheScansContradict) {
   }
   ASSERT_TRUE(write_tum(folder_ / "poses.tum", rows).has_value());
   EXPECT_EQ(draft().mapping.poses, "");
-  EXPECT_THAT(yaml_, HasSubstr("of upright returns on those of other scans"));
+  EXPECT_THAT(yaml_, HasSubstr("of the returns from upright surfaces overlap other scans"));
 }
 
 TEST_F(Init, OffersASecondSensorOfTheVehicleButDoesNotGuessWhereItSits) {
@@ -239,7 +239,7 @@ TEST_F(Init, DoesNotMeasureADriveElsewhereInThisMap) {
   const CompileConfig config = draft();
   EXPECT_EQ(config.mapping.scans, path("a/scans"));
   EXPECT_TRUE(config.localization.scans.empty());
-  EXPECT_THAT(yaml_, HasSubstr("does not meet the mapping drive"));
+  EXPECT_THAT(yaml_, HasSubstr("does not overlap the mapping drive"));
 }
 
 std::string cloud_of(const Way& way, int scan, std::uint32_t seconds) {
@@ -349,7 +349,7 @@ TEST_F(Init, NamesTheMetadataOfAnOustersCapture) {
   const CompileConfig config = draft();
   EXPECT_EQ(config.mapping.scans, path("drive.pcap"));
   EXPECT_EQ(config.mapping.sensor, path("roof.json"));
-  EXPECT_THAT(yaml_, HasSubstr("the metadata of the sensor that sent these packets"));
+  EXPECT_THAT(yaml_, HasSubstr("metadata of the sensor that sent these packets"));
   const SensorProfile sensor = value_of(sensor_of(config.mapping));
   EXPECT_EQ(sensor.name, "OS-1-16");
   EXPECT_EQ(sensor.ring_count(), 16);
