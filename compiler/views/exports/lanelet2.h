@@ -13,7 +13,7 @@ namespace sightline {
 
 // A Lanelet2 map with what a compiled map answers along its lanes, as tags of lanelets and, where
 // no answer is good enough or the map is weak (schemas/definitions.md, "Weak stretches"), as
-// polygons of the lane's width that Autoware's environment adaptor reads: examples/README.md lists
+// polygons of the lane's width that Autoware's environment adaptor reads: examples/exports.md lists
 // them. All else is as it was, byte for byte; what an earlier export added is replaced.
 struct Lanelet2Options {
   double area_limit_m = 0.0;  // a limit of the map; 0: its widest
