@@ -62,7 +62,7 @@ class Runner {
     if (scheduled.runs()) let_go_of_wholes(scheduled);
     reset_peak_memory();
     if (scheduled.is_stored) cache_.mark_used(report.name, scheduled.key.key);
-    if (scheduled.is_needed && !waits(scheduled)) {
+    if (scheduled.is_needed && !is_lazy(scheduled)) {
       SIGHTLINE_TRY(obtain(scheduled, *step_of(scheduled).output_type, report));
     } else {
       report.from_cache = true;
@@ -94,7 +94,7 @@ class Runner {
 
  private:
   // What another step takes is loaded when it is taken: until then memory has no need of it.
-  [[nodiscard]] static bool waits(const Scheduled& scheduled) {
+  [[nodiscard]] static bool is_lazy(const Scheduled& scheduled) {
     return scheduled.is_stored && !scheduled.is_wanted;
   }
 
@@ -152,7 +152,7 @@ class Runner {
     for (const Scheduled& maker : list_) {
       const std::size_t output = step_of(maker).output;
       if (!artifacts_.has({output}) || artifacts_.entry({output}).type->is_form) continue;
-      if (takes_a_form(step_of(taking), output) && maker.is_kept && !stays(maker) &&
+      if (takes_a_form(step_of(taking), output) && maker.is_kept && !is_held(maker) &&
           !is_taken_behind(taking, output) && cache_.has(step_of(maker).name, maker.key.key)) {
         artifacts_.remove({output});
       }
@@ -170,7 +170,7 @@ class Runner {
     return takes;
   }
 
-  [[nodiscard]] bool stays(const Scheduled& scheduled) const {
+  [[nodiscard]] bool is_held(const Scheduled& scheduled) const {
     return scheduled.is_wanted && options_.keeps_wanted;
   }
 
@@ -185,7 +185,7 @@ class Runner {
   void let_go(const Scheduled& done) {
     for (const Scheduled& scheduled : list_) {
       if (scheduled.step > done.step) break;
-      if (stays(scheduled)) continue;
+      if (is_held(scheduled)) continue;
       const std::size_t output = step_of(scheduled).output;
       if (!is_taken_behind(done, output)) artifacts_.remove({output});
     }
