@@ -20,6 +20,11 @@ using Pose = Eigen::Isometry3d;
 // begins and subtraction is exact. Axes are parallel to the world's, z up, metres.
 struct MapFrame {
   Eigen::Vector3d origin_world_m = Eigen::Vector3d::Zero();
+
+  // World coordinates of a point in the map frame: what users see of it everywhere but in dumps.
+  [[nodiscard]] Eigen::Vector3d world_m(const Eigen::Vector3d& p_map_m) const {
+    return p_map_m + origin_world_m;
+  }
   friend bool operator==(const MapFrame&, const MapFrame&) = default;
 };
 SIGHTLINE_FIELDS(MapFrame, origin_world_m)

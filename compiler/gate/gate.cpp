@@ -14,7 +14,7 @@ namespace {
 
 bool covers(const GateException& exception, const Sites& sites, std::size_t index) {
   const Site& site = sites.sites[index];
-  const Eigen::Vector2d p_world_m = (site.p_map_m + sites.frame.origin_world_m).head<2>();
+  const Eigen::Vector2d p_world_m = sites.frame.world_m(site.p_map_m).head<2>();
   if (const auto* circle = std::get_if<CirclePlace>(&exception.place)) {
     return (p_world_m - circle->centre_world_m).norm() <= circle->radius_m;
   }

@@ -10,6 +10,7 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 #include "formats/evaluation/look_evaluation.h"
+#include "formats/geometry.h"
 #include "formats/model/street_type.h"
 #include "formats/record/fields.h"
 
@@ -154,7 +155,8 @@ Table dump(const Evaluation& evaluation);  // the rules
 std::vector<Table> tables(const Evaluation& evaluation);
 
 // For people: the paper's Tables I and II, every rule at every limit with the worst stretch and
-// its place, types of street, and promised against observed coverage; aligned, with units.
-std::string to_text(const Evaluation& evaluation);
+// its place in world coordinates, types of street, and promised against observed coverage; aligned,
+// with units. `frame`: of the map.
+std::string to_text(const Evaluation& evaluation, const MapFrame& frame);
 
 }  // namespace sightline

@@ -54,13 +54,15 @@ const JudgedSite& judged_site(const Evaluation& evaluation, std::uint32_t site) 
   return *std::ranges::lower_bound(evaluation.sites, site, {}, &JudgedSite::site);
 }
 
-// "120 to 219, (31, -4) to (88, 12)": sites, and where they lie.
-std::string worst_place(const Evaluation& evaluation, const RuleScore& score) {
+// "120 to 219, (31, -4) to (88, 12)": sites, and their world coordinates.
+std::string worst_place(const Evaluation& evaluation, const MapFrame& frame,
+                        const RuleScore& score) {
   const auto place = [&](std::uint32_t site) {
     const JudgedSite& judged = judged_site(evaluation, site);
+    const Eigen::Vector3d p_m = frame.world_m({judged.p_x_m, judged.p_y_m, 0.0});
     // Plus 0: no minus before a zero.
-    return concat("(", fixed(std::round(judged.p_x_m) + 0.0, 0), ", ",
-                  fixed(std::round(judged.p_y_m) + 0.0, 0), ")");
+    return concat("(", fixed(std::round(p_m.x()) + 0.0, 0), ", ",
+                  fixed(std::round(p_m.y()) + 0.0, 0), ")");
   };
   return concat(score.worst_begin_site, " to ", score.worst_end_site, ", ",
                 place(score.worst_begin_site), " to ", place(score.worst_end_site));
@@ -70,16 +72,16 @@ std::string heading(const Evaluation& evaluation, const std::string& what, std::
   return concat(what, " at a limit of ", fixed(100.0 * evaluation.limits_m[limit], 0), " cm");
 }
 
-std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
+std::string rules_at(const Evaluation& evaluation, const MapFrame& frame, std::size_t limit) {
   TextGrid grid = {{"rule", "coverage %", "error cm", "p95 cm", "range m", "time ratio",
-                    "work ratio", "unmet %", "worst stretch %", "its sites, map x, y (m)"}};
+                    "work ratio", "unmet %", "worst stretch %", "its sites, world x, y (m)"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
     grid.push_back({std::string(name_of(score.rule)), in_percent(score.coverage),
                     in_centimetres(score.mean_error_m), in_centimetres(score.p95_error_m),
                     fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
                     fixed(score.work_ratio, 3), in_percent(score.unmet_share),
-                    in_percent(score.worst_coverage), worst_place(evaluation, score)});
+                    in_percent(score.worst_coverage), worst_place(evaluation, frame, score)});
   }
   return concat(heading(evaluation, "Rules", limit), " (ratios to the static longest range; worst ",
                 fixed(evaluation.stretch_m, 0), " m of route)\n", aligned(grid));
@@ -123,7 +125,7 @@ std::string reliability_at(const Evaluation& evaluation, std::size_t limit) {
 
 }  // namespace
 
-std::string to_text(const Evaluation& evaluation) {
+std::string to_text(const Evaluation& evaluation, const MapFrame& frame) {
   std::string text = concat("Drive ", evaluation.drive, ": ", evaluation.sites.size(), " of ",
                             evaluation.site_count, " sites evaluated against ",
                             reference_text(evaluation.reference), "; ",
@@ -133,7 +135,7 @@ std::string to_text(const Evaluation& evaluation) {
   text += table_two(evaluation);
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     text += "\n";
-    text += rules_at(evaluation, limit);
+    text += rules_at(evaluation, frame, limit);
     if (!evaluation.streets.empty()) text += "\n" + streets_at(evaluation, limit);
     text += "\n" + reliability_at(evaluation, limit);
   }

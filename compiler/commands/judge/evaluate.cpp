@@ -13,6 +13,7 @@
 #include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
+#include "compiler/views/text/table_rows.h"
 #include "formats/annotation/drive_tracks.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/evaluation/evaluation.h"
@@ -72,7 +73,8 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
                                   const ArtifactSet& artifacts) {
   const Evaluation& evaluation = artifacts.get(made.evaluation);
   const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
-  std::string text = concat(judged_by(map.model.localizer, judging), to_text(evaluation), "\n");
+  std::string text =
+      concat(judged_by(map.model.localizer, judging), to_text(evaluation, map.sites.frame), "\n");
   std::vector<Table> all = tables(evaluation);
   all.front().facts.emplace_back("judged_by", to_text(judging));
   all.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
@@ -84,6 +86,7 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
     text += "Not replayed scan by scan: that is done by this program's own localizers alone\n";
   }
   print_text(text);
+  for (Table& table : all) append_world_columns(map.sites.frame, table);
   if (map.factors.factors.empty()) return all;
   SIGHTLINE_ASSIGN(const FactorReport factors,
                    factor_report(map.factors, artifacts.get(made.measured).ranges));

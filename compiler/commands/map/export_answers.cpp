@@ -85,19 +85,18 @@ void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {
   verb.flags.push_back({.names = "--weak-margin",
                         .value = "SHARE",
                         .help =
-                            "Of lanelet2: of that limit, which the best look must leave over, or "
-                            "the stretch becomes a weak area; 0: none but those beyond it",
+                            "Of lanelet2: a stretch becomes a weak area where the best look's "
+                            "predicted error leaves less than this share of that limit; 0: only "
+                            "where it exceeds the limit",
                         .target = &flags.weak_margin,
                         .minimum = 0.0,
                         .maximum = 1.0});
-  verb.flags.push_back(
-      {.names = "--cell",
-       .value = "METRES",
-       .help = "Of lanelet2: the share of that limit that the best look must leave over; where "
-               "it leaves less, a met stretch becomes a weak area",
-       .target = &flags.cell_m,
-       .minimum = 0.5,
-       .maximum = 100.0});
+  verb.flags.push_back({.names = "--cell",
+                        .value = "METRES",
+                        .help = "Of cells: the edge of a cell of the grid",
+                        .target = &flags.cell_m,
+                        .minimum = 0.5,
+                        .maximum = 100.0});
 }
 
 bool asks_the_reader(std::string_view format) { return format == "lanelet2" || format == "cells"; }

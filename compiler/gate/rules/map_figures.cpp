@@ -123,7 +123,7 @@ RouteStretch stretch_between(const Sites& sites, std::size_t first, std::size_t 
   stretch.first_s_m = sites.sites[first].s_m;
   stretch.last_s_m = sites.sites[last].s_m;
   stretch.middle_map_m = middle.p_map_m;
-  stretch.middle_world_m = middle.p_map_m + sites.frame.origin_world_m;
+  stretch.middle_world_m = sites.frame.world_m(middle.p_map_m);
   return stretch;
 }
 

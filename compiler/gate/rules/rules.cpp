@@ -25,7 +25,7 @@ const GateRule kRulesOfExceptions[] = {
 };
 
 Eigen::Vector3d p_world_m(const CompiledMap& map, std::size_t site) {
-  return map.sites.sites[site].p_map_m + map.sites.frame.origin_world_m;
+  return map.sites.frame.world_m(map.sites.sites[site].p_map_m);
 }
 
 std::vector<std::optional<std::uint32_t>> nearest_of(const CompiledMap& from,

@@ -42,7 +42,7 @@ Result<void> add_degrees(const Sites& sites, const World& world, Table& table) {
     table.columns.emplace_back(name);
   }
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
-    const Eigen::Vector3d p_world_m = sites.sites[i].p_map_m + sites.frame.origin_world_m;
+    const Eigen::Vector3d p_world_m = sites.frame.world_m(sites.sites[i].p_map_m);
     SIGHTLINE_ASSIGN(const Geodetic point, to_geodetic(world, p_world_m));
     for (const double value : {point.longitude_deg, point.latitude_deg, point.altitude_m}) {
       table.rows[i].emplace_back(value);

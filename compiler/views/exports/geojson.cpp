@@ -12,7 +12,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Result<Json> position_of(const CompiledMap& map, const World& world, const Site& site) {
-  const Eigen::Vector3d p_world_m = site.p_map_m + map.sites.frame.origin_world_m;
+  const Eigen::Vector3d p_world_m = map.sites.frame.world_m(site.p_map_m);
   SIGHTLINE_ASSIGN(const GeoPosition position, geo_position(world, p_world_m));
   return Json(position);
 }

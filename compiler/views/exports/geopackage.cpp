@@ -129,7 +129,7 @@ Crs crs_of(const World& world) {
 }
 
 Result<Eigen::Vector3d> position_of(const CompiledMap& map, const World& world, const Site& site) {
-  const Eigen::Vector3d p_world_m = site.p_map_m + map.sites.frame.origin_world_m;
+  const Eigen::Vector3d p_world_m = map.sites.frame.world_m(site.p_map_m);
   if (world.kind == WorldKind::kLocal) return p_world_m;
   SIGHTLINE_ASSIGN(const Geodetic point, to_geodetic(world, p_world_m));  // also a check
   if (world.kind == WorldKind::kEnu) {

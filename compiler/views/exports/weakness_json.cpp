@@ -11,7 +11,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json position_json(const Sites& sites, const Eigen::Vector3d& p_map_m) {
-  const Eigen::Vector3d p_m = p_map_m + sites.frame.origin_world_m;
+  const Eigen::Vector3d p_m = sites.frame.world_m(p_map_m);
   return {p_m.x(), p_m.y(), p_m.z()};
 }
 
@@ -60,8 +60,7 @@ Json stretch_json(const ExplainedStretch& one) {
 }
 
 Result<Json> position_of(const Sites& sites, const World& world, const Eigen::Vector3d& p_map_m) {
-  SIGHTLINE_ASSIGN(const GeoPosition position,
-                   geo_position(world, p_map_m + sites.frame.origin_world_m));
+  SIGHTLINE_ASSIGN(const GeoPosition position, geo_position(world, sites.frame.world_m(p_map_m)));
   return Json(position);
 }
 

@@ -72,7 +72,7 @@ std::string describe_localizer(const CompiledMap& map) {
 }
 
 // Nothing of a trajectory of one piece that was given.
-std::string describe_pieces(const TrajectoryQuality& trajectory) {
+std::string describe_pieces(const TrajectoryQuality& trajectory, const MapFrame& frame) {
   std::string text;
   const std::size_t count = trajectory.pieces.size();
   if (count > 1) {
@@ -80,12 +80,12 @@ std::string describe_pieces(const TrajectoryQuality& trajectory) {
   }
   for (std::size_t i = 0; count > 1 && i < count; ++i) {
     const TrajectoryPiece& piece = trajectory.pieces[i];
+    const Eigen::Vector3d begin_m = frame.world_m(piece.begin_map_m);
     text += field(
-        "",
-        fmt::format(
-            "{}: from scan {} at {:.3f} s, {} scans, {:.1f} m of way from ({:.1f}, {:.1f}, {:.1f})",
-            i, piece.first_scan, 1e-9 * static_cast<double>(piece.stamp_ns), piece.scan_count,
-            piece.way_m, piece.begin_map_m.x(), piece.begin_map_m.y(), piece.begin_map_m.z()));
+        "", fmt::format("{}: from scan {} at {:.3f} s, {} scans, {:.1f} m of way from ({:.1f}, "
+                        "{:.1f}, {:.1f}) m in the world",
+                        i, piece.first_scan, 1e-9 * static_cast<double>(piece.stamp_ns),
+                        piece.scan_count, piece.way_m, begin_m.x(), begin_m.y(), begin_m.z()));
   }
   if (trajectory.overlap_count == 0) return text;
   return text +
@@ -94,10 +94,10 @@ std::string describe_pieces(const TrajectoryQuality& trajectory) {
                                       100.0 * trajectory.least_overlap, trajectory.overlap_count));
 }
 
-std::string describe_trajectory(const TrajectoryQuality& trajectory) {
+std::string describe_trajectory(const TrajectoryQuality& trajectory, const MapFrame& frame) {
   static constexpr std::array kSources = {"as given", "given, then refined", "estimated"};
   std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]) +
-                     describe_pieces(trajectory);
+                     describe_pieces(trajectory, frame);
   if (trajectory.odometry_edges == 0) return text;
   return text + field("pose graph",
                       fmt::format("{} steps, {} loops; off by {:.1f} cm and {:.3f} degrees (RMS)",
@@ -239,7 +239,7 @@ std::string describe_model(const ModelRecord& model) {
 
 std::string describe(const CompiledMap& map) {
   std::string text = describe_map(map) + describe_measurement(map);
-  if (map.trajectory) text += describe_trajectory(*map.trajectory);
+  if (map.trajectory) text += describe_trajectory(*map.trajectory, map.ndt.frame);
   if (map.tile_drives) text += describe_drives(*map.tile_drives);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
   text +=

@@ -19,9 +19,10 @@ std::string at_range(double range_m) { return fmt::format("{:g} m", range_m); }
 
 std::string describe_place(const CompiledMap& map, std::size_t id) {
   const Site& site = map.sites.sites[id];
+  const Eigen::Vector3d p_m = map.sites.frame.world_m(site.p_map_m);
   return fmt::format(
-      "site {}, run {}, {:.1f} m from its start, at ({:.2f}, {:.2f}, {:.2f}) in the map\n", id,
-      site.run, site.s_m, site.p_map_m.x(), site.p_map_m.y(), site.p_map_m.z());
+      "site {}, run {}, {:.1f} m from its start, at ({:.2f}, {:.2f}, {:.2f}) m in the world\n", id,
+      site.run, site.s_m, p_m.x(), p_m.y(), p_m.z());
 }
 
 std::string describe_prediction(const CompiledMap& map, std::size_t site) {
@@ -201,7 +202,7 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
   const double heading_deg = map.factors.at(site, range, *heading);
   const double off_deg = off_road_deg(map.sites.sites[site], heading_deg);
   return fmt::format(
-      "  weakest {}: {:.0f} degrees from map +x, {:.0f} off the road; {:.1f} times the strongest "
+      "  weakest {}: {:.0f} degrees from +x, {:.0f} off the road; {:.1f} times the strongest "
       "direction's uncertainty\n",
       name_of_way(off_deg), heading_deg, off_deg,
       map.factors.at(site, range, *weak) / map.factors.at(site, range, *strong));

@@ -72,7 +72,7 @@ std::vector<std::size_t> shown_stretches(const MapDiff& diff) {
 
 std::string answer_text(const Stretch& stretch, const StretchLimit& limit) {
   if (stretch.is_of_old_map) return "no longer there";
-  if (limit.mean_range_after_m == 0.0) return "new";
+  if (stretch.is_new()) return "new";
   std::string text =
       concat(fixed(limit.mean_range_before_m, 1), " -> ", fixed(limit.mean_range_after_m, 1), " m");
   if (limit.newly_unmet > 0) text += fmt::format(", {} newly unmet", limit.newly_unmet);
@@ -100,7 +100,7 @@ std::vector<std::string> stretch_row(const Stretch& stretch) {
 
 Section stretches_section(const MapDiff& diff) {
   Section section{"Stretches of route that changed", {}, ""};
-  section.grid = {{"where", "around x, y (m)", "NDs", "sites"}};
+  section.grid = {{"where", "around world x, y (m)", "NDs", "sites"}};
   for (const double limit_m : common_limits_m(diff)) {
     section.grid[0].push_back("mean range for " + limit_name(limit_m));
   }

@@ -35,6 +35,19 @@ Result<void> keep_site(int site, Table& table) {
   return {};
 }
 
+void append_world_columns(const MapFrame& frame, Table& table) {
+  const auto x = std::ranges::find(table.columns, "p_x_m") - table.columns.begin();
+  if (x == std::ssize(table.columns)) return;
+  table.columns.insert(table.columns.end(), {"p_x_world_m", "p_y_world_m"});
+  const auto column = static_cast<std::size_t>(x);
+  for (std::vector<Cell>& row : table.rows) {
+    const Eigen::Vector3d p_m =
+        frame.world_m({std::get<double>(row[column]), std::get<double>(row[column + 1]), 0.0});
+    row.emplace_back(p_m.x());
+    row.emplace_back(p_m.y());
+  }
+}
+
 Result<void> keep_box(const std::string& text, Table& table) {
   SIGHTLINE_ASSIGN(const MapBox box, parse_box(text));
   const auto x = std::ranges::find(table.columns, "mean_x_m") - table.columns.begin();

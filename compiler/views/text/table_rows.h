@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "formats/base/result.h"
+#include "formats/geometry.h"
 #include "formats/text/table.h"
 
 // The rows of a table that a person asked for.
@@ -12,6 +13,10 @@ namespace sightline {
 
 // Keeps the rows of one site. Error: bad-argument where the table has no column of that name.
 Result<void> keep_site(int site, Table& table);
+
+// Adds the columns p_x_world_m and p_y_world_m at the end of a table with places in the map frame
+// (columns p_x_m and p_y_m). Any other table is left as it is.
+void append_world_columns(const MapFrame& frame, Table& table);
 
 // Keeps the NDs in a box ("x0,y0,x1,y1"). Errors: bad-argument where the table holds no NDs, and
 // those of parse_box.

@@ -8,13 +8,9 @@
 namespace sightline {
 namespace {
 
-Eigen::Vector3d world_m(const Sites& sites, const Eigen::Vector3d& p_map_m) {
-  return p_map_m + sites.frame.origin_world_m;
-}
-
 std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::size_t number) {
   const WeakStretch& stretch = one.stretch;
-  const Eigen::Vector3d p_m = world_m(sites, sites.sites[stretch.worst_site].p_map_m);
+  const Eigen::Vector3d p_m = sites.frame.world_m(sites.sites[stretch.worst_site].p_map_m);
   return fmt::format(
       "{:3}  {:3}  {:>7.0f}  {:>7.0f}  {:5}  {:>9.1f}  {:>9.1f}  {:>6.1f}  {:>5.3f}  {:>5.0f}  "
       "{:15}  {}\n",
@@ -24,7 +20,7 @@ std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::s
 }
 
 std::string advice_line(const TargetAdvice& advice, const Sites& sites) {
-  const Eigen::Vector3d p_m = world_m(sites, advice.target.foot_map_m);
+  const Eigen::Vector3d p_m = sites.frame.world_m(advice.target.foot_map_m);
   return fmt::format(
       "       {:>5.1f} % less: at ({:.1f}, {:.1f}), ground {:.1f}, facing {:.0f} degrees; {:.1f} m "
       "{} of site {}; {} returns a scan\n",
@@ -36,7 +32,7 @@ std::string advice_line(const TargetAdvice& advice, const Sites& sites) {
 std::string explanation(const ExplainedStretch& one, const Weakness& weakness, const Sites& sites,
                         std::size_t number) {
   std::string text = fmt::format(
-      "{:3}  {}: {}\n     loose {} ({:.0f} degrees from map +x): {:.1f} times the strongest "
+      "{:3}  {}: {}\n     loose {} ({:.0f} degrees from +x): {:.1f} times the strongest "
       "direction; yaw {:.3f} degrees\n",
       number, name_of(one.cause), cause_sentence(one), name_of_way(one.loose.off_road_deg),
       one.loose.heading_deg, one.loose.std_m / one.loose.strong_std_m,
@@ -170,7 +166,7 @@ Table table_of(const Weakness& weakness, const Sites& sites) {
   const Eigen::Vector3d& origin_m = sites.frame.origin_world_m;
   for (const auto& [name, cell] : row_of({}, origin_m, origin_m)) table.columns.emplace_back(name);
   for (const ExplainedStretch& one : weakness.stretches) {
-    const Eigen::Vector3d p_m = world_m(sites, sites.sites[one.stretch.worst_site].p_map_m);
+    const Eigen::Vector3d p_m = sites.frame.world_m(sites.sites[one.stretch.worst_site].p_map_m);
     std::vector<Cell>& row = table.rows.emplace_back();
     for (const auto& [name, cell] : row_of(one, p_m, origin_m)) row.push_back(cell);
   }

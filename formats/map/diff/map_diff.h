@@ -138,6 +138,9 @@ struct Stretch {
   std::uint32_t sites_added = 0;
   std::uint32_t sites_removed = 0;
   std::vector<StretchLimit> limits;  // as SiteDiff::answers
+
+  // The old map has none of its sites: there are no ranges to compare.
+  [[nodiscard]] bool is_new() const { return !is_of_old_map && sites_added == line_world_m.size(); }
 };
 
 // One of the two maps.

@@ -75,6 +75,13 @@ TEST(Verbs, ShowExamplesThatCanBeParsed) {
   }
 }
 
+TEST(Verbs, ExplainTheEdgeOfACellByTheGrid) {
+  const Verb verb = *find_verb(sightline_program(), "export");
+  const auto cell = std::ranges::find(verb.flags, "--cell", &Flag::names);
+  ASSERT_NE(cell, verb.flags.end());
+  EXPECT_EQ(cell->help, "Of cells: the edge of a cell of the grid");
+}
+
 TEST(Verbs, MeanTheSameByTheSameFlag) {
   // Where a file is named, the help says which; it may differ.
   const std::set<std::string> with_own_help = {"--output", "--map",  "--json",

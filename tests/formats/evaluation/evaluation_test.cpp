@@ -48,11 +48,11 @@ TEST(Evaluation, PrintsEveryTableWithAsManyCellsAsColumns) {
 }
 
 TEST(Evaluation, IsReadableForPeople) {
-  const std::string text = to_text(small_evaluation());
+  const std::string text = to_text(small_evaluation(), {{64.0, -128.0, 0.0}});
   EXPECT_NE(text.find("2 of 3 sites evaluated against known poses"), std::string::npos) << text;
   EXPECT_NE(text.find("Table II."), std::string::npos);
   EXPECT_NE(text.find("static-equal-coverage        50.0"), std::string::npos) << text;
-  EXPECT_NE(text.find("0 to 0, (1, 2) to (1, 2)"), std::string::npos) << text;
+  EXPECT_NE(text.find("0 to 0, (65, -126) to (65, -126)"), std::string::npos) << text;
   EXPECT_NE(text.find("100.0 (10.0 m, 10.0 cm)"), std::string::npos) << text;
   EXPECT_NE(text.find("observed %  80.0"), std::string::npos) << text;
 }

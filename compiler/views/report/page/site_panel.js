@@ -19,7 +19,14 @@ function drawSteps(page, site) {
   });
   return element("div", { className: "steps" }, stepBy("◀◀", "Ten sites back", -10), stepBy("◀", "One site back", -1), number,
     stepBy("▶", "One site on", 1), stepBy("▶▶", "Ten sites on", 10),
-    element("span", { textContent: `of ${page.sites.count}, run ${page.sites.run[site]}, ${page.sites.s_m[site].toFixed(1)} m from its start, x ${page.sites.x_m[site].toFixed(1)} m, y ${page.sites.y_m[site].toFixed(1)} m` }));
+    element("span", { textContent: `of ${page.sites.count}, run ${page.sites.run[site]}, ${page.sites.s_m[site].toFixed(1)} m from its start` }),
+    element("span", { textContent: `world: ${placeText(page, site, page.origin_world_m)}; map: ${placeText(page, site, [0, 0, 0])}` }));
+}
+
+// "x 641.0, y -62.0, z 1.8 m"
+function placeText(page, site, origin_m) {
+  const [x, y, z] = [page.sites.x_m, page.sites.y_m, page.sites.z_m].map((of, axis) => (of[site] + origin_m[axis]).toFixed(1));
+  return `x ${x}, y ${y}, z ${z} m`;
 }
 
 function rangeSpan(page) {
@@ -113,13 +120,13 @@ async function drawDepth(page, site, parent) {
     const row = Math.min(Math.floor(((event.clientY - box.top) / box.height) * image.height), image.height - 1);
     const grey = image.grey[row * image.width + column];
     const { azimuth_deg, elevation_deg } = directionAt(page.depth, column, row);
-    reading.textContent = `${azimuth_deg.toFixed(0)}° from map +x, ${elevation_deg.toFixed(0)}° up: ${grey === 255 ? `nothing within ${page.depth.longest_m} m` : `${((grey / 254) * page.depth.longest_m).toFixed(1)} m`}`;
+    reading.textContent = `${azimuth_deg.toFixed(0)}° from +x, ${elevation_deg.toFixed(0)}° up: ${grey === 255 ? `nothing within ${page.depth.longest_m} m` : `${((grey / 254) * page.depth.longest_m).toFixed(1)} m`}`;
   });
   const colourAt = lengthColours(page.ranges_m);
   const bar = element("span", { className: "ramp" });
   bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourAt((i / 8) * page.depth.longest_m)).join(",")})`;
   parent.append(element("h3", { textContent: image.site === site ? "What it sees" : `What site ${image.site} sees, the nearest with an image` }), canvas,
-    element("div", { className: "depth-words" }, ...["−x", "+y", "map +x", "−y", "−x"].map((words) => element("span", { textContent: words }))),
+    element("div", { className: "depth-words" }, ...["−x", "+y", "+x", "−y", "−x"].map((words) => element("span", { textContent: words }))),
     element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: nothing; orange line: the way ahead; colours as the route's by range`), reading);
 }
 

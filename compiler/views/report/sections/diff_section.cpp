@@ -73,6 +73,11 @@ std::string stretch_row(const Stretch& stretch) {
                   link_to_site(stretch), stretch.run, stretch.begin_s_m, stretch.end_s_m,
                   stretch.nds_added, stretch.nds_removed, stretch.nds_moved);
   for (const StretchLimit& limit : stretch.limits) {
+    if (stretch.is_new() || stretch.is_of_old_map) {
+      html += fmt::format("<td>{}</td><td>–</td><td>–</td>",
+                          stretch.is_new() ? "new" : "no longer there");
+      continue;
+    }
     html += fmt::format("<td>{:.1f} → {:.1f}</td><td>{}</td><td>{}</td>", limit.mean_range_before_m,
                         limit.mean_range_after_m,
                         signed_text(limit.mean_range_after_m - limit.mean_range_before_m, 1),

@@ -23,12 +23,12 @@ double step_m(const Trajectory& trajectory, std::size_t i) {
       .norm();
 }
 
-std::string pieces_table(const TrajectoryQuality& quality) {
+std::string pieces_table(const TrajectoryQuality& quality, const MapFrame& frame) {
   if (quality.pieces.size() < 2) return "";
-  TextGrid grid = {{"piece", "first scan", "time (s)", "scans", "way (m)", "begins at (m)"}};
+  TextGrid grid = {{"piece", "first scan", "time (s)", "scans", "way (m)", "begins at, world (m)"}};
   for (std::size_t i = 0; i < quality.pieces.size(); ++i) {
     const TrajectoryPiece& piece = quality.pieces[i];
-    const Eigen::Vector3d& at_m = piece.begin_map_m;
+    const Eigen::Vector3d at_m = frame.world_m(piece.begin_map_m);
     grid.push_back(
         {std::to_string(i), std::to_string(piece.first_scan),
          fixed(1e-9 * static_cast<double>(piece.stamp_ns), 3), std::to_string(piece.scan_count),
@@ -61,7 +61,7 @@ std::string trajectory_facts(const Trajectory& trajectory) {
         fmt::format("{:.1f} cm, {:.3f}°", 100.0 * trajectory.rms_translation_residual_m,
                     kDegPerRad * trajectory.rms_rotation_residual_rad));
   }
-  return fact_table(facts) + pieces_table(quality);
+  return fact_table(facts) + pieces_table(quality, trajectory.frame);
 }
 
 std::string uncertainty_figure(const Trajectory& trajectory) {

@@ -110,7 +110,7 @@ std::string error_figure(const DriveTracks& tracks) {
 std::string advice_text(const ExplainedStretch& one, const Sites& sites) {
   if (one.advice.empty()) return "no place found";
   const TargetAdvice& best = one.advice.front();
-  const Eigen::Vector3d p_m = best.target.foot_map_m + sites.frame.origin_world_m;
+  const Eigen::Vector3d p_m = sites.frame.world_m(best.target.foot_map_m);
   return concat("at (", fixed(p_m.x(), 1), ", ", fixed(p_m.y(), 1), "), facing ",
                 fixed(facing_deg(best.target), 0), " degrees: ", percent(best.gain), " less");
 }

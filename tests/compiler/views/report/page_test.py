@@ -171,7 +171,7 @@ def check_links(browser):
 
 
 def check_search_and_filter(browser):
-    def find(text, frame="map"):
+    def find(text, frame="world"):
         browser.value_of(f"""(() => {{ const form = document.querySelector("form.search"); form.querySelector("input").value = "{text}";
             const frame = form.querySelector("select"); frame.value = "{frame}"; frame.dispatchEvent(new Event("change"));
             form.requestSubmit(); }})()""")
@@ -184,6 +184,11 @@ def check_search_and_filter(browser):
         assert find(text, frame).startswith("site 33"), text
         browser.wait_for('document.getElementById("site-title").textContent === "Site 33"')
         find("0")
+    panel = browser.value_of('document.querySelector(".steps").textContent')
+    place = [browser.value_of(f"{sites}.{axis}_m[0]") for axis in "xyz"]
+    for name, shift in (("world", origin), ("map", [0, 0, 0])):
+        x, y, z = (p + o for p, o in zip(place, shift))
+        assert f"{name}: x {x:.1f}, y {y:.1f}, z {z:.1f} m" in panel, panel
     assert find("nowhere").startswith("a site's number") and find("4711").startswith("sites are 0 to")
     count = browser.value_of('document.querySelector(".filter select").length')
     assert count >= 4, count

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "compiler/views/report/sections/html.h"
+#include "compiler/views/report/sections/sections.h"
 #include "formats/text/numbers.h"
 #include "tests/compiler/views/report/sources.h"
 #include "tests/support/value_of.h"
@@ -62,6 +63,30 @@ TEST(Report, TellsWhereTheMapIsWeakWhereThatWasAsked) {
   EXPECT_THAT(html, HasSubstr("distant"));
   EXPECT_THAT(html, HasSubstr("Site 7: 4 of 132 upright surfaces seen within 50 m"));
   EXPECT_THAT(html, HasSubstr("25.0 % less"));
+}
+
+TEST(Report, ADiffNamesRouteThatIsNewOrNoLongerThere) {
+  Stretch added;
+  added.line_world_m = {Eigen::Vector3d(700.0, -64.0, 1.8), Eigen::Vector3d(701.0, -64.0, 1.8)};
+  added.sites_added = 2;
+  added.limits.resize(1);
+  Stretch removed = added;
+  removed.is_of_old_map = true;
+  Stretch changed = added;
+  changed.sites_added = 1;
+  changed.limits[0].mean_range_before_m = 10.0;
+  changed.limits[0].mean_range_after_m = 20.0;
+  MapDiff diff;
+  diff.after.root_digest[0] = 1;
+  diff.stretches = {added, removed, changed};
+  const MadeSources made = made_sources(1);
+  ReportSources sources = made.sources();
+  sources.diff = &diff;
+  const std::string html = diff_section(sources).html;
+  EXPECT_THAT(html, HasSubstr("<td>new</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>no longer there</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>10.0 → 20.0</td><td>+10.0</td>"));
+  EXPECT_THAT(html, Not(HasSubstr("0.0 → 0.0")));
 }
 
 TEST(Report, EqualSourcesGiveEqualBytes) {

@@ -53,7 +53,7 @@ TEST(DescribeSite, SaysWhichRangeMeetsThePromiseAndWhichFactorsAreFarOff) {
   EXPECT_THAT(text, HasSubstr("nearest that does with less: site 2, 2.0 m back, 10 m"));
   EXPECT_THAT(text, HasSubstr("crlb_max"));
   EXPECT_THAT(text, Not(HasSubstr("feature_count")));
-  EXPECT_THAT(text, HasSubstr("weakest along the road: 5 degrees from map +x, 5 off the road"));
+  EXPECT_THAT(text, HasSubstr("weakest along the road: 5 degrees from +x, 5 off the road"));
   EXPECT_THAT(text, HasSubstr("40.0 times"));
 }
 

@@ -64,5 +64,17 @@ TEST(KeepLooks, LeavesATableThatTellsOfNoLooks) {
   EXPECT_EQ(table.rows, before.rows);
 }
 
+TEST(WorldColumns, ShiftPlacesByTheOriginOfTheFrame) {
+  Table table{"evaluation-sites", {"site", "p_x_m", "p_y_m", "error_m"}, {}, {}};
+  table.rows = {{std::int64_t{0}, 1.5, -2.0, 0.1}};
+  append_world_columns({{640.0, -64.0, 0.0}}, table);
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"site", "p_x_m", "p_y_m", "error_m",
+                                                     "p_x_world_m", "p_y_world_m"}));
+  EXPECT_EQ(table.rows[0], (std::vector<Cell>{std::int64_t{0}, 1.5, -2.0, 0.1, 641.5, -66.0}));
+  Table without{"evaluation", {"rule"}, {{std::string("map")}}, {}};
+  append_world_columns({{640.0, -64.0, 0.0}}, without);
+  EXPECT_EQ(without.columns, std::vector<std::string>{"rule"});
+}
+
 }  // namespace
 }  // namespace sightline

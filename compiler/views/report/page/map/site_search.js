@@ -3,7 +3,7 @@
 import { element, switchOf } from "../elements.js";
 import { select } from "../selection.js";
 
-const frames = [["map", "in the map"], ["world", "in the world"]];
+const frames = [["world", "world"], ["map", "map"]];
 
 // Numbers of "12", "12.5, -3" or "12.5 -3 1.8"; null where it is something else.
 function numbersOf(text) {
@@ -15,7 +15,7 @@ function numbersOf(text) {
 export function siteSearch(page, finder, onFound) {
   const input = element("input", { type: "search", placeholder: "site, or x, y", size: 14 });
   const words = element("output", {});
-  let isOfWorld = false;
+  let isOfWorld = true;
   const show = (site, text) => {
     words.textContent = text;
     onFound(site);
@@ -37,7 +37,7 @@ export function siteSearch(page, finder, onFound) {
   };
   const form = element("form", { className: "search" }, element("label", { textContent: "Find " }, input),
     switchOf("", frames, (value) => { isOfWorld = value === "world"; }), element("button", { type: "submit", textContent: "Go" }), words);
-  form.querySelector("select").setAttribute("aria-label", "The coordinates' frame");
+  form.querySelector("select").setAttribute("aria-label", "Frame of the coordinates");
   form.addEventListener("submit", (event) => { event.preventDefault(); find(); });
   return form;
 }
