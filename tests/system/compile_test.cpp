@@ -261,6 +261,33 @@ TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
   EXPECT_GT(bytes_of(folder / "e.csv").size(), 500U);
 }
 
+TEST(Evaluate, AddsWorldCoordinatesToEveryPlace) {
+  const std::filesystem::path file = fresh_folder() / "e.json";
+  run_successfully("evaluate " + config() + " -q --map " + compiled_map().string() + " --json " +
+                   file.string());
+  const nlohmann::json facts = nlohmann::json::parse(
+      run_successfully("dump " + compiled_map().string() + " --what sites --format json").out)
+      .at("facts");
+  std::size_t places = 0;
+  for (const nlohmann::json& table : nlohmann::json::parse(bytes_of(file))) {
+    const std::vector<std::string> columns = table.at("columns");
+    const auto cell = [&](const nlohmann::json& row, const std::string& column) {
+      const auto index = std::ranges::find(columns, column) - columns.begin();
+      return row.at(static_cast<std::size_t>(index)).get<double>();
+    };
+    if (std::ranges::find(columns, "p_x_m") == columns.end()) continue;
+    for (const nlohmann::json& row : table.at("rows")) {
+      ++places;
+      for (const std::string axis : {"x", "y"}) {
+        EXPECT_EQ(cell(row, "p_" + axis + "_world_m"),
+                  cell(row, "p_" + axis + "_m") +
+                      facts.at("origin_world_" + axis + "_m").get<double>());
+      }
+    }
+  }
+  EXPECT_GT(places, 300U);
+}
+
 TEST(VehicleReader, FollowsADriveThroughTheMap) {
   const ProgramResult run =
       run_command(std::string(SIGHTLINE_VEHICLE_READER) + " " + compiled_map().string() + " " +
