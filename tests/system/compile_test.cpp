@@ -265,9 +265,10 @@ TEST(Evaluate, AddsWorldCoordinatesToEveryPlace) {
   const std::filesystem::path file = fresh_folder() / "e.json";
   run_successfully("evaluate " + config() + " -q --map " + compiled_map().string() + " --json " +
                    file.string());
-  const nlohmann::json facts = nlohmann::json::parse(
-      run_successfully("dump " + compiled_map().string() + " --what sites --format json").out)
-      .at("facts");
+  const nlohmann::json facts =
+      nlohmann::json::parse(
+          run_successfully("dump " + compiled_map().string() + " --what sites --format json").out)
+          .at("facts");
   std::size_t places = 0;
   for (const nlohmann::json& table : nlohmann::json::parse(bytes_of(file))) {
     const std::vector<std::string> columns = table.at("columns");
@@ -279,9 +280,9 @@ TEST(Evaluate, AddsWorldCoordinatesToEveryPlace) {
     for (const nlohmann::json& row : table.at("rows")) {
       ++places;
       for (const std::string axis : {"x", "y"}) {
-        EXPECT_EQ(cell(row, "p_" + axis + "_world_m"),
-                  cell(row, "p_" + axis + "_m") +
-                      facts.at("origin_world_" + axis + "_m").get<double>());
+        EXPECT_EQ(
+            cell(row, "p_" + axis + "_world_m"),
+            cell(row, "p_" + axis + "_m") + facts.at("origin_world_" + axis + "_m").get<double>());
       }
     }
   }

@@ -93,9 +93,10 @@ void append_gate(const TwoMaps& maps, std::vector<Printed>& table) {
   EXPECT_TRUE(write_file_atomically(rules, "stretch_m: 0.5\n", IfExists::kRefuse));
   const std::string gate = "gate " + maps.map + " --rules " + rules.string() + " --format ";
   for (const char* format : {"text", "github", "sarif"}) {
-    table.push_back({std::string("gate --format ") + format,
-                     numbers_in(output_of(gate + format),
-                                R"(sites 0 to 0 \(run 0, 0 to 0 m, around \((.*?), (.*?), (.*?)\))")});
+    table.push_back(
+        {std::string("gate --format ") + format,
+         numbers_in(output_of(gate + format),
+                    R"(sites 0 to 0 \(run 0, 0 to 0 m, around \((.*?), (.*?), (.*?)\))")});
   }
   const Json report = Json::parse(output_of(gate + "json"));
   for (const Json& check : report.at("checks")) {
@@ -114,22 +115,21 @@ void append_diff(const TwoMaps& maps, std::vector<Printed>& table) {
   const Json json = Json::parse(output_of(diff + " --format json"));
   table.push_back({"diff --format json", json.at("stretches").at(0).at("begin_world_m")});
   const Json features = Json::parse(output_of(diff + " --format geojson"));
-  table.push_back({"diff --format geojson",
-                   features.at("features").at(0).at("geometry").at("coordinates")});
+  table.push_back(
+      {"diff --format geojson", features.at("features").at(0).at("geometry").at("coordinates")});
 }
 
 void append_weak(const TwoMaps& maps, std::vector<Printed>& table) {
   const std::string weak = "weak " + maps.map + " --limit 0.1 --margin 0.3 ";
-  table.push_back({"weak --format csv", csv_place(output_of(weak + "--format csv"),
-                                                  {"x_m", "y_m", "z_m"})});
+  table.push_back(
+      {"weak --format csv", csv_place(output_of(weak + "--format csv"), {"x_m", "y_m", "z_m"})});
   table.push_back(
       {"weak", numbers_in(output_of(weak), R"(\n +1 +0 +\S+ +\S+ +0 +(-?[0-9.]+) +(-?[0-9.]+) )")});
 }
 
 void append_exports(const TwoMaps& maps, std::vector<Printed>& table) {
   export_to(maps.folder / "route.geojson", maps.map, "--format geojson");
-  for (const Json& feature :
-       Json::parse(bytes_of(maps.folder / "route.geojson")).at("features")) {
+  for (const Json& feature : Json::parse(bytes_of(maps.folder / "route.geojson")).at("features")) {
     if (!feature.at("properties").contains("site")) continue;
     EXPECT_EQ(feature.at("properties").at("site"), 0);
     table.push_back({"export --format geojson", feature.at("geometry").at("coordinates")});
