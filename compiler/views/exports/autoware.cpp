@@ -56,8 +56,8 @@ Result<std::string> projector_of(const MapFrame& frame, const World& world) {
              origin_yaml({world.latitude_deg, world.longitude_deg, 0.0});
     }
     return Error{ErrorCode::kBadArgument,
-                 "world: the map lies 100 km or more from the origin of the enu world named; name "
-                 "an origin near the route"};
+                 "world: the map is 100 km or more from the origin of this enu world; give an "
+                 "origin near the route"};
   }
   SIGHTLINE_ASSIGN(const std::string square, square_of(frame, world));
   return concat(comment, "projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: ", square, "\n");
@@ -67,7 +67,7 @@ Result<std::string> projector_of(const MapFrame& frame, const World& world) {
 
 Result<AutowareMap> autoware_map(const std::vector<Eigen::Vector3d>& points_map_m,
                                  const MapFrame& frame, const World& world) {
-  if (points_map_m.empty()) return Error{ErrorCode::kEmptyMap, "there are no points"};
+  if (points_map_m.empty()) return Error{ErrorCode::kEmptyMap, "the map has no points"};
   SIGHTLINE_ASSIGN(std::string projector, projector_of(frame, world));
   const Eigen::Vector3d shift = export_shift_m(frame);
   std::map<std::pair<int, int>, std::vector<PointXyzi>> squares;

@@ -164,7 +164,7 @@ Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& read
   if (lanes.lanelets.empty()) return Error{ErrorCode::kMissingField, "found no lanelet"};
   constexpr std::int64_t kLargestId = std::numeric_limits<std::int64_t>::max() / 2;
   if (lanes.largest_id > kLargestId) {
-    return Error{ErrorCode::kMalformedText, "its ids leave no room for others"};
+    return Error{ErrorCode::kMalformedText, "its ids are too large: no new ids can be added"};
   }
   WeakStretchOptions weakness;
   weakness.limit_m = info.limits_m[area_limit];
@@ -194,9 +194,9 @@ Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& read
   if (made.outside.size() == made.lanelet_count) {
     return Error{
         ErrorCode::kNoOverlap,
-        concat("no lanelet lies on the map's route: in the plane the nearest is ",
-               rounded(distance_m(lanes, asker)), " m away; look whether both lie in the world ",
-               info.world, " and have heights above the same datum")};
+        concat("no lanelet is on the route of the map: horizontally, the nearest is ",
+               rounded(distance_m(lanes, asker)), " m away; check that both are in the world ",
+               info.world, " and that their heights have the same datum")};
   }
   SIGHTLINE_ASSIGN(made.text, with_additions(clean, additions));
   return made;

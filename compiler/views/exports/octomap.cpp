@@ -77,7 +77,7 @@ class ScanLooker {
     std::ostringstream text;
     text << "found a point at " << p_m.transpose() << " m; an octree of voxels of "
          << options_.voxel_m << " m reaches " << 32768.0 * options_.voxel_m
-         << " m from its origin: take larger voxels (--leaf)";
+         << " m from its origin: use larger voxels (--leaf)";
     return Error{ErrorCode::kBadValue, text.str()};
   }
 
@@ -149,14 +149,14 @@ OctomapFrame octomap_frame(const MapFrame& frame, double voxel_m) {
 Result<std::vector<std::byte>> octomap_bt(const SurfacePoints& surface,
                                           const OctomapOptions& options) {
   if (!(options.voxel_m > 0.0 && options.max_range_m > 0.0)) {
-    return Error{ErrorCode::kBadValue, "the voxels' edge and the range must be above 0 m"};
+    return Error{ErrorCode::kBadValue, "the voxel edge and the range must be above 0 m"};
   }
   octomap::OcTree tree(options.voxel_m);
   SIGHTLINE_TRY(insert_scans(surface, options, tree));
   if (tree.size() > 0) {
     return to_bytes(octomap_frame(surface.frame, options.voxel_m), tree);
   }
-  return Error{ErrorCode::kEmptyMap, "found no ray of a scan, expected scans with returns"};
+  return Error{ErrorCode::kEmptyMap, "found no returns in the scans"};
 }
 
 }  // namespace sightline

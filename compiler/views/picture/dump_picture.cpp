@@ -68,7 +68,7 @@ Result<Box> box_of(const SurfacePointReader& reader) {
     for (const Eigen::Vector3d& point_m : points_m) box.extend(point_m.head<2>());
   }
   if (!box.isEmpty()) return box;
-  return Error{ErrorCode::kBadArgument, "there are no points to draw"};
+  return Error{ErrorCode::kBadArgument, "no points to draw"};
 }
 
 Canvas canvas_for(const Box& box) {
@@ -129,7 +129,7 @@ Result<std::string> draw_depth(const PictureRequest& request, const DepthImages&
 
 Result<void> check_extent(const MapBox& box) {
   if (box.high_x_m > box.low_x_m && box.high_y_m > box.low_y_m) return {};
-  return bad("--box: the second corner must lie to the right of the first and above it");
+  return bad("--box: the second corner must be to the right of the first and above it");
 }
 
 Result<std::string> draw_nds(const PictureRequest& request, const NdtMap& ndt, const Sites& sites) {
@@ -196,10 +196,10 @@ Result<std::string> draw_picture(const PictureRequest& request, const PictureSou
   if (request.what == "nds" && sources.ndt) return draw_nds(request, *sources.ndt, sources.sites);
   if (request.what == "points" && sources.points) return draw_points(request, *sources.points);
   if (request.what == "ranges" && sources.ranges) return draw_ranges(request, sources);
-  return bad(concat(
-      "--format: pictures are made of depth and points (of a configuration), of nds and of ranges, "
-      "not of \"",
-      request.what, "\" here"));
+  return bad(
+      concat("--format: svg and png are for depth and points (of a configuration), nds and ranges, "
+             "not for \"",
+             request.what, "\" here"));
 }
 
 }  // namespace sightline

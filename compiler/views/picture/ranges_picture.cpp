@@ -112,7 +112,7 @@ std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& sca
   double y_m = -box.low_y_m + 1.3 * font_m;
   std::string svg = fmt::format("<g font-size=\"{:.2f}\" fill=\"#222\">\n", font_m);
   svg += text_at(x_m, y_m,
-                 fmt::format("How far to look for a localization error within {:g} cm, in m",
+                 fmt::format("Observation range (m) for a localization error within {:g} cm",
                              100.0 * ranges.promises[kLimit].limit_m));
   y_m += 1.6 * font_m;
   for (std::size_t i = scale.first; i <= scale.last; ++i) {

@@ -24,10 +24,12 @@ Result<void> check_sources(const ReportSources& sources) {
   const bool is_gated =
       !sources.gate || sources.gate->root_digest == to_hex(sources.summary.root_digest);
   if (has_sites && is_judged && is_measured && is_seen && is_gated) return {};
-  return Error{ErrorCode::kMismatchedInputs,
-               concat("what was measured, judged, cast or gated is not of this map's ", sites,
-                      " sites, its ranges and its limits"),
-               sources.map_file};
+  return Error{
+      ErrorCode::kMismatchedInputs,
+      concat(
+          "measurements, evaluation, depth images and gate result must be of this map, with its ",
+          sites, " sites, ranges and limits; make them again for this map"),
+      sources.map_file};
 }
 
 // A map may be stripped of its factors, or older than virtual scans.
@@ -88,12 +90,11 @@ std::string header(const ReportSources& sources, const std::vector<Section>& all
              xml_text(title_of(map)), "</h1>\n",
              paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
                        std::to_string(map.release) +
-                       ". How far a vehicle must look at each place of this map to know "
-                       "where it is, what that saves, and what it rests on."));
+                       ". The observation range that a vehicle needs to localize itself at each "
+                       "place, the matching time that it saves, and the measurements behind it."));
   if (page_script().empty()) {
     html += paragraph(
-        "This page was made by a program that was built without the page's scripts: it has still "
-        "pictures alone.");
+        "This program was built without the scripts of the page: its pictures are static.");
   }
   html += "</header>\n<nav aria-label=\"Contents\"><ul>\n";
   for (const Section& section : all) html += link_to(section);
@@ -110,7 +111,7 @@ Result<std::string> report_html(const ReportSources& sources) {
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      // Nothing is fetched, whatever a map's texts may hold.
+      // Nothing is fetched, whatever texts a map contains.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data: "
       "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
       xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +

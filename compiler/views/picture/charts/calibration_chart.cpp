@@ -32,12 +32,12 @@ void add_limit(const std::vector<ReliabilityBin>& bins, ChartSeries line, Chart&
 }  // namespace
 
 Chart calibration_chart(const Evaluation& evaluation, const CalibrationColours& colours) {
-  Chart chart = {"Promised against observed share within the limit",
+  Chart chart = {"Predicted and observed share within the limit",
                  "predicted P(error within the limit) (%)", "observed share (%)", 480.0, 440.0};
   chart.least_x = chart.least_y = 0.0;
   chart.greatest_x = chart.greatest_y = 100.0;
   const std::vector<double> ends = {0.0, 100.0};
-  chart.series = {{"as promised", colours.promise, Mark::kLine, 1.6, true, ends, ends}};
+  chart.series = {{"exact prediction", colours.promise, Mark::kLine, 1.6, true, ends, ends}};
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     const double limit_m = evaluation.limits_m[limit];
     std::vector<ReliabilityBin> bins;

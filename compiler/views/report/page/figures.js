@@ -80,7 +80,7 @@ function answer(page, figure, reading) {
   const still = figure.querySelector(".still");
   const pictures = [...still.querySelectorAll("svg[data-plot]")].map(pictureOf);
   const words = Object.assign(document.createElement("span"), { className: "reading" });
-  const help = "Point to read, click to show the site; with the keyboard: left, right, Enter.";
+  const help = "Point at the chart to read values, click to show the site on the map; keyboard: left, right, Enter.";
   let at = null;
   let times = narrowest;
   const markAll = (name, route_m) => pictures.forEach((picture) => picture.mark(name, route_m));
@@ -116,8 +116,8 @@ function answer(page, figure, reading) {
       select(page.judged.site[at]);
     }
   });
-  figure.querySelector(".live").append(button("−", "Show more of the route", () => widen(0.5)),
-    button("+", "Look closer", () => widen(2)), words);
+  figure.querySelector(".live").append(button("−", "Zoom out", () => widen(0.5)),
+    button("+", "Zoom in", () => widen(2)), words);
   figure.classList.add("is-answering");
   point(null);
   onSelect(() => markAll("shown", page.sites.route_m[selection.site]));

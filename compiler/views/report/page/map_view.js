@@ -60,8 +60,8 @@ function drawMarks(page, map) {
 }
 
 function ndKeys() {
-  const kinds = [["blue", "standing planes"], ["grey", "lying planes"], ["orange", "lines"], ["green", "volumes"]];
-  return element("div", { className: "legend" }, "NDs:", ...kinds.map(([name, words]) => {
+  const kinds = [["blue", "vertical planes"], ["grey", "horizontal planes"], ["orange", "lines"], ["green", "volumes"]];
+  return element("div", { className: "legend" }, "NDs (normal distributions of points):", ...kinds.map(([name, words]) => {
     const key = element("i", {});
     key.style.background = `var(--${name})`;
     return element("span", {}, key, words);

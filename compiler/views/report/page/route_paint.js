@@ -58,7 +58,7 @@ function byError(page, name, errorAt) {
 function byProbability(page) {
   const colourOf = () => ramp(scaleColours());
   return {
-    name: "probability to be within the limit",
+    name: "probability of an error within the limit",
     colours: (limit) => {
       const colour = colourOf();
       return (site) => colour(probability(page, site, chosenRange(page, site, limit), limit));
@@ -68,10 +68,10 @@ function byProbability(page) {
 }
 
 function byFlag(page) {
-  const words = [["blue", "good enough"], ["orange", "unmet: no range is good enough"], ["purple", "unlike what the model learnt"],
-    ["grey", "the street's own static answer"]];
+  const words = [["blue", "good enough"], ["yellow", "unmet: no range is good enough"], ["purple", "unlike the training data"],
+    ["grey", "one range for the whole map"]];
   return {
-    name: "flags",
+    name: "status",
     colours: (limit) => {
       const colours = words.map(([name]) => css(name));
       return (site) => {
@@ -84,13 +84,13 @@ function byFlag(page) {
   };
 }
 
-// How much farther, or less far, one looks than the older map said.
+// Change of the range from the older map.
 function byChange(page) {
   const places = new Map();
   page.diff.sites.site.forEach((site, i) => places.set(site, i));
   const colours = () => ({ farther: ramp([css("line"), css("orange")]), nearer: ramp([css("line"), css("blue")]) });
   return {
-    name: "change against the older map",
+    name: "change from the older map",
     isOfChange: true,
     colours: (limit) => {
       const { farther, nearer } = colours();
@@ -106,11 +106,11 @@ function byChange(page) {
         return (rise_m > 0 ? farther : nearer)(0.35 + (0.65 * Math.abs(rise_m)) / most_m);
       };
     },
-    legend: () => legendOf("against the older map:", [css("orange"), "looks farther"], [css("blue"), "looks less far"], [css("purple"), "new site"], [css("grey"), "as before"]),
+    legend: () => legendOf("change from the older map:", [css("orange"), "longer range"], [css("blue"), "shorter range"], [css("purple"), "new site"], [css("grey"), "unchanged"]),
   };
 }
 
-// Against an older map, its change is what one came for.
+// With an older map, the change is shown first.
 export function firstPaint(page, paints) {
   return page.diff ? paints.findIndex((paint) => paint.isOfChange) : 0;
 }

@@ -66,7 +66,7 @@ std::vector<ChartBand> Along::misses(std::size_t limit) const {
 }
 
 Chart route_chart(const std::string& title, const std::string& y_label, double height_px) {
-  Chart chart = {title, "way along the route (m)", y_label, 1080.0, height_px};
+  Chart chart = {title, "distance along the route (m)", y_label, 1080.0, height_px};
   chart.least_y = 0.0;
   chart.band_colour = "var(--pink)";
   return chart;

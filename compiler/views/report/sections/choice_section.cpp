@@ -5,7 +5,7 @@
 #include "compiler/views/report/sections/along.h"
 #include "compiler/views/report/sections/sections.h"
 
-// What the paper's section V shows: the ranges that the map names, and how they fare.
+// Section V of the paper: the ranges of the map and their results.
 
 namespace sightline {
 namespace {
@@ -23,8 +23,8 @@ std::string words_of(Rule rule) {
 
 std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
   TextGrid grid = {{"rule", "coverage (%)", "mean error (cm)", "95th percentile (cm)",
-                    "mean range (m)", "time ratio", "work ratio", "unmet (%)", "worst stretch (%)",
-                    "its sites"}};
+                    "mean range (m)", "time ratio", "work ratio", "unmet (%)",
+                    "coverage of the worst stretch (%)", "sites of the worst stretch"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
     grid.push_back({words_of(score.rule), in_percent(score.coverage),
@@ -34,9 +34,11 @@ std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
                     in_percent(score.worst_coverage),
                     concat(score.worst_begin_site, " to ", score.worst_end_site)});
   }
-  return html_table(grid, concat("Rules at a limit of ", limit_text(evaluation.limits_m[limit]),
-                                 "; ratios are to the longest static range, the worst stretch is ",
-                                 metres(evaluation.stretch_m), " of route"));
+  return html_table(
+      grid,
+      concat("Rules at a limit of ", limit_text(evaluation.limits_m[limit]),
+             ". Ratios: time and work relative to the longest static range; the worst stretch is ",
+             metres(evaluation.stretch_m), " long"));
 }
 
 // "93.1 (12.4 m)"
@@ -53,7 +55,7 @@ std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
     grid[2 + static_cast<std::size_t>(score.rule)].push_back(
         concat(in_percent(score.coverage), " (", fixed(score.mean_range_m, 1), " m)"));
   }
-  return html_table(grid, "By type of street: coverage in % and, in brackets, mean range");
+  return html_table(grid, "Coverage (%) and mean range by type of street");
 }
 
 std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::size_t limit) {
@@ -64,18 +66,17 @@ std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::si
   time.series = {along.times("static " + metres(evaluation.statics.back().range_m), kGrey, limit,
                              Rule::kStaticLongest),
                  along.times("this map, " + limit_words, kBlue, limit, Rule::kMap)};
-  Chart range =
-      route_chart("Selected ranges, and where they missed the limit", "selected range (m)", 230.0);
+  Chart range = route_chart("Selected ranges, and places where the error exceeded the limit",
+                            "selected range (m)", 230.0);
   range.series = {along.ranges("selected range", kBlue, limit, Rule::kMap)};
   range.bands = along.misses(limit);
   range.band_name = "error above " + limit_words;
   const std::string number = std::to_string(limit);
-  return html_figure(
-      {"figure-10-" + number, concat("Figure 10, limit ", limit_words, "."),
-       "Above: matching time with the longest static range and with the ranges of this map. Below: "
-       "the ranges of this map; bars mark places where the selected range did not keep the error "
-       "within the limit on this drive.",
-       chart_svg(time) + chart_svg(range), "choice-" + number});
+  return html_figure({"figure-10-" + number, concat("Figure 10, limit ", limit_words, "."),
+                      "Above: matching time with the longest static range and with the ranges of "
+                      "this map. Below: the ranges of this map; bars mark places where the error "
+                      "at the selected range exceeded the limit on this drive.",
+                      chart_svg(time) + chart_svg(range), "choice-" + number});
 }
 
 double coverage_of_range(const Evaluation& evaluation, std::size_t limit, std::size_t range) {
@@ -98,11 +99,11 @@ ChartSeries static_ranges(const Evaluation& evaluation, std::size_t limit) {
   return series;
 }
 
-// Coverage against time: what lies farther up and to the left is better.
+// Coverage against time: farther up and to the left is better.
 std::string pareto(const Evaluation& evaluation, std::size_t limit) {
   const std::string limit_words = limit_text(evaluation.limits_m[limit]);
   Chart chart = {"Coverage against matching time at " + limit_words,
-                 "mean matching time / that of the longest static range",
+                 "mean matching time relative to the longest static range",
                  concat("sites within ", limit_words, " (%)"), 640.0, 360.0};
   const ChartSeries points = static_ranges(evaluation, limit);
   chart.series = {{"", kGrey, Mark::kLine, 1.2, true, points.x, points.y}, points};
@@ -123,22 +124,22 @@ std::string pareto(const Evaluation& evaluation, std::size_t limit) {
   chart.least_y = std::max(0.0, 20.0 * std::floor(lowest / 20.0));
   chart.least_x = 0.0;
   chart.greatest_x = 1.1;
-  return html_figure(
-      {concat("pareto-", limit), concat("Coverage against time, ", limit_words, "."),
-       "Each static range is a grey point. A rule is worth its trouble where it lies "
-       "above the dashed line: more of the route within the limit for the same time.",
-       chart_svg(chart), ""});
+  return html_figure({concat("pareto-", limit), concat("Coverage against time, ", limit_words, "."),
+                      "Grey points are static ranges. A rule above the dashed line has more sites "
+                      "within the limit in the same time; farther up and to the left is better.",
+                      chart_svg(chart), ""});
 }
 
 }  // namespace
 
 Section choice_section(const Evaluation& evaluation, const Sites& sites) {
-  Section section = {"choice", "What this map says, and how it fares", ""};
-  section.html = paragraph(concat(
-      evaluation.out_of_fold_count, " of the ", evaluation.sites.size(),
-      " judged sites were predicted by trees that never saw their place. Coverage is the share of "
-      "judged sites whose error at the selected range is within the limit; it stands beside time, "
-      "because a shorter range buys time with misses."));
+  Section section = {"choice", "Ranges of this map on the judging drive", ""};
+  section.html =
+      paragraph(concat(evaluation.out_of_fold_count, " of the ", evaluation.sites.size(),
+                       " judged sites were predicted by a model that was not trained on their "
+                       "place. Coverage is the share of judged sites whose error at the selected "
+                       "range is within the limit. Read it together with the time: a shorter range "
+                       "takes less time, but may miss the limit at more sites."));
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     section.html += concat("<h3>Limit ", limit_text(evaluation.limits_m[limit]), "</h3>\n",
                            rules_table(evaluation, limit), figure_ten(evaluation, sites, limit),

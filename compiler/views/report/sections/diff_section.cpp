@@ -55,10 +55,11 @@ std::string limits_table(const MapDiff& diff) {
     if (!limit.is_common()) continue;
     sites.emplace_back(
         "sites at " + limit_text(limit.limit_m),
-        fmt::format("{} look farther, {} less far, {} newly unmet, {} no longer unmet", limit.rose,
-                    limit.fell, limit.newly_unmet, limit.no_longer_unmet));
+        fmt::format(
+            "{} with a longer range, {} with a shorter one, {} newly unmet, {} no longer unmet",
+            limit.rose, limit.fell, limit.newly_unmet, limit.no_longer_unmet));
   }
-  return html_table(grid, "What a vehicle reads, before and after") + fact_table(sites);
+  return html_table(grid, "Answers of the map, before and after") + fact_table(sites);
 }
 
 std::string link_to_site(const Stretch& stretch) {
@@ -90,8 +91,8 @@ std::string stretches_table(const MapDiff& diff) {
   if (diff.stretches.empty()) return paragraph("No stretch of the route differs.");
   std::string html =
       "<div class=\"scroll\" tabindex=\"0\"><table id=\"stretches\"><caption>Stretches of route "
-      "where something changed</caption>\n<thead><tr><th scope=\"col\">sites</th>"
-      "<th scope=\"col\">run, way (m)</th><th scope=\"col\">NDs added / removed / moved</th>";
+      "that changed</caption>\n<thead><tr><th scope=\"col\">sites</th>"
+      "<th scope=\"col\">run, distance (m)</th><th scope=\"col\">NDs added / removed / moved</th>";
   for (const double limit_m : common_limits_m(diff)) {
     html += fmt::format(
         "<th scope=\"col\">mean range for {0} (m)</th><th scope=\"col\">difference (m)</th>"
@@ -120,11 +121,11 @@ std::string facts_table(const MapDiff& diff) {
 
 Section diff_section(const ReportSources& sources) {
   const MapDiff& diff = *sources.diff;
-  Section section = {"diff", "Against the older map", ""};
+  Section section = {"diff", "Changes from the older map", ""};
   section.html = fact_table({{"before", name_of(sources.old_map_file, diff.before)},
                              {"after", name_of(sources.map_file, diff.after)}});
   if (diff.is_same()) {
-    section.html += paragraph("Both maps say the same.");
+    section.html += paragraph("Both maps are equal.");
     return section;
   }
   section.html +=
@@ -135,7 +136,7 @@ Section diff_section(const ReportSources& sources) {
                        ? fmt::format("{} added, {} removed, {} moved by more than {} cm",
                                      diff.nds_added, diff.nds_removed, diff.nds_moved,
                                      in_centimetres(diff.options.tolerance_m))
-                       : std::string("of other cells, which do not compare")},
+                       : std::string("not compared: the cell sizes differ")},
            {"tiles", fmt::format("{} changed, {} added, {} removed", diff.tiles_changed,
                                  diff.tiles_added, diff.tiles_removed)}}) +
       stretches_table(diff) + facts_table(diff);

@@ -12,7 +12,7 @@
 namespace sightline {
 namespace {
 
-// A cell whose colour says how strong a correlation is: blue falls, orange rises.
+// A cell coloured by the strength of a correlation: blue is negative, orange positive.
 std::string correlation_cell(double correlation) {
   return fmt::format("<td class=\"heat\" style=\"--share:{:.0f}%;--hue:var(--{})\">{:.2f}</td>",
                      80.0 * std::min(1.0, std::abs(correlation)),
@@ -50,8 +50,8 @@ std::string correlation_table(const FactorReport& report) {
 }
 
 std::string expectation_table(const FactorReport& report) {
-  TextGrid rows = {{"range (m)", "points expected", "points measured", "correlation over sites (r)",
-                    "time expected (ms)", "time measured (ms)"}};
+  TextGrid rows = {{"range (m)", "points predicted", "points measured",
+                    "correlation over sites (r)", "time predicted (ms)", "time measured (ms)"}};
   for (const FactorsAtRange& range : report.ranges) {
     rows.push_back({fixed(range.range_m, 0), fixed(range.virtual_points, 0),
                     fixed(range.measured_points, 0), fixed(range.point_correlation, 3),
@@ -76,19 +76,18 @@ std::string importance_figure(const CompiledMap& map) {
   for (const CardFigure& figure : importances) {
     grid.push_back({figure.of, fixed(1000.0 * figure.value, 2)});
   }
-  return html_table(
-      grid,
-      "By how much the error of predictions for held-out places rises when a factor's "
-      "values are swapped");
+  return html_table(grid,
+                    "Importance: increase of the prediction error at held-out places when the "
+                    "values of a factor are shuffled");
 }
 
 }  // namespace
 
 Section factors_section(const FactorReport& factors, const CompiledMap& map) {
-  Section section = {"factors", "What the factors know before anyone drives", ""};
+  Section section = {"factors", "Factors: properties of the map that predict the error", ""};
   section.html = paragraph(
-                     "Factors are worked out from the map alone, at every site and range. Orange: "
-                     "the more of it the greater the error; blue: the less.") +
+                     "Factors are computed from the map alone, at every site and range. Orange: "
+                     "the error increases with the factor; blue: it decreases.") +
                  correlation_table(factors) + expectation_table(factors) + importance_figure(map);
   return section;
 }

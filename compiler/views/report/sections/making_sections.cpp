@@ -15,7 +15,7 @@ namespace {
 constexpr std::array<const char*, 3> kSourceWords = {  // by PoseSource
     "as given with the recording", "given, and refined by the scans", "estimated from the scans"};
 
-// 0 between pieces, whose distance means nothing.
+// 0 between pieces, whose distance has no meaning.
 double step_m(const Trajectory& trajectory, std::size_t i) {
   if (i == 0 || trajectory.poses[i].piece != trajectory.poses[i - 1].piece) return 0.0;
   return (trajectory.poses[i].T_map_vehicle.translation() -
@@ -36,8 +36,8 @@ std::string pieces_table(const TrajectoryQuality& quality, const MapFrame& frame
          concat(fixed(at_m.x(), 1), ", ", fixed(at_m.y(), 1), ", ", fixed(at_m.z(), 1))});
   }
   return html_table(grid,
-                    "Pieces of the trajectory. How they lie to each other is not known: they are "
-                    "laid side by side, and distances between them mean nothing");
+                    "Pieces of the trajectory. Their relative position is unknown: they are placed "
+                    "side by side, and distances between pieces have no meaning");
 }
 
 std::string trajectory_facts(const Trajectory& trajectory) {
@@ -48,14 +48,15 @@ std::string trajectory_facts(const Trajectory& trajectory) {
                                        kSourceWords[static_cast<std::size_t>(trajectory.source)])},
                  {"way", fixed(way_m, 1) + " m"}};
   if (quality.overlap_count > 0) {
-    facts.emplace_back("overlap with what was seen before",
+    facts.emplace_back("overlap with earlier scans",
                        fmt::format("median {:.0f} %, least {:.0f} %",
                                    100.0 * quality.median_overlap, 100.0 * quality.least_overlap));
   }
   if (trajectory.odometry_edges > 0) {
-    facts.emplace_back("pose graph", fmt::format("{} steps, {} places seen again, {} given poses",
-                                                 trajectory.odometry_edges, trajectory.loop_edges,
-                                                 trajectory.prior_edges));
+    facts.emplace_back(
+        "pose graph",
+        fmt::format("{} odometry edges, {} loop closures, {} given poses",
+                    trajectory.odometry_edges, trajectory.loop_edges, trajectory.prior_edges));
     facts.emplace_back(
         "residuals (RMS)",
         fmt::format("{:.1f} cm, {:.3f}°", 100.0 * trajectory.rms_translation_residual_m,
@@ -65,7 +66,7 @@ std::string trajectory_facts(const Trajectory& trajectory) {
 }
 
 std::string uncertainty_figure(const Trajectory& trajectory) {
-  Chart chart = {"Standard deviation of the poses along the drive", "way along the drive (m)",
+  Chart chart = {"Standard deviation of the poses along the drive", "distance along the drive (m)",
                  "standard deviation (cm)", 1080.0, 200.0};
   chart.least_y = 0.0;
   ChartSeries level = {"horizontal", kBlue};
@@ -78,11 +79,10 @@ std::string uncertainty_figure(const Trajectory& trajectory) {
     height.add(way_m, 100.0 * std::sqrt(pose.covariance(2, 2)));
   }
   chart.series = {level, height};
-  return html_figure(
-      {"trajectory", "Trajectory.",
-       "How well the poses that made the map are known relative to the first of their "
-       "piece, by the least squares that placed them.",
-       chart_svg(chart), ""});
+  return html_figure({"trajectory", "Trajectory.",
+                      "Standard deviation of the poses of the map relative to the first pose of "
+                      "their piece, from the least-squares adjustment.",
+                      chart_svg(chart), ""});
 }
 
 std::string sharpness_table(const Sharpness& sharpness) {
@@ -94,21 +94,21 @@ std::string sharpness_table(const Sharpness& sharpness) {
                     in_centimetres(std::sqrt(figures.mean_plane_variance_m2)),
                     std::to_string(figures.plane_points)});
   };
-  append("that made the map", sharpness.of_map);
-  if (sharpness.of_given) append("given", *sharpness.of_given);
-  return html_table(grid, "How sharp the scans lie on each other; smaller is sharper");
+  append("poses of the map", sharpness.of_map);
+  if (sharpness.of_given) append("given poses", *sharpness.of_given);
+  return html_table(grid, "Sharpness of the map with these poses; smaller is sharper");
 }
 
 std::string moving_facts(const SurfacePoints& points) {
-  if (points.voxel_m == 0.0) return paragraph("Nothing was looked for that moves.");
+  if (points.voxel_m == 0.0) return paragraph("Moving objects were not searched for.");
   const double all = static_cast<double>(points.standing_count + points.moving_count);
   const double percent = all > 0.0 ? 100.0 * static_cast<double>(points.moving_count) / all : 0.0;
   return fact_table(
       {{"removed as moving",
         fmt::format("{} returns ({:.2f} %) in {} voxels of {}", points.moving_count, percent,
                     points.moved_voxels.size(), metres(points.voxel_m))},
-       {"kept as standing", fmt::format("{} returns", points.standing_count)},
-       {"out of the sensor's range", fmt::format("{} returns", points.out_of_range_count)}});
+       {"kept as static", fmt::format("{} returns", points.standing_count)},
+       {"beyond the sensor's range", fmt::format("{} returns", points.out_of_range_count)}});
 }
 
 using Json = nlohmann::ordered_json;
@@ -150,11 +150,10 @@ std::string pass_table(const Json& passes) {
                     fixed(number_of(pass, "peak_memory_mib"), 0),
                     pass.value("from_cache", Json(false)) == Json(true) ? "yes" : ""});
   }
-  grid.push_back({"all", fixed(wall_s, 2), fixed(cpu_s, 2), "", ""});
-  return html_table(
-      grid,
-      "Time and memory of each pass in the compile that wrote this map; memory is the "
-      "whole process's peak while the pass ran");
+  grid.push_back({"total", fixed(wall_s, 2), fixed(cpu_s, 2), "", ""});
+  return html_table(grid,
+                    "Time and memory of each pass in the compile that wrote this map; memory is "
+                    "the peak of the whole process during the pass");
 }
 
 std::string warnings_of(const Json& passes) {
@@ -174,17 +173,15 @@ std::string configuration_table(const Json& configuration) {
       grid.push_back({concat(section, ".", key), text_of(value)});
     }
   }
-  return concat("<details><summary>The effective configuration</summary>\n",
-                html_table(grid, "Every key, with the value that this compile used"),
-                "</details>\n");
+  return concat("<details><summary>Configuration</summary>\n",
+                html_table(grid, "All keys with the values of this compile"), "</details>\n");
 }
 
 std::string model_table(const CompiledMap& map) {
-  TextGrid grid = {{"fact", "value"}};
+  TextGrid grid = {{"property", "value"}};
   for (const auto& [name, value] : map.model.card) grid.push_back({name, value});
-  return concat("<details><summary>The error model's card</summary>\n",
-                html_table(grid, "What the error model was trained on, and what it is worth"),
-                "</details>\n");
+  return concat("<details><summary>Error model</summary>\n",
+                html_table(grid, "Training data and quality of the error model"), "</details>\n");
 }
 
 Facts map_facts(const ReportSources& sources) {
@@ -208,14 +205,14 @@ Facts map_facts(const ReportSources& sources) {
                                           : concat(map.measurement.localization_drive, ", ",
                                                    map.measurement.localization_scans, " scans")},
       {"localizing sensor", map.sensor.name},
-      {"localizer that ranges and probabilities are for", to_text(map.model.localizer)},
-      {"localizer that was measured", to_text(map.measurement.localizer)},
+      {"localizer of the predictions", to_text(map.model.localizer)},
+      {"measured localizer", to_text(map.measurement.localizer)},
       {"definitions", definitions}};
 }
 
 }  // namespace
 
-// The trajectory, how sharp the map is, and what was taken out.
+// The trajectory, how sharp the map is, and which moving objects were removed.
 Section making_section(const ReportSources& sources) {
   Section section = {"making", "How the map was made", ""};
   section.html = "<h3>Trajectory</h3>\n";
@@ -228,16 +225,18 @@ Section making_section(const ReportSources& sources) {
       section.html += uncertainty_figure(*sources.trajectory);
   }
   if (sources.map->sharpness) section.html += sharpness_table(*sources.map->sharpness);
-  section.html += "<h3>What was removed as moving</h3>\n";
-  section.html += sources.points ? moving_facts(*sources.points)
-                                 : paragraph("Not known: the points were not at hand.");
+  section.html += "<h3>Moving objects removed</h3>\n";
+  section.html +=
+      sources.points
+          ? moving_facts(*sources.points)
+          : paragraph("Unknown: the points of the drive were not available for this page.");
   return section;
 }
 
 Result<Section> passes_section(const ReportSources& sources) {
-  Section section = {"passes", "What it took", ""};
+  Section section = {"passes", "Time and memory", ""};
   if (sources.provenance.empty()) {
-    section.html = paragraph("Not known: there is no provenance file beside the map.");
+    section.html = paragraph("Unknown: there is no provenance file beside the map.");
     return section;
   }
   SIGHTLINE_ASSIGN(const Json provenance, provenance_of(sources));
@@ -248,7 +247,7 @@ Result<Section> passes_section(const ReportSources& sources) {
 
 // The map's own facts, and what the provenance file beside it holds.
 Result<Section> provenance_section(const ReportSources& sources) {
-  Section section = {"provenance", "Where it comes from", ""};
+  Section section = {"provenance", "Provenance", ""};
   Facts facts = map_facts(sources);
   std::string configuration;
   if (!sources.provenance.empty()) {

@@ -29,7 +29,7 @@ std::string relief_image(const Overview& overview) {
       box.low_x_m, -box.high_y_m, box.width_m(), box.height_m(), overview.png_base64);
 }
 
-// What the mapping drive saw, once in the page; pictures after the first use that one's.
+// Surface seen by the mapping drive, once in the page; later pictures use the first one's.
 std::string background_of(const ReportSources& sources, std::size_t limit) {
   if (!sources.surface) return "";
   if (limit > 0) return "<use href=\"#relief\"/>\n";
@@ -81,7 +81,8 @@ std::string choice_at(const CompiledMap& map, std::size_t limit) {
                           percent(map.looks->quality[limit].expected_coverage) + " of the sites. " +
                           promise.statement),
                 html_figure({id, "Looks, " + limit_words + ".",
-                             "The look that each place asks for, from the cheapest to the dearest.",
+                             "The look chosen at each place, and the share of the sites for each "
+                             "look, in order of matching time.",
                              still_route(map.sites, looks, limit, {"look", &look_colour}, "") +
                                  shares(looks, limit),
                              ""}));
@@ -108,7 +109,7 @@ std::string judged(const LookEvaluation& evaluation) {
     rules.push_back({limit_text(score.limit_m), words_of(score.rule), in_percent(score.coverage),
                      fixed(score.time_ratio, 3), fixed(score.work_ratio, 3)});
   }
-  TextGrid statics = {{"the same look everywhere"}};
+  TextGrid statics = {{"look"}};
   for (const double limit_m : evaluation.limits_m) {
     statics.front().push_back(concat("within ", limit_text(limit_m), " (%)"));
   }
@@ -121,9 +122,9 @@ std::string judged(const LookEvaluation& evaluation) {
     row.push_back(fixed(look.work_ratio, 3));
   }
   return html_table(rules,
-                    "Looks on the judging drive; ratios are to the longest range, static "
-                    "looks stand at the coverage of this map") +
-         html_table(statics, "What any vehicle may do without an annotation");
+                    "Looks on the judging drive. Ratios: time and work relative to the longest "
+                    "range; static looks are compared at the coverage of this map") +
+         html_table(statics, "One look everywhere: possible without an annotated map");
 }
 
 }  // namespace
@@ -133,14 +134,13 @@ Section map_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   Section section = {"map", "The map", ""};
   Figure figure = {"figure-11", "Figure 11.", "", "", "map"};
-  figure.caption =
-      "How far a vehicle must look at each place, from above (north up, map coordinates).";
+  figure.caption = "Observation range at each place, seen from above (+y of the map is up).";
   if (sources.surface) {
-    figure.caption += " Grey: what the mapping drive saw, the darker the higher over the road.";
+    figure.caption +=
+        " Grey: surfaces seen by the mapping drive, darker where higher above the road.";
   }
   if (!page_script().empty()) {
-    figure.caption +=
-        " Click the route, or use the buttons, to see why a site looks as far as it does.";
+    figure.caption += " Click the route, or use the buttons, to see why a site has its range.";
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     figure.picture_html +=
@@ -153,15 +153,15 @@ Section map_section(const ReportSources& sources) {
   return section;
 }
 
-// The cheapest way to localize at each place, and what it is worth beside the same look everywhere.
+// The look with the least matching time at each place, compared with one look everywhere.
 Section looks_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
-  Section section = {"looks", "The cheapest look", ""};
+  Section section = {"looks", "Looks: range and scan sample", ""};
   if (map.looks) {
     section.html = paragraph(
         "A look is a range and the sample of a scan that is matched within it. The observation "
-        "range says how far a vehicle must see; the look says how little of what it sees is "
-        "enough.");
+        "range is how far a vehicle must see; the look is the smallest part of the scan that is "
+        "sufficient.");
     for (std::size_t limit = 0; limit < map.looks->ranges.promises.size(); ++limit) {
       section.html += choice_at(map, limit);
     }

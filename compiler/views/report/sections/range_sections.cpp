@@ -9,9 +9,9 @@ namespace {
 
 std::string table_one(const Evaluation& evaluation) {
   TextGrid rows = {{"range (m)", "mean error (cm)", "mean matching time (ms)",
-                    "greatest of the sites' mean times (ms)",
-                    "greatest time of a single match (ms)", "mean time / that of the longest range",
-                    "work / that of the longest range"}};
+                    "longest mean time of a site (ms)", "longest time of one match (ms)",
+                    "mean time relative to the longest range",
+                    "work relative to the longest range"}};
   const StaticScore& longest = evaluation.statics.back();
   const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
   for (const StaticScore& score : evaluation.statics) {
@@ -21,13 +21,12 @@ std::string table_one(const Evaluation& evaluation) {
                     fixed(ratio(score.mean_time_ms, longest.mean_time_ms), 2),
                     fixed(ratio(score.mean_work, longest.mean_work), 2)});
   }
-  return html_table(
-      transposed(rows),
-      concat("Table I. Error and matching time for different static ranges, means over ",
-             evaluation.sites.size(), " sites"));
+  return html_table(transposed(rows),
+                    concat("Table I. Error and matching time of each static range: means over ",
+                           evaluation.sites.size(), " sites"));
 }
 
-// Lines right across at the limits, and room above them: what errs farther lies on the upper edge.
+// Lines across the chart at the limits, with room above them; larger errors are on the upper edge.
 void mark_limits(const Evaluation& evaluation, Chart& chart) {
   constexpr double kOfGreatestLimit = 4.0;
   const std::vector<double> along_m = chart.series.front().x;
@@ -53,7 +52,7 @@ void mark_limits(const Evaluation& evaluation, Chart& chart) {
 std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
   const Along along(evaluation, sites);
   Chart chart =
-      route_chart("Localization error along the route for every range", "localization error (cm)");
+      route_chart("Localization error along the route at each range", "localization error (cm)");
   const SiteShape shape{evaluation.statics.size()};
   for (std::size_t range = 0; range < shape.rows; ++range) {
     chart.series.push_back(along.series(
@@ -62,19 +61,18 @@ std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
     chart.series.back().size_px = 1.2;
   }
   mark_limits(evaluation, chart);
-  return html_figure(
-      {"figure-5", "Figure 5.",
-       "Mean localization error at every metre of the route, one line for each static range: where "
-       "a street offers little, a short range errs more, and how much differs from place to place. "
-       "Dashed: the limits; lines on the upper edge err farther still.",
-       chart_svg(chart), "error-along"});
+  return html_figure({"figure-5", "Figure 5.",
+                      "Mean localization error along the route, one line for each static range. "
+                      "Short ranges have larger errors where few structures are near. Dashed lines "
+                      "are the limits; larger errors are cut off at the upper edge.",
+                      chart_svg(chart), "error-along"});
 }
 
 std::string figure_six(const Evaluation& evaluation) {
-  Chart chart = {"Mean and greatest matching time for every range", "observation range (m)",
+  Chart chart = {"Mean and longest matching time of each range", "observation range (m)",
                  "matching time (ms)"};
   ChartSeries mean = {"mean over sites", kBlue, Mark::kBars};
-  ChartSeries most = {"greatest of the sites' means", kOrange, Mark::kBars};
+  ChartSeries most = {"longest mean time of a site", kOrange, Mark::kBars};
   for (const StaticScore& score : evaluation.statics) {
     mean.add(score.range_m, score.mean_time_ms);
     most.add(score.range_m, score.max_site_time_ms);
@@ -85,13 +83,13 @@ std::string figure_six(const Evaluation& evaluation) {
   chart.greatest_x = mean.x.back() + margin_m;
   chart.series = {mean, most};
   return html_figure({"figure-6", "Figure 6.",
-                      "Average and greatest matching time for every static range: what looking "
-                      "farther costs (CPU time of one thread: crop, thin out and match).",
+                      "Mean and longest matching time of each static range: CPU time of one thread "
+                      "for cropping, subsampling and matching a scan.",
                       chart_svg(chart), ""});
 }
 
 std::string table_two(const Evaluation& evaluation) {
-  TextGrid rows = {{"", "mean matching time (ms)", "greatest of the sites' mean times (ms)",
+  TextGrid rows = {{"", "mean matching time (ms)", "longest mean time of a site (ms)",
                     "mean range (m)", "mean error (cm)", "sites within the limit (%)"}};
   const auto append = [&](const std::string& title, const RuleScore& score, bool has_limit) {
     rows.push_back({title, fixed(score.mean_time_ms, 2), fixed(score.max_site_time_ms, 2),
@@ -101,7 +99,7 @@ std::string table_two(const Evaluation& evaluation) {
   append("static range of " + metres(evaluation.statics.back().range_m),
          evaluation.score(0, Rule::kStaticLongest), false);
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
-    append("dynamic range, " + limit_text(evaluation.limits_m[limit]),
+    append("dynamic range, limit " + limit_text(evaluation.limits_m[limit]),
            evaluation.score(limit, Rule::kOracle), true);
   }
   return html_table(transposed(rows), "Table II. Matching time in the ideal case");
@@ -116,10 +114,10 @@ std::string figure_seven(const Evaluation& evaluation, const Sites& sites) {
                                         limit, Rule::kOracle));
     chart.series.back().is_dashed = limit == 1;
   }
-  return html_figure(
-      {"figure-7", "Figure 7.",
-       "The shortest range that truly met each limit (ideal case); the longest where none did.",
-       chart_svg(chart), "ideal-range"});
+  return html_figure({"figure-7", "Figure 7.",
+                      "The shortest range with an error within each limit (ideal case), or the "
+                      "longest range where none was within it.",
+                      chart_svg(chart), "ideal-range"});
 }
 
 std::string figure_eight(const Evaluation& evaluation, const Sites& sites) {
@@ -132,11 +130,10 @@ std::string figure_eight(const Evaluation& evaluation, const Sites& sites) {
     chart.series.push_back(along.times("dynamic, " + limit_text(evaluation.limits_m[limit]),
                                        limit_colour(limit), limit, Rule::kOracle));
   }
-  return html_figure(
-      {"figure-8", "Figure 8.",
-       "Matching time at every metre with the static longest range and with the ideal dynamic "
-       "ranges.",
-       chart_svg(chart), "ideal-time"});
+  return html_figure({"figure-8", "Figure 8.",
+                      "Matching time along the route with the longest static range and with the "
+                      "ideal dynamic ranges.",
+                      chart_svg(chart), "ideal-time"});
 }
 
 }  // namespace
@@ -145,26 +142,26 @@ std::string figure_eight(const Evaluation& evaluation, const Sites& sites) {
 Section ranges_section(const Evaluation& evaluation, const Sites& sites) {
   const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
   const bool is_simulated = evaluation.reference == ErrorReference::kSimulated;
-  Section section = {"ranges", "What range does to error and time", ""};
-  section.html = paragraph(concat(
-      "Drive ", evaluation.drive, " was matched against the map at ", evaluation.sites.size(),
-      " of ", evaluation.site_count,
-      " sites and at every range, from several starts around the reference pose. The error is the "
-      "distance from ",
-      (is_known       ? "the known pose."
-       : is_simulated ? "the place at which its scan was simulated: no drive was there."
-                      : "the match at the sensor's full range.")));
+  Section section = {"ranges", "Error and matching time by range", ""};
+  section.html = paragraph(
+      concat("Drive ", evaluation.drive, " was matched against the map at ",
+             evaluation.sites.size(), " of ", evaluation.site_count,
+             " sites and at every range, from several starts around the reference pose. The error "
+             "is the distance to ",
+             (is_known       ? "the known pose."
+              : is_simulated ? "the pose of the simulated scan: no drive was recorded here."
+                             : "the match at the sensor's full range.")));
   section.html += table_one(evaluation) + figure_five(evaluation, sites) + figure_six(evaluation);
   return section;
 }
 
 // What the paper's section III shows: the range that is enough, were the error known beforehand.
 Section ideal_section(const Evaluation& evaluation, const Sites& sites) {
-  Section section = {"ideal", "The ideal case: if the error were known beforehand", ""};
+  Section section = {"ideal", "Ideal case: ranges chosen with known errors", ""};
   section.html =
       paragraph(
-          "A bound for every method: each site takes the shortest range that met the limit on this "
-          "very drive. No map can know that; it shows what there is to win.") +
+          "A bound for every method: each site takes the shortest range whose error was within the "
+          "limit on this drive. No map can predict it exactly; it shows how much can be gained.") +
       table_two(evaluation) + figure_seven(evaluation, sites) + figure_eight(evaluation, sites);
   return section;
 }

@@ -3,19 +3,20 @@
 #include "compiler/views/report/sections/sections.h"
 #include "compiler/views/text/weakness_text.h"
 
-// What was promised, what came of it, and how well held-out places are predicted.
+// Promises, how well they match the judging drive, and how well held-out places are predicted.
 
 namespace sightline {
 namespace {
 
 std::string promise_text(const LimitPromise& promise) {
-  if (promise.is_earned) return percent(1.0 - promise.alpha) + " of the next drive";
-  return promise.scope == PromiseScope::kNextDrive ? "not earned" : "none, of this drive";
+  if (!promise.is_earned) return "no promise";
+  return "at least " + percent(1.0 - promise.alpha) + " of the next drive";
 }
 
 std::string promises_table(const CompiledMap& map) {
-  TextGrid grid = {{"limit", "promise", "p*", "blocks", "places", "drives", "expected coverage (%)",
-                    "mean range (m)", "unmet (%)", "outside the model (%)"}};
+  TextGrid grid = {{"limit", "sites within the limit", "required probability", "calibration blocks",
+                    "places", "drives", "expected coverage (%)", "mean range (m)", "unmet (%)",
+                    "unlike the training data (%)"}};
   const auto sites = static_cast<double>(map.sites.sites.size());
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     const LimitPromise& promise = map.ranges.promises[limit];
@@ -27,27 +28,27 @@ std::string promises_table(const CompiledMap& map) {
                     in_percent(quality.unmet_count / sites),
                     in_percent(quality.extrapolated_count / sites)});
   }
-  return html_table(grid, "What the map promises");
+  return html_table(grid, "Promises of the map. Unmet: no range has the required probability");
 }
 
 std::string calibration(const Evaluation& evaluation) {
   const Chart chart = calibration_chart(evaluation, {kGrey, {kBlue, kOrange, kGreen}});
-  return html_figure(
-      {"calibration", "Calibration.",
-       "All pairs of judged site and range, in tenths of what the map predicts: on the "
-       "dashed line what is promised comes true, below it the map promises too much. The larger a "
-       "point, the more pairs are behind it.",
-       chart_svg(chart), ""});
+  return html_figure({"calibration", "Calibration.",
+                      "All pairs of judged site and range, grouped by the predicted probability in "
+                      "steps of 10 %. On the dashed line the predictions are right; below it they "
+                      "are too optimistic. A larger point has more pairs.",
+                      chart_svg(chart), ""});
 }
 
 std::string calibration_table(const Evaluation& evaluation) {
-  TextGrid grid = {{"limit", "promised (%)", "observed (%)", "pairs of site and range"}};
+  TextGrid grid = {{"limit", "predicted (%)", "observed (%)", "pairs of site and range"}};
   for (const ReliabilityBin& bin : evaluation.reliability) {
     grid.push_back({limit_text(bin.limit_m), in_percent(bin.promised), in_percent(bin.observed),
                     std::to_string(bin.count)});
   }
-  return concat("<details><summary>The calibration curve's numbers</summary>\n",
-                html_table(grid, "Promised and observed, by tenths"), "</details>\n");
+  return concat("<details><summary>Calibration curve as a table</summary>\n",
+                html_table(grid, "Predicted and observed share within the limit, in steps of 10 %"),
+                "</details>\n");
 }
 
 std::string prediction_table(const Evaluation& evaluation) {
@@ -56,13 +57,15 @@ std::string prediction_table(const Evaluation& evaluation) {
     rows.push_back(
         {fixed(score.range_m, 0), fixed(score.r_squared, 2), in_centimetres(score.rmse_m)});
   }
-  return html_table(transposed(rows), "Predicted against measured mean error on this drive");
+  return html_table(transposed(rows),
+                    "Predicted and measured mean error on this drive. R²: 1 is exact, 0 or less is "
+                    "no better than a constant");
 }
 
 std::string scores_table(const DriveTracks& tracks, double limit_m) {
   TextGrid grid = {{"rule", "scans within the limit (%)", "mean error (cm)", "95th percentile (cm)",
-                    "greatest (cm)", "mean range (m)", "time ratio", "work ratio", "lost",
-                    "second look (%)"}};
+                    "largest (cm)", "mean range (m)", "time ratio", "work ratio", "tracks lost",
+                    "scans with a second look (%)"}};
   for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
     const TrackRule& each = tracks.rules[rule];
     if (!is_judged_at(each, limit_m)) continue;
@@ -74,7 +77,7 @@ std::string scores_table(const DriveTracks& tracks, double limit_m) {
                     each.choice == TrackChoice::kPlan ? in_percent(score.second_share) : ""});
   }
   return html_table(grid, concat("Continuous localization at a limit of ", limit_text(limit_m),
-                                 "; ratios are to the longest static range"));
+                                 ". Ratios: time and work relative to the longest static range"));
 }
 
 ChartSeries error_of(const DriveTracks& tracks, std::size_t rule, const std::string& colour) {
@@ -88,7 +91,7 @@ ChartSeries error_of(const DriveTracks& tracks, std::size_t rule, const std::str
 }
 
 std::string error_figure(const DriveTracks& tracks) {
-  Chart chart = {"Error of continuous localization, scan by scan", "scan of the drive",
+  Chart chart = {"Error of continuous localization, scan by scan", "scan number",
                  "localization error (cm)", 1080.0, 260.0};
   chart.least_y = 0.0;
   chart.series.push_back(error_of(tracks, tracks.rules.size() - 1, kGrey));
@@ -101,9 +104,9 @@ std::string error_figure(const DriveTracks& tracks) {
     if (is_plan) chart.series.push_back(error_of(tracks, rule, kPink));
   }
   return html_figure({"tracks", "Continuous localization.",
-                      "Error of every scan when each match starts where the poses found before "
-                      "predict, with this map's ranges, by its plan of looks where it has one, and "
-                      "with the longest range throughout.",
+                      "Error of each scan when every match starts at the pose predicted from the "
+                      "matches before: with the ranges of this map, with its plan of looks if it "
+                      "has one, and with the longest range everywhere.",
                       chart_svg(chart), ""});
 }
 
@@ -116,8 +119,9 @@ std::string advice_text(const ExplainedStretch& one, const Sites& sites) {
 }
 
 std::string stretches_table(const Weakness& weakness, const Sites& sites) {
-  TextGrid grid = {{"worst site", "run", "from (m)", "to (m)", "error (cm)", "left over (%)",
-                    "loose", "cause", "a board would help most"}};
+  TextGrid grid = {{"worst site", "run", "from (m)", "to (m)", "error (cm)",
+                    "margin to the limit (%)", "least constrained direction", "cause",
+                    "best place for a board"}};
   for (const ExplainedStretch& one : weakness.stretches) {
     const WeakStretch& stretch = one.stretch;
     grid.push_back({std::to_string(stretch.worst_site), std::to_string(stretch.run),
@@ -126,13 +130,13 @@ std::string stretches_table(const Weakness& weakness, const Sites& sites) {
                     std::string(name_of_way(one.loose.off_road_deg)),
                     std::string(name_of(one.cause)), advice_text(one, sites)});
   }
-  return html_table(grid, "The weakest stretches; positions in the recordings' world, m");
+  return html_table(grid, "The weakest stretches; positions are world coordinates, m");
 }
 
 }  // namespace
 
 Section trust_section(const ReportSources& sources) {
-  Section section = {"trust", "Can the promises be believed?", ""};
+  Section section = {"trust", "Promises and calibration", ""};
   section.html = promises_table(*sources.map);
   for (const LimitPromise& promise : sources.map->ranges.promises) {
     if (promise.statement.empty()) continue;
@@ -145,12 +149,14 @@ Section trust_section(const ReportSources& sources) {
   return section;
 }
 
-// The judging drive replayed as a vehicle lives it.
+// The judging drive, localized scan by scan.
 Section tracks_section(const DriveTracks& tracks) {
-  Section section = {"driving", "Driven continuously", ""};
-  section.html = paragraph(concat(
-      "Drive ", tracks.drive, ", ", tracks.scans.size(), " scans. A match that ends more than ",
-      metres(tracks.lost_beyond_m), " off is lost, and the next one begins anew."));
+  Section section = {"driving", "Continuous localization", ""};
+  section.html = paragraph(concat("Drive ", tracks.drive, ", ", tracks.scans.size(),
+                                  " scans, localized one after another as in a vehicle. A track is "
+                                  "lost where the error exceeds ",
+                                  metres(tracks.lost_beyond_m),
+                                  "; a new track then begins near the reference pose."));
   for (const double limit_m : tracks.limits_m) section.html += scores_table(tracks, limit_m);
   section.html += error_figure(tracks);
   return section;
@@ -159,12 +165,12 @@ Section tracks_section(const DriveTracks& tracks) {
 // Where the map is weak, which way, why, and what would help.
 Section weak_section(const Weakness& weakness, const Sites& sites) {
   std::string html = paragraph(summary_sentence(weakness));
-  if (weakness.stretches.empty()) return {"weak", "Where it is weak", html};
+  if (weakness.stretches.empty()) return {"weak", "Weak stretches", html};
   html += stretches_table(weakness, sites);
   for (const ExplainedStretch& one : weakness.stretches) {
     html += paragraph(concat("Site ", one.stretch.worst_site, ": ", cause_sentence(one)));
   }
-  return {"weak", "Where it is weak", html};
+  return {"weak", "Weak stretches", html};
 }
 
 }  // namespace sightline

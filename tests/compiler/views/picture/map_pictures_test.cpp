@@ -123,7 +123,7 @@ TEST(RangesPicture, ColoursEachStretchOfTheRouteByItsRangeForTheTightestLimit) {
   EXPECT_EQ(count_of(svg, "stroke:" + colour_of(0)), 1U);
   EXPECT_EQ(count_of(svg, "stroke:" + colour_of(1)), 0U);
   EXPECT_EQ(count_of(svg, "stroke:" + colour_of(2)), 1U);
-  EXPECT_THAT(svg, HasSubstr("within 10 cm, in m"));
+  EXPECT_THAT(svg, HasSubstr("Observation range (m) for a localization error within 10 cm"));
   for (const char* range : {">10<", ">30<", ">50<"}) EXPECT_THAT(svg, HasSubstr(range));
 }
 

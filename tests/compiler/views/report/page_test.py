@@ -131,9 +131,9 @@ def check_figures(browser):
         assert abs(at - place["x"]) < 8, (at, place)
         width = f'{figure}.querySelector("svg").getBoundingClientRect().width'
         narrow = browser.value_of(width)
-        browser.value_of(f'{figure}.querySelector(\'button[title="Look closer"]\').click()')
+        browser.value_of(f'{figure}.querySelector(\'button[title="Zoom in"]\').click()')
         assert browser.value_of(width) > 1.5 * narrow
-        browser.value_of(f'{figure}.querySelector(\'button[title="Show more of the route"]\').click()')
+        browser.value_of(f'{figure}.querySelector(\'button[title="Zoom out"]\').click()')
         assert abs(browser.value_of(width) - narrow) < 1
 
 

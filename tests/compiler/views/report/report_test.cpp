@@ -45,7 +45,7 @@ TEST(Report, TablesSayWhatTheEvaluationSays) {
 TEST(Report, TellsWhereTheMapIsWeakWhereThatWasAsked) {
   const MadeSources made = made_sources(2);
   ReportSources sources = made.sources();
-  EXPECT_THAT(*report_html(sources), Not(HasSubstr("Where it is weak")));
+  EXPECT_THAT(*report_html(sources), Not(HasSubstr("Weak stretches")));
   ExplainedStretch one;
   one.stretch.worst_site = 7;
   one.stretch.worst = {every_return(50.0), 0.07, 0.75, 0.3, false};
@@ -59,7 +59,7 @@ TEST(Report, TellsWhereTheMapIsWeakWhereThatWasAsked) {
   weakness.stretches = {one};
   sources.weakness = &weakness;
   const std::string html = *report_html(sources);
-  EXPECT_THAT(html, HasSubstr("Where it is weak"));
+  EXPECT_THAT(html, HasSubstr("Weak stretches"));
   EXPECT_THAT(html, HasSubstr("distant"));
   EXPECT_THAT(html, HasSubstr("Site 7: 4 of 132 upright surfaces seen within 50 m"));
   EXPECT_THAT(html, HasSubstr("25.0 % less"));
@@ -132,7 +132,7 @@ TEST(Report, OfAMapAloneSaysWhatIsNotKnown) {
   alone.map = &made.map;
   const std::string html = value_of(report_html(alone));
   EXPECT_THAT(html, HasSubstr("there is no provenance file"));
-  EXPECT_THAT(html, HasSubstr("the points were not at hand"));
+  EXPECT_THAT(html, HasSubstr("the points of the drive were not available"));
   EXPECT_THAT(html, Not(HasSubstr("figure-5")));
 }
 

@@ -8,18 +8,18 @@ import { select, selection } from "../selection.js";
 function filtersOf(page) {
   const hasFlag = (bit) => (limit) => (site) => (page.choice.flags[site * limitCount(page) + limit] & bit) !== 0;
   const filters = [{ name: "all sites", test: () => () => true },
-    { name: "unmet: no range is good enough", test: hasFlag(1) }, { name: "unlike what the model learnt", test: hasFlag(2) }];
+    { name: "unmet: no range is good enough", test: hasFlag(1) }, { name: "unlike the training data", test: hasFlag(2) }];
   if (page.judged) {
-    filters.push({ name: "beyond the limit on the judging drive",
+    filters.push({ name: "error above the limit on the judging drive",
       test: (limit) => (site) => measuredError(page, site, chosenRange(page, site, limit)) > page.limits_m[limit] });
   }
   if (page.diff) {
     const changed = new Set(page.diff.sites.site);
-    filters.push({ name: "changed against the older map", test: () => (site) => changed.has(site) });
+    filters.push({ name: "changed from the older map", test: () => (site) => changed.has(site) });
   }
   const occurring = [...new Set(page.choice.range_index)].sort((a, b) => a - b);
   for (const range of occurring) {
-    filters.push({ name: `looks ${page.ranges_m[range]} m`, test: (limit) => (site) => chosenRange(page, site, limit) === range });
+    filters.push({ name: `range ${page.ranges_m[range]} m`, test: (limit) => (site) => chosenRange(page, site, limit) === range });
   }
   return filters;
 }
@@ -43,8 +43,8 @@ export function siteFilter(page, onChange) {
       if (made.isWanted(site)) return select(site);
     }
   };
-  const steps = element("span", { hidden: true }, button("◀", "The one before among these sites", () => step(-1)),
-    button("▶", "The next among these sites", () => step(1)));
+  const steps = element("span", { hidden: true }, button("◀", "Previous of these sites", () => step(-1)),
+    button("▶", "Next of these sites", () => step(1)));
   made.bar = element("span", { className: "filter" },
     switchOf("Show", filters.map((filter, i) => [i, filter.name]), (value) => { state.filter = Number(value); apply(); }), steps, words);
   made.limit = (limit) => { state.limit = limit; apply(); };
