@@ -134,7 +134,8 @@ bool judges_map(const PassContext& ctx, const EmitMapInputs& inputs) {
   const MeasuredError& measured = inputs.measured.ranges.head();
   ctx.warn(concat("the map predicts the errors of ", to_text(inputs.model.record.localizer),
                   ", but drive '", measured.drive, "' was localized by ",
-                  to_text(measured.matching.localizer), ": no coverage was measured"));
+                  to_text(measured.matching.localizer),
+                  ", so no coverage was measured. Evaluate with a drive of the same localizer"));
   return false;
 }
 
@@ -162,8 +163,9 @@ bool must_add_measured(const EmitMapInputs& inputs) {
 void warn_of_simulated(const PassContext& ctx, const CompiledMap& map) {
   const std::uint32_t simulated = simulated_site_count(map.ranges);
   if (simulated == 0) return;
-  ctx.warn(concat("simulated: no scan was ever seen at ", simulated, " of ", map.sites.sites.size(),
-                  " sites; what they answer rests on scans simulated in the map itself"));
+  ctx.warn(concat("simulated: no scan was recorded at ", simulated, " of ", map.sites.sites.size(),
+                  " sites; their answers are from scans simulated in the map. Record a drive there "
+                  "to measure them"));
 }
 
 void warn_of_lost_history(const PassContext& ctx, const EmitMapInputs& inputs) {
@@ -172,8 +174,8 @@ void warn_of_lost_history(const PassContext& ctx, const EmitMapInputs& inputs) {
     return;
   }
   ctx.warn(
-      "what drives measured in the map before is not used in this one: a model that was made "
-      "elsewhere (--model) uses it, where sensor, ranges, looks and localizer are the same");
+      "the errors that drives measured in the earlier map are not used in this one. A model of "
+      "other places (--model) uses them, if sensor, ranges, looks and localizer are the same");
 }
 
 Error mismatched(const Error& error) {
@@ -183,9 +185,8 @@ Error mismatched(const Error& error) {
 // Without quality and factors; none where looks that take a sample are not chosen from.
 Result<std::optional<LooksOfMap>> looks_of(const EmitMapInputs& inputs) {
   if (inputs.ranges.samples.has_value() != inputs.predicted.samples.has_value()) {
-    return mismatched(invalid_artifact(
-        "looks are predicted and not chosen from, or chosen from and not predicted",
-        "compiled map"));
+    return mismatched(
+        invalid_artifact("predictions and choices do not both have looks", "compiled map"));
   }
   if (!inputs.ranges.samples) return std::optional<LooksOfMap>();
   LooksOfMap looks{*inputs.predicted.samples, *inputs.ranges.samples, {}, {}};

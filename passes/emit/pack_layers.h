@@ -11,16 +11,15 @@ namespace sightline {
 // them. Rounded (formats/map/layers.h). Errors: disk-full, cannot-write (temporary files).
 Result<PackedNds> pack_nds_step(PassContext& ctx, const NoOptions& options, const TiledNds& nds);
 inline constexpr Pass kPackNds =
-    Pass{"pack-nds", 1, "packed-nds", "NDs as the map file carries them", &pack_nds_step}.in(
+    Pass{"pack-nds", 1, "packed-nds", "NDs packed for the map file", &pack_nds_step}.in(
         Stage::kTiles);
 
 // The error model as the map file carries it, so that who writes the file need not hold it.
 // Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
 Result<PackedModel> pack_model_step(PassContext& ctx, const NoOptions& options,
                                     const StoredErrorModel& model);
-inline constexpr Pass kPackModel =
-    Pass{"pack-model", 3, "packed-model", "The error model as the map file carries it",
-         &pack_model_step}
-        .in(Stage::kLearn);
+inline constexpr Pass kPackModel = Pass{"pack-model", 3, "packed-model",
+                                        "The error model packed for the map file", &pack_model_step}
+                                       .in(Stage::kLearn);
 
 }  // namespace sightline

@@ -68,8 +68,8 @@ Result<void> compare_flags(const PredictedError& stored, const PredictedError& a
     if (!is_same_support || stored.out_of_fold[site] != again.out_of_fold[site] ||
         stored.has_history[site] != again.has_history[site]) {
       return unfounded(at_site(site),
-                       "its prediction is flagged otherwise than its factors, the "
-                       "model's support and the model's sites demand");
+                       "the flags of its prediction differ from those that its factors, the "
+                       "model's support and the model's sites give");
     }
   }
   return {};
@@ -160,7 +160,7 @@ Result<void> compare_quality(const std::vector<LimitQuality>& of_map,
       continue;
     }
     return unfounded(concat("limit ", format_double(map.ranges.promises[limit].limit_m), " m"),
-                     "the quality that the map names is not that of its sites");
+                     "the quality figures of the map differ from those of its sites");
   }
   return {};
 }
@@ -174,13 +174,14 @@ std::uint32_t count_of(const std::vector<std::uint8_t>& flags) {
 Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& map) {
   if (map.factors.factors.empty()) {
     return Error{ErrorCode::kBadLayer,
-                 "the map was stripped of its factors: its annotation cannot be made again"};
+                 "the map has no factors (`sightline strip` removed them), so its annotation "
+                 "cannot be checked"};
   }
   SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, model_of(map.model));
   SIGHTLINE_ASSIGN(const ByFamily<PredictedError> predicted,
                    predicted_again(ctx, map, model, factors_of(map)));
   if (predicted.samples.has_value() != map.looks.has_value()) {
-    return unfounded("looks", "the map's model or factors tell nothing of its looks");
+    return unfounded("looks", "the map's model or factors do not include its looks");
   }
   SIGHTLINE_TRY(compare_predictions(map.predicted, predicted.ranges));
   if (map.looks) SIGHTLINE_TRY(compare_predictions(map.looks->predicted, *predicted.samples));
@@ -201,17 +202,14 @@ Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& ma
 std::string to_text(const AnnotationProof& proof) {
   std::string text = concat(
       "annotation of ", proof.site_count,
-      " sites proven: ranges, flags and promises follow from the predictions; ", proof.forest_count,
-      " sites' predictions were made again by the forest from their factors");
+      " sites verified: ranges, flags and promises follow from the predictions; ",
+      proof.forest_count, " sites' predictions were repeated by the forest from their factors");
   if (proof.history_count > 0) {
-    text += concat(" (", proof.history_count,
-                   " of them with what an earlier drive is stored to have measured)");
+    text += concat(" (", proof.history_count, " of them with stored errors of earlier drives)");
   }
   if (proof.out_of_fold_count > 0) {
-    text +=
-        concat("; ", proof.out_of_fold_count,
-               " sites trained the model, and theirs are those that it keeps of the same place and "
-               "factors, made by trees that are not kept");
+    text += concat("; ", proof.out_of_fold_count,
+                   " sites trained the model, and their predictions match those stored in it");
   }
   return text + "\n";
 }

@@ -147,7 +147,7 @@ Error mismatched(std::string message) {
 
 Result<void> check_inputs(const NdtMap& map, const Sites& sites, const DepthImages& depth,
                           const VirtualScans& scans, double longest_m) {
-  if (map.frame != sites.frame) return mismatched("map and sites lie in different frames");
+  if (map.frame != sites.frame) return mismatched("map and sites are in different frames");
   const std::size_t expected = sites.sites.size();
   if (depth.site_count != expected || scans.site_count() != expected) {
     return mismatched(concat("found depth images of ", depth.site_count,
@@ -177,7 +177,7 @@ Result<FactorWorld> make_factor_world(const NdtMap& map, const std::vector<doubl
   const bool ascends =
       std::ranges::adjacent_find(ranges_m, std::greater_equal<>()) == ranges_m.end();
   if (ranges_m.empty() || !(ranges_m.front() > 0.0) || !ascends) {
-    return Error{ErrorCode::kBadValue, "ranges_m must ascend from above 0", "",
+    return Error{ErrorCode::kBadValue, "ranges_m must be above 0 m and ascending", "",
                  "pass compute-factors"};
   }
   return FactorWorld{map, make_match_grid(map),

@@ -147,7 +147,7 @@ Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
                                                   const TiledNds& nds, const TiledSurface& surface,
                                                   const Sites& sites, const SensorProfile& sensor) {
   if (surface.head().frame != sites.frame) {
-    return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
+    return Error{ErrorCode::kMismatchedInputs, "surface and sites are in different frames", "",
                  "pass compute-factors"};
   }
   SIGHTLINE_ASSIGN(const FactorTable columns, table_without_sites(ctx, options, nds, sites));
@@ -188,7 +188,7 @@ Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
   }
   if (sum.unmatched_count > 0) {
     ctx.warn(concat(sum.unmatched_count, " of ", sum.point_count,
-                    " virtual points lie in no valid ND and tell nothing of the pose"));
+                    " virtual points are outside valid NDT cells and are ignored"));
   }
   return writer.take();
 }

@@ -137,22 +137,24 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
                           const SensorGuess& guess) {
   const double outside = share_outside(
       elevations, {sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()});
-  if (outside >= kOutside) return whole_percent(outside) + " of the returns lie outside these";
+  if (outside >= kOutside) return whole_percent(outside) + " of the returns are outside these";
   const double out_of_view = share_out_of_view(scans, sensor);
   if (out_of_view >= kOutside) {
-    return fmt::format("{} of the returns lie outside its azimuth view of {} degrees",
+    return fmt::format("{} of the returns are outside its azimuth view of {} degrees",
                        whole_percent(out_of_view), format_double(sensor.azimuth_view_deg));
   }
   if (is_view_half_empty(sensor, guess)) {
     return fmt::format(
-        "all returns lie within {} degrees of azimuth about its x axis, where it sees {}",
+        "all returns are within {} degrees of azimuth about its x axis, but its view is {} degrees",
         format_double(*guess.azimuth_view_deg), format_double(sensor.azimuth_view_deg));
   }
   if (are_idle_below(elevations, sensor, guess)) {
-    return "the lowest see no ground where there is some";
+    return "the lowest beams have no returns from the ground";
   }
-  if (are_idle_above(elevations, sensor)) return "returns end all at once far below the highest";
-  if (are_other_beams(elevations, sensor, guess)) return "the returns stand at other beams";
+  if (are_idle_above(elevations, sensor))
+    return "the highest returns are far below the highest beam";
+  if (are_other_beams(elevations, sensor, guess))
+    return "the returns are at other elevations than these beams";
   const double per_ray = returns_per_ray(scans, sensor);
   if (per_ray > kMostReturnsPerRay) {
     return concat("a scan has ", format_double(std::round(per_ray * 10.0) / 10.0),
@@ -160,7 +162,7 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
   }
   const double beyond = share_beyond_range(scans, sensor);
   if (beyond < kBeyondRange) return "";
-  return concat(whole_percent(beyond), " of the returns lie beyond its range of ",
+  return concat(whole_percent(beyond), " of the returns are beyond its range of ",
                 format_double(sensor.max_range_m), " m and are left out of the map");
 }
 
@@ -180,8 +182,8 @@ Error misfit(const Recording& recording, const std::vector<double>& elevations,
   const SensorProfile& sensor = recording.sensor;
   const BeamSpan beams{sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()};
   return {ErrorCode::kUnlikeProfile,
-          fmt::format("the sensor {} has {} beams from {}, and {}; the returns span {}, and "
-                      "`sightline init` guesses {} ({})",
+          fmt::format("the sensor {} has {} beams from {}, but {}. The returns span {}; `sightline "
+                      "init` suggests {} ({})",
                       sensor.name, sensor.ring_count(), to_text(beams), what,
                       to_text(span_of(elevations)), guess_text(guess), guess.reason),
           "", "drive " + recording.name};
@@ -206,11 +208,12 @@ Result<void> check_sensor(PassContext& ctx, const Recording& recording) {
   const BeamSpan beams{sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()};
   if (share_outside(elevations, beams) >= kMostlyOutside ||
       share_out_of_view(scans, sensor) >= kMostlyOutside) {
-    error.message += ". No map is made with a profile that most returns contradict";
+    error.message += ". Most returns contradict this profile, so no map is made: correct `sensor`";
     return error;
   }
   ctx.warn(to_string(error) +
-           ". Factors, and what they predict, are those of this profile's beams");
+           ". Factors and predictions are computed for this profile's beams: correct `sensor` if "
+           "it is wrong");
   return {};
 }
 

@@ -30,8 +30,9 @@ bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) 
     guess.profile = name;
   }
   if (guess.profile.empty()) return false;
-  guess.reason = concat(whole_percent(best.hit), " of its beams are hit, and returns lie ",
-                        whole_percent(best.off), " of a gap beside a beam (25 % by chance)");
+  guess.reason =
+      concat(whole_percent(best.hit), " of its beams have returns, which are at ",
+             whole_percent(best.off), " of the gap from a beam on average (25 % by chance)");
   return true;
 }
 
@@ -53,7 +54,7 @@ bool choose_by_view(double view_deg, SensorGuess& guess) {
     }
     guess.profile = name;
     guess.reason = fmt::format(
-        "returns lie within {} degrees of azimuth and from {}, which is its view",
+        "returns are within {} degrees of azimuth and from {}, which is its view",
         format_double(view_deg), to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}));
     return true;
   }
@@ -76,7 +77,7 @@ bool choose_by_span(const std::vector<double>& elevations, SensorGuess& guess) {
   if (guess.profile.empty()) return false;
   guess.reason =
       concat("returns span ", to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}),
-             " like its beams, which cannot be distinguished in these scans");
+             " like its beams, which these scans do not resolve");
   return true;
 }
 
@@ -116,15 +117,15 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
     guess.reason = fmt::format("no built-in profile fits; {} distinct beams are found from {}",
                                rings.told_apart, span);
     if (rings.merged > 0) {
-      guess.reason += concat(", and the returns between them are as many as those of ",
-                             rings.merged, " more: please correct the number");
+      guess.reason +=
+          concat(", and the returns between them match ", rings.merged, " more: check the number");
     }
     return;
   }
   guess.rings = 64;
   guess.reason =
-      "no built-in profile fits and beams cannot be distinguished: please correct the "
-      "number; returns span " +
+      "no built-in profile fits and these scans do not resolve beams: correct the number; returns "
+      "span " +
       span;
 }
 
@@ -183,7 +184,7 @@ SensorGuess guess_sensor(std::span<const PointCloudFile> scans) {
   }
   if (guess.highest_beam_deg - guess.lowest_beam_deg < 1.0) {
     guess.profile = "generic-16";
-    guess.reason = "returns farther than 3 m say nothing of the beams: please name the sensor";
+    guess.reason = "returns farther than 3 m do not show the beams: name the sensor";
     return guess;
   }
   const double view_deg = azimuth_view_deg(scans);

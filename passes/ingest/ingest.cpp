@@ -110,12 +110,13 @@ Result<void> check_reach(const Recording& recording, const std::vector<ScanCount
   if (2 * static_cast<std::size_t>(far_scans) <= counts.size()) return {};
   const auto first = std::ranges::find_if(counts, &ScanCounts::is_far_away);
   const auto index = static_cast<std::size_t>(first - counts.begin());
-  return Error{ErrorCode::kUnsupportedFormat,
-               fmt::format("most points of {} of {} scans lie beyond 2 km, where no LiDAR sees; "
-                           "expected coordinates in metres, seen from the sensor, and these look "
-                           "like world coordinates or millimetres",
-                           far_scans, counts.size()),
-               recording.file_of(recording.scans[index]).string(), concat("scan ", index)};
+  return Error{
+      ErrorCode::kUnsupportedFormat,
+      fmt::format(
+          "most points of {} of {} scans are farther than 2 km, beyond the reach of a LiDAR. "
+          "Expected metres in the sensor's frame; these look like world coordinates or millimetres",
+          far_scans, counts.size()),
+      recording.file_of(recording.scans[index]).string(), concat("scan ", index)};
 }
 
 void warn_of(const PassContext& ctx, const Recording& recording,
@@ -142,12 +143,12 @@ void warn_of(const PassContext& ctx, const Recording& recording,
     if (scans > 0) ctx.warn(concat(drive, scans, what));
   };
   warn_of_some(&ScanCounts::may_be_cut,
-               " text scans end without a line end; their last number may be cut");
+               " text scans have no line end in the last line; their last number may be cut off");
   warn_of_some(&ScanCounts::is_far_away,
-               " scans have most of their points beyond 2 km, where no LiDAR sees");
+               " scans have most of their points farther than 2 km, beyond the reach of a LiDAR");
   warn_of_some(&ScanCounts::has_unclear_times,
-               " scans have point times that span no scan of 2 ms to 2 s in any unit; they were "
-               "left out, and motion within these scans stays");
+               " scans have point times that do not span 2 ms to 2 s in any unit; these times are "
+               "ignored, and motion within these scans is not removed");
   warn_of_gaps(ctx, recording);
 }
 

@@ -38,13 +38,13 @@ void warn_of_density(const PassContext& ctx, const PointMap& map, double density
   if (density >= kDenseForSurface) return;
   const bool is_too_thin = density < kDenseForNds;
   ctx.warn(
-      concat("map ", map.name, " has ", fixed(density, 1), " points on a square metre of surface: ",
-             (is_too_thin ? "most cells of 2 m hold fewer than the 10 points that an ND needs (" +
-                                fixed(kDenseForNds, 1) + "), and are lost; "
+      concat("map ", map.name, " has ", fixed(density, 1), " points per square metre of surface: ",
+             (is_too_thin ? "most cells of 2 m have fewer than the 10 points that an ND needs (" +
+                                fixed(kDenseForNds, 1) + ") and are left out; "
                           : ""),
              "below ", fixed(kDenseForSurface, 1),
-             " the surface that is simulated has gaps, and looks through them find less than there "
-             "is; a finer export of the map costs nothing else"));
+             " the simulated surface has gaps, and simulated scans miss returns. Export the map "
+             "with more points"));
 }
 
 void warn_of_files(const PassContext& ctx, const PointMap& map) {

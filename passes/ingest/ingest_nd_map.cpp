@@ -64,11 +64,11 @@ std::vector<Nd> valid_nds(const ForeignNds& map, const CellKey& origin, int min_
 void warn(const PassContext& ctx, const ForeignNds& map, const NdtMap& ndt, int min_points) {
   for (const std::string& warning : map.warnings) ctx.warn(concat("map ", map.name, ": ", warning));
   const std::uint64_t all = ndt.nds.size() + ndt.sparse_cell_count + ndt.degenerate_cell_count;
-  ctx.warn(fmt::format(
-      "map {} holds NDs and no points: {} of its {} cells of {} m are taken as they are; {} have "
-      "fewer than {} points, {} no extent",
-      map.name, ndt.nds.size(), all, format_double(map.cell_m), ndt.sparse_cell_count, min_points,
-      ndt.degenerate_cell_count));
+  ctx.warn(
+      fmt::format("map {} contains NDs and no points: {} of its {} cells of {} m are used; {} have "
+                  "fewer than {} points, {} no extent",
+                  map.name, ndt.nds.size(), all, format_double(map.cell_m), ndt.sparse_cell_count,
+                  min_points, ndt.degenerate_cell_count));
 }
 
 }  // namespace
@@ -103,8 +103,8 @@ Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options
   ndt.sparse_cell_count = map.single_point_count;
   const Eigen::Vector3d origin_cells = ndt.frame.origin_world_m / map.cell_m;
   if (origin_cells.cwiseAbs().maxCoeff() > kWidest_cells) {
-    return Error{ErrorCode::kInvalidArtifact, concat("map ", map.name, " is wider than a grid"), "",
-                 kPlace};
+    return Error{ErrorCode::kInvalidArtifact,
+                 concat("map ", map.name, " is too wide for the grid of its cells"), "", kPlace};
   }
   const CellKey origin{static_cast<std::int32_t>(std::llround(origin_cells.x())),
                        static_cast<std::int32_t>(std::llround(origin_cells.y())),

@@ -22,6 +22,6 @@ std::vector<OptionField> option_fields(IngestNdMapOptions& options);
 Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options,
                              const ForeignNds& map);
 inline constexpr Pass kIngestNdMap =
-    Pass{"ingest-nd-map", 2, "nds", "NDs of somebody's NDT map", &ingest_nd_map}.in(Stage::kDrives);
+    Pass{"ingest-nd-map", 2, "nds", "NDs of a given NDT map", &ingest_nd_map}.in(Stage::kDrives);
 
 }  // namespace sightline

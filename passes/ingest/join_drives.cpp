@@ -20,7 +20,7 @@ constexpr std::int64_t kEarliestClock_ns = 100'000'000'000'000'000;
 std::string difference_of_sensors(const SensorProfile& first, const SensorProfile& later) {
   if (later.name != first.name) return concat("its sensor is ", later.name, ", not ", first.name);
   if (to_bytes(later) == to_bytes(first)) return "";
-  return "its sensor sits elsewhere on the vehicle, or has other beams";
+  return "its sensor has another mounting on the vehicle, or other beams";
 }
 
 // By how much the times of `later` are moved.
@@ -31,8 +31,8 @@ std::int64_t moved_ns(const PassContext& ctx, const Drive& drive, const Drive& l
   if (begin_ns >= kEarliestClock_ns) {
     const std::uint32_t last_part = drive.scans.back().part;
     ctx.warn(fmt::format(
-        "drive {} begins at {} s, and drive {}, which is named before it, ends at {} s: its times "
-        "are moved by {} s; name the drives in the order of their days",
+        "drive {} begins at {} s, before the end of drive {} at {} s, which is listed earlier: its "
+        "times are moved by {} s. List the drives in the order of their days",
         later.name, format_stamp(begin_ns), drive.name_of_part(last_part),
         format_stamp(drive.scans.back().stamp_ns), format_stamp(least_ns - begin_ns)));
   }
@@ -91,7 +91,7 @@ Error no_common_time(const Drive& drive, const Drive& other) {
   };
   return {ErrorCode::kMismatchedInputs,
           concat("no scan of sensor ", other.name, " (", span(other), ") is within the time of ",
-                 drive.name, " (", span(drive), "); give both the times of one clock"),
+                 drive.name, " (", span(drive), "). Record both with the same clock"),
           "", "drive " + drive.name};
 }
 
@@ -114,7 +114,7 @@ Result<Drive> with_sensor(const PassContext& ctx, const Drive& drive, const Driv
   if (left_out > 0) {
     ctx.warn(concat("drive ", drive.name, ": ", left_out, " of ", other.scans.size(),
                     " scans of sensor ", other.name,
-                    " are not between two scans of the first sensor; they are left out"));
+                    " are not between two scans of the first sensor and are left out"));
   }
   std::ranges::sort(scans, {}, [](const std::pair<ScanInfo, ScanOrigin>& scan) {
     return std::tuple(scan.first.stamp_ns, scan.first.sensor_index);

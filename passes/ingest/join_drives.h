@@ -15,7 +15,7 @@ namespace sightline {
 Result<Drive> join_drives(PassContext& ctx, const NoOptions& options, const Drive& first,
                           Many<Drive> later);
 inline constexpr Pass kJoinDrives =
-    Pass{"join-drives", 1, "drives", "Several drives in one", &join_drives}.in(Stage::kGraph);
+    Pass{"join-drives", 1, "drives", "Joining drives", &join_drives}.in(Stage::kGraph);
 
 // One drive of all sensors on a vehicle: the scans of `others`, drives of one sensor each, among
 // those of `drive` in order of time, distinguished by sensor_index. Name, frame and poses are those
@@ -29,7 +29,7 @@ inline constexpr Pass kJoinDrives =
 Result<Drive> join_sensors(PassContext& ctx, const NoOptions& options, const Drive& drive,
                            Many<Drive> others);
 inline constexpr Pass kJoinSensors =
-    Pass{"join-sensors", 1, "joined-drive", "Scans of several sensors in one drive", &join_sensors}
+    Pass{"join-sensors", 1, "joined-drive", "Joining the scans of several sensors", &join_sensors}
         .in(Stage::kGraph);
 
 }  // namespace sightline

@@ -74,9 +74,9 @@ bool is_far_better(const Evidence& other, const Evidence& read) {
 
 std::string warning_of(const Drive& drive, const Evidence& read, const Evidence& other) {
   return fmt::format(
-      "drive {}: the scans contradict the quaternions of its poses as x y z w ({:.0f} % of "
-      "upright returns fall on other scans', {:.0f} % of the poses stand upright); they are "
-      "read as w x y z ({:.0f} % and {:.0f} %)",
+      "drive {}: the quaternions of its poses do not fit the scans as x y z w ({:.0f} % of returns "
+      "from walls match other scans, {:.0f} % of the poses are upright) and are read as w x y z "
+      "({:.0f} % and {:.0f} %)",
       drive.name, 100.0 * read.overlap, 100.0 * read.upright_share, 100.0 * other.overlap,
       100.0 * other.upright_share);
 }

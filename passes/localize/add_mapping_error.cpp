@@ -177,8 +177,8 @@ Use use_of(const PassContext& ctx, const MeasuredError& own, const SensorProfile
   if (own.reference == ErrorReference::kSimulated) return Use::kSimulated;
   if (mapping_sensor == nullptr) return Use::kEvidence;
   if (to_bytes(*mapping_sensor) == to_bytes(localizing_sensor)) return Use::kFactor;
-  ctx.warn(concat("sensor ", mapping_sensor->name, " made the map and ", localizing_sensor.name,
-                  " is to localize in it: mapping_error is what virtual scans tell"));
+  ctx.warn(concat("sensor ", mapping_sensor->name, " made the map, but ", localizing_sensor.name,
+                  " localizes in it: mapping_error is computed from virtual scans"));
   return Use::kNone;
 }
 

@@ -52,12 +52,13 @@ Result<void> check_complete(const ImportErrorsOptions& options,
     return mismatched(of_scan[std::min(i, of_scan.size() - 1)],
                       concat("scan ", of_scan.front().scan, " has no error for a look of ",
                              format_double(range_m), " m and start ", start,
-                             ": every scan needs the same starts, from 0 on, at each of ",
+                             ". Every scan needs the same starts, from 0 on, at each of ",
                              text_of(options.ranges_m)));
   }
   if (of_scan.size() == options.ranges_m.size() * start_count) return {};
-  return mismatched(of_scan.back(), concat("scan ", of_scan.front().scan,
-                                           " has more starts than the first one's ", start_count));
+  return mismatched(of_scan.back(),
+                    concat("scan ", of_scan.front().scan,
+                           " has more starts than the first scan, which has ", start_count));
 }
 
 // The drive's position of each recording index that may be localized.
@@ -89,11 +90,10 @@ Result<std::vector<ImportedScan>> imported_scans(const ImportErrorsOptions& opti
     while (last < all.size() && all[last].scan == all[first].scan) ++last;
     const auto found = scans.find(all[first].scan);
     if (found == scans.end()) {
-      const std::string of_which = options.scans == ScanSelection::kAll
-                                       ? "scans"
-                                       : std::string(name_of(options.scans)) +
-                                             " scans, since the others made "
-                                             "the map,";
+      const std::string of_which =
+          options.scans == ScanSelection::kAll
+              ? "scans"
+              : std::string(name_of(options.scans)) + " scans (the others made the map)";
       return mismatched(
           all[first], concat("found scan ", all[first].scan, ", expected one of the ", scans.size(),
                              " ", of_which, " of drive '", drive.name, "'"));
@@ -151,8 +151,9 @@ void warn_of_unused(const PassContext& ctx, const std::vector<std::optional<std:
   }
   const auto unused = std::ranges::count(is_used, std::uint8_t{0});
   if (unused == 0) return;
-  ctx.warn(concat(unused, " of ", told_count, " imported scans are no site's nearest within ",
-                  format_double(options.site_radius_m), " m, and their errors are not used"));
+  ctx.warn(concat(unused, " of ", told_count,
+                  " imported scans are not the nearest scan of any site within ",
+                  format_double(options.site_radius_m), " m; their errors are not used"));
 }
 
 std::size_t count_taken(const std::vector<std::optional<std::size_t>>& taken) {

@@ -31,8 +31,7 @@ Result<ByFamily<MeasuredError>> import_errors(PassContext& ctx, const ImportErro
                                               const OutsideErrors& outside, const Drive& drive,
                                               const Trajectory& trajectory, const Sites& sites);
 inline constexpr Pass kImportErrors =
-    Pass{"import-errors", 1, "measured", "Errors of a localizer outside, measured elsewhere",
-         &import_errors}
-        .in(Stage::kSites);
+    Pass{"import-errors", 1, "measured", "Errors of an external localizer", &import_errors}.in(
+        Stage::kSites);
 
 }  // namespace sightline

@@ -20,9 +20,9 @@ std::string reason_to_leave_out(const Drive& first, const Drive& drive,
                   first.sensor.name);
   }
   if (to_bytes(drive.sensor) != to_bytes(first.sensor)) {
-    return "its sensor sits elsewhere on the vehicle than that of the first, or has other beams";
+    return "its sensor has another mounting or other beams than the first drive's";
   }
-  return is_measured_somewhere(errors) ? "" : "it comes near no site of the map";
+  return is_measured_somewhere(errors) ? "" : "it has no scan near a site of the map";
 }
 
 // Adds the drive of the next number, or leaves it out.
@@ -81,7 +81,8 @@ Result<ByFamily<MeasuredError>> pool_errors(PassContext&, const NoOptions&,
   if (measured.drives.empty()) {
     return Error{ErrorCode::kNoOverlap,
                  concat("none of ", measured.named_count,
-                        " localization drives comes near a site of the map"),
+                        " localization drives has a scan near a site of the map. Check that they "
+                        "follow the mapped route"),
                  "", "pass pool-errors"};
   }
   ByFamily<MeasuredError> pooled = measured.drives.front();

@@ -15,7 +15,7 @@ namespace sightline {
 Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions& options, Many<Drive> drives,
                                    Many<ByFamily<MeasuredError>> errors);
 inline constexpr Pass kJoinErrors =
-    Pass{"join-errors", 1, "measured-drives", "What several drives found, together", &join_errors}
+    Pass{"join-errors", 1, "measured-drives", "Joining the errors of several drives", &join_errors}
         .in(Stage::kLearn);
 
 // One table for evaluation and counts: the measured sites take the rows of the drives in turn, so
@@ -25,7 +25,7 @@ inline constexpr Pass kJoinErrors =
 Result<ByFamily<MeasuredError>> pool_errors(PassContext& ctx, const NoOptions& options,
                                             const MeasuredDrives& measured);
 inline constexpr Pass kPoolErrors = Pass{"pool-errors", 1, "measured-in-turn",
-                                         "Several drives, each at every n-th site", &pool_errors}
+                                         "Combining drives, each at every n-th site", &pool_errors}
                                         .in(Stage::kLearn);
 
 }  // namespace sightline

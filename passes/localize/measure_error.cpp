@@ -243,10 +243,9 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_error(
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
   if (options.reference != wanted.reference) {
-    ctx.warn(
-        concat("drive '", localization_drive.name,
-               "' has no known poses, its trajectory was found by matching: errors are measured "
-               "against matches to this very map at the sensor's full range"));
+    ctx.warn(concat("drive '", localization_drive.name,
+                    "' has no given poses: errors are measured against matches to this map at the "
+                    "sensor's full range"));
   }
   const Trajectory in_map = rebase(trajectory, nds.head().frame);
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;

@@ -43,10 +43,10 @@ Result<void> check_inputs(const SimulateErrorOptions& options, const TiledSurfac
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", kPlace};
   }
   if (options.matching.localizer == LocalizerKind::kPclNdt) {
-    return Error{ErrorCode::kBadValue,
-                 "pcl-ndt is measured on drives alone; name one under localization, or another "
-                 "localizer",
-                 "", kPlace};
+    return Error{
+        ErrorCode::kBadValue,
+        "pcl-ndt needs a recorded drive: add one under localization, or choose another localizer",
+        "", kPlace};
   }
   return {};
 }

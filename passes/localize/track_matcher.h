@@ -54,8 +54,7 @@ inline Result<DriveOnMap> place_on_map(const Drive& drive, const Trajectory& tra
                                        ScanSelection selection) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   if (!(nds.head().frame == sites.frame) || ranges.site_count != sites.sites.size()) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "the map, its sites and its ranges do not belong together"};
+    return Error{ErrorCode::kMismatchedInputs, "map, sites and ranges are not of the same compile"};
   }
   if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with"};

@@ -54,11 +54,11 @@ Result<TiledSurface> build_nd_surface(PassContext& ctx, const NoOptions& /*optio
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell that rays could hit", "",
                  "pass build-nd-surface"};
   }
-  ctx.warn(concat(
-      "a map file holds no surface: rays are cast on the flat patches of its ", map.nds.size(),
-      " NDs, which are rougher than its points were: occupancy_ratio, virtual scans and "
-      "simulated errors are those of such patches. Annotate the points themselves where they "
-      "are still there"));
+  ctx.warn(
+      concat("a map file contains no surface: rays are cast on flat patches, one for each of its ",
+             map.nds.size(),
+             " NDs. These are coarser than the original points, and so are occupancy_ratio, "
+             "virtual scans and simulated errors. Annotate the points if you still have them"));
   StoredTableWriter<Surface> writer(surface);
   SIGHTLINE_TRY(writer.append(surface));
   return writer.take();

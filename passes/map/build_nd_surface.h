@@ -16,7 +16,7 @@ Surface surface_of_nds(const NdtMap& map);
 Result<TiledSurface> build_nd_surface(PassContext& ctx, const NoOptions& options,
                                       const NdtMap& map);
 inline constexpr Pass kBuildNdSurface =
-    Pass{"build-nd-surface", 2, "surface", "The surface that rays hit, of NDs alone",
+    Pass{"build-nd-surface", 2, "surface", "The surface for ray casting, from NDs",
          &build_nd_surface}
         .in(Stage::kTiles);
 

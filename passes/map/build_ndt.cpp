@@ -120,10 +120,10 @@ NdtGrid grid_of(const BuildNdtOptions& options) {
 }
 
 Error outside_grid(std::size_t point) {
-  return {ErrorCode::kInvalidArtifact,
-          concat("surface point ", point,
-                 " is not finite or lies more than 2^30 cells from the origin"),
-          "", "pass build-ndt"};
+  return {
+      ErrorCode::kInvalidArtifact,
+      concat("surface point ", point, " is not finite or is more than 2^30 cells from the origin"),
+      "", "pass build-ndt"};
 }
 
 Result<TiledNds> map_of_points(PassContext& ctx, const BuildNdtOptions& options,
@@ -202,11 +202,11 @@ Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                                                       : map_of_scans(ctx, options, points));
   const NdtMap& head = nds.head();
   if (nds.row_count() == 0) {
-    return Error{ErrorCode::kEmptyMap,
-                 concat("none of ", head.sparse_cell_count + head.degenerate_cell_count,
-                        " cells has ", options.min_points,
-                        " points and an extent: is the drive too short or the cell too small?"),
-                 "", "pass build-ndt"};
+    return Error{
+        ErrorCode::kEmptyMap,
+        concat("none of ", head.sparse_cell_count + head.degenerate_cell_count, " cells has ",
+               options.min_points, " points and an extent: record a longer drive, or raise cell_m"),
+        "", "pass build-ndt"};
   }
   warn_of_invalid_cells(ctx, {head.sparse_cell_count, head.degenerate_cell_count, nds.row_count()},
                         options.min_points);

@@ -160,8 +160,8 @@ Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& 
   SIGHTLINE_ASSIGN(TiledSurface surface, writer.take());
   if (surface.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap,
-                 concat("no cell of ", cells.valid, " holds ", options.min_points,
-                        " points that rays do not pass through"),
+                 concat("none of ", cells.valid, " cells has ", options.min_points,
+                        " points that stay after moving objects are removed"),
                  "", "pass build-surface"};
   }
   return surface;

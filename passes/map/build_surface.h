@@ -22,7 +22,7 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                                    const SurfacePoints& points);
 inline constexpr Pass kBuildSurface =
-    Pass{"build-surface", 6, "surface", "The surface that rays hit", &build_surface}
+    Pass{"build-surface", 6, "surface", "The surface for ray casting", &build_surface}
         .in(Stage::kTiles)
         .with({.million_points_s = 1.0});
 

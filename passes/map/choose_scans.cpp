@@ -239,8 +239,9 @@ Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& opti
   const std::ptrdiff_t left_out =
       std::ranges::count_if(others, [&](std::size_t i) { return !chosen.poses[i].is_laid; });
   if (left_out > 0) {
-    ctx.warn(concat(left_out, " of ", others.size(),
-                    " scans beside the earlier map show nothing new and are not laid into it"));
+    ctx.warn(
+        concat(left_out, " of ", others.size(),
+               " scans of new drives show no change of the earlier map and are not added to it"));
   }
   return chosen;
 }

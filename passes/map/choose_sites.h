@@ -25,6 +25,6 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options);
 Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, const Drive& drive,
                            const Trajectory& trajectory);
 inline constexpr Pass kChooseSites =
-    Pass{"choose-sites", 4, "sites", "Places to annotate", &choose_sites}.in(Stage::kTiles);
+    Pass{"choose-sites", 4, "sites", "Sites to annotate", &choose_sites}.in(Stage::kTiles);
 
 }  // namespace sightline

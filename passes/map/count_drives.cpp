@@ -105,8 +105,8 @@ Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& opti
   TileDrives tiles{options.tile_m, drives_of(drive), {}};
   for (const PlacedScan& scan : points.scans) {
     if (scan.part < tiles.drives.size()) continue;
-    return Error{ErrorCode::kMismatchedInputs, "the points are of more drives than there are", "",
-                 "pass count-drives"};
+    return Error{ErrorCode::kMismatchedInputs, "the points refer to more drives than the drive has",
+                 "", "pass count-drives"};
   }
   std::vector<ScanCounts> counts(tiles.drives.size());
   const auto scans_of = [&](std::size_t part) {

@@ -22,8 +22,7 @@ Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& opti
                                 const Drive& drive, const Trajectory& trajectory,
                                 const SurfacePoints& points);
 inline constexpr Pass kCountDrives =
-    Pass{"count-drives", 2, "tile-drives", "Which drives, and so which days, each tile is from",
-         &count_drives}
-        .in(Stage::kTiles);
+    Pass{"count-drives", 2, "tile-drives", "Drives and days of each tile", &count_drives}.in(
+        Stage::kTiles);
 
 }  // namespace sightline

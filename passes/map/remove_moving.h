@@ -30,7 +30,7 @@ std::vector<OptionField> option_fields(RemoveMovingOptions& options);
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
 inline constexpr Pass kRemoveMoving =
-    Pass{"remove-moving", 6, "points", "What moved leaves the map", &remove_moving}
+    Pass{"remove-moving", 6, "points", "Removing moving objects", &remove_moving}
         .in(Stage::kTiles)
         .with({.million_points_s = 0.6});
 

@@ -20,9 +20,8 @@ Result<ByFamily<FactorTable>> add_history(PassContext& ctx, const NoOptions& opt
                                           const ByFamily<PredictedError>& predicted,
                                           const ByFamily<ErrorModel>& model,
                                           const RecordingCards& recordings);
-inline constexpr Pass kAddHistory =
-    Pass{"add-history", 2, "factors-with-history",
-         "What several drives measured, beside the factors", &add_history}
-        .in(Stage::kLearn);
+inline constexpr Pass kAddHistory = Pass{"add-history", 2, "factors-with-history",
+                                         "Measured history of several drives", &add_history}
+                                        .in(Stage::kLearn);
 
 }  // namespace sightline

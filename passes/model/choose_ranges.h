@@ -34,7 +34,8 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
                                            const ByFamily<ErrorModel>& model,
                                            const ByFamily<StoredTable<FactorTable>>& factors);
 inline constexpr Pass kChooseRanges =
-    Pass{"choose-ranges", 15, "ranges", "How far to look", &choose_ranges}.in(Stage::kLearn);
+    Pass{"choose-ranges", 15, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
+        Stage::kLearn);
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;
 // nothing under the mean rule.

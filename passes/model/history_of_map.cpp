@@ -55,14 +55,14 @@ std::string reason_to_leave_out(const ByFamily<MeasuredError>& drive, const Comp
                                 const SensorProfile& sensor, const ByFamily<MeasuredError>& like) {
   if (to_bytes(map.sensor) != to_bytes(sensor)) {
     return concat("its sensor was ", map.sensor.name,
-                  ", or sat elsewhere on the vehicle, and here it is ", sensor.name);
+                  ", or had another mounting on the vehicle, and here it is ", sensor.name);
   }
   const LocalizerProfile& localizer = like.ranges.matching.localizer;
   if (map.model.localizer != localizer) {
     return concat("it was localized by ", to_text(map.model.localizer), ", here it is ",
                   to_text(localizer));
   }
-  return has_looks_of(drive, like) ? "" : "it was measured by other ranges or looks";
+  return has_looks_of(drive, like) ? "" : "it was measured at other ranges or looks";
 }
 
 // Adds those of the map behind the drives that are there.
@@ -71,7 +71,7 @@ Result<void> add_those_of_map(const PassContext& ctx, const HistoryOfMapOptions&
                               const SensorProfile& sensor, const ByFamily<MeasuredError>& like,
                               MeasuredDrives& drives) {
   if (!(map.sites.frame == sites.frame)) {
-    return Error{ErrorCode::kMismatchedInputs, "the map's sites lie in another frame", "",
+    return Error{ErrorCode::kMismatchedInputs, "the map's sites are in another frame", "",
                  "pass history-of-map"};
   }
   const std::vector<ByFamily<MeasuredError>> known = measured_of_columns(factors_of(map));
@@ -83,7 +83,8 @@ Result<void> add_those_of_map(const PassContext& ctx, const HistoryOfMapOptions&
     const std::uint32_t number = drives.named_count++;
     const std::string reason = reason_to_leave_out(drive, map, sensor, like);
     if (!reason.empty()) {
-      ctx.warn(concat("what the map knows of its drive ", i + 1, " is left out: ", reason));
+      ctx.warn(concat("the errors that the earlier map contains for its drive ", i + 1,
+                      " are not used: ", reason));
       continue;
     }
     drives.drives.push_back(

@@ -31,7 +31,7 @@ Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOption
                                       const ByFamily<MeasuredError>& measured,
                                       const MeasuredDrives* now);
 inline constexpr Pass kHistoryOfMap = Pass{"history-of-map", 1, "measured-drives",
-                                           "What drives found in a map before", &history_of_map}
+                                           "Errors measured in an earlier map", &history_of_map}
                                           .in(Stage::kLearn);
 
 }  // namespace sightline

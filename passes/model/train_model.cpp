@@ -211,8 +211,9 @@ Result<ByFamily<ErrorModel>> learn_here(PassContext& ctx, const TrainModelOption
   if (!is_too_short) return model;
   Result<ByFamily<ErrorModel>> own = own_evidence_of(wanted.limits_m, place);
   if (!own) return model;
-  ctx.warn(concat("there is too little to learn from (", model.error().message,
-                  "); the map takes what its own scans ask for everywhere, and promises nothing"));
+  ctx.warn(concat("there is too little data to train on (", model.error().message,
+                  "). One range, from the errors of the map's own scans, is used everywhere, "
+                  "without a promise"));
   return own;
 }
 
@@ -225,7 +226,9 @@ Result<ByFamily<ErrorModel>> train_model_here(PassContext& ctx, const TrainModel
                                               const RecordingCards& recordings,
                                               const MeasuredDrives* drives) {
   if (drives != nullptr && drives->drives.empty()) {
-    return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site"};
+    return Error{
+        ErrorCode::kNoTrainingRows,
+        "no localization drive has a scan near a site. Check that it follows the mapped route"};
   }
   if (drives != nullptr) {
     SIGHTLINE_ASSIGN(const ByFamily<PlaceInUse> of_all,

@@ -40,7 +40,7 @@ std::string interval(const OptionField& field) {
 std::string hint_of_comma(std::string_view text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string_view::npos) return "";
-  return concat("; decimals are written with a point: ", text.substr(0, comma), ".",
+  return concat("; write decimals with a point: ", text.substr(0, comma), ".",
                 text.substr(comma + 1));
 }
 
@@ -131,18 +131,17 @@ Result<void> set(const OptionField& field, std::vector<Look>* value, std::string
   const Result<std::vector<Look>> looks = parse_looks(text);
   if (!looks) return bad_value(field, text, "paper, or looks; " + looks.error().message);
   if (std::ranges::any_of(*looks, takes_every_return)) {
-    return bad_value(
-        field, text,
-        "looks that take a sample (\"100 m, 1944 returns, 80 points\"); those that take "
-        "every return are ranges_m");
+    return bad_value(field, text,
+                     "looks that take a sample, for example \"100 m, 1944 returns, 80 points\"; "
+                     "list those that take every return in ranges_m");
   }
   for (std::size_t i = 1; i < looks->size(); ++i) {
     const Look& before = (*looks)[i - 1];
     const Look& here = (*looks)[i];
     if (expected_cost(here) >= expected_cost(before)) continue;
     return bad_value(field, text,
-                     concat("looks from the cheapest to the dearest: '", to_text(here),
-                            "' costs less than '", to_text(before), "' before it"));
+                     concat("looks in ascending order of matching time: '", to_text(here),
+                            "' takes less time than '", to_text(before), "' before it"));
   }
   *value = *looks;
   return {};

@@ -57,7 +57,7 @@ Error at_pass(Error error) {
 
 Result<void> check_options(const CastRaysOptions& options) {
   if (options.longest_range_m <= options.near_m) {
-    return at_pass({ErrorCode::kBadValue, "longest_range_m must be beyond near_m"});
+    return at_pass({ErrorCode::kBadValue, "longest_range_m must be above near_m"});
   }
   const double last_deg =
       options.first_elevation_deg + (options.elevation_count - 1) * options.elevation_step_deg;

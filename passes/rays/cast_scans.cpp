@@ -42,7 +42,7 @@ Error at_pass(Error error) {
 
 Result<void> check_options(const CastScansOptions& options) {
   if (options.longest_range_m > options.near_m) return {};
-  return at_pass({ErrorCode::kBadValue, "longest_range_m must be beyond near_m"});
+  return at_pass({ErrorCode::kBadValue, "longest_range_m must be above near_m"});
 }
 
 VirtualScans join(const ScanOfSite& scan_of_site, const CastScansOptions& options) {

@@ -316,7 +316,7 @@ Result<BlockScene> SiteCaster::scene(const SiteBlock& block) const {
 Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take) {
   if (surface.head().frame != sites.frame) {
-    return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames"};
+    return Error{ErrorCode::kMismatchedInputs, "surface and sites are in different frames"};
   }
   const SiteCaster caster(surface, sites, fan.far_m);
   std::atomic<std::size_t> done = 0;

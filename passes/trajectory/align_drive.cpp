@@ -201,18 +201,18 @@ Trajectory trajectory_of(const Drive& drive, const NdtMap& map, const PoseGraph&
 void warn_of_unmatched(const PassContext& ctx, const Drive& drive, const Followed& followed) {
   const auto unmatched = std::ranges::count(followed.is_matched, 0);
   if (unmatched == 0) return;
-  ctx.warn(fmt::format(
-      "{} of {} scans of drive {} do not match the map and follow the drive's own steps", unmatched,
-      drive.scans.size(), drive.name));
+  ctx.warn(
+      fmt::format("{} of {} scans of drive {} do not match the map; their poses are interpolated "
+                  "from the drive's own trajectory",
+                  unmatched, drive.scans.size(), drive.name));
 }
 
 void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
   if (scale == 1.0) return;
-  ctx.warn(fmt::format(
-      "drive {} measures distances {:.1f} % {} than the map has them: one sensor is wrong, and the "
-      "errors of this drive are not those of vehicles that measure as the map does. Check the "
-      "ranges of both",
-      drive.name, 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter"));
+  ctx.warn(
+      fmt::format("drive {} measures distances {:.1f} % {} than in the map, so its localization "
+                  "errors are too large. Check the range calibration of both sensors",
+                  drive.name, 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter"));
 }
 
 // Error: no-overlap where no piece is placed.
@@ -237,14 +237,14 @@ Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& optio
   const Alignment alignment{options, drive, sites, map, pieces, T_own_lidar};
   SIGHTLINE_ASSIGN(const Followed followed, follow_or_find(ctx, alignment, tiles, own));
   if (std::ranges::count(followed.is_placed, 1) == 0) {
-    return Error{ErrorCode::kNoOverlap, "no two scans agree on where the drive was in the map", "",
+    return Error{ErrorCode::kNoOverlap, "no two scans match the map at consistent positions", "",
                  "drive " + drive.name};
   }
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (followed.is_placed[i] != 0) continue;
     ctx.warn(concat("scans ", drive.scans[pieces[i].begin].recording_index, " to ",
                     drive.scans[pieces[i].end - 1].recording_index, " of drive ", drive.name,
-                    ", a piece of its own, are found nowhere in the map and left out"));
+                    ", a separate piece of its trajectory, do not match the map and are left out"));
   }
   warn_of_unmatched(ctx, drive, followed);
   warn_of_scale(ctx, drive, followed.scale);
@@ -286,8 +286,8 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
   Result<Trajectory> aligned = align_pieces(ctx, options, drive, own, nds, sites);
   const bool is_elsewhere = !aligned && aligned.error().code == ErrorCode::kNoOverlap;
   if (!is_elsewhere || !options.may_be_elsewhere || own.poses.empty()) return aligned;
-  ctx.warn(concat("drive '", drive.name, "' is found nowhere in the map (", aligned.error().message,
-                  ") and laid aside"));
+  ctx.warn(concat("drive '", drive.name, "' does not match the map (", aligned.error().message,
+                  ") and is placed apart from it"));
   return placed_aside(own, nds.head().frame, sites);
 }
 

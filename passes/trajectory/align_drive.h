@@ -32,7 +32,7 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
                                const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites);
 inline constexpr Pass kAlignDrive =
-    Pass{"align-drive", 6, "aligned", "A second drive in the map of the first", &align_drive}.in(
+    Pass{"align-drive", 6, "aligned", "Aligning a second drive with the map", &align_drive}.in(
         Stage::kTiles);
 
 }  // namespace sightline

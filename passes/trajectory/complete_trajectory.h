@@ -14,7 +14,7 @@ namespace sightline {
 Result<Trajectory> complete_trajectory(PassContext& ctx, const NoOptions& options,
                                        const Drive& drive, const Trajectory& first_sensor);
 inline constexpr Pass kCompleteTrajectory =
-    Pass{"complete-trajectory", 2, "joined-trajectory", "A pose for every sensor's scans",
+    Pass{"complete-trajectory", 2, "joined-trajectory", "Poses for the scans of every sensor",
          &complete_trajectory}
         .in(Stage::kTiles);
 

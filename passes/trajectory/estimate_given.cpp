@@ -45,7 +45,7 @@ std::size_t poses_of(const std::vector<PoseJump>& jumps) {
 
 // One sentence each, without its full stop; the first five places are named.
 std::string jumps_text(const std::vector<PoseJump>& jumps, const Drive& drive) {
-  return with_first_places(fmt::format("the scans contradict {} of {} given poses of drive {}",
+  return with_first_places(fmt::format("{} of {} given poses of drive {} contradict the scans",
                                        poses_of(jumps), drive.scans.size(), drive.name),
                            jumps, drive);
 }
@@ -63,10 +63,10 @@ std::string sharpening_text(const Sharpening& found, const std::vector<WayStretc
   };
   const WayStretch& worst = *std::ranges::max_element(stretches, {}, off);
   return fmt::format(
-      "given poses of drive {} are refined: on {} of {} stretches of 50 m they move otherwise than "
-      "the scans (over 10 m by {:.2f} m and {:.2f} degrees at scans {} to {}) and blur the map "
-      "(mean "
-      "entropy {:.3f} nat, refined {:.3f}); estimate-trajectory.mode=given keeps them",
+      "given poses of drive {} are refined, since they blur the map: on {} of {} stretches of 50 m "
+      "their motion differs from that of the scans, most by {:.2f} m and {:.2f} degrees over 10 m "
+      "at scans {} to {} (mean map entropy {:.3f} nat, refined {:.3f} nat). To keep them, set "
+      "estimate-trajectory.mode=given",
       drive.name, std::ranges::count_if(stretches, is_doubtful), stretches.size(),
       portable_hypot(worst.along_m, worst.aside_m), worst.off_rad * 180.0 / std::numbers::pi,
       drive.scans[worst.first].recording_index, drive.scans[worst.last].recording_index,
@@ -83,11 +83,12 @@ Error refused_jumps(const std::vector<PoseJump>& jumps, const Drive& drive) {
   std::string text = jumps_text(jumps, drive);
   if (2 * poses_of(jumps) > drive.scans.size()) {
     text +=
-        ". So many: look at the columns, the axes and the order of the poses, and at "
+        ". These are most of them: check the columns, axes and order of the poses, and "
         "lidar_yaw_deg";
   }
-  return refused(text + ". estimate-trajectory.bad_poses=repair goes on without them", drive,
-                 worst->worst);
+  return refused(
+      text + ". Correct these poses, or leave them out with estimate-trajectory.bad_poses=repair",
+      drive, worst->worst);
 }
 
 // Without the poses that the scans contradict.
@@ -98,7 +99,7 @@ Result<Estimate> repaired(const EstimateTask& task, const GivenPoses& given,
       options.bad_poses == BadPoses::kRepair ||
       (options.mode == PoseMode::kRefine && options.bad_poses == BadPoses::kWarn);
   if (!may_repair) return refused_jumps(jumps, task.drive);
-  task.ctx.warn(jumps_text(jumps, task.drive) + ". These are left out, the others refined");
+  task.ctx.warn(jumps_text(jumps, task.drive) + ". These are left out, and the others are refined");
   GivenPoses used = given;
   for (const PoseJump& jump : jumps) {
     for (std::uint32_t k = jump.first; k <= jump.last; ++k) used[k].reset();
@@ -114,7 +115,7 @@ Result<Trajectory> trajectory_as_given(const Drive& drive) {
   trajectory.frame = drive.frame;
   for (const ScanInfo& scan : drive.scans) {
     if (!scan.T_world_vehicle) {
-      return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
+      return Error{ErrorCode::kNoPoses, "the recording has no pose for this scan", scan.source,
                    concat("scan ", scan.recording_index)};
     }
     trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
@@ -159,10 +160,9 @@ Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const
   }
   if (disagrees) {
     ctx.warn(disagreements_text(disagreements, drive) +
-             (refined
-                  ? ""
-                  : ". They are used all the same; estimate-trajectory.bad_poses=repair refines "
-                    "them"));
+             (refined ? ""
+                      : ". The given poses are used; to refine them, set "
+                        "estimate-trajectory.bad_poses=repair"));
   }
   if (refined) return *std::move(refined);
   SIGHTLINE_ASSIGN(Trajectory unchanged, trajectory_as_given(drive));
@@ -181,9 +181,10 @@ Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve) 
   SIGHTLINE_ASSIGN(const std::vector<MisplacedPart> misplaced, find_misplaced_parts(drive, given));
   if (!misplaced.empty()) {
     if (options.bad_poses == BadPoses::kRepair) return refine_given(task, solve);
-    return refused(parts_text(misplaced, drive) +
-                       "; estimate-trajectory.bad_poses=repair joins them by what they see",
-                   drive, misplaced.front().worst);
+    return refused(
+        parts_text(misplaced, drive) +
+            ". To align these drives by their scans, set estimate-trajectory.bad_poses=repair",
+        drive, misplaced.front().worst);
   }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
   SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,

@@ -163,8 +163,10 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
                                        const Drive& drive) {
   const PosesFrom from = poses_from(options, drive);
   if (options.mode == PoseMode::kRefine && from == PosesFrom::kScans) {
-    return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",
-                 "drive " + drive.name};
+    return Error{
+        ErrorCode::kNoPoses,
+        "the recording has no poses to refine; set estimate-trajectory.mode=auto or estimate", "",
+        "drive " + drive.name};
   }
   SIGHTLINE_ASSIGN(Estimate answer, estimate_by({ctx, options, drive}, from));
 

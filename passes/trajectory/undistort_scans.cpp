@@ -32,7 +32,8 @@ Result<std::optional<Drive>> undistorted_part(PassContext& ctx, const Drive& dri
   const std::size_t still = scans_without_motion(drive, trajectory);
   if (still > 0) {
     ctx.warn(concat("drive ", drive.name, ": ", still,
-                    " scans have no other pose within 1.5 s; they are taken to stand still"));
+                    " scans have no other pose within 1.5 s; the vehicle is assumed to stand still "
+                    "during them"));
   }
   SIGHTLINE_ASSIGN(const Drive turned, with_imu_if_sharper(ctx, drive, trajectory));
   return std::optional(undistorted(turned, trajectory));
@@ -51,8 +52,9 @@ Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& opt
   if (!options.enabled) {
     const auto timed = std::ranges::count_if(drive.scans, &ScanInfo::has_point_times);
     if (timed > 0) {
-      ctx.warn(concat("drive ", drive.name, ": ", timed,
-                      " scans have point times that are not used: undistort-scans is off"));
+      ctx.warn(
+          concat("drive ", drive.name, ": ", timed,
+                 " scans have point times that are not used: undistort-scans.enabled is false"));
     }
     return drive;
   }

@@ -129,8 +129,8 @@ class VehicleLocalizer {
   static Result<sightline_match> checked(int code, const sightline_match& answer) {
     if (code == 0) return answer;
     return Error{static_cast<ErrorCode>(code),
-                 "a start that is no rigid motion or far from the map, a look that is none, or too "
-                 "many points"};
+                 "the start is not a rigid motion or far from the map, the look is invalid, or "
+                 "there are too many points"};
   }
 
   struct Close {

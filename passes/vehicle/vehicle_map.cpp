@@ -65,7 +65,7 @@ Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMa
   const double reach_m = kMostCells * options.cell_m;
   if (!(low_m.cwiseAbs().maxCoeff() < reach_m && high_m.cwiseAbs().maxCoeff() < reach_m)) {
     return Error{ErrorCode::kUnsupportedFormat,
-                 "a point lies farther from the origin than 2^29 cells: are these metres?",
+                 "a point is more than 2^29 cells from the origin. Give coordinates in metres",
                  path.string()};
   }
   const MapFrame frame = frame_near(low_m, tile_m);
@@ -79,7 +79,7 @@ Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMa
   return Error{
       ErrorCode::kEmptyMap,
       concat("none of ", map.ndt.sparse_cell_count, " cells of ", std::to_string(options.cell_m),
-             " m has ", options.min_points, " points: was the cloud thinned?"),
+             " m has ", options.min_points, " points. Use a denser cloud or larger cells"),
       path.string()};
 }
 
@@ -101,11 +101,11 @@ Result<void> check(const VehicleMapOptions& options) {
                        azimuth_step_deg <= 10.0 &&
                        is_rigid(options.T_vehicle_sensor.value_or(Pose::Identity()));
   if (is_good) return {};
-  return Error{ErrorCode::kBadValue,
-               "expected cells of 0.1 to 100 m, 3 points or more, no fewer than 0 threads, an "
-               "azimuth step of at most 10 degrees and a place of the sensor that is a rotation "
-               "and a translation",
-               "", "options of the localizer"};
+  return Error{
+      ErrorCode::kBadValue,
+      "expected cells of 0.1 to 100 m, 3 points or more, 0 threads or more, an azimuth step of at "
+      "most 10 degrees and a mounting of the sensor that is a rotation and a translation",
+      "", "options of the localizer"};
 }
 
 }  // namespace

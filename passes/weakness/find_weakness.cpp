@@ -169,10 +169,10 @@ Result<Weakness> find_weakness(PassContext& ctx, const WeaknessOptions& options,
     return Error{ErrorCode::kBadArgument, "the map has no sites"};
   }
   if (options.advice.farthest_m < options.advice.nearest_m) {
-    return Error{ErrorCode::kBadArgument,
-                 concat("found places up to ", format_double(options.advice.farthest_m),
-                        " m from the driven line, expected at least the nearest, ",
-                        format_double(options.advice.nearest_m), " m")};
+    return Error{
+        ErrorCode::kBadArgument,
+        concat("--farthest is ", format_double(options.advice.farthest_m),
+               " m, expected at least --nearest, ", format_double(options.advice.nearest_m), " m")};
   }
   SIGHTLINE_ASSIGN(const std::size_t limit, limit_of(map, options.stretches.limit_m));
   const std::vector<BestLook> best = best_looks(map, limit);

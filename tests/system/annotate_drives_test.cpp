@@ -184,7 +184,8 @@ TEST(AnnotateDrives, AreNamedWhereTheMapThatIsMadeAnewCannotTellThem) {
   const std::string output = (town / "learnt_anew.slmap").string();
   const ProgramResult learnt =
       run_successfully("compile " + (town / "anew.yaml").string() + " -q -o " + output);
-  EXPECT_THAT(learnt.err, testing::HasSubstr("what drives measured in the map before is not used"));
+  EXPECT_THAT(learnt.err,
+              testing::HasSubstr("errors that drives measured in the earlier map are not used"));
   const ProgramResult other =
       run_successfully("compile " + (town / "anew.yaml").string() + " -q --force --model " +
                        (town / "own.slmodel").string() + " --set map.sensor=hdl-32e -o " + output);

@@ -106,7 +106,7 @@ TEST(Annotate, NdsAreThoseOfTheDriveThatMadeThePoints) {
 TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
   EXPECT_THAT(town().annotated.out, HasSubstr("Simulated: no drive was here"));
   EXPECT_THAT(town().annotated.out, HasSubstr("No promise"));
-  EXPECT_THAT(town().annotated.err, HasSubstr("no scan was ever seen at"));
+  EXPECT_THAT(town().annotated.err, HasSubstr("no scan was recorded at"));
   const ProgramResult inspected = run_successfully("inspect " + town().file("annotated.slmap"));
   EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was ever seen there"));
   EXPECT_THAT(inspected.out, HasSubstr("no drive was here"));

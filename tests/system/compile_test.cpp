@@ -182,7 +182,7 @@ TEST(Verify, AcceptsTheMapAndRefusesADamagedOne) {
 
 TEST(Verify, ProvesTheAnnotationFromTheMapAlone) {
   const ProgramResult run = run_successfully("verify --deep " + compiled_map().string());
-  EXPECT_NE(run.out.find("sites proven"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("sites verified"), std::string::npos) << run.out;
 }
 
 TEST(Inspect, SaysSitesRangesPromiseAndModel) {

@@ -101,14 +101,14 @@ TEST_F(RealDrive, TooShortToTrainOnTakesItsOwnStaticAnswerOrAModelTrainedElsewhe
                            ", sensor: os1-64, poses_of: sensor}\n";
   const ProgramResult alone = compile(yaml);
   EXPECT_EQ(alone.status, 0) << alone.err;
-  EXPECT_NE(alone.err.find("too little to learn from"), std::string::npos) << alone.err;
+  EXPECT_NE(alone.err.find("too little data to train on"), std::string::npos) << alone.err;
   const ProgramResult inspected = run_sightline("inspect " + (folder_ / "drive.slmap").string());
   EXPECT_NE(inspected.out.find("the drive is too short to learn from; everywhere it takes"),
             std::string::npos)
       << inspected.out;
   const ProgramResult run = compile(yaml, town_model() + " --force");
   EXPECT_EQ(run.status, 0) << run.err;
-  EXPECT_EQ(run.err.find("of where the model was trained"), std::string::npos)
+  EXPECT_EQ(run.err.find("of the model's training sites"), std::string::npos)
       << "both begin at 0: " << run.err;
 }
 

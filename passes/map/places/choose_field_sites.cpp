@@ -45,7 +45,7 @@ Result<std::vector<double>> numbers_of(const std::string& name, const std::strin
   if (at == end && values.size() == count) return values;
   return Error{
       ErrorCode::kBadValue,
-      concat(name, ": found '", text, "', expected ", count, " numbers with commas between"), "",
+      concat(name, ": found '", text, "', expected ", count, " numbers separated by commas"), "",
       kPlace};
 }
 
@@ -86,8 +86,8 @@ Result<std::uint32_t> nearest_place(const FreeGround& free, const Eigen::Vector2
   }
   if (best) return *best;
   return Error{ErrorCode::kNoGround,
-               concat("choose-field-sites.from: a vehicle can stand nowhere within ",
-                      metres(kNear_m), " of it: is it in the map's own coordinates?"),
+               concat("choose-field-sites.from: there is no room for a vehicle within ",
+                      metres(kNear_m), " of it. Give it in the map's own coordinates"),
                "", kPlace};
 }
 
@@ -96,7 +96,7 @@ Result<std::uint32_t> wanted_stretch(const ChooseFieldSitesOptions& options, con
                                      const FreeGround& free) {
   if (free.places().empty()) {
     return Error{ErrorCode::kNoGround,
-                 concat("nowhere on the map is ground with room for a vehicle of ",
+                 concat("the map has no ground with room for a vehicle of ",
                         metres(options.width_m), " by ", metres(options.height_m)),
                  "", kPlace};
   }
@@ -172,14 +172,14 @@ void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& optio
   const std::size_t apart = free.places().size() - free.stretch_sizes()[stretch];
   const auto places = static_cast<double>(count);
   char text[320];
-  std::snprintf(text, sizeof text,
-                "everywhere: %zu places, %s apart, on %.0f m^2 that a vehicle reaches; ground of "
-                "%.0f m^2 in %zu other stretches is apart and was left out. They take about %.0f "
-                "minutes of one core and %.1f GiB of memory",
-                count, metres(options.spacing_m).c_str(),
-                static_cast<double>(free.stretch_sizes()[stretch]) * square_m2,
-                static_cast<double>(apart) * square_m2, free.stretch_sizes().size() - 1,
-                std::ceil(places * kCpuOfPlace_s / 60.0), memory_of_places_mib(places) / 1024.0);
+  std::snprintf(
+      text, sizeof text,
+      "everywhere: %zu places, %s apart, on %.0f m^2 of connected ground; %.0f m^2 in %zu separate "
+      "areas were left out. They need about %.0f minutes of one core and %.1f GiB of memory",
+      count, metres(options.spacing_m).c_str(),
+      static_cast<double>(free.stretch_sizes()[stretch]) * square_m2,
+      static_cast<double>(apart) * square_m2, free.stretch_sizes().size() - 1,
+      std::ceil(places * kCpuOfPlace_s / 60.0), memory_of_places_mib(places) / 1024.0);
   ctx.warn(text);
 }
 
@@ -285,18 +285,18 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
                    wanted_stretch(options, surface.head().frame, free));
   const std::vector<std::uint32_t> rows = rows_of(free, grid, stretch, box_m);
   if (rows.empty()) {
-    return Error{ErrorCode::kNoGround,
-                 concat("no place of the grid of ", metres(options.spacing_m),
-                        " is on ground that a vehicle reaches",
-                        (options.within.empty() ? "" : " in " + options.within)),
-                 "", kPlace};
+    return Error{
+        ErrorCode::kNoGround,
+        concat("no place of the grid of ", metres(options.spacing_m), " is on connected ground",
+               (options.within.empty() ? "" : " in " + options.within)),
+        "", kPlace};
   }
   SIGHTLINE_TRY(check_places(rows.size(), options));
   warn_of_places(ctx, options, free, stretch, rows.size());
   if (!sensor.sees_all_round()) {
-    ctx.warn(
-        concat("the sensor ", sensor.name, " sees ", format_double(sensor.azimuth_view_deg),
-               " degrees of a turn, and a place is annotated for one heading alone: name a route"));
+    ctx.warn(concat(
+        "the sensor ", sensor.name, " has a view of ", format_double(sensor.azimuth_view_deg),
+        " degrees, but `everywhere` annotates each place for one heading only: name a route"));
   }
   Sites sites = sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
   sites.frame = surface.head().frame;

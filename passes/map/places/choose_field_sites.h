@@ -16,7 +16,7 @@ namespace sightline {
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
                                  const TiledSurface& surface, const SensorProfile& sensor);
 inline constexpr Pass kChooseFieldSites =
-    Pass{"choose-field-sites", 1, "sites", "Places to annotate everywhere", &choose_field_sites}.in(
-        Stage::kTiles);
+    Pass{"choose-field-sites", 1, "sites", "Sites to annotate on all ground", &choose_field_sites}
+        .in(Stage::kTiles);
 
 }  // namespace sightline

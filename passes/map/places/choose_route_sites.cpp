@@ -203,14 +203,13 @@ void append_sites(const std::vector<Place>& places, const Ground& ground,
 
 constexpr std::array<const char*, kFateCount> kReasons = {
     "", "off the map", "without ground in the map", "more than 3 m from any ground of the map",
-    "on one of several floors that nothing distinguishes"};
+    "on one of several floors, and the route has no heights"};
 
 void warn_of_left_out(const PassContext& ctx, const Route& route, const Tally& tally) {
   for (std::size_t fate = 1; fate < kFateCount; ++fate) {
     if (tally.counts[fate] == 0) continue;
     ctx.warn(concat(tally.counts[fate], " of ", tally.total, " places of route ", route.name,
-                    " are ", kReasons[fate], " and were left out, the first of them ",
-                    tally.first[fate]));
+                    " were left out: ", kReasons[fate], ". The first is on ", tally.first[fate]));
   }
 }
 
@@ -230,20 +229,24 @@ Error nowhere(const Route& route, const Tally& tally, const PointGrid& patches,
     const std::optional<NearPoint> nearest =
         patches.nearest(first_map_m, std::numeric_limits<double>::infinity());
     return {ErrorCode::kNoOverlap,
-            concat(all, " lies on the map; the first is ",
+            concat(all, " is on the map; the first is ",
                    (nearest ? metres(nearest->distance_m) : "nowhere"),
-                   " away from it: are both in the same coordinates (route.world)?"),
+                   " away from it. Give both in the same coordinates (route.world)"),
             "", place};
   }
   if (tally.count(Fate::kTwoFloors) >
       tally.count(Fate::kNoGround) + tally.count(Fate::kOffGround)) {
-    return {ErrorCode::kTwoFloors,
-            all + " tells on which of the map's floors it is; give the route heights", "", place};
+    return {
+        ErrorCode::kTwoFloors,
+        all +
+            " is on a floor that can be determined: the map has several. Add heights to the route",
+        "", place};
   }
-  return {ErrorCode::kNoGround,
-          concat(all, " has ground: ", tally.count(Fate::kNoGround), " see none, ",
-                 tally.count(Fate::kOffGround), " are more than 3 m from it"),
-          "", place};
+  return {
+      ErrorCode::kNoGround,
+      concat(all, " is on the ground: ", tally.count(Fate::kNoGround), " have no ground below, ",
+             tally.count(Fate::kOffGround), " are more than 3 m from it"),
+      "", place};
 }
 
 }  // namespace

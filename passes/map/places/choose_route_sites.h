@@ -24,7 +24,7 @@ Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions
                                  const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor);
 inline constexpr Pass kChooseRouteSites =
-    Pass{"choose-route-sites", 3, "sites", "Places to annotate along a route", &choose_route_sites}
+    Pass{"choose-route-sites", 3, "sites", "Sites to annotate along a route", &choose_route_sites}
         .in(Stage::kTiles);
 
 }  // namespace sightline

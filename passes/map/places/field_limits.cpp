@@ -39,12 +39,11 @@ Result<void> check_ground(double ground_m2, const ChooseFieldSitesOptions& optio
   if (ground_m2 * kMemoryOfGround_kib <= room_kib(options)) return {};
   const double needed_mib = kLeastMemory_mib + ground_m2 * kMemoryOfGround_kib / kKibOfMib;
   char text[256];
-  std::snprintf(text, sizeof text,
-                "found ground of %.1f km^2, whose raster would take about %.1f GiB, expected at "
-                "most %s (choose-field-sites.memory_gib): annotate the map part by part, or raise "
-                "it",
-                1e-6 * ground_m2, needed_mib / kMibOfGib,
-                format_double(options.memory_gib).c_str());
+  std::snprintf(
+      text, sizeof text,
+      "found ground of %.1f km^2, which needs about %.1f GiB, more than the limit of %s GiB "
+      "(choose-field-sites.memory_gib): annotate a part of the map (within), or raise the limit",
+      1e-6 * ground_m2, needed_mib / kMibOfGib, format_double(options.memory_gib).c_str());
   return Error{ErrorCode::kTooManyPlaces, text, "", kPlace};
 }
 
@@ -52,14 +51,14 @@ Result<void> check_places(std::size_t count, const ChooseFieldSitesOptions& opti
   const double places = static_cast<double>(count);
   if (places <= most_places(options)) return {};
   const std::string asked_for = options.most_places > 0
-                                    ? "were asked for (choose-field-sites.most_places)"
+                                    ? "are allowed (choose-field-sites.most_places)"
                                     : concat("fit in ", format_double(options.memory_gib),
                                              " GiB (choose-field-sites.memory_gib)");
-  char text[320];
+  char text[400];
   std::snprintf(text, sizeof text,
-                "found %zu places, %.4g m apart, and at most %.0f %s: they would take about %.1f "
-                "GiB of memory and %.1f hours of one core; choose a part of the map (within), a "
-                "wider spacing_m, or raise it",
+                "found %zu places, %.4g m apart, but at most %.0f %s. They need about %.1f GiB of "
+                "memory and %.1f hours of one core: choose a part of the map (within) or a wider "
+                "spacing_m, or raise the limit",
                 count, options.spacing_m, most_places(options), asked_for.c_str(),
                 memory_of_places_mib(places) / kMibOfGib, places * kCpuOfPlace_s / 3600.0);
   return Error{ErrorCode::kTooManyPlaces, text, "", kPlace};

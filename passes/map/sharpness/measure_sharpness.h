@@ -19,7 +19,7 @@ std::vector<OptionField> option_fields(MeasureSharpnessOptions& options);
 Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
 inline constexpr Pass kMeasureSharpness =
-    Pass{"measure-sharpness", 4, "sharpness", "How sharp the map is", &measure_sharpness}
+    Pass{"measure-sharpness", 4, "sharpness", "Sharpness of the map", &measure_sharpness}
         .in(Stage::kTiles)
         .with({.million_points_s = 0.05});
 

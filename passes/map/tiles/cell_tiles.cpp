@@ -152,10 +152,10 @@ std::optional<Digest> content_of_block(const SurfacePoints& points, std::size_t 
 Error outside_grid(const SurfacePoints& points, std::size_t part, const std::string& pass) {
   const std::string where =
       part == points.scans.size() ? "" : concat(" of scan ", points.scans[part].index);
-  return {ErrorCode::kInvalidArtifact,
-          concat("a surface point", where,
-                 " is not finite or lies more than 2^30 cells from the origin"),
-          "", "pass " + pass};
+  return {
+      ErrorCode::kInvalidArtifact,
+      concat("a surface point", where, " is not finite or is more than 2^30 cells from the origin"),
+      "", "pass " + pass};
 }
 
 }  // namespace

@@ -14,13 +14,12 @@ namespace sightline {
 namespace {
 
 Error too_short(double labelled_route_m, double block_m) {
-  return {
-      ErrorCode::kDriveTooShort,
-      concat("found ", format_double(labelled_route_m),
-             " m of route with measured errors, expected at least ", format_double(2.0 * block_m),
-             " m: two blocks of ", format_double(block_m),
-             " m, so that each can be predicted by trees that never saw it; a longer drive, or a "
-             "model trained elsewhere (compile --model), helps")};
+  return {ErrorCode::kDriveTooShort,
+          concat("found ", format_double(labelled_route_m),
+                 " m of route with measured errors, expected at least ",
+                 format_double(2.0 * block_m), " m: two blocks of ", format_double(block_m),
+                 " m, for cross-validation. Record a longer drive, or use a model of other places "
+                 "(compile --model)")};
 }
 
 std::uint32_t group_of(const Folds& folds, std::uint32_t place) {
@@ -56,7 +55,7 @@ Result<RouteBlocks> cut_route(const Sites& sites, const std::vector<std::uint8_t
     return Error{
         ErrorCode::kNoTrainingRows,
         concat("none of ", has_label.size(),
-               " sites has a measured error: no scan of the localization drive lies near one")};
+               " sites has a measured error: no scan of the localization drive is near one")};
   }
   RouteBlocks blocks;
   blocks.labelled_route_m = static_cast<double>(labelled_count) * sites.spacing_m;
@@ -147,8 +146,8 @@ Result<HoldOut> choose_hold_out(HoldOut wanted, const std::vector<std::uint32_t>
                                 const LearntDrives& drives) {
   if (wanted == HoldOut::kDrives && drives.count < 2) {
     return Error{ErrorCode::kNoTrainingRows,
-                 "one drive alone was measured, and it is to be held out: expected two or more, or "
-                 "train-model.hold_out=blocks"};
+                 "one drive was measured, but holding out drives needs two or more: add a drive, "
+                 "or set train-model.hold_out=blocks"};
   }
   if (wanted != HoldOut::kAuto) return wanted;
   if (*std::ranges::max_element(group_of_place) > 0) return HoldOut::kPlaces;

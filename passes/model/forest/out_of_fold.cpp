@@ -199,9 +199,9 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
     if (training.rows.empty()) {
       return Error{ErrorCode::kDriveTooShort,
                    concat("a buffer of ", format_double(options.buffer_m),
-                          " m around held-out blocks leaves nothing to learn from in ",
+                          " m around held-out blocks leaves no training data in ",
                           format_double(training_set.folds.labelled_route_m),
-                          " m of route; a longer drive is needed"),
+                          " m of route: record a longer drive, or lower train-model.buffer_m"),
                    "", concat("fold ", part.fold)};
     }
     SIGHTLINE_ASSIGN(LabelledTrees trees,

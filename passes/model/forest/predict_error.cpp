@@ -244,10 +244,10 @@ void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const As
     if (places.nearest(p_world_m, model.card.buffer_m, is_known)) ++flattered_count;
   }
   if (flattered_count == 0) return;
-  ctx.warn(concat(
-      flattered_count, " of ", own.size(), " sites lie within ", format_double(model.card.buffer_m),
-      " m of where the model was trained, but are not its own sites: if this is the same "
-      "place, the forest knows it, and predictions there may be optimistic"));
+  ctx.warn(concat(flattered_count, " of ", own.size(), " sites are within ",
+                  format_double(model.card.buffer_m),
+                  " m of the model's training sites, but differ from them: if this is the same "
+                  "place, predictions there may be optimistic"));
 }
 
 // `history`: none, or measured at these sites and looks.
@@ -302,16 +302,15 @@ Result<ByFamily<PredictedError>> predict_told(const PassContext& ctx,
   if (!(localizer == card.localizer)) {
     ctx.warn(concat(who, (are_several ? " were" : " was"), " localized by ", to_text(localizer),
                     ", the model predicts the errors of ", to_text(card.localizer),
-                    ": what was measured here is no input of it"));
+                    ": the errors measured here are not used"));
     return predict_both(ctx, options, model, asked, {});
   }
   if (!card.knows_history) {
-    ctx.warn(concat("the model was trained on places that were driven once: it cannot tell what ",
-                    who, " measured here ", (are_several ? "are" : "is"),
-                    " worth, and does not use it"));
+    ctx.warn(concat("the model was trained on places with one drive each, so the errors of ", who,
+                    " are not used"));
     return predict_both(ctx, options, model, asked, {});
   }
-  ctx.warn(concat("the errors of ", who, " are model inputs: figures judged on ",
+  ctx.warn(concat("the errors of ", who, " are model inputs: figures evaluated on ",
                   (are_several ? "those drives" : "that drive"), " are optimistic"));
   return predict_both(ctx, options, model, asked, history);
 }

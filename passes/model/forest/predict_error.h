@@ -50,7 +50,7 @@ Result<ByFamily<PredictedError>> predict_error(PassContext& ctx, const PredictEr
                                                const ByFamily<MeasuredError>* history = nullptr,
                                                const MeasuredDrives* drives = nullptr);
 inline constexpr Pass kPredictError =
-    Pass{"predict-error", 5, "predicted", "What the model says of each site", &predict_error}.in(
+    Pass{"predict-error", 5, "predicted", "Predicted errors of each site", &predict_error}.in(
         Stage::kLearn);
 
 }  // namespace sightline

@@ -220,8 +220,8 @@ Result<std::vector<PoseDisagreement>> find_disagreements(const Drive& drive,
 
 std::string to_text(const PoseDisagreement& found, const Drive& drive) {
   return fmt::format(
-      "scans {} to {}: given poses move {:.2f} m, the scans show {:.2f} m; they are {:.2f} m and "
-      "{:.1f} degrees apart, scan {} most ({:.2f} m)",
+      "scans {} to {}: the given poses move {:.2f} m, the scans {:.2f} m; the motions differ by "
+      "{:.2f} m and {:.1f} degrees, most at scan {} ({:.2f} m)",
       drive.scans[found.first].recording_index, drive.scans[found.last].recording_index,
       found.given_m, found.matched_m, found.off_m, found.off_rad * 180.0 / std::numbers::pi,
       drive.scans[found.worst].recording_index, found.worst_off_m);
@@ -235,7 +235,7 @@ Result<std::vector<PoseJump>> find_jumps(const Drive& drive, const JumpLimits& l
 std::string to_text(const PoseJump& jump, const Drive& drive) {
   const ScanInfo& worst = drive.scans[jump.worst];
   const std::string off = fmt::format(
-      "scan {}{} lies {:.2f} m and {:.1f} degrees from where the scans put it",
+      "scan {}{} is {:.2f} m and {:.1f} degrees from the pose that matching finds",
       worst.recording_index, worst.source.empty() ? "" : concat(" (", worst.source, ")"),
       jump.off_m, jump.off_rad * 180.0 / std::numbers::pi);
   if (jump.first == jump.last) return off;

@@ -160,10 +160,11 @@ GivenPoses without_parts(GivenPoses given, const Drive& drive,
 }
 
 std::string parts_text(const std::vector<MisplacedPart>& parts, const Drive& drive) {
-  std::string text = "given poses do not lie in one frame: ";
+  std::string text = "the given poses of the drives are in different frames: ";
   for (const MisplacedPart& found : parts) {
     text += fmt::format(
-        "{}drive {} lies {:.1f} m from where its scans meet the drives before it (scan {})",
+        "{}drive {} is {:.1f} m from the pose at which its scans match the drives before it (scan "
+        "{})",
         found.part == parts.front().part ? "" : "; ", drive.name_of_part(found.part), found.off_m,
         drive.scans[found.worst].recording_index);
   }

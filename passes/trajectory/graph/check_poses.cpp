@@ -209,8 +209,8 @@ std::string to_text(const Contradiction& found, const Drive& drive) {
   const auto number = [&](std::uint32_t scan) { return drive.scans[scan].recording_index; };
   const auto name = [&](std::uint32_t scan) { return drive.name_of_part(drive.scans[scan].part); };
   return fmt::format(
-      "drive {}, scans {} to {}: {} of {} loops to an earlier visit put the scan more than 0.25 m "
-      "from its pose, scan {} most ({:.2f} m, by scan {} of drive {})",
+      "drive {}, scans {} to {}: {} of {} loops to an earlier visit are more than 0.25 m off, most "
+      "at scan {} ({:.2f} m, matched with scan {} of drive {})",
       name(found.later), number(found.first), number(found.last), found.off_count, found.loop_count,
       number(found.later), found.off_m, number(found.earlier), name(found.earlier));
 }
@@ -218,9 +218,9 @@ std::string to_text(const Contradiction& found, const Drive& drive) {
 void warn_of_contradictions(const PassContext& ctx, const Drive& drive,
                             const std::vector<Contradiction>& found) {
   if (found.empty()) return;
-  ctx.warn(with_first_places("loops contradict the trajectory", found, drive) +
-           ". There the map may have its walls twice: the scans bend the way, or places that look "
-           "alike were taken for each other");
+  ctx.warn(with_first_places("loop closures contradict the trajectory", found, drive) +
+           ". Walls may appear doubled there, because of drift or a false loop at a similar place. "
+           "Check these scans, or give poses");
 }
 
 Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& ctx,
@@ -249,9 +249,9 @@ Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& c
 }
 
 std::string to_text(const ScaleDifference& found, const Drive& drive) {
-  return fmt::format("drive {} measures {:.1f} % {} than drive {} (median of {} scans)",
+  return fmt::format("drive {} measures distances {:.1f} % {} than drive {} (median of {} scans)",
                      drive.name_of_part(found.later), 100.0 * std::abs(found.ratio - 1.0),
-                     found.ratio > 1.0 ? "more" : "less", drive.name_of_part(found.earlier),
+                     found.ratio > 1.0 ? "longer" : "shorter", drive.name_of_part(found.earlier),
                      found.scan_count);
 }
 
@@ -260,9 +260,10 @@ Result<void> warn_of_scale_differences(const PassContext& ctx, const Drive& driv
   SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> found,
                    find_scale_differences(ctx, drive, trajectory, from));
   if (found.empty()) return {};
-  ctx.warn(with_first_places("drives do not agree on how far away things are", found, drive) +
-           ". The map may have its walls twice, the farther from the route the more: check the "
-           "ranges of these sensors, or leave out the drive that is wrong");
+  ctx.warn(
+      with_first_places("drives measure different distances to the same surfaces", found, drive) +
+      ". Walls may appear doubled, more so farther from the route. Check the range calibration of "
+      "these sensors, or leave out the wrong drive");
   return {};
 }
 

@@ -158,7 +158,7 @@ Adjustment spread(const std::vector<Pose>& start, const std::vector<std::uint32_
 }
 
 Error no_solution() {
-  return {ErrorCode::kTrajectoryLost, "the planes that scans share have no solution", "",
+  return {ErrorCode::kTrajectoryLost, "the adjustment of planes has no solution", "",
           "pass estimate-trajectory"};
 }
 

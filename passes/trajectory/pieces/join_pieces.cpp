@@ -208,7 +208,7 @@ constexpr double kMostLost = 0.25;
 std::string reason_text(const Drive& drive, const PieceStart& start) {
   const std::uint32_t part = drive.scans[start.scan].part;
   if (part != drive.scans[start.scan - 1].part) {
-    return concat("drive ", drive.name_of_part(part), " was found nowhere in the drives before it");
+    return concat("drive ", drive.name_of_part(part), " does not match the drives before it");
   }
   if (start.is_time_jump) {
     const double pause_s = 1e-9 * static_cast<double>(drive.scans[start.scan].stamp_ns -
@@ -217,11 +217,11 @@ std::string reason_text(const Drive& drive, const PieceStart& start) {
   }
   if (start.overlap_elsewhere > 0.5 * start.overlap) {
     return fmt::format(
-        "it fits several places of what was seen before it, where {:.0f} and {:.0f} % of what it "
-        "sees upright meet that",
+        "it matches several earlier places: {:.0f} and {:.0f} % of its returns from walls match "
+        "there",
         100.0 * start.overlap, 100.0 * start.overlap_elsewhere);
   }
-  return fmt::format("at most {:.0f} % of what it sees upright meets what was seen before it",
+  return fmt::format("at most {:.0f} % of its returns from walls match earlier scans",
                      100.0 * start.overlap);
 }
 
@@ -250,8 +250,8 @@ Result<void> check_following(const Drive& drive, const Odometry& odometry) {
   const auto first = std::ranges::find(odometry.piece_starts, false, &PieceStart::is_time_jump);
   const ScanInfo& scan = drive.scans[first->scan];
   return Error{ErrorCode::kTrajectoryLost,
-               fmt::format("{} of {} scans do not follow those before them, expected at most a "
-                           "quarter; of the first, {}",
+               fmt::format("{} of {} scans do not match the scans before them, expected at most a "
+                           "quarter. The first one: {}",
                            lost, odometry.piece.size() - 1, reason_text(drive, *first)),
                scan.source, concat("scan ", scan.recording_index)};
 }
@@ -263,9 +263,9 @@ void warn_of_pieces(const PassContext& ctx, const Drive& drive, const Odometry& 
     const auto before = static_cast<std::size_t>(start.scan) - 1;
     const ScanInfo& scan = drive.scans[start.scan];
     ctx.warn(fmt::format(
-        "drive {}: piece {} of the trajectory begins at scan {}{}, {:.3f} s, after {:.1f} m of way "
-        "at {}: {}. How it lies to the pieces before is not known: it is laid apart from them, at "
-        "{}",
+        "drive {}: piece {} of the trajectory begins at scan {}{}, {:.3f} s, after {:.1f} m at {}: "
+        "{}. Its position relative to earlier pieces is unknown, so it is placed apart from them, "
+        "at {}. Give poses to connect them",
         drive.name, i + 1, scan.recording_index,
         scan.source.empty() ? "" : concat(" (", scan.source, ")"),
         1e-9 * static_cast<double>(scan.stamp_ns), odometry.driven_m[before],
@@ -278,8 +278,8 @@ void warn_of_unmatched(const PassContext& ctx, const Odometry& odometry) {
   const auto unmatched = std::ranges::count(odometry.is_matched, false) -
                          static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
   if (unmatched > 0) {
-    ctx.warn(concat(unmatched,
-                    " scans could not be matched to those before them and follow the given poses"));
+    ctx.warn(
+        concat(unmatched, " scans do not match the scans before them; their given poses are used"));
   }
 }
 

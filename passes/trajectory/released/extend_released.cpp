@@ -35,17 +35,18 @@ Result<std::size_t> count_released(const Drive& drive,
     const std::string& name = drive.name_of_part(part);
     if (known[part] == 0) continue;
     if (known[part] < all[part]) {
-      return Error{ErrorCode::kMismatchedInputs,
-                   fmt::format("{} of its {} scans have released poses: it is not the recording "
-                               "that was shipped",
-                               known[part], all[part]),
-                   "", "drive " + name};
+      return Error{
+          ErrorCode::kMismatchedInputs,
+          fmt::format(
+              "{} of its {} scans have released poses: the recording differs from the released one",
+              known[part], all[part]),
+          "", "drive " + name};
     }
     count += all[part];
     if (part > 0 && known[part - 1] == 0) {
       return Error{ErrorCode::kBadValue,
-                   concat("it is released and named behind drive ", drive.name_of_part(part - 1),
-                          ", which is not; name new drives last"),
+                   concat("it is released, but listed after drive ", drive.name_of_part(part - 1),
+                          ", which is not. List new drives last"),
                    "", "drive " + name};
     }
   }

@@ -19,9 +19,10 @@ inline constexpr Pass kReleasedDrive =
 // Their poses as they were released, in the frame of `drive`. Errors: those of released_drive().
 Result<Trajectory> released_trajectory(PassContext& ctx, const NoOptions& options,
                                        const Drive& drive, const ReleasedPoses& released);
-inline constexpr Pass kReleasedTrajectory = Pass{"released-trajectory", 1, "released-trajectory",
-                                                 "Where these drives were", &released_trajectory}
-                                                .in(Stage::kGraph);
+inline constexpr Pass kReleasedTrajectory =
+    Pass{"released-trajectory", 1, "released-trajectory", "Trajectories of these drives",
+         &released_trajectory}
+        .in(Stage::kGraph);
 
 // Where the vehicle was at each scan of several drives, some of which were shipped in a map:
 // released poses stay to the bit, in their frame. The other drives, named after the released ones,
@@ -39,7 +40,7 @@ inline constexpr Pass kExtendReleased = variant_of(kEstimateTrajectory, &extend_
 Result<ReleasedPoses> release_poses(PassContext& ctx, const NoOptions& options, const Drive& drive,
                                     const Trajectory& trajectory);
 inline constexpr Pass kReleasePoses =
-    Pass{"release-poses", 1, "released-poses", "Poses that the next map keeps", &release_poses}.in(
+    Pass{"release-poses", 1, "released-poses", "Poses to keep in the next map", &release_poses}.in(
         Stage::kTiles);
 
 }  // namespace sightline

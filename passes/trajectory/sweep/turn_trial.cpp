@@ -212,14 +212,17 @@ Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
   const std::int64_t moved_ns = ahead_ns(clock);
   if (moved_ns != 0) {
     turned.turn_rates = moved_by(drive.turn_rates, moved_ns);
-    ctx.warn(concat(name, "the clock of the turn rates is ",
-                    thousandths(1e-9 * static_cast<double>(std::abs(moved_ns))), " s ",
-                    (moved_ns > 0 ? "ahead of" : "behind"),
-                    " that of the scans, by the turning of the poses; the rates are moved"));
+    ctx.warn(
+        concat(name, "the clock of the turn rates is ",
+               thousandths(1e-9 * static_cast<double>(std::abs(moved_ns))), " s ",
+               (moved_ns > 0 ? "ahead of" : "behind"),
+               " that of the scans, found from the turning of the poses; the rates are shifted"));
   }
   const Stretch stretch = most_bent(bends_rad(turned, trajectory));
   if (stretch.bend_rad < kLeastBend_rad) {
-    ctx.warn(name + "turn rates are not used: they cover no scans, or the vehicle turned evenly");
+    ctx.warn(
+        name +
+        "turn rates are not used: they cover no scans, or the vehicle turned at a constant rate");
     return without_turns(drive);
   }
   const Drive even = without_turns(drive);
@@ -227,8 +230,8 @@ Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
   SIGHTLINE_ASSIGN(const double turned_nat, entropy_nat(ctx, turned, trajectory, stretch));
   const bool is_sharper = turned_nat < even_nat - kSharper_nat;
   ctx.warn(concat(name, "turn rates are ", (is_sharper ? "used" : "not used"),
-                  ": where they change most, scans lie at an entropy of ", thousandths(turned_nat),
-                  " nat with them and of ", thousandths(even_nat), " nat without"));
+                  ": where they change most, the mean map entropy is ", thousandths(turned_nat),
+                  " nat with them and ", thousandths(even_nat), " nat without"));
   return is_sharper ? turned : even;
 }
 

@@ -424,7 +424,7 @@ TEST(GuessSensor, CountsBeamsThatMergeByTheirReturns) {
 TEST(GuessSensor, AsksForTheNameWhereNothingTells) {
   const SensorGuess guess = guess_sensor({});
   EXPECT_TRUE(sensor_profile(guess.profile).has_value());
-  EXPECT_THAT(guess.reason, HasSubstr("please name the sensor"));
+  EXPECT_THAT(guess.reason, HasSubstr("name the sensor"));
   EXPECT_FALSE(guess.height_m.has_value());
 }
 

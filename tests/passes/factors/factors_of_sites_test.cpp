@@ -67,7 +67,7 @@ TEST(FactorsOfSites, AreThoseOfDepthImagesAndVirtualScansOfTheWholeMap) {
   ASSERT_EQ(ctx.warnings.size(), 1U);
   EXPECT_EQ(ctx.warnings[0], std::to_string(expected.unmatched_count) + " of " +
                                  std::to_string(expected.point_count) +
-                                 " virtual points lie in no valid ND and tell nothing of the pose");
+                                 " virtual points are outside valid NDT cells and are ignored");
 }
 
 TEST(FactorsOfSites, AreTheSameForAnyThreadsAndShares) {

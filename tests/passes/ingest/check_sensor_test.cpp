@@ -118,17 +118,19 @@ TEST_F(CheckSensor, NamesWhatLiesOutsideAProfileThatNobodyChoseAndWhatInitWouldG
   EXPECT_THAT(warnings(),
               ElementsAre(AllOf(
                   HasSubstr("SL2025 unlike-profile"), HasSubstr("generic-16"),
-                  HasSubstr("-15.0 to 15.0 degrees"), HasSubstr("% of the returns lie outside"),
-                  HasSubstr("-24.3 to 2.0 degrees"), HasSubstr("guesses `sensor: hdl-64e`"))));
+                  HasSubstr("-15.0 to 15.0 degrees"), HasSubstr("% of the returns are outside"),
+                  HasSubstr("-24.3 to 2.0 degrees"), HasSubstr("suggests `sensor: hdl-64e`"))));
 }
 
 TEST_F(CheckSensor, TellsOtherBeamsFromThoseOfTheProfileWithinTheSameFan) {
   record(random_street(1), lidar("generic-64"));
-  EXPECT_THAT(warnings(), ElementsAre(AllOf(HasSubstr("the returns stand at other beams"),
-                                            HasSubstr("guesses `sensor: generic-64`"))));
+  EXPECT_THAT(warnings(),
+              ElementsAre(AllOf(HasSubstr("the returns are at other elevations than these beams"),
+                                HasSubstr("suggests `sensor: generic-64`"))));
   record(random_street(1), lidar("vlp-16"));
   options_.sensor = "generic-128";
-  EXPECT_THAT(warnings(), ElementsAre(HasSubstr("the returns stand at other beams")));
+  EXPECT_THAT(warnings(),
+              ElementsAre(HasSubstr("the returns are at other elevations than these beams")));
 }
 
 TEST_F(CheckSensor, WarnsWhereBeamsGoOnFarBeyondTheReturns) {
@@ -136,12 +138,14 @@ TEST_F(CheckSensor, WarnsWhereBeamsGoOnFarBeyondTheReturns) {
   smeared.smear_deg = 0.5;
   record(random_street(1), smeared);
   give_beams(64, -24.0, 16.0);
-  EXPECT_THAT(warnings(), ElementsAre(HasSubstr("returns end all at once far below the highest")));
+  EXPECT_THAT(warnings(),
+              ElementsAre(HasSubstr("the highest returns are far below the highest beam")));
   smeared = lidar("vlp-16");
   smeared.smear_deg = 1.0;
   record(random_street(1), smeared);
   give_beams(64, -24.0, 16.0);
-  EXPECT_THAT(warnings(), ElementsAre(HasSubstr("the lowest see no ground where there is some")));
+  EXPECT_THAT(warnings(),
+              ElementsAre(HasSubstr("the lowest beams have no returns from the ground")));
 }
 
 TEST_F(CheckSensor, WarnsOfManyMoreReturnsThanTheProfileHasRays) {
@@ -159,7 +163,7 @@ TEST_F(CheckSensor, WarnsOfReturnsBeyondTheRangeOfTheProfile) {
   BoxWorld world;
   world.boxes = {{{150.0, -300.0, 0.0}, {160.0, 300.0, 60.0}}};
   record(world, far);
-  EXPECT_THAT(warnings(), ElementsAre(HasSubstr("lie beyond its range of 100 m")));
+  EXPECT_THAT(warnings(), ElementsAre(HasSubstr("are beyond its range of 100 m")));
 }
 
 TEST_F(CheckSensor, RefusesAProfileThatMostReturnsContradict) {
@@ -168,7 +172,7 @@ TEST_F(CheckSensor, RefusesAProfileThatMostReturnsContradict) {
   const Error refused = failure_of(read());
   EXPECT_EQ(refused.code, ErrorCode::kUnlikeProfile);
   EXPECT_THAT(refused.message,
-              AllOf(HasSubstr("0.0 to 30.0 degrees"), HasSubstr("guesses `sensor: hdl-64e`")));
+              AllOf(HasSubstr("0.0 to 30.0 degrees"), HasSubstr("suggests `sensor: hdl-64e`")));
 }
 
 TEST_F(CheckSensor, SaysNothingOfAHandfulOfReturns) {
@@ -184,7 +188,7 @@ TEST_F(CheckSensor, NamesReturnsOutsideTheAzimuthView) {
   options_.sensor = "livox-avia";
   EXPECT_THAT(
       warnings(),
-      ElementsAre(HasSubstr("% of the returns lie outside its azimuth view of 70.4 degrees")));
+      ElementsAre(HasSubstr("% of the returns are outside its azimuth view of 70.4 degrees")));
 }
 
 TEST_F(CheckSensor, RefusesAViewThatMostReturnsLieOutsideOf) {
@@ -199,10 +203,10 @@ TEST_F(CheckSensor, NamesASectorThatReturnsFillWhereTheProfileSeesAllRound) {
   cropped.view_deg = 90.0;
   record(random_street(1), cropped);
   options_.sensor = "hdl-64e";
-  EXPECT_THAT(
-      warnings(),
-      ElementsAre(AllOf(HasSubstr("all returns lie within 88.3"), HasSubstr("where it sees 360"),
-                        HasSubstr("guesses `sensor: hdl-64e`, `azimuth_view_deg: 88.3"))));
+  EXPECT_THAT(warnings(),
+              ElementsAre(AllOf(HasSubstr("all returns are within 88.3"),
+                                HasSubstr("but its view is 360 degrees"),
+                                HasSubstr("suggests `sensor: hdl-64e`, `azimuth_view_deg: 88.3"))));
   options_.azimuth_view_deg = 90.0;
   EXPECT_THAT(warnings(), IsEmpty());
 }

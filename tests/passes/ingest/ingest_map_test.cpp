@@ -57,11 +57,11 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
 TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {
   ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.4)).has_value());
   ASSERT_EQ(ctx_.warnings.size(), 1U);
-  EXPECT_THAT(ctx_.warnings[0], HasSubstr("6.2 points on a square metre"));
+  EXPECT_THAT(ctx_.warnings[0], HasSubstr("6.2 points per square metre"));
   EXPECT_THAT(ctx_.warnings[0], HasSubstr("has gaps"));
-  EXPECT_EQ(ctx_.warnings[0].find("are lost"), std::string::npos);
+  EXPECT_EQ(ctx_.warnings[0].find("are left out"), std::string::npos);
   ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.8)).has_value());
-  EXPECT_THAT(ctx_.warnings[1], HasSubstr("are lost"));
+  EXPECT_THAT(ctx_.warnings[1], HasSubstr("are left out"));
 }
 
 TEST_F(IngestMapTest, RefusesAMapWiderThanAGrid) {

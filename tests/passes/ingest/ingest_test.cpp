@@ -173,7 +173,7 @@ TEST_F(IngestTest, RefusesScansThatMostlyLieFartherThanALidarSees) {
   write_ascii("1.pcd", 1, "588348.9 4141240.2 -30.1\n");
   EXPECT_TRUE(ingest(ctx_, {}, open()).has_value());
   EXPECT_THAT(ctx_.warnings,
-              ElementsAre(HasSubstr("1 scans have most of their points beyond 2 km")));
+              ElementsAre(HasSubstr("1 scans have most of their points farther than 2 km")));
   write_ascii("2.pcd", 3, "12010 -3410 110\n15 20 30\n-8750 2100 -1800\n");
   const Error refused = failure_of(ingest(ctx_, {}, open()));
   EXPECT_EQ(refused.code, ErrorCode::kUnsupportedFormat);

@@ -86,7 +86,7 @@ TEST(PoseReading, TakesQuaternionsThatBeginWithWWhereTheScansSaySoAndNamesThem) 
   for (const Way& way : kWays) {
     RecordedDrive recorded(way.heading_rad, way.turn_rad);
     recorded.expect_the_poses(recorded.ingested(true));
-    EXPECT_THAT(recorded.warnings(), Contains(HasSubstr("they are read as w x y z")));
+    EXPECT_THAT(recorded.warnings(), Contains(HasSubstr("are read as w x y z")));
   }
 }
 

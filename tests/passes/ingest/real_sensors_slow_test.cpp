@@ -23,7 +23,7 @@ class RealSensors : public testing::Test {
     recording_ = value_of(open_recording(options));
     EXPECT_EQ(warning_under(name), "");
     for (const std::string& other : others) {
-      EXPECT_THAT(warning_under(other), HasSubstr("guesses `sensor: " + name + "`")) << other;
+      EXPECT_THAT(warning_under(other), HasSubstr("suggests `sensor: " + name + "`")) << other;
     }
   }
 

@@ -78,8 +78,8 @@ TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
   ASSERT_TRUE(table.has_value());
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings[0],
-            "sensor vlp-16 made the map and hdl-64e is to localize in it: mapping_error is what "
-            "virtual scans tell");
+            "sensor vlp-16 made the map, but hdl-64e localizes in it: mapping_error is computed "
+            "from virtual scans");
   for_each_row(*table, drive.factors,
                [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
                  EXPECT_EQ(mapping_m, drive.factors.at(site, range, 2));

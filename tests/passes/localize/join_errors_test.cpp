@@ -75,13 +75,13 @@ TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
   EXPECT_EQ(joined.numbers, (std::vector<std::uint32_t>{0, 4}));
   EXPECT_EQ(joined.named_count, 5u);
   ASSERT_EQ(warned.warnings.size(), 3u);
-  EXPECT_NE(warned.warnings[0].find("drive 2, 'far', is left out: it comes near no site"),
+  EXPECT_NE(warned.warnings[0].find("drive 2, 'far', is left out: it has no scan near a site"),
             std::string::npos)
       << warned.warnings[0];
   EXPECT_NE(warned.warnings[1].find("'other', is left out: its sensor is hdl-64e"),
             std::string::npos)
       << warned.warnings[1];
-  EXPECT_NE(warned.warnings[2].find("'raised', is left out: its sensor sits elsewhere"),
+  EXPECT_NE(warned.warnings[2].find("'raised', is left out: its sensor has another mounting"),
             std::string::npos)
       << warned.warnings[2];
 }

@@ -210,7 +210,7 @@ TEST(MeasureError, KnowsNoPoseOfADriveThatWasPlacedByMatchingAndSaysSo) {
   const MeasuredError measured = value_of(of_ranges(whole_rows(
       measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites))));
   EXPECT_EQ(measured.reference, ErrorReference::kFullRangeMatch);
-  EXPECT_NE(warning.find("has no known poses"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("has no given poses"), std::string::npos) << warning;
 }
 
 TEST(MeasureError, SaysHowFarFromThePosesThatScansCameWith) {

@@ -57,7 +57,7 @@ TEST(Options, ReadLooksFromTheCheapestToTheDearest) {
   EXPECT_EQ(again.looks, values.looks);
   const Error dearer_first = failure_of(
       set_from_text(fields[6], "100 m, 1944 returns, 80 points; 100 m, 650 returns, 40 points"));
-  EXPECT_NE(dearer_first.message.find("costs less than"), std::string::npos);
+  EXPECT_NE(dearer_first.message.find("takes less time than"), std::string::npos);
   EXPECT_FALSE(set_from_text(fields[6], "50 m")) << "a range takes every return";
   EXPECT_FALSE(set_from_text(fields[6], "100 m, 400 returns; 100 m, 400 returns"));
   EXPECT_EQ(values.looks, again.looks) << "the old value stands";

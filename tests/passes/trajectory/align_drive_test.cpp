@@ -117,8 +117,8 @@ TEST(AlignDrive, WarnsOfADriveThatMeasuresOtherDistancesThanTheMap) {
         continue;
       }
       ASSERT_EQ(warnings.size(), 1U) << scale;
-      const char* text = scale > 1.0 ? "distances 1.0 % longer than the map"
-                                     : "distances 1.0 % shorter than the map";
+      const char* text = scale > 1.0 ? "distances 1.0 % longer than in the map"
+                                     : "distances 1.0 % shorter than in the map";
       EXPECT_NE(warnings[0].find(text), std::string::npos) << warnings[0];
     }
   }
@@ -155,8 +155,7 @@ TEST(AlignDrive, SeparatesALaterDriveThatMatchesNowhere) {
       EXPECT_GT((pose.T_map_vehicle.translation() - site.p_map_m).norm(), 1000.0);
     }
   }
-  EXPECT_THAT(ctx.warnings,
-              testing::ElementsAre(testing::HasSubstr("is found nowhere in the map")));
+  EXPECT_THAT(ctx.warnings, testing::ElementsAre(testing::HasSubstr("does not match the map")));
 }
 
 TEST(AlignDrive, RefusesADriveThatMatchesNowhere) {

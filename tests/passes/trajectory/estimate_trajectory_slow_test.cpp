@@ -116,7 +116,7 @@ TEST(EstimateTrajectorySlow, WarnsWhereLoopsContradictOnARealStreet) {
     TestContext ctx(2);
     require(estimate_trajectory(ctx, {}, drive));
     const bool contradicts = testing::Matches(
-        Contains(HasSubstr("loops contradict the trajectory: drive back")))(ctx.warnings);
+        Contains(HasSubstr("loop closures contradict the trajectory: drive back")))(ctx.warnings);
     EXPECT_EQ(contradicts, turns_back) << testing::PrintToString(ctx.warnings);
   }
 }

@@ -172,7 +172,7 @@ TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
   const EstimateTrajectoryOptions options{.mode = PoseMode::kRefine};
   const Trajectory trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
   EXPECT_LT(largest_error_m(trajectory, test.truth), 0.3);
-  EXPECT_THAT(ctx.warnings, Contains(StartsWith("1 scans could not be matched")));
+  EXPECT_THAT(ctx.warnings, Contains(StartsWith("1 scans do not match the scans before them")));
 }
 
 TEST(EstimateTrajectory, GivesTheSameBytesForAnyNumberOfThreads) {

@@ -130,7 +130,7 @@ Result<LabelledTrees> grow_labelled_trees(const FeatureRows& features, const Lab
   if (training.rows.size() > kMostTreeLabels / static_cast<std::size_t>(options.tree_count)) {
     return Error{ErrorCode::kOutOfMemory,
                  concat(options.tree_count, " trees over ", training.rows.size(),
-                        " rows are more than a model can hold; fewer of either")};
+                        " rows are more than a model can store; use fewer of either")};
   }
   SIGHTLINE_ASSIGN(const std::vector<GrownTree> grown,
                    grow_trees(features, training, options, seed, threads));

@@ -23,7 +23,7 @@ TEST_P(OtherWriters, GiveRatesAboutTheAxesOfTheSensor) {
       ElementsAre(HasSubstr("turn rates are taken from /imu/data; the bag has /camera/imu (frame "
                             "'camera_imu', 70 messages), /imu/data"),
                   HasSubstr("/imu/data: 2 of 35 messages are damaged"),
-                  HasSubstr("/imu/data: 1 of 35 messages are stamped before"),
+                  HasSubstr("/imu/data: 1 of 35 messages have times before"),
                   HasSubstr("/imu/data: 1 of 35 messages have the time of another message")));
   // Messages -2 to 32 without 5 (not a number), 7 (says nothing) and 10 (said twice).
   ASSERT_EQ(turns.of_sensor.size(), 32U);

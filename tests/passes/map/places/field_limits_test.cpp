@@ -33,7 +33,7 @@ TEST(FieldLimits, RefuseAsManyPlacesAsTheMemoryNamedDoesNotHold) {
   EXPECT_EQ(refusal_of(95, options), "");
   options.most_places = 96;  // whatever they take
   EXPECT_EQ(refusal_of(96, options), "");
-  EXPECT_NE(refusal_of(97, options).find("at most 96 were asked for"), std::string::npos);
+  EXPECT_NE(refusal_of(97, options).find("at most 96 are allowed"), std::string::npos);
 }
 
 }  // namespace

@@ -268,7 +268,7 @@ TEST(SurfacePointReader, ToldWhereItIsAskedReadsThatPartOfThePlaneAsTheWholeDoes
 TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   SurfacePoints points = street();
   points.points_m = {{0.0, 0.0, 0.0}, {0.0, 1e12, 0.0}};
-  const std::string expected = "a surface point is not finite or lies more than 2^30 cells";
+  const std::string expected = "a surface point is not finite or is more than 2^30 cells";
   PassContext ctx;
   const Error near = failure_of(whole_rows(build_ndt(ctx, {}, points)));
   EXPECT_EQ(near.code, ErrorCode::kInvalidArtifact);

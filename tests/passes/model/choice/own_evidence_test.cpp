@@ -37,7 +37,7 @@ TEST(OwnEvidenceModel, EveryShortDriveGetsItsOwnStaticAnswerFlaggedAndWithoutAPr
   const ErrorModel model = value_of(street.trained());
   ASSERT_TRUE(validate(model).has_value()) << to_string(validate(model).error());
   ASSERT_EQ(street.warnings.size(), 1u);
-  EXPECT_NE(street.warnings[0].find("too little to learn from"), std::string::npos);
+  EXPECT_NE(street.warnings[0].find("too little data to train on"), std::string::npos);
   const SyntheticDrive& drive = street.drive;
   const PredictedError predicted = value_of(of_ranges(
       predict_error(street.ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0))));

@@ -214,7 +214,7 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
       value_of(of_ranges(predict_error(ctx, {}, model, drive.sites, drive.factors, {}, &measured)));
   EXPECT_EQ(predicted.has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("driven once"), std::string::npos);
+  EXPECT_NE(warnings[0].find("one drive each"), std::string::npos);
 }
 
 TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {

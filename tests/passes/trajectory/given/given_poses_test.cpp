@@ -93,7 +93,7 @@ TEST(GivenPoses, AHeadingTurnedRoundIsRefused) {
   TestDrive test = given_drive(random_street(5), 6, 1.0);
   test.drive.scans[2].T_world_vehicle->rotate(
       Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()));
-  expect_refused(test, "scan 2", "180.0 degrees from where the scans put it");
+  expect_refused(test, "scan 2", "180.0 degrees from the pose that matching finds");
 }
 
 TEST(GivenPoses, ASensorThatLooksBackwardsIsRefusedWithAWordOnAxes) {

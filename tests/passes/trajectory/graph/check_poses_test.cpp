@@ -118,8 +118,9 @@ TEST(Contradictions, NameDrivesAndScans) {
   warn_of_contradictions(ctx, drive, pieces.found());
   warn_of_contradictions(ctx, drive, {});
   EXPECT_THAT(ctx.warnings,
-              ElementsAre(AllOf(HasSubstr("drive tue, scans 112 to 118: 3 of 7 loops"),
-                                HasSubstr("scan 114 most (1.00 m, by scan 102 of drive mon)"))));
+              ElementsAre(AllOf(
+                  HasSubstr("drive tue, scans 112 to 118: 3 of 7 loops"),
+                  HasSubstr("most at scan 114 (1.00 m, matched with scan 102 of drive mon)"))));
 }
 
 constexpr std::size_t kScansADay = 16;  // scans of each drive
@@ -165,7 +166,7 @@ TEST(DriveScales, NameThePairsOfTheDriveThatDiffers) {
   EXPECT_EQ(found[1].later, 2U);
   EXPECT_NEAR(found[1].ratio, 1.0 / 1.01, 0.0025);
   EXPECT_THAT(to_text(found[1], all.drive),
-              HasSubstr("drive day 3 measures 0.9 % less than drive day 2"));
+              HasSubstr("drive day 3 measures distances 0.9 % shorter than drive day 2"));
 }
 
 TEST(DriveScales, JudgeNoScanBeforeThoseThatAreNew) {
@@ -211,8 +212,9 @@ TEST(DriveScales, AreWarnedOfWithTheTrajectory) {
     if (scale == 1.0) {
       EXPECT_THAT(ctx.warnings, IsEmpty());
     } else {
-      EXPECT_THAT(ctx.warnings,
-                  ElementsAre(HasSubstr("drive day 2 measures 1.0 % more than drive ")));
+      EXPECT_THAT(
+          ctx.warnings,
+          ElementsAre(HasSubstr("drive day 2 measures distances 1.0 % longer than drive ")));
     }
   }
 }

@@ -171,8 +171,7 @@ TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
   const Outcome outcome = run(test.drive);
   EXPECT_EQ(pieces_in(outcome.trajectory), 2u);
   ASSERT_EQ(outcome.warnings.size(), 1u);
-  EXPECT_THAT(outcome.warnings[0],
-              HasSubstr("drive day 2 was found nowhere in the drives before it"));
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 does not match the drives before it"));
 }
 
 // The second drive begins in a street that looks like that of the first, and continues in another.
@@ -228,7 +227,7 @@ TEST(Pieces, AreRefusedWhereADriveIsMadeOfThem) {
       failure_of(estimate_trajectory(TestContext(2), {}, drive_of(scans, poses).drive));
   EXPECT_EQ(refused.code, ErrorCode::kTrajectoryLost);
   EXPECT_EQ(refused.place, "scan 1");
-  EXPECT_THAT(refused.message, HasSubstr("of 5 scans do not follow those before them"));
+  EXPECT_THAT(refused.message, HasSubstr("of 5 scans do not match the scans before them"));
 }
 
 // Twice the time, twice the way: with the stamps of a recording that lacks every second scan.

@@ -90,7 +90,7 @@ TEST(ExtendReleased, NamesADriveThatMeasuresOtherwiseThanReleasedOnes) {
   const Outcome outcome = extend(all.drive, shipped(all, 1));
   EXPECT_EQ(outcome.trajectory.poses.back().piece, 0U);
   ASSERT_EQ(outcome.warnings.size(), 1U);
-  EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 measures 1.0 % more than"));
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 measures distances 1.0 % longer than"));
 }
 
 TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {
@@ -144,7 +144,7 @@ TEST(ExtendReleased, SeparatesADriveThatMeetsNoOtherAndNamesIt) {
   EXPECT_GT(outcome.trajectory.poses.back().T_map_vehicle.translation().x(),
             2.0 * all.drive.sensor.max_range_m);
   ASSERT_EQ(outcome.warnings.size(), 1U);
-  EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 was found nowhere"));
+  EXPECT_THAT(outcome.warnings[0], HasSubstr("drive day 2 does not match"));
 }
 
 TEST(ExtendReleased, RefusesWhatIsNotWhatWasShipped) {
