@@ -171,6 +171,7 @@ Result<GateReport> judge(const GateSubject& subject, const GateSettings& setting
   if (subject.old_map != nullptr) report.old_map = card_of(*subject.old_map);
   report.today = today;
   report.fails_at = settings.fails_at;
+  report.verdict = judge_map(subject.map.map, subject.evaluation, {.map = subject.map.file});
   for (const GateRule& rule : gate_rules()) {
     const RuleSetting& setting = settings.rules.at(std::string(rule.id));
     if (!setting.is_on || !can_be_asked(rule, input)) continue;

@@ -21,6 +21,7 @@ struct GateSubject {
   const GateMap& map;
   const GateMap* old_map = nullptr;          // nullptr: rules over two maps are left out
   const Observation* observation = nullptr;  // nullptr: rules of an observing drive are left out
+  const EvaluationFigures* evaluation = nullptr;  // of the same drive, for the verdict
 };
 
 // Asks every rule that is on. A finding is excepted where an exception names its rule and limit, is

@@ -73,6 +73,11 @@ Result<CompiledMap> read_map(std::span<const std::byte> file) {
   return std::move(decoded.first);
 }
 
+Result<CheckedMap> read_map_without_nds(const std::filesystem::path& path) {
+  SIGHTLINE_ASSIGN(Decoded decoded, decode_file(path, KeepNds::kNo));
+  return CheckedMap{std::move(decoded.first), std::move(decoded.second)};
+}
+
 Result<MapSummary> verify_map(const std::filesystem::path& path) {
   SIGHTLINE_ASSIGN(Decoded decoded, decode_file(path, KeepNds::kNo));
   return std::move(decoded.second);

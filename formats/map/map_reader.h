@@ -18,6 +18,13 @@ namespace sightline {
 Result<CompiledMap> read_map(const std::filesystem::path& path);
 Result<CompiledMap> read_map(std::span<const std::byte> file);
 
+// The same checks; without NDs, which are most of a map, and with what verify_map() finds.
+struct CheckedMap {
+  CompiledMap map;  // its NDs are empty
+  MapSummary summary;
+};
+Result<CheckedMap> read_map_without_nds(const std::filesystem::path& path);
+
 // The same checks, and what was found.
 Result<MapSummary> verify_map(const std::filesystem::path& path);
 Result<MapSummary> verify_map(std::span<const std::byte> file);

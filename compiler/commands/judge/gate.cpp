@@ -6,7 +6,9 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/commands/commands.h"
+#include "compiler/commands/verdict_output.h"
 #include "compiler/gate/forms/gate_text.h"
 #include "compiler/gate/gate.h"
 #include "formats/base/files/atomic_file.h"
@@ -36,6 +38,8 @@ struct GateFlags {
   std::string evaluation;
   std::string today;  // empty: by the clock
   std::vector<std::string> formats = {"text"};
+  std::string output;  // empty: stdout
+  bool prints_all = false;
   std::vector<std::string> files = std::vector<std::string>(std::size(kForms));  // empty: none
   bool is_forced = false;
 };
@@ -73,15 +77,49 @@ Result<GateReport> judge_files(const GateFlags& flags, const GateSettings& setti
   if (!flags.evaluation.empty()) {
     SIGHTLINE_ASSIGN(observation, read_observation(flags.evaluation));
   }
-  return judge({subject, old_map ? &*old_map : nullptr, observation ? &*observation : nullptr},
+  SIGHTLINE_ASSIGN(const std::optional<EvaluationFigures> figures,
+                   figures_in(flags.evaluation, map.map));
+  return judge({subject, old_map ? &*old_map : nullptr, observation ? &*observation : nullptr,
+                figures ? &*figures : nullptr},
                settings, flags.today.empty() ? day_by_the_clock() : flags.today);
 }
 
+bool is_among(const std::vector<std::string>& formats, const Form& form) {
+  return std::ranges::find(formats, form.name) != formats.end();
+}
+
+// The verdict and the result of the gate have colours at a terminal.
+void print_for_people(const GateFlags& flags, const GateReport& report) {
+  const std::string text = flags.prints_all ? to_text(report) : to_summary(report);
+  const std::string head = "\n" + gate_head(report);
+  const std::size_t at = text.find(head);
+  print_behind_verdict(report.verdict, text.substr(0, at + 1));
+  print_coloured(report.passes() ? TextColour::kGreen : TextColour::kRed, gate_head(report));
+  print_text(std::string_view(text).substr(at + head.size()));
+}
+
+void print_forms(const GateFlags& flags, const GateReport& report) {
+  for (const Form& form : kForms) {
+    if (!is_among(flags.formats, form)) continue;
+    std::string_view(form.name) == "text" ? print_for_people(flags, report)
+                                          : print_data(form.write(report));
+  }
+}
+
+Result<void> write_form(const GateFlags& flags, const std::string& file, const std::string& text) {
+  SIGHTLINE_TRY(write_file_atomically(file, text, if_exists(flags.is_forced)));
+  print_written(file);
+  return {};
+}
+
 Result<void> write_report(const GateFlags& flags, const GateReport& report) {
+  if (flags.output.empty()) print_forms(flags, report);
+  std::string joined;
+  for (const Form& form : kForms) {
+    if (is_among(flags.formats, form)) joined += form.write(report);
+  }
+  if (!flags.output.empty()) SIGHTLINE_TRY(write_form(flags, flags.output, joined));
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
-    if (std::ranges::find(flags.formats, kForms[i].name) != flags.formats.end()) {
-      print_text(kForms[i].write(report));
-    }
     if (flags.files[i].empty()) continue;
     SIGHTLINE_TRY(
         write_file_atomically(flags.files[i], kForms[i].write(report), if_exists(flags.is_forced)));
@@ -127,7 +165,8 @@ Verb gate_verb() {
   verb.name = "gate";
   verb.summary = "Judge a map by rules, alone and against the one before it";
   verb.details =
-      "Exit status 0: the map passes, 69: it does not. Rules, their thresholds and exceptions by "
+      "Prints the verdict on the map and the result of the rules. Exit status 0: the map passes, "
+      "69: it does not. Rules, their thresholds and exceptions by "
       "place are described in schemas/gate_rules.md.";
   verb.examples = {
       "sightline gate town.slmap",
@@ -145,7 +184,8 @@ Verb gate_verb() {
                  .target = &flags->rules},
                 {.names = "--evaluation",
                  .value = "FILE",
-                 .help = "What `sightline evaluate --json` wrote for this map",
+                 .help = "The JSON of `sightline evaluate` for this map: the verdict and rules of an "
+                         "observing drive use it",
                  .target = &flags->evaluation},
                 {.names = "--today",
                  .value = "DATE",
@@ -155,7 +195,11 @@ Verb gate_verb() {
                  .value = "FORMAT",
                  .help = "Form of the output",
                  .target = &flags->formats,
-                 .choices = forms}};
+                 .choices = forms},
+                output_flag(flags->output, "Write the output to this file, not to stdout"),
+                {.names = "--all",
+                 .help = "Print every check, not only what fits on 12 lines",
+                 .target = &flags->prints_all}};
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
     verb.flags.push_back({.names = std::string("--") + kForms[i].name,
                           .value = "FILE",

@@ -5,6 +5,7 @@
 
 #include "compiler/gate/forms/gate_text.h"
 #include "compiler/gate/rules/rules.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/base/version.h"
 #include "formats/text/table.h"
 
@@ -170,6 +171,7 @@ std::string to_json(const GateReport& report) {
                {"map", card_json(report.map)},
                {"old_map", report.old_map ? card_json(*report.old_map) : Json()},
                {"today", report.today},
+               {"verdict", to_json(report.verdict)},
                {"passed", report.passes()},
                {"fails_at", severity_name(report.fails_at)},
                {"errors", report.violations(Severity::kError)},
@@ -199,7 +201,8 @@ std::string to_sarif(const GateReport& report) {
                     {"columnKind", "utf16CodeUnits"},
                     {"results", results},
                     {"properties",
-                     {{"map_version", report.map.version},
+                     {{"map_verdict", word_of(report.verdict.verdict)},
+                      {"map_version", report.map.version},
                       {"map_release", report.map.release},
                       {"map_root_digest", report.map.root_digest}}}};
   const Json log = {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "compiler/gate/rules/rules.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/text/quoted_text.h"
 #include "formats/text/table.h"
 
@@ -31,6 +32,25 @@ std::string section(const std::string& title, const std::string& lines) {
   return lines.empty() ? "" : concat(title, "\n", lines);
 }
 
+// ", 14 checks met, 2 errors, 1 not judged": without what there is none of.
+std::string gate_counts(const GateReport& report) {
+  struct Counted {
+    std::size_t count;
+    const char* one;
+    const char* many;
+  };
+  const Counted all[] = {{report.violations(Severity::kError), " error", " errors"},
+                         {report.violations(Severity::kWarning), " warning", " warnings"},
+                         {report.violations(Severity::kNote), " note", " notes"},
+                         {report.count(Verdict::kExcepted), " excepted", " excepted"},
+                         {report.count(Verdict::kNotJudged), " not judged", " not judged"}};
+  std::string text = concat(", ", report.count(Verdict::kMet), " checks met");
+  for (const Counted& each : all) {
+    if (each.count > 0) text += concat(", ", each.count, each.count == 1 ? each.one : each.many);
+  }
+  return text;
+}
+
 std::string cell(const std::string& text) {
   std::string safe;
   for (const char c : text) {
@@ -51,6 +71,23 @@ std::string place_of(const Check& check) {
   if (!check.place) return "map";
   const RouteStretch& place = *check.place;
   return concat(place.is_of_old ? "old " : "", "sites ", place.first_site, " to ", place.last_site);
+}
+
+// A line for each violation, errors first: "  error worst-stretch within 0.1 m, sites 3 to 9: ...".
+std::vector<std::string> violation_lines(const GateReport& report) {
+  std::vector<std::string> lines;
+  for (const Severity severity : {Severity::kError, Severity::kWarning, Severity::kNote}) {
+    for (const Check& check : report.checks) {
+      if (check.verdict != Verdict::kViolated || check.severity != severity) continue;
+      std::string line = concat("  ", severity_name(severity), " ", check.rule);
+      if (check.limit_m) line += within(*check.limit_m);
+      if (check.place) line += ", " + place_of(check);
+      line += ": " + in_words(check.found, check.unit);
+      if (check.allowed) line += ", allowed " + in_words(*check.allowed, check.unit);
+      lines.push_back(line + "\n");
+    }
+  }
+  return lines;
 }
 
 std::string row(const Check& check) {
@@ -157,7 +194,8 @@ std::string property(const std::string& name, const std::string& value) {
 
 std::string properties_of(const GateReport& report) {
   std::string xml = property("map", report.map.file) + property("map_id", report.map.map_id) +
-                    property("root_digest", report.map.root_digest);
+                    property("root_digest", report.map.root_digest) +
+                    property("verdict", std::string(word_of(report.verdict.verdict)));
   if (!report.old_map) return xml;
   return xml + property("old_map", report.old_map->file) +
          property("old_root_digest", report.old_map->root_digest);
@@ -182,7 +220,7 @@ std::string warnings_of(const GateReport& report) {
 }  // namespace
 
 std::string to_text(const GateReport& report) {
-  std::string text = map_line("gate of ", report.map);
+  std::string text = to_text(report.verdict) + map_line("gate of ", report.map);
   if (report.old_map) text += map_line("against ", *report.old_map);
   static constexpr std::array<const char*, 3> kTitles = {"notes", "warnings", "errors"};
   for (const Severity severity : {Severity::kError, Severity::kWarning, Severity::kNote}) {
@@ -195,12 +233,24 @@ std::string to_text(const GateReport& report) {
     text += section(std::string(verdict_name(verdict)),
                     lines_of(report, [&](const Check& check) { return check.verdict == verdict; }));
   }
-  text += report.passes() ? "passed: " : "failed: ";
-  return concat(text, report.violations(Severity::kError), " errors, ",
-                report.violations(Severity::kWarning), " warnings, ",
-                report.violations(Severity::kNote), " notes; ", report.count(Verdict::kExcepted),
-                " excepted, ", report.count(Verdict::kMet), " met, ",
-                report.count(Verdict::kNotJudged), " not judged\n");
+  return text + gate_head(report) + gate_counts(report) + "\n";
+}
+
+std::string gate_head(const GateReport& report) {
+  return report.passes() ? "Gate: passed" : "Gate: failed";
+}
+
+std::string to_summary(const GateReport& report) {
+  constexpr std::size_t kMostLines = 12;
+  const std::string verdict = to_text(report.verdict);
+  const auto taken = static_cast<std::size_t>(std::ranges::count(verdict, '\n')) + 1;
+  const std::vector<std::string> lines = violation_lines(report);
+  const std::size_t room = taken < kMostLines ? kMostLines - taken : 1;
+  const std::size_t shown = lines.size() <= room ? lines.size() : room - 1;
+  std::string text = verdict + gate_head(report) + gate_counts(report) + "\n";
+  for (std::size_t i = 0; i < shown; ++i) text += lines[i];
+  if (shown == lines.size()) return text;
+  return concat(text, "  and ", lines.size() - shown, " more: --all prints every check\n");
 }
 
 std::string to_markdown(const GateReport& report) {
@@ -210,7 +260,7 @@ std::string to_markdown(const GateReport& report) {
   if (report.old_map) text += concat(" against `", report.old_map->file, "`");
   text += concat(": ", report.violations(Severity::kError), " errors, ",
                  report.violations(Severity::kWarning), " warnings, ",
-                 report.violations(Severity::kNote), " notes.\n");
+                 report.violations(Severity::kNote), " notes.\n\n", to_markdown(report.verdict));
   const std::string violated = rows_of(report, Verdict::kViolated);
   if (!violated.empty()) text += "\n" + table(violated);
   return text + folded("Excepted", rows_of(report, Verdict::kExcepted)) +
@@ -231,7 +281,8 @@ std::string to_github(const GateReport& report) {
   const char* verdict = report.passes() ? "::notice title=sightline gate::passed"
                                         : "::error title=sightline gate::failed";
   return concat(text, verdict, ", ", report.violations(Severity::kError), " errors and ",
-                report.violations(Severity::kWarning), " warnings\n");
+                report.violations(Severity::kWarning), " warnings; map verdict: ",
+                word_of(report.verdict.verdict), "\n");
 }
 
 std::string to_junit(const GateReport& report) {

@@ -8,8 +8,15 @@
 
 namespace sightline {
 
-// For people at a terminal: violations first, then what could not be judged, then one line a check
-// that was met.
+// "Gate: passed" or "Gate: failed", without its end: what is coloured at a terminal.
+std::string gate_head(const GateReport& report);
+
+// For people at a terminal, at most 12 lines: the verdict on the map, the result of the gate, and a
+// line for each violation as far as there is room.
+std::string to_summary(const GateReport& report);
+
+// The verdict, and every check: violations first, then what could not be judged, then one line a
+// check that was met.
 std::string to_text(const GateReport& report);
 
 // Every check with its numbers: schemas/gate.schema.json.

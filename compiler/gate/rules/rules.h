@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "compiler/views/verdict/verdict.h"
 #include "formats/base/result.h"
 #include "formats/map/compiled_map.h"
 
@@ -96,6 +97,7 @@ struct GateReport {
   std::optional<GateMapCard> old_map;
   std::string today;                     // YYYY-MM-DD, the day that exceptions were judged on
   Severity fails_at = Severity::kError;  // the least severity of a violation that fails the gate
+  MapJudgement verdict = {};             // of the map, which no rule changes
   std::vector<Check> checks;             // in the order of gate_rules()
 
   [[nodiscard]] std::size_t count(Verdict verdict) const;

@@ -1,0 +1,126 @@
+#include "compiler/views/verdict/verdict_text.h"
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Colours that every reader of Markdown shows.
+const char* sign_of(MapVerdict verdict) {
+  static constexpr const char* kSigns[] = {"\U0001F7E2", "\U0001F7E1", "\U0001F534", "\u26AA"};
+  return kSigns[static_cast<std::size_t>(verdict)];
+}
+
+// Texts of a map may contain what Markdown takes for its own syntax.
+std::string escaped(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    if (c == '<') {
+      safe += "&lt;";
+    } else if (c == '\n' || c == '\r') {
+      safe += ' ';
+    } else {
+      if (std::string_view("\\`*_[]|").find(c) != std::string_view::npos) safe += '\\';
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+std::string_view name_of(Evidence evidence) {
+  static constexpr std::string_view kNames[] = {"none", "own-drive", "evaluation"};
+  return kNames[static_cast<std::size_t>(evidence)];
+}
+
+Json lost_of(const std::optional<std::uint32_t>& count) { return count ? Json(*count) : Json(); }
+
+Json limit_json(const LimitVerdict& limit) {
+  Json json = {{"limit_m", limit.limit_m},
+               {"verdict", word_of(limit.verdict)},
+               {"recommended", name_of(limit.recommended)},
+               {"target", limit.target},
+               {"answered_share", limit.answered_share},
+               {"expected_coverage", limit.expected_coverage},
+               {"longest_unmet_m", limit.unmet_m},
+               {"reason", limit.reason},
+               {"score", nullptr},
+               {"best_constant", nullptr}};
+  if (limit.score) {
+    json["score"] = {{"of", name_of(limit.score->kind)},
+                     {"coverage", limit.score->coverage},
+                     {"answered_coverage", limit.score->answered_coverage},
+                     {"time_ratio", limit.constant ? Json(limit.score->time_ratio) : Json()},
+                     {"lost_count", lost_of(limit.score->lost_count)}};
+  }
+  if (limit.constant) {
+    json["best_constant"] = {{"look", limit.constant->look},
+                             {"coverage", limit.constant->coverage},
+                             {"time_ratio", limit.constant->time_ratio},
+                             {"lost_count", lost_of(limit.constant->lost_count)}};
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string verdict_head(const MapJudgement& judgement) {
+  return concat("Verdict: ", word_of(judgement.verdict));
+}
+
+std::string verdict_rest(const MapJudgement& judgement) {
+  std::string text = ".";
+  if (!judgement.reason.empty()) text += " " + judgement.reason;
+  if (!judgement.figures.empty()) text += " " + judgement.figures;
+  return text;
+}
+
+std::string to_text(const MapJudgement& judgement) {
+  std::string text = wrapped(verdict_head(judgement) + verdict_rest(judgement));
+  if (!judgement.promise.empty()) text += wrapped(judgement.promise);
+  return text + "Next: " + judgement.next + "\n";
+}
+
+std::string to_markdown(const MapJudgement& judgement) {
+  std::string text = concat("**Verdict: ", sign_of(judgement.verdict), " ",
+                            word_of(judgement.verdict), "**", escaped(verdict_rest(judgement)));
+  if (!judgement.promise.empty()) text += " " + escaped(judgement.promise);
+  return text + "\n";
+}
+
+Json to_json(const MapJudgement& judgement) {
+  Json json = {{"word", word_of(judgement.verdict)},
+               {"colour", colour_of(judgement.verdict)},
+               {"evidence", name_of(judgement.evidence)},
+               {"drive", judgement.drive},
+               {"judged_count", judgement.judged_count},
+               {"judged", judgement.is_replayed ? "scans" : "sites"},
+               {"reason", judgement.reason},
+               {"figures", judgement.figures},
+               {"promise", judgement.promise},
+               {"next", judgement.next},
+               {"limits", Json::array()}};
+  for (const LimitVerdict& limit : judgement.limits) json["limits"].push_back(limit_json(limit));
+  return json;
+}
+
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
+  std::istringstream words(text);
+  std::string all;
+  std::string line;
+  for (std::string word; words >> word;) {
+    if (!line.empty() && line.size() + 1 + word.size() > width) {
+      all += line + "\n";
+      line = std::string(indent, ' ') + word;
+      continue;
+    }
+    line += line.empty() ? word : " " + word;
+  }
+  return line.empty() ? all : all + line + "\n";
+}
+
+}  // namespace sightline
