@@ -207,7 +207,7 @@ double worst_rise_m(const std::string& before, const std::string& after, const J
 void expect_failed(const Pipeline& judged) {
   EXPECT_EQ(judged.status, 69) << judged.said;
   EXPECT_EQ(judged.json.at("passed"), false);
-  EXPECT_THAT(judged.said, HasSubstr("\nfailed: "));
+  EXPECT_THAT(judged.said, HasSubstr("\nGate: failed, "));
   EXPECT_THAT(judged.said, HasSubstr("::error title=sightline gate::failed"));
   EXPECT_THAT(judged.markdown, HasSubstr("### sightline gate: failed\n"));
   expect_valid_forms(judged);

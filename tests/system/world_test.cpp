@@ -91,7 +91,7 @@ std::string output_of(const std::string& arguments) { return run_sightline(argum
 void append_gate(const TwoMaps& maps, std::vector<Printed>& table) {
   const std::filesystem::path rules = maps.folder / "rules.yaml";
   EXPECT_TRUE(write_file_atomically(rules, "stretch_m: 0.5\n", IfExists::kRefuse));
-  const std::string gate = "gate " + maps.map + " --rules " + rules.string() + " --format ";
+  const std::string gate = "gate " + maps.map + " --rules " + rules.string() + " --all --format ";
   for (const char* format : {"text", "github", "sarif"}) {
     table.push_back(
         {std::string("gate --format ") + format,

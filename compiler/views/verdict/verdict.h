@@ -9,7 +9,7 @@
 #include "compiler/views/verdict/evaluation_figures.h"
 #include "formats/map/compiled_map.h"
 
-// One verdict on a map, the same in every verb, page and comment (schemas/definitions.md,
+// One verdict on a map, the same in every verb, page and comment (schemas/gate_rules.md,
 // "Verdict").
 
 namespace sightline {

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 
 #include "compiler/gate/forms/gate_text.h"
 #include "formats/base/files/atomic_file.h"
@@ -157,7 +158,33 @@ TEST(GateForms, TextTellsErrorsFirstWithTheirPlace) {
   EXPECT_LT(text.find("\nerrors\n"), text.find("\nwarnings\n"));
   EXPECT_THAT(text, HasSubstr("around (714.0, -64.0, 1.8) m in the world"));
   EXPECT_THAT(text, HasSubstr("excepted: new <GPU> & more (until 2026-12-31)"));
-  EXPECT_THAT(text, HasSubstr("\nfailed: "));
+  EXPECT_THAT(text, HasSubstr("\nGate: failed, "));
+}
+
+TEST(GateForms, SummaryFitsOnTwelveLinesAndCountsWhatItLeavesOut) {
+  const CompiledMap before = route_map(2000);
+  CompiledMap after = before;
+  for (std::size_t site = 0; site < 2000; ++site) {
+    if (site / 50 % 2 == 0) set_site(after, site, {2, 0.05, 0.95, 0});
+  }
+  sum_up(after);
+  const GateReport report = judged(after, &before);
+  ASSERT_GT(report.count(Verdict::kViolated), 12U);
+  const std::string text = to_summary(report);
+  EXPECT_EQ(std::ranges::count(text, '\n'), 12);
+  EXPECT_TRUE(text.starts_with("Verdict: "));
+  EXPECT_THAT(text, HasSubstr("\nGate: failed, "));
+  EXPECT_THAT(text, HasSubstr("  error stretch-range-rise within 0.1 m, sites "));
+  EXPECT_THAT(text, HasSubstr(" more: --all prints every check\n"));
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120U) << line;
+}
+
+TEST(GateForms, SummaryHasEveryViolationWhereThereIsRoom) {
+  const GateReport report = judged(route_map(120));
+  const std::string text = to_summary(report);
+  EXPECT_THAT(text, HasSubstr("\nGate: passed, "));
+  EXPECT_EQ(text.find("--all prints"), std::string::npos) << text;
 }
 
 TEST(GateRules, AreAsTheyAreDocumented) {
