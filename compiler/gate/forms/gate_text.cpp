@@ -281,8 +281,8 @@ std::string to_github(const GateReport& report) {
   const char* verdict = report.passes() ? "::notice title=sightline gate::passed"
                                         : "::error title=sightline gate::failed";
   return concat(text, verdict, ", ", report.violations(Severity::kError), " errors and ",
-                report.violations(Severity::kWarning), " warnings; map verdict: ",
-                word_of(report.verdict.verdict), "\n");
+                report.violations(Severity::kWarning),
+                " warnings; map verdict: ", word_of(report.verdict.verdict), "\n");
 }
 
 std::string to_junit(const GateReport& report) {

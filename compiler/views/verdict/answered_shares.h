@@ -4,8 +4,9 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/views/verdict/evaluation_figures.h"
+#include "compiler/views/verdict/answer_kind.h"
 #include "formats/grid/point_grid.h"
+#include "formats/map/compiled_map.h"
 
 namespace sightline {
 

@@ -34,8 +34,8 @@ LimitFigures figures_at(const CompiledMap& map, const DriveTracks& tracks, doubl
       answered.add_scan(kind, limit_m, {scan.p_x_map_m, scan.p_y_map_m},
                         tracks.step(rule, i).error_m);
     }
-    figures.answers.push_back({kind, score.coverage, answered.share(kind, limit_m),
-                               score.time_ratio, score.lost_count});
+    figures.answers.push_back(
+        {kind, score.coverage, answered.share(kind, limit_m), score.time_ratio, score.lost_count});
   }
   std::ranges::sort(figures.answers, {}, &AnswerScore::kind);
   return figures;
@@ -48,7 +48,8 @@ void add_looks(const CompiledMap& map, const LookEvaluation& looks, std::size_t 
   }
   if (!map.looks) return;
   const LookRuleScore& score = looks.score(limit, LookRule::kMap);
-  figures.answers.push_back({AnswerKind::kLook, score.coverage,
+  figures.answers.push_back({AnswerKind::kLook,
+                             score.coverage,
                              answered_coverage_of_looks(map, limit, score.coverage),
                              score.time_ratio,
                              {}});
@@ -74,19 +75,16 @@ LimitFigures figures_at(const CompiledMap& map, const Evaluation& evaluation, st
                       evaluation.error_m[i * evaluation.statics.size() + range]);
   }
   const RuleScore& score = evaluation.score(limit, Rule::kMap);
-  figures.answers.push_back({AnswerKind::kRange, score.coverage,
-                             answered.share(AnswerKind::kRange, figures.limit_m), score.time_ratio,
+  figures.answers.push_back({AnswerKind::kRange,
+                             score.coverage,
+                             answered.share(AnswerKind::kRange, figures.limit_m),
+                             score.time_ratio,
                              {}});
   std::ranges::sort(figures.answers, {}, &AnswerScore::kind);
   return figures;
 }
 
 }  // namespace
-
-std::string_view name_of(AnswerKind kind) {
-  if (kind == AnswerKind::kPlan) return "plan";
-  return kind == AnswerKind::kLook ? "look" : "range";
-}
 
 EvaluationFigures figures_of(const CompiledMap& map, const Evaluation& evaluation,
                              const DriveTracks* tracks) {

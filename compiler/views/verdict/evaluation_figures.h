@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "compiler/views/verdict/answer_kind.h"
 #include "formats/annotation/drive_tracks.h"
 #include "formats/base/result.h"
 #include "formats/evaluation/evaluation.h"
@@ -16,10 +17,6 @@
 // the artifacts of an evaluation or from the JSON that `sightline evaluate` wrote.
 
 namespace sightline {
-
-// What a vehicle localizes by, the recommended one first.
-enum class AnswerKind : std::uint8_t { kPlan, kLook, kRange };
-std::string_view name_of(AnswerKind kind);  // "plan", "look", "range"
 
 // How one kind of answer did at one limit. Shares are of the scans of the replayed drive; where the
 // drive was not replayed, of the judged sites.

@@ -103,7 +103,8 @@ void add_looks(const CompiledMap& map, const Json& tables, EvaluationFigures& fi
     LimitFigures& limit = at_limit(figures, rules->number(row, "limit_m"));
     const auto index = static_cast<std::size_t>(&limit - figures.limits.data());
     const double coverage = rules->number(row, "coverage");
-    limit.answers.push_back({AnswerKind::kLook, coverage,
+    limit.answers.push_back({AnswerKind::kLook,
+                             coverage,
                              answered_coverage_of_looks(map, index, coverage),
                              rules->number(row, "time_ratio"),
                              {}});
@@ -119,8 +120,7 @@ void add_sites(const CompiledMap& map, const Json& tables, const JsonTable& rule
     for (const Json& row : sites->rows()) {
       if (!sites->is(row, "rule", "map")) continue;
       answered.add_site(AnswerKind::kRange, sites->number(row, "limit_m"),
-                        sites->cell(row, "site").get<std::size_t>(),
-                        sites->number(row, "error_m"));
+                        sites->cell(row, "site").get<std::size_t>(), sites->number(row, "error_m"));
     }
   }
   const bool has_looks = find_table(tables, "evaluation-static-looks").has_value();
@@ -130,8 +130,10 @@ void add_sites(const CompiledMap& map, const Json& tables, const JsonTable& rule
     const double time_ratio = rules.number(row, "time_ratio");
     LimitFigures& limit = at_limit(figures, limit_m);
     if (rules.is(row, "rule", "map")) {
-      limit.answers.push_back({AnswerKind::kRange, coverage,
-                               answered.share(AnswerKind::kRange, limit_m), time_ratio,
+      limit.answers.push_back({AnswerKind::kRange,
+                               coverage,
+                               answered.share(AnswerKind::kRange, limit_m),
+                               time_ratio,
                                {}});
     } else if (!has_looks && (rules.is(row, "rule", "static-equal-coverage") ||
                               rules.is(row, "rule", "static-longest"))) {

@@ -66,15 +66,16 @@ void find_unmet(const CompiledMap& map, std::size_t limit, LimitVerdict& verdict
   }
 }
 
-// What the map has of its localization drive: no replay, so neither a plan nor lost tracks nor times.
+// What the map has of its localization drive: no replay, so neither a plan nor lost tracks nor
+// times.
 std::optional<AnswerScore> own_score(const CompiledMap& map, AnswerKind kind, std::size_t limit) {
   if (kind == AnswerKind::kPlan) return std::nullopt;
   const LimitQuality& quality = quality_of(map, kind, limit);
   const std::size_t sites = map.sites.sites.size();
   const double answered = 1.0 - share_of(quality.unmet_count, sites);
   const double coverage = quality.measured_coverage;
-  return AnswerScore{kind, coverage, answered > 0.0 ? std::min(1.0, coverage / answered) : 1.0,
-                     0.0, std::nullopt};
+  return AnswerScore{kind, coverage, answered > 0.0 ? std::min(1.0, coverage / answered) : 1.0, 0.0,
+                     std::nullopt};
 }
 
 const AnswerScore* find_score(const LimitFigures& figures, AnswerKind kind) {
@@ -166,16 +167,17 @@ std::string why_unanswered(const LimitVerdict& verdict) {
     return fmt::format("No answer is good enough for {} at {} of the places",
                        in_words(verdict.limit_m), share);
   }
-  return fmt::format("No answer is good enough for {} at {} of the places (longest stretch {} m, "
-                     "from site {})",
-                     in_words(verdict.limit_m), share, fixed(verdict.unmet_m, 0),
-                     verdict.unmet_site);
+  return fmt::format(
+      "No answer is good enough for {} at {} of the places (longest stretch {} m, "
+      "from site {})",
+      in_words(verdict.limit_m), share, fixed(verdict.unmet_m, 0), verdict.unmet_site);
 }
 
 double judged_share(const CompiledMap& map, const EvaluationFigures* evaluation,
                     Evidence evidence) {
-  const std::size_t judged = evidence == Evidence::kEvaluation ? evaluation->judged_count
-                                                               : map.measurement.measured_site_count;
+  const std::size_t judged = evidence == Evidence::kEvaluation
+                                 ? evaluation->judged_count
+                                 : map.measurement.measured_site_count;
   return share_of(judged, map.sites.sites.size());
 }
 
@@ -242,9 +244,8 @@ std::string figures_text(const MapJudgement& judgement, const LimitVerdict& limi
       score.kind == AnswerKind::kPlan ? "keeps" : "keep", percent(score.coverage),
       judgement.judged_count, judgement.is_replayed ? "scans" : "sites", in_words(limit.limit_m));
   if (score.lost_count) {
-    text += *score.lost_count == 0
-                ? " and no track is lost"
-                : fmt::format(" and {} tracks are lost", *score.lost_count);
+    text += *score.lost_count == 0 ? " and no track is lost"
+                                   : fmt::format(" and {} tracks are lost", *score.lost_count);
   }
   if (limit.constant) text += compared(score, *limit.constant);
   return limit.reason.starts_with("No answer") ? text : text + "; " + answered_words(limit);
@@ -264,8 +265,8 @@ std::string promise_of(const CompiledMap& map, const LimitVerdict& limit, std::s
 // A word of a command line: quoted where a shell would split or expand it.
 std::string word(const std::string& text) {
   const bool is_plain = std::ranges::all_of(text, [](unsigned char c) {
-    return std::isalnum(c) != 0 || std::string_view("/-._~+,:@%").find(static_cast<char>(c)) !=
-                                       std::string_view::npos;
+    return std::isalnum(c) != 0 ||
+           std::string_view("/-._~+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
   });
   return is_plain && !text.empty() ? text : shell_word(text);
 }
@@ -328,9 +329,9 @@ MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluati
   const bool is_evaluated = judgement.evidence == Evidence::kEvaluation;
   judgement.drive = is_evaluated ? evaluation->drive : map.measurement.localization_drive;
   judgement.is_replayed = is_evaluated && evaluation->scan_count > 0;
-  judgement.judged_count = !is_evaluated            ? map.measurement.measured_site_count
+  judgement.judged_count = !is_evaluated           ? map.measurement.measured_site_count
                            : judgement.is_replayed ? evaluation->scan_count
-                                                    : evaluation->judged_count;
+                                                   : evaluation->judged_count;
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     judgement.limits.push_back(judge_limit(map, evaluation, judgement.evidence, limit));
   }

@@ -58,8 +58,8 @@ struct LimitVerdict {
 struct MapJudgement {
   MapVerdict verdict = MapVerdict::kNotJudged;  // the worst of the limits
   Evidence evidence = Evidence::kNone;
-  std::string drive;                 // that judged
-  std::uint32_t judged_count = 0;    // scans where the drive was replayed, else sites
+  std::string drive;               // that judged
+  std::uint32_t judged_count = 0;  // scans where the drive was replayed, else sites
   bool is_replayed = false;
   std::vector<LimitVerdict> limits;  // as in the map
   std::size_t deciding = 0;          // the first of the limits that has the verdict
