@@ -43,7 +43,7 @@ std::int64_t measured_count(const MeasuredError& drive) {
 
 Result<void> validate(const DrivenPlaces& places) {
   if (places.places.empty()) {
-    return Error{ErrorCode::kNoTrainingRows, "no place to learn from"};
+    return Error{ErrorCode::kNoTrainingRows, "no place to train on"};
   }
   for (const DrivenPlace& place : places.places) {
     SIGHTLINE_TRY(validate_place(place));

@@ -13,13 +13,13 @@ Result<void> validate_shape(const Evaluation& evaluation) {
   const std::size_t pairs = evaluation.sites.size() * evaluation.statics.size();
   const std::size_t rule_count = evaluation.limits_m.size() * kRuleCount;
   if (evaluation.sites.empty() || evaluation.statics.empty() || evaluation.limits_m.empty()) {
-    return invalid_artifact("an evaluation needs judged sites, ranges and limits", "");
+    return invalid_artifact("an evaluation needs evaluated sites, ranges and limits", "");
   }
   if (evaluation.rules.size() != rule_count || evaluation.error_m.size() != pairs ||
       evaluation.time_ms.size() != pairs ||
       evaluation.chosen_range_index.size() != rule_count * evaluation.sites.size()) {
     return invalid_artifact(
-        "scores or choices do not match the number of judged sites, ranges and limits", "");
+        "scores or choices do not match the number of evaluated sites, ranges and limits", "");
   }
   if (evaluation.out_of_fold_count > evaluation.sites.size() ||
       !std::isfinite(evaluation.stretch_m)) {
@@ -51,7 +51,7 @@ Result<void> validate_sites(const Evaluation& evaluation) {
     const JudgedSite& site = evaluation.sites[i];
     const bool follows = i == 0 || evaluation.sites[i - 1].site < site.site;
     if (!follows || site.site >= evaluation.site_count || !are_finite(site)) {
-      return invalid_artifact("a judged site is out of order", concat("site ", i));
+      return invalid_artifact("an evaluated site is out of order", concat("site ", i));
     }
   }
   for (const std::uint8_t index : evaluation.chosen_range_index) {

@@ -32,7 +32,7 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
   const bool has_history = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
   if (has_history && !model.card.knows_history) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "predictions use measured history, of which the model knows nothing"};
+                 "predictions use measured history, but the model has no such inputs"};
   }
   if (predicted.looks.size() > kMostRanges) {
     return Error{ErrorCode::kMismatchedInputs, concat("found ", predicted.looks.size(),
