@@ -7,6 +7,7 @@
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/cli/help_text.h"
+#include "compiler/cli/quoted_place.h"
 #include "compiler/cli/verb.h"
 #include "passes/pass/options.h"
 
@@ -50,16 +51,70 @@ CLI::Option* add_positional(CLI::App& app, const Positional& positional) {
   return option->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
+// What people mean by flags of other programs; empty: not known.
+std::string meaning_of(const std::string& command, const Verb& verb, const std::string& name) {
+  if (name == "--json") {
+    const Flag* const format = find_flag(verb, "--format");
+    const bool has_json =
+        format != nullptr && std::ranges::find(format->choices, "json") != format->choices.end();
+    return has_json ? "write --format json" : "";
+  }
+  if (name == "-j" || name == "--jobs" || name == "--threads") {
+    return find_flag(verb, "--threads") != nullptr
+               ? "write -j or --threads"
+               : concat("`", command, "` uses one thread: leave the flag out");
+  }
+  if (name == "-c" || name == "--config") {
+    const auto takes_config = [](const Positional& positional) {
+      return positional.name == "CONFIG" || positional.name == "TARGET";
+    };
+    const auto positional = std::ranges::find_if(verb.positionals, takes_config);
+    return positional == verb.positionals.end()
+               ? "this verb takes no configuration"
+               : concat("the configuration has no flag before it: `", command, " FILE.yaml`");
+  }
+  if (name == "--version") return "`sightline --version` prints it";
+  return "";
+}
+
+// A second configuration, or what else a word too many may be.
+std::string meaning_of_word(const std::string& command, const Verb& verb) {
+  const bool takes_one =
+      std::ranges::find(verb.positionals, "CONFIG", &Positional::name) != verb.positionals.end();
+  if (takes_one) {
+    return "one configuration is read; several drives are a list under mapping: in it";
+  }
+  return concat("`", command, " --help` shows what may stand there");
+}
+
 // The first word too many: a flag that does not exist, or a positional.
 Error unexpected(const std::string& command, const Verb& verb, const std::string& word) {
   if (!word.starts_with('-') || word == "-") {
-    return bad_argument(
-        concat("unexpected word '", word, "'; `", command, " --help` shows what may stand there"));
+    return bad_argument(concat("unexpected word '", word, "'; ", meaning_of_word(command, verb)));
   }
-  const std::string name = word.substr(0, word.find('='));
+  const std::string name =
+      word.starts_with("--") ? word.substr(0, word.find('=')) : word.substr(0, 2);
+  const std::string meaning = meaning_of(command, verb, name);
+  if (!meaning.empty()) return bad_argument(concat("unknown flag ", name, "; ", meaning));
   std::vector<std::string> known;
   for (const Flag& flag : shown_flags(verb)) known.push_back(long_name(flag));
   return unknown("unknown flag " + name, name, known, command);
+}
+
+// A map in place of the configuration, of a verb that takes it behind --map.
+Result<void> check_swapped(const std::string& command, const Verb& verb,
+                           const std::vector<CLI::Option*>& options) {
+  const Flag* const map = find_flag(verb, "--map");
+  if (map == nullptr || !map->is_required) return {};
+  for (std::size_t i = 0; i < verb.positionals.size(); ++i) {
+    if (verb.positionals[i].name != "CONFIG") continue;
+    for (const std::string& word : options[verb.flags.size() + i]->results()) {
+      if (!word.ends_with(".slmap") && kind_of_file(word) != FileKind::kMap) continue;
+      return bad_argument(
+          concat(word, " is the map: write `", command, " CONFIG --map ", word, "`"));
+    }
+  }
+  return {};
 }
 
 // A flag whose value is missing must be the last word, since it takes whatever follows.
@@ -152,21 +207,58 @@ Result<int> run_without_verb(const Program& program, const std::string& flag) {
                  program.name);
 }
 
-Result<int> run_words(const Program& program, const std::vector<std::string>& words) {
-  const std::string& name = words.front();
-  if (name.starts_with('-')) return run_without_verb(program, name);
-  const Verb* const verb = find_verb(program, name);
-  if (verb == nullptr) {
-    return unknown(concat("unknown verb '", name, "'"), name, verb_names(program), program.name);
+// Every word that a verb may be called by; a second word ("status") stands for its verb.
+Error unknown_verb(const Program& program, const std::string& name) {
+  if (name == "version") {
+    return bad_argument(concat("unknown verb 'version'; write `", program.name, " --version`"));
   }
-  const std::string command = concat(program.name, " ", name);
-  const std::vector<std::string> rest(words.begin() + 1, words.end());
+  std::vector<std::string> known = top_names(program);
+  for (const auto& [alias, verb] : program.aliases) known.push_back(alias);
+  const std::string near = nearest_name(name, known);
+  const Verb* const verb = find_verb(program, near);
+  const std::string what = concat("unknown verb '", name, "'; ");
+  if (near.empty()) return bad_argument(concat(what, "`", program.name, " --help` lists them"));
+  return bad_argument(concat(what, "did you mean '", verb == nullptr ? near : verb->name, "'?"));
+}
+
+// A family without one of its verbs.
+Result<int> run_family(const Program& program, const Family& family,
+                       const std::vector<std::string>& words) {
+  if (words.size() > 1 && !asks_for_help(words)) {
+    return unknown(concat("unknown verb '", family.name, " ", words[1], "'"), words[1],
+                   names_in(program, family.name), concat(program.name, " ", family.name));
+  }
+  const bool is_asked = words.size() > 1;
+  std::fputs(help_text(program, family).c_str(), is_asked ? stdout : stderr);
+  return is_asked ? 0 : exit_status(ErrorCode::kBadArgument);
+}
+
+bool is_set(const Verb& verb, const std::string& name) {
+  const Flag* const flag = find_flag(verb, name);
+  const auto* const target = flag == nullptr ? nullptr : std::get_if<bool*>(&flag->target);
+  return target != nullptr && *target != nullptr && **target;
+}
+
+Result<int> run_words(const Program& program, const std::vector<std::string>& words) {
+  if (words.front().starts_with('-')) return run_without_verb(program, words.front());
+  const Called called = find_called(program, words);
+  if (called.verb == nullptr && called.family != nullptr) {
+    return run_family(program, *called.family, words);
+  }
+  if (called.verb == nullptr) return unknown_verb(program, words.front());
+  const Verb& verb = *called.verb;
+  const std::string command = concat(program.name, " ", verb.name);
+  const std::vector<std::string> rest(
+      words.begin() + static_cast<std::ptrdiff_t>(called.word_count), words.end());
   if (asks_for_help(rest)) {
-    std::fputs(help_text(command, *verb).c_str(), stdout);
+    std::fputs(help_text(command, verb).c_str(), stdout);
     return 0;
   }
-  SIGHTLINE_TRY(parse_words(command, *verb, rest));
-  return verb->run();
+  SIGHTLINE_TRY(parse_words(command, verb, rest));
+  set_verbosity(is_set(verb, "--quiet")     ? Verbosity::kQuiet
+                : is_set(verb, "--verbose") ? Verbosity::kVerbose
+                                            : Verbosity::kNormal);
+  return verb.run();
 }
 
 }  // namespace
@@ -181,6 +273,7 @@ Result<void> parse_words(const std::string& command, const Verb& verb,
     options.push_back(add_positional(app, positional));
   }
   SIGHTLINE_TRY(split(app, command, verb, words));
+  SIGHTLINE_TRY(check_swapped(command, verb, options));
   // Setters come last: they may add to what another flag has set.
   for (const bool sets : {false, true}) {
     SIGHTLINE_TRY(set_flags(verb, options, sets));
@@ -205,7 +298,11 @@ int run_command_line(const Program& program, const std::vector<std::string>& wor
     return exit_status(ErrorCode::kBadArgument);
   }
   const Result<int> status = run_words(program, words);
-  return status ? *status : report_error(explain_wrong_file(status.error()));
+  if (status) return *status;
+  const Error error = explain_wrong_file(status.error());
+  const int exit = report_error(error);
+  std::fputs(quoted_place(error).c_str(), stderr);
+  return exit;
 }
 
 }  // namespace sightline

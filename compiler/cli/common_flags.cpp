@@ -1,14 +1,19 @@
 #include "compiler/cli/common_flags.h"
 
 #include <unistd.h>
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <memory>
 
+#include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/cli/file_kind.h"
 
 namespace sightline {
 namespace {
 
-// What a slip of the pen would lose for good.
+// Files that cannot be made again.
 bool is_made_by_hand(const std::filesystem::path& path) {
   const std::optional<FileKind> kind = kind_of_file(path);
   return kind == FileKind::kConfiguration ||
@@ -35,14 +40,41 @@ IfExists if_exists(bool is_forced) { return is_forced ? IfExists::kReplace : IfE
 
 Flag quiet_flag(bool& is_quiet) {
   return {.names = "-q,--quiet",
-          .help = "Print only warnings and errors, on stderr",
+          .help = "Print no progress and no summary: only requested data, warnings and errors",
           .target = &is_quiet};
 }
 
+Flag verbose_flag(bool& is_verbose) {
+  return {.names = "-v,--verbose",
+          .help = "Also log on stderr what was done and its time and memory",
+          .target = &is_verbose,
+          .excludes = "--quiet"};
+}
+
+void add_verbosity_flags(Verb& verb) {
+  struct VerbosityFlags {
+    bool is_quiet = false;
+    bool is_verbose = false;
+  };
+  const auto lacks = [&](const std::string& name) {
+    return std::ranges::find(verb.flags, name, &long_name) == verb.flags.end();
+  };
+  const auto flags = std::make_shared<VerbosityFlags>();
+  if (lacks("--quiet")) verb.flags.push_back(quiet_flag(flags->is_quiet));
+  if (lacks("--verbose")) verb.flags.push_back(verbose_flag(flags->is_verbose));
+  verb.run = [flags, name = verb.name, run = std::move(verb.run)] {
+    const auto begin = std::chrono::steady_clock::now();
+    Result<int> status = run();
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+    if (flags->is_verbose) log_cost("sightline " + name, wall.count());
+    return status;
+  };
+}
+
 Flag threads_flag(int& threads) {
-  return {.names = "--threads",
+  return {.names = "-j,--threads",
           .value = "N",
-          .help = "Threads to use; 0 takes all there are",
+          .help = "Threads to use; 0: as many as the machine has",
           .target = &threads,
           .minimum = 0,
           .maximum = 1024};
@@ -58,8 +90,8 @@ Flag json_progress_flag(int& descriptor) {
   return {.names = "--json-progress",
           .value = "N",
           .help =
-              "Report progress as one JSON object a line, on stderr instead of the lines for "
-              "people, or on file descriptor N",
+              "Report progress as one JSON object a line: on stderr, where it replaces the text, "
+              "or on file descriptor N",
           .target = &descriptor,
           .minimum = 1,
           .bare_value = "2"};
@@ -69,8 +101,8 @@ Flag world_flag(std::string& world) {
   return {.names = "--world",
           .value = "WORLD",
           .help =
-              "Where the recordings' coordinates lie, where neither map nor configuration "
-              "(annotation.world) says: local, utm:ZONE (utm:32N), mgrs:SQUARE (mgrs:32UMV) or "
+              "Coordinate frame of the recordings, if neither the map nor annotation.world in the "
+              "configuration names it: local, utm:ZONE (utm:32N), mgrs:SQUARE (mgrs:32UMV) or "
               "enu:LATITUDE,LONGITUDE,ALTITUDE",
           .target = &world};
 }
@@ -78,15 +110,35 @@ Flag world_flag(std::string& world) {
 Flag expires_flag(std::string& time) {
   return {.names = "--expires",
           .value = "TIME",
-          .help = "UTC as 2026-12-01T00:00:00Z, or days from now as +7d",
+          .help = "UTC time such as 2026-12-01T00:00:00Z, or days from now such as +7d",
           .target = &time};
 }
 
 Flag passphrase_flag(std::string& file) {
   return {.names = "--passphrase-file",
           .value = "FILE",
-          .help = "The secret key's passphrase: the first line of this file; - is stdin",
+          .help = "The passphrase of the secret key is the first line of this file; - is stdin",
           .target = &file};
+}
+
+void add_result_flags(Verb& verb, ResultFlags& flags, const std::string& json) {
+  verb.flags.push_back({.names = "--format",
+                        .value = "FORMAT",
+                        .help = "Form of the output; json: " + json,
+                        .target = &flags.format,
+                        .choices = {"text", "json"}});
+  verb.flags.push_back(output_flag(flags.output, "Write the result to this file, not to stdout"));
+  verb.flags.push_back(force_flag(flags.is_forced));
+}
+
+Result<void> put_result(const ResultFlags& flags, const std::string& result) {
+  if (flags.output.empty()) {
+    flags.is_json() ? print_data(result) : print_text(result);
+    return {};
+  }
+  SIGHTLINE_TRY(write_file_atomically(flags.output, result, if_exists(flags.is_forced)));
+  print_written(flags.output);
+  return {};
 }
 
 Positional map_positional(std::string& file, const std::string& help) {
@@ -98,8 +150,8 @@ Result<void> try_output(const std::filesystem::path& path, IfExists if_exists) {
   SIGHTLINE_TRY(check_output(path, if_exists));
   if (is_made_by_hand(path)) {
     return Error{ErrorCode::kCannotWrite,
-                 "a configuration or a recording stands there, which no output replaces, --force "
-                 "or not; name another file",
+                 "this is a configuration or a recording, which is never replaced, not even with "
+                 "--force; name another file",
                  path.string()};
   }
   std::error_code failure;
@@ -108,10 +160,10 @@ Result<void> try_output(const std::filesystem::path& path, IfExists if_exists) {
     folder = folder.parent_path();
   }
   if (!std::filesystem::is_directory(folder, failure)) {
-    return write_failure(path, folder.string() + " is in the way", ENOTDIR);
+    return write_failure(path, folder.string() + " is a file, and a folder is needed", ENOTDIR);
   }
   if (::access(folder.c_str(), W_OK | X_OK) != 0) {
-    return write_failure(path, "no file can be made in " + folder.string(), errno);
+    return write_failure(path, "no file can be written in " + folder.string(), errno);
   }
   return {};
 }

@@ -17,12 +17,34 @@ Flag required_output_flag(std::string& file, const std::string& help);
 Flag force_flag(bool& is_forced);
 IfExists if_exists(bool is_forced);
 Flag quiet_flag(bool& is_quiet);
+// Excludes quiet_flag(), which the verb must have too.
+Flag verbose_flag(bool& is_verbose);
+// What a verb lacks of -q and -v; both set the verbosity of the console, and a -v that is added
+// here logs what the verb took.
+void add_verbosity_flags(Verb& verb);
 Flag threads_flag(int& threads);
 Flag time_passes_flag(bool& time_passes);
 Flag json_progress_flag(int& descriptor);
 Flag world_flag(std::string& world);
 Flag expires_flag(std::string& time);
 Flag passphrase_flag(std::string& file);
+
+// How a verb prints its result, and where.
+struct ResultFlags {
+  std::string format = "text";  // or json
+  std::string output;           // empty: stdout
+  bool is_forced = false;
+
+  [[nodiscard]] bool is_json() const { return format == "json"; }
+};
+
+// --format text|json, -o and --force. `json` says what the JSON holds, "an array, an object a
+// step".
+void add_result_flags(Verb& verb, ResultFlags& flags, const std::string& json);
+
+// Prints a result that a verb made as text or JSON, or writes it to the file and says so. Errors:
+// those of write_file_atomically.
+Result<void> put_result(const ResultFlags& flags, const std::string& result);
 
 Positional map_positional(std::string& file, const std::string& help);
 

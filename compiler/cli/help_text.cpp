@@ -81,17 +81,26 @@ std::string indented_lines(const std::vector<std::string>& lines) {
   return text;
 }
 
+// Of a verb of one word, or of the family that a verb is the first of; empty for its others.
+std::vector<Entry> top_entry(const Program& program, std::size_t index) {
+  const Verb& verb = program.verbs[index];
+  const std::string family = family_of(verb);
+  if (family.empty()) return {{verb.name, verb.summary}};
+  if (index > 0 && family_of(program.verbs[index - 1]) == family) return {};
+  const auto found = std::ranges::find(program.families, family, &Family::name);
+  return {{family, found == program.families.end() ? "" : found->summary}};
+}
+
 // Verbs of a group stand together in the program.
 std::string verbs_by_group(const Program& program) {
-  std::vector<Entry> entries;
-  for (const Verb& verb : program.verbs) entries.push_back({verb.name, verb.summary});
-  const std::size_t width = width_of(entries);
+  std::size_t width = 0;
+  for (const std::string& name : top_names(program)) width = std::max(width, name.size());
   std::string text;
   std::string group;
-  for (const Verb& verb : program.verbs) {
-    if (verb.group != group) text += concat("\n", verb.group, ":\n");
-    group = verb.group;
-    text += two_columns({{verb.name, verb.summary}}, width);
+  for (std::size_t i = 0; i < program.verbs.size(); ++i) {
+    if (program.verbs[i].group != group) text += concat("\n", program.verbs[i].group, ":\n");
+    group = program.verbs[i].group;
+    text += two_columns(top_entry(program, i), width);
   }
   return text;
 }
@@ -240,6 +249,18 @@ std::string help_text(const std::string& command, const Verb& verb) {
   text += option_list(shown_flags(verb));
   text += filled_paragraphs(verb.details);
   return concat(text, "\nExamples:\n", indented_lines(verb.examples));
+}
+
+std::string help_text(const Program& program, const Family& family) {
+  std::vector<Entry> entries;
+  for (const Verb& verb : program.verbs) {
+    if (family_of(verb) != family.name) continue;
+    entries.push_back({verb.name.substr(family.name.size() + 1), verb.summary});
+  }
+  const std::string command = concat(program.name, " ", family.name);
+  return concat("Usage: ", command, " VERB [OPTION]...\n\n", family.summary, "\n\nVerbs:\n",
+                two_columns(entries, width_of(entries)), "\n`", command,
+                " VERB --help` explains a verb with examples.\n");
 }
 
 std::string help_text(const Program& program) {

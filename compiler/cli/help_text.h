@@ -11,6 +11,9 @@ constexpr std::size_t kHelpColumns = 100;
 // What `sightline --help` prints: how to begin, and every verb with its summary.
 std::string help_text(const Program& program);
 
+// What `sightline FAMILY --help` prints: its verbs with their summaries.
+std::string help_text(const Program& program, const Family& family);
+
 // What `sightline VERB --help` prints. `command` is "sightline VERB". No line of prose is longer
 // than kHelpColumns; examples stay as they are written.
 std::string help_text(const std::string& command, const Verb& verb);

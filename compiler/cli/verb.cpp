@@ -45,9 +45,12 @@ Result<void> check_choice(const Flag& flag, const std::string& called, const std
   if (flag.choices.empty() || std::ranges::find(flag.choices, word) != flag.choices.end()) {
     return {};
   }
+  const auto remedy =
+      std::ranges::find(flag.remedies, word, &std::pair<std::string, std::string>::first);
   const std::string near = nearest_name(word, flag.choices);
-  const std::string hint =
-      near.empty() ? "it is one of " + joined(flag.choices) : concat("did you mean '", near, "'?");
+  const std::string hint = remedy != flag.remedies.end() ? remedy->second
+                           : near.empty()                ? "it is one of " + joined(flag.choices)
+                                                         : concat("did you mean '", near, "'?");
   return Error{ErrorCode::kUnknownName, concat(called, ": '", word, "' is not known; ", hint)};
 }
 
@@ -139,15 +142,49 @@ std::vector<Flag> flags_without_verb() {
   return {help_flag(), {.names = "--version", .help = "Print the version of the program"}};
 }
 
-std::vector<std::string> verb_names(const Program& program) {
+std::vector<std::string> top_names(const Program& program) {
   std::vector<std::string> names;
-  for (const Verb& verb : program.verbs) names.push_back(verb.name);
+  for (const Verb& verb : program.verbs) {
+    const std::string name = verb.name.substr(0, verb.name.find(' '));
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
   return names;
 }
 
+std::vector<std::string> names_in(const Program& program, const std::string& family) {
+  std::vector<std::string> names;
+  for (const Verb& verb : program.verbs) {
+    if (family_of(verb) == family) names.push_back(verb.name.substr(family.size() + 1));
+  }
+  return names;
+}
+
+std::string family_of(const Verb& verb) {
+  const std::size_t blank = verb.name.find(' ');
+  return blank == std::string::npos ? "" : verb.name.substr(0, blank);
+}
+
 const Verb* find_verb(const Program& program, const std::string& name) {
-  const auto verb = std::ranges::find(program.verbs, name, &Verb::name);
+  const auto alias =
+      std::ranges::find(program.aliases, name, &std::pair<std::string, std::string>::first);
+  const std::string& full = alias == program.aliases.end() ? name : alias->second;
+  const auto verb = std::ranges::find(program.verbs, full, &Verb::name);
   return verb == program.verbs.end() ? nullptr : &*verb;
+}
+
+Called find_called(const Program& program, const std::vector<std::string>& words) {
+  if (words.empty()) return {};
+  const auto family = std::ranges::find(program.families, words[0], &Family::name);
+  const bool is_family = family != program.families.end();
+  const Family* const found = is_family ? &*family : nullptr;
+  if (is_family && words.size() > 1) {
+    const Verb* const verb = find_verb(program, concat(words[0], " ", words[1]));
+    if (verb != nullptr) return {verb, found, 2};
+  }
+  const bool is_alone = words.size() == 1 || words[1] == "--help" || words[1] == "-h";
+  if (is_family && is_alone) return {nullptr, found, 1};
+  const Verb* const verb = find_verb(program, words[0]);
+  return {verb, found, static_cast<std::size_t>(verb != nullptr || is_family ? 1 : 0)};
 }
 
 Result<void> set_flag(const Flag& flag, const std::string& called,

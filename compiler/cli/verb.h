@@ -31,7 +31,9 @@ struct Flag {
   std::string help = {};   // without a full stop at the end; parsing and help add what follows
   FlagTarget target = {};  // a list: the flag may be repeated
   std::vector<std::string> choices = {};  // the only values allowed; empty: any
-  std::optional<double> minimum = {};     // of a number; both limits are allowed values
+  // Of values that are none of the choices: what to do instead, "convert it with ogr2ogr".
+  std::vector<std::pair<std::string, std::string>> remedies = {};
+  std::optional<double> minimum = {};  // of a number; both limits are allowed values
   std::optional<double> maximum = {};
   bool is_required = false;
   std::string excludes = {};    // the long name of a flag that must not stand beside this one
@@ -48,7 +50,7 @@ struct Positional {
 };
 
 struct Verb {
-  std::string name;
+  std::string name;                   // one word, or two: "cluster plan"
   std::string summary;                // one line
   std::string details;                // paragraphs, separated by empty lines; empty: nothing to add
   std::vector<std::string> examples;  // commands, each with a comment if need be
@@ -56,6 +58,12 @@ struct Verb {
   std::vector<Flag> flags;
   std::function<Result<int>()> run;  // the exit status of the process
   std::string group;                 // heading in the list of verbs
+};
+
+// Verbs of two words that share the first one: "cluster" of "cluster plan" and "cluster work".
+struct Family {
+  std::string name;
+  std::string summary;  // one line
 };
 
 struct Program {
@@ -66,6 +74,16 @@ struct Program {
   std::vector<std::string> first_steps;  // commands for somebody who is new here
   std::string details;                   // paragraphs
   std::vector<Verb> verbs;
+  std::vector<Family> families;
+  // Names of before that still call a verb, in no help: {"plan", "cluster plan"}.
+  std::vector<std::pair<std::string, std::string>> aliases;
+};
+
+// What the first words of a command line call: a verb; a family alone; or neither.
+struct Called {
+  const Verb* verb = nullptr;
+  const Family* family = nullptr;
+  std::size_t word_count = 0;  // that name it
 };
 
 // The words with `between` between them.
@@ -88,9 +106,16 @@ std::vector<Flag> shown_flags(const Verb& verb);
 // --help and --version, which stand where no verb does.
 std::vector<Flag> flags_without_verb();
 
-std::vector<std::string> verb_names(const Program& program);
-// Null where there is no such verb.
+// First words of all verbs in the order of the program, each once: "init", "cluster", ...
+std::vector<std::string> top_names(const Program& program);
+// Second words of a family's verbs: "plan", "work", ...
+std::vector<std::string> names_in(const Program& program, const std::string& family);
+// "cluster" of "cluster plan"; empty for a verb of one word.
+std::string family_of(const Verb& verb);
+// By its full name or an alias; null where there is no such verb.
 const Verb* find_verb(const Program& program, const std::string& name);
+// Two words of a verb come before an alias of one: `delta make` is no map called "make".
+Called find_called(const Program& program, const std::vector<std::string>& words);
 
 // Sets the target of a flag from the words that the command line has for it, which may be none.
 // `called` is the flag's name in messages: "--threads" or "MAP".

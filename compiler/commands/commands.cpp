@@ -2,6 +2,7 @@
 
 #include "built_with.h"
 #include "commit.h"
+#include "compiler/cli/common_flags.h"
 #include "formats/base/version.h"
 #include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
@@ -14,7 +15,16 @@ void add_group(Program& program, const std::string& group, const std::vector<Ver
   for (const Verb& verb : verbs) {
     program.verbs.push_back(verb);
     program.verbs.back().group = group;
+    add_verbosity_flags(program.verbs.back());
   }
+}
+
+// Names of before 0.1.0; they end with 0.2.0 (schemas/changes.md).
+std::vector<std::pair<std::string, std::string>> old_names() {
+  return {{"plan", "cluster plan"},     {"work", "cluster work"}, {"link", "cluster link"},
+          {"status", "cluster status"}, {"key", "fleet key"},     {"root", "fleet root"},
+          {"release", "fleet release"}, {"sign", "fleet sign"},   {"admit", "fleet admit"},
+          {"delta", "delta make"},      {"apply", "delta apply"}};
 }
 
 std::string kernels() {
@@ -44,27 +54,29 @@ Program sightline_program() {
       "sightline compiles recorded drives into a map of how far a vehicle must look at "
       "each place.";
   program.first_steps = {
-      "sightline init recordings/ -o drive.yaml       # look at them, write a configuration",
+      "sightline init recordings/ -o drive.yaml       # examine them, write a configuration",
       "sightline compile drive.yaml -o drive.slmap    # make the map",
-      "sightline inspect drive.slmap                  # what the map says of itself"};
+      "sightline inspect drive.slmap                  # summary, verdict and next steps"};
   program.details =
-      "Data goes to stdout, log and progress to stderr, in colour only on a terminal and without "
-      "NO_COLOR. Exit status: 0 done, 64 usage, 65 input, 66 version, 67 corrupt, 68 signature, 69 "
-      "gate, 74 system, 75 incomplete; diff alone: 0 same, 1 different, 2 trouble. "
-      "schemas/error_codes.md lists every failure with its remedy.";
+      "Results go to stdout, log and progress to stderr. Colours are used only on a terminal, and "
+      "not if NO_COLOR is set. Exit status: 0 done, 64 usage, 65 input, 66 version, 67 corrupt, 68 "
+      "signature, 69 gate, 74 system, 75 incomplete; of diff: 0 same, 1 different, 2 failed. "
+      "schemas/error_codes.md lists every error with its remedy.";
+  program.families = {{"cluster", "Make one map with many processes or machines"},
+                      {"delta", "Make and apply the difference between two maps"},
+                      {"fleet", "Sign maps, and check them in the vehicle"}};
+  program.aliases = old_names();
   add_group(program, "Make a map",
-            {init_verb(), compile_verb(), annotate_verb(), train_verb(), cache_verb()});
-  add_group(program, "Make a map on many machines",
-            {plan_verb(), work_verb(), link_verb(), status_verb()});
-  add_group(program, "Look at it",
+            {init_verb(), compile_verb(), annotate_verb(), train_verb(), cache_verb(), plan_verb(),
+             work_verb(), link_verb(), status_verb()});
+  add_group(program, "Look at a map",
             {inspect_verb(), weak_verb(), dump_verb(), export_verb(), report_verb()});
-  add_group(program, "Judge it", {verify_verb(), evaluate_verb(), diff_verb(), gate_verb()});
-  add_group(program, "Change a map file",
-            {delta_verb(), apply_verb(), strip_verb(), recover_verb()});
-  add_group(program, "Release it to a fleet",
-            {key_verb(), root_verb(), release_verb(), sign_verb(), admit_verb()});
-  add_group(program, "About the program", {passes_verb(), completion_verb(), man_verb()});
-  add_group(program, "About the program", {help_verb(verb_names(program))});
+  add_group(program, "Judge a map", {verify_verb(), evaluate_verb(), diff_verb(), gate_verb()});
+  add_group(program, "Change and release a map",
+            {strip_verb(), recover_verb(), delta_verb(), apply_verb(), key_verb(), root_verb(),
+             release_verb(), sign_verb(), admit_verb()});
+  add_group(program, "About the program",
+            {passes_verb(), completion_verb(), man_verb(), help_verb()});
   return program;
 }
 

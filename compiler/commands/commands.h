@@ -37,15 +37,14 @@ Verb cache_verb();
 Verb passes_verb();
 Verb completion_verb();
 Verb man_verb();
-// `verbs` are all that it can explain beside itself.
-Verb help_verb(std::vector<std::string> verbs);
+Verb help_verb();
 
-// The whole command line, made anew at each call: what one parse sets, no other sees.
+// The whole command line, made anew at each call, so that two parses share no values.
 Program sightline_program();
 
-// What --version prints beside the version, a line each: commit; versions of the formats that are
-// written, the configuration's by the beginning of its schema's SHA-256; kernels of the matcher
-// that this processor has, the one in use first; libraries of the build. None of it enters a map.
+// The lines of --version after the first: commit; versions of the formats that are written, that of
+// the configuration as the beginning of its schema's SHA-256; kernels of the matcher that this
+// processor supports, the one in use first; libraries of the build. None of it enters a map.
 std::string build_details();
 
 }  // namespace sightline

@@ -72,13 +72,13 @@ std::string sbatch_name(const std::string& path) {
 }
 
 std::string work_command(const EngineJob& job, Stage stage) {
-  return concat(shell_word(job.program.string()), " work ", shell_word(job.plan.string()),
+  return concat(shell_word(job.program.string()), " cluster work ", shell_word(job.plan.string()),
                 " --stage ", stage_name(stage));
 }
 
 std::string link_command(const EngineJob& job) {
-  return concat(shell_word(job.program.string()), " link ", shell_word(job.plan.string()), " -o ",
-                shell_word(job.map.string()), " --force");
+  return concat(shell_word(job.program.string()), " cluster link ", shell_word(job.plan.string()),
+                " -o ", shell_word(job.map.string()), " --force");
 }
 
 int shares_of(const EngineJob& job, Stage stage) { return is_shared(stage) ? job.shares : 1; }
@@ -310,7 +310,7 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLongest));
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object() || !json.contains("sightline_plan")) {
-    return Error{ErrorCode::kMalformedText, "this is not a plan; `sightline plan` writes one",
+    return Error{ErrorCode::kMalformedText, "this is not a plan; `sightline cluster plan` writes one",
                  file.string()};
   }
   const Json& version = json["sightline_plan"];

@@ -27,11 +27,11 @@ struct PlannedRecording {
 // What a plan folder says of the compile that it is for: `plan.json` in it
 // (schemas/plan.schema.json). Finished work lies beside it, in `store`.
 struct PlanFile {
-  std::filesystem::path folder;         // in which `sightline plan` was called: paths begin here
-  std::filesystem::path configuration;  // absolute
-  std::vector<std::string> overrides;   // "section.key=value"
-  std::filesystem::path model;          // absolute; empty: one is trained
-  std::string values;                   // digest of every value that the configuration sets
+  std::filesystem::path folder;              // in which `cluster plan` was called: paths begin here
+  std::filesystem::path configuration;       // absolute
+  std::vector<std::string> overrides;        // "section.key=value"
+  std::filesystem::path model;               // absolute; empty: one is trained
+  std::string values;                        // digest of every value that the configuration sets
   std::vector<PlannedRecording> recordings;  // as they were then
 };
 

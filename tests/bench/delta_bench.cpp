@@ -156,7 +156,8 @@ int main(int argc, char** argv) {
               100.0 * read_mib / both_mib);
   const double changes = packed_size_of_changes(before, after);
   for (const bool is_portable : {true, false}) {
-    std::vector<std::string> words = {program, "delta", before, after, "-o", delta, "--force"};
+    std::vector<std::string> words = {program, "delta", "make", before,
+                                      after,   "-o",    delta,  "--force"};
     if (is_portable) words.push_back("--portable");
     report(is_portable ? "delta --portable" : "delta", run(words));
     const auto size = static_cast<double>(fs::file_size(delta));
@@ -164,7 +165,7 @@ int main(int argc, char** argv) {
                 size / changes);
   }
   fs::copy_file(before, vehicle, fs::copy_options::overwrite_existing);
-  report("apply", run({program, "apply", delta, "--to", vehicle}));
+  report("apply", run({program, "delta", "apply", delta, "--to", vehicle}));
   const Result<FileContent> made = read_file_content(vehicle);
   const Result<FileContent> wanted = read_file_content(after);
   const bool is_right = made && wanted && std::ranges::equal(made->bytes(), wanted->bytes());

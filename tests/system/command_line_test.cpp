@@ -40,6 +40,22 @@ std::vector<std::string> verbs() {
   return names;
 }
 
+// With the verbs of families: "cluster plan".
+std::vector<std::string> all_verbs() {
+  std::vector<std::string> names;
+  for (const std::string& name : verbs()) {
+    bool is_family = false;
+    for (const std::string& line : lines_of(help_of(name))) {
+      if (line == "Options:") break;
+      is_family |= line == "Verbs:";
+      if (!is_family || !line.starts_with("  ")) continue;
+      names.push_back(name + " " + words_of(line).front());
+    }
+    if (!is_family) names.push_back(name);
+  }
+  return names;
+}
+
 TEST(CommandLine, TeachesWhereToBeginWithoutArguments) {
   const ProgramResult run = run_sightline("");
   EXPECT_EQ(run.status, 64);
@@ -57,6 +73,12 @@ TEST(CommandLine, NamesTheNearestVerbAndFlag) {
   const ProgramResult flag = run_sightline("compile town.yaml -o town.slmap --forse");
   EXPECT_EQ(flag.status, 64);
   EXPECT_THAT(flag.err, HasSubstr("did you mean '--force'?"));
+  for (const char* family : {"cluster", "fleet", "delta"}) {
+    const ProgramResult alone = run_sightline(family);
+    EXPECT_EQ(alone.status, 64);
+    EXPECT_THAT(alone.err, HasSubstr(std::string("Usage: sightline ") + family + " VERB"));
+    EXPECT_EQ(run_successfully(std::string(family) + " --help").out, alone.err);
+  }
   const ProgramResult strange = run_sightline("qqqqqqqqqq");
   EXPECT_EQ(strange.status, 64);
   EXPECT_THAT(strange.err, HasSubstr("--help"));
@@ -100,13 +122,20 @@ TEST(Completion, OffersVerbsFlagsAndValuesInBash) {
   EXPECT_THAT(bash_offers("sightline compile -"), IsSupersetOf({"-o", "--output", "--force"}));
   EXPECT_THAT(bash_offers("sightline dump a.slmap --what ra"),
               ElementsAre("ranges", "ranges-looks"));
-  EXPECT_THAT(bash_offers("sightline completion "), ElementsAre("bash", "zsh"));
+  EXPECT_THAT(bash_offers("sightline completion "), ElementsAre("bash", "zsh", "fish"));
+  EXPECT_THAT(bash_offers("sightline cluster "), ElementsAre("plan", "work", "link", "status"));
+  EXPECT_THAT(bash_offers("sightline cluster work --sta"), ElementsAre("--stage"));
+  EXPECT_THAT(bash_offers("sightline work --sta"), ElementsAre("--stage")) << "the old name";
+  EXPECT_THAT(bash_offers("sightline compile a.yaml --set build-ndt.ce"),
+              ElementsAre("build-ndt.cell_m="));
+  EXPECT_THAT(bash_offers("sightline evaluate a.yaml --set annotation.see"),
+              ElementsAre("annotation.seed="));
   EXPECT_THAT(bash_offers("sightline compile -o "), IsEmpty()) << "files are left to readline";
   EXPECT_THAT(bash_offers("sightline nonsense "), IsEmpty());
 }
 
 TEST(Completion, OffersEveryFlagOfEveryVerbInBash) {
-  for (const std::string& verb : verbs()) {
+  for (const std::string& verb : all_verbs()) {
     const std::vector<std::string> offered = bash_offers("sightline " + verb + " -");
     for (const std::string& line : lines_of(help_of(verb))) {
       if (!line.starts_with("  -") && !line.starts_with("      --")) continue;
@@ -143,12 +172,51 @@ await done1
 zpty -w -n shell $'sightline compile --thr\t\C-a: \C-e\n'
 say "echo don'e'2"
 await done2
+zpty -w -n shell $'sightline cluster sta\t\C-a: \C-e\n'
+say "echo don'e'3"
+await done3
+zpty -w -n shell $'sightline cluster work --sha\t\C-a: \C-e\n'
+say "echo don'e'4"
+await done4
+zpty -w -n shell $'sightline compile --set build-ndt.ce\t\C-a: \C-e\n'
+say "echo don'e'5"
+await done5
 zpty -d shell
 )";
   const ProgramResult run =
       run_command("timeout 20 zsh -f " + (folder / "ask.zsh").string() + " " + file);
-  EXPECT_THAT(run.out, HasSubstr("verify"));
-  EXPECT_THAT(run.out, HasSubstr("--threads"));
+  for (const char* offered :
+       {"verify", "--threads", "cluster status", "--share", "build-ndt.cell_m="}) {
+    EXPECT_THAT(run.out, HasSubstr(offered));
+  }
+}
+
+std::vector<std::string> fish_offers(const std::string& script, const std::string& typed) {
+  const ProgramResult run =
+      run_command("fish --no-config -c 'source " + script + "; complete -C \"" + typed + "\"'");
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  std::vector<std::string> offered;
+  for (const std::string& line : lines_of(run.out)) {
+    offered.push_back(line.substr(0, line.find('\t')));
+  }
+  return offered;
+}
+
+TEST(Completion, OffersVerbsFlagsAndKeysInFish) {
+  if (run_command("command -v fish").status != 0) GTEST_SKIP() << "fish is not installed";
+  const std::string script = (fresh_folder() / "sightline.fish").string();
+  ASSERT_EQ(run_sightline("completion fish > " + script).status, 0);
+  EXPECT_THAT(fish_offers(script, "sightline comp"), ElementsAre("compile", "completion"));
+  EXPECT_THAT(fish_offers(script, "sightline "), IsSupersetOf(verbs()));
+  EXPECT_THAT(fish_offers(script, "sightline cluster "),
+              ElementsAre("link", "plan", "status", "work"));
+  EXPECT_THAT(fish_offers(script, "sightline cluster work --sha"), ElementsAre("--share"));
+  EXPECT_THAT(fish_offers(script, "sightline compile a.yaml --set build-ndt.ce"),
+              ElementsAre("build-ndt.cell_m="));
+  EXPECT_THAT(fish_offers(script, "sightline dump a.slmap --what ranges"),
+              ElementsAre("ranges", "ranges-looks"));
+  EXPECT_THAT(fish_offers(script, "sightline completion "), ElementsAre("bash", "fish", "zsh"));
 }
 
 TEST(ManPage, IsSetWithoutWarningsAndTellsOfEveryVerbAndFailure) {
@@ -160,8 +228,8 @@ TEST(ManPage, IsSetWithoutWarningsAndTellsOfEveryVerbAndFailure) {
   EXPECT_EQ(page.err, "");
   std::string text;  // as one line
   for (const std::string& word : words_of(page.out)) text += word + " ";
-  for (const std::string& verb : verbs()) {
-    EXPECT_THAT(text, HasSubstr("sightline " + verb)) << "no usage of " << verb;
+  for (const std::string& verb : all_verbs()) {
+    EXPECT_THAT(text, HasSubstr("sightline " + verb + " ")) << "no usage of " << verb;
   }
   for (const char* part :
        {"EXIT STATUS", "--threads N", "sightline compile town.yaml -o town.slmap",

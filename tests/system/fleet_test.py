@@ -84,7 +84,7 @@ class Fleet(unittest.TestCase):
         cls.made = tempfile.mkdtemp(prefix="fleet_made_")
         run(SETTINGS["write_maps"], cls.made)
         for name in ("alice", "bob", "carol", "dave", "mallory"):
-            run(SETTINGS["sightline"], "key", f"{cls.made}/{name}")
+            run(SETTINGS["sightline"], "fleet", "key", f"{cls.made}/{name}")
 
     @classmethod
     def tearDownClass(cls):
@@ -145,12 +145,12 @@ class Fleet(unittest.TestCase):
         if os.path.exists(record + ".minisig"):
             os.remove(record + ".minisig")
         for signer in signers:
-            run(SETTINGS["sightline"], "sign", record, "--key", f"{self.made}/{signer}.key")
+            run(SETTINGS["sightline"], "fleet", "sign", record, "--key", f"{self.made}/{signer}.key")
 
     def root(self, name, keys, signers, previous=None):
         flags = sum((["--signer", f"{self.made}/{key}.pub"] for key in keys), [])
         flags += ["--previous", f"{self.site}/{previous}"] if previous else ["--fleet", "metropolis"]
-        run(SETTINGS["sightline"], "root", *flags, "--threshold", 2, "--expires", "2028-01-01T00:00:00Z", "-o",
+        run(SETTINGS["sightline"], "fleet", "root", *flags, "--threshold", 2, "--expires", "2028-01-01T00:00:00Z", "-o",
             f"{self.site}/{name}")
         self.sign(f"{self.site}/{name}", signers)
 
@@ -162,10 +162,10 @@ class Fleet(unittest.TestCase):
             if not HAS_DELTA:
                 self.skipTest("this program has no verb `delta`")
             delta = f"{self.site}/v{base}-{version}.sldelta"
-            run(SETTINGS["sightline"], "delta", f"{self.made}/v{base}.slmap", f"{self.made}/v{version}.slmap", "-o",
+            run(SETTINGS["sightline"], "delta", "make", f"{self.made}/v{base}.slmap", f"{self.made}/v{version}.slmap", "-o",
                 delta)
             flags += ["--delta", f"{self.made}/v{base}.slmap", delta]
-        run(SETTINGS["sightline"], "release", f"{self.site}/v{version}.slmap", "--fleet", "metropolis", "--counter",
+        run(SETTINGS["sightline"], "fleet", "release", f"{self.site}/v{version}.slmap", "--fleet", "metropolis", "--counter",
             counter, "--expires", expires, *flags, "-o", f"{self.site}/release", "--force")
         self.sign(f"{self.site}/release", signers)
 
@@ -445,9 +445,9 @@ class Attacks(Fleet):
             self.assert_refuses("SL5006 unsafe-name", 68)
 
     def sign_by_hand(self):
-        """With minisign, since `sightline sign` refuses to sign such a record."""
+        """With minisign, since `sightline fleet sign` refuses to sign such a record."""
         record = f"{self.site}/release"
-        self.assertEqual(run(SETTINGS["sightline"], "sign", record, "--key", f"{self.made}/alice.key",
+        self.assertEqual(run(SETTINGS["sightline"], "fleet", "sign", record, "--key", f"{self.made}/alice.key",
                              ok=False).returncode, 68)
         with open(record + ".minisig", "w") as file:
             for signer in ("alice", "bob"):

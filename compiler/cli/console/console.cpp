@@ -5,8 +5,11 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -30,6 +33,38 @@ bool allows_color(int descriptor) {
   const bool is_forbidden = no_color != nullptr && no_color[0] != '\0';
   return !is_forbidden && ::isatty(descriptor) == 1;
 }
+
+// In the order of Tone, and what ends each.
+constexpr std::array<std::string_view, 5> kTones = {"\033[32m", "\033[31m", "\033[33m", "\033[1m",
+                                                    "\033[90m"};
+constexpr std::string_view kToneEnds = "\033[0m";
+
+// The length of a tone's beginning or end at the front of a text; 0: there is none.
+std::size_t tone_length(std::string_view text) {
+  if (text.starts_with(kToneEnds)) return kToneEnds.size();
+  for (const std::string_view tone : kTones) {
+    if (text.starts_with(tone)) return tone.size();
+  }
+  return 0;
+}
+
+// printable() of what stands between tones.
+std::string printable_between_tones(std::string_view text) {
+  std::string shown;
+  std::size_t begin = 0;
+  for (std::size_t at = text.find('\033'); at != std::string_view::npos;) {
+    const std::size_t length = tone_length(text.substr(at));
+    if (length > 0) {
+      shown += printable(text.substr(begin, at - begin));
+      shown += text.substr(at, length);
+      begin = at + length;
+    }
+    at = text.find('\033', at + std::max<std::size_t>(length, 1));
+  }
+  return shown + printable(text.substr(begin));
+}
+
+std::atomic<Verbosity> g_verbosity = Verbosity::kNormal;
 
 using Clock = std::chrono::steady_clock;
 
@@ -242,8 +277,32 @@ RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s
   return observer;
 }
 
+void set_verbosity(Verbosity verbosity) { g_verbosity = verbosity; }
+
+Verbosity verbosity() { return g_verbosity; }
+
+std::string toned(Tone tone, std::string_view text) {
+  if (!allows_color(STDOUT_FILENO)) return std::string(text);
+  return concat(kTones[static_cast<std::size_t>(tone)], printable(text), kToneEnds);
+}
+
+void print_note(const std::string& line) {
+  if (verbosity() == Verbosity::kQuiet) return;
+  std::fputs((printable(line) + "\n").c_str(), stderr);
+}
+
+void print_warning(const std::string& text) { logger()->warn("{}", printable(text)); }
+
+void log_cost(const std::string& command, double wall_s) {
+  rusage used{};
+  ::getrusage(RUSAGE_SELF, &used);
+  logger()->info("{} took {:.2f} s and {:.0f} MiB of memory", command, wall_s,
+                 static_cast<double>(used.ru_maxrss) / 1024.0);
+}
+
 void print_text(std::string_view text) {
-  const std::string shown = printable(text);
+  const bool has_tones = allows_color(STDOUT_FILENO);
+  const std::string shown = has_tones ? printable_between_tones(text) : printable(text);
   (void)std::fwrite(shown.data(), 1, shown.size(), stdout);
 }
 

@@ -47,12 +47,33 @@ enum class Verbosity {
   kVerbose  // and when each step starts, why it ran, and what it cost
 };
 
+// Of the command that runs; normal until it is set.
+void set_verbosity(Verbosity verbosity);
+Verbosity verbosity();
+
+// What a text means, by which it is coloured: green, red, yellow, bold, grey.
+enum class Tone { kGood, kBad, kWarning, kStrong, kFaint };
+
+// The text in the colour of its tone, printable (printable()), for print_text(). As it is where
+// stdout is no terminal or NO_COLOR is set and not empty.
+std::string toned(Tone tone, std::string_view text);
+
+// One line of information on stderr, unless quiet.
+void print_note(const std::string& line);
+
+// "warning ..." on stderr, also where quiet: something that the user should act on.
+void print_warning(const std::string& text);
+
+// "info sightline gate took 0.8 s and 210 MiB of memory" on stderr; the memory is the most so far.
+void log_cost(const std::string& command, double wall_s);
+
 // Reports a run on stderr; when that is a terminal, unless quiet, with a moving line that has the
 // share done and the time that remains; of the whole run too where `expected_s` names the seconds
 // that each of its steps is expected to take. `printed` tables go to stdout as CSV.
 RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s = {});
 
-// On stdout, with what could steer a terminal escaped (printable()): for words out of files.
+// On stdout, with what could steer a terminal escaped (printable()), except the colours of toned():
+// for words out of files.
 void print_text(std::string_view text);
 // On stdout as it is, unless that is a terminal: then as print_text().
 void print_data(std::string_view data);

@@ -25,7 +25,7 @@ std::string written_line(const std::filesystem::path& file, const std::string& a
 }
 
 void print_written(const std::filesystem::path& file, const std::string& about) {
-  print_text(written_line(file, about));
+  if (verbosity() != Verbosity::kQuiet) print_text(written_line(file, about));
 }
 
 }  // namespace sightline

@@ -16,7 +16,7 @@ std::string size_text(std::uint64_t bytes);
 // nothing is added to data that goes there.
 std::string written_line(const std::filesystem::path& file, const std::string& about = "");
 
-// Prints that line on stdout.
+// Prints that line on stdout, unless quiet.
 void print_written(const std::filesystem::path& file, const std::string& about = "");
 
 }  // namespace sightline

@@ -48,7 +48,8 @@ Result<VehicleFacts> facts_of(const AdmitFlags& flags) {
   if (flags.sensor.empty()) return facts;
   facts.sensor = digest_of_hex(flags.sensor);
   if (facts.sensor) return facts;
-  return Error{ErrorCode::kBadArgument, "--sensor takes 64 hexadecimal digits"};
+  return Error{ErrorCode::kBadArgument,
+               concat("--sensor: found '", flags.sensor, "', expected 64 hexadecimal digits")};
 }
 
 Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
@@ -61,7 +62,7 @@ Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
 
 Result<void> admit(const AdmitFlags& flags) {
   if (flags.next_root.empty() == flags.release.empty()) {
-    return Error{ErrorCode::kBadArgument, "either a RELEASE or --next-root is needed"};
+    return Error{ErrorCode::kBadArgument, "name a RELEASE, or a root by --next-root"};
   }
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.root, kLargestRecord));
   const Result<RootRecord> root = decode_root_record(text);
@@ -87,17 +88,17 @@ Result<void> admit(const AdmitFlags& flags) {
 Verb admit_verb() {
   const auto flags = std::make_shared<AdmitFlags>();
   Verb verb;
-  verb.name = "admit";
-  verb.summary = "In the vehicle: may this root, release or map be trusted, and what to fetch?";
+  verb.name = "fleet admit";
+  verb.summary = "In the vehicle: check a root, release or map, and name the file to fetch";
   verb.details =
-      "Checks signatures, fleet, counter, expiry, reader, sensor and, with --map, the map's size, "
-      "digest, contents and manifest, in the order of schemas/release_format.md. Prints the record "
-      "and \"fetch nothing\", \"fetch map NAME SIZE SHA256\" or \"fetch delta NAME SIZE "
-      "SHA256\".";
+      "Checks signatures, fleet, counter, expiry, reader and sensor; with --map also size, digest, "
+      "contents and manifest of the map. schemas/release_format.md defines the order. Prints the "
+      "record and one line: \"fetch nothing\", \"fetch map NAME SIZE SHA256\" or \"fetch delta "
+      "NAME SIZE SHA256\".";
   verb.examples = {
-      "sightline admit --root root --next-root root.2",
-      "sightline admit --root root --seen seen --new-seen new --present town.slmap release",
-      "sightline admit --root root --seen seen release --map incoming.slmap"};
+      "sightline fleet admit --root root --next-root root.2",
+      "sightline fleet admit --root root --seen seen --new-seen new --present town.slmap release",
+      "sightline fleet admit --root root --seen seen release --map incoming.slmap"};
   verb.positionals = {{.name = "RELEASE",
                        .help = "The release record, with its .minisig",
                        .target = &flags->release,
@@ -105,38 +106,38 @@ Verb admit_verb() {
   verb.flags = {
       {.names = "--root",
        .value = "FILE",
-       .help = "The root record that is trusted",
+       .help = "The trusted root record",
        .target = &flags->root,
        .is_required = true},
       {.names = "--next-root",
        .value = "FILE",
-       .help = "Check this root, with its .minisig, and print it; takes no RELEASE",
+       .help = "Check this root with its .minisig and print it; without RELEASE",
        .target = &flags->next_root},
       {.names = "--seen",
        .value = "FILE",
-       .help = "What this vehicle remembers: what --new-seen wrote, or the newest release "
-               "record admitted before",
+       .help =
+           "State of this vehicle: the file of --new-seen, or the newest release record that was "
+           "admitted before",
        .target = &flags->seen},
       {.names = "--new-seen",
        .value = "FILE",
-       .help = "Write what it has to remember from here on; also where the release is "
-               "refused",
+       .help = "Write the new state of this vehicle, also if the release is refused",
        .target = &flags->new_seen},
       {.names = "--now",
        .value = "TIME",
-       .help = "UTC as 2026-12-01T00:00:00Z, in place of the clock",
+       .help = "UTC time such as 2026-12-01T00:00:00Z; default: the clock",
        .target = &flags->now},
       {.names = "--sensor",
        .value = "SHA256",
-       .help = "Digest of this vehicle's sensor profile",
+       .help = "Digest of the sensor profile of this vehicle",
        .target = &flags->sensor},
       {.names = "--map-id",
        .value = "ID",
-       .help = "The map this vehicle wants",
+       .help = "Id of the map that this vehicle needs",
        .target = &flags->map_id},
       {.names = "--present",
        .value = "FILE",
-       .help = "The map that the vehicle has (.slmap)",
+       .help = "The map that is installed in the vehicle (.slmap)",
        .target = &flags->present},
       {.names = "--map",
        .value = "FILE",

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/fleet/signing_files.h"
 #include "formats/base/files/atomic_file.h"
@@ -77,7 +78,10 @@ Result<void> make_release(const ReleaseFlags& flags) {
   SIGHTLINE_ASSIGN(record.expires_s, read_time(flags.expires));
   SIGHTLINE_TRY(add_deltas(flags, record));
   SIGHTLINE_TRY(validate(record));
-  return write_file_atomically(flags.out, encode(record), if_exists(flags.force));
+  SIGHTLINE_TRY(write_file_atomically(flags.out, encode(record), if_exists(flags.force)));
+  print_written(flags.out,
+                concat("release ", record.counter, " of ", record.fleet, ", not signed"));
+  return {};
 }
 
 struct RootFlags {
@@ -114,7 +118,9 @@ Result<void> make_root(const RootFlags& flags) {
   std::sort(root.keys.begin(), root.keys.end(),
             [](const PublicKey& a, const PublicKey& b) { return to_base64(a) < to_base64(b); });
   SIGHTLINE_TRY(validate(root));
-  return write_file_atomically(flags.out, encode(root), if_exists(flags.force));
+  SIGHTLINE_TRY(write_file_atomically(flags.out, encode(root), if_exists(flags.force)));
+  print_written(flags.out, concat("root ", root.version, " of ", root.fleet, ", not signed"));
+  return {};
 }
 
 }  // namespace
@@ -122,36 +128,37 @@ Result<void> make_root(const RootFlags& flags) {
 Verb release_verb() {
   const auto flags = std::make_shared<ReleaseFlags>();
   Verb verb;
-  verb.name = "release";
-  verb.summary = "Write a release record: the map that a fleet should drive with, until when";
+  verb.name = "fleet release";
+  verb.summary = "Write a release record: the map that a fleet should use, and until when";
   verb.details =
-      "Verifies the map first. The counter grows with every record, also one that only moves the "
-      "expiry. Sign the record, then publish it beside the files it names.";
+      "Verifies the map first. The counter must grow with every record, also if only the expiry "
+      "changes. Sign the record, then publish it beside the files that it names.";
   verb.examples = {
-      "sightline release town.slmap --fleet metropolis --counter 8 --expires +7d -o release",
-      "sightline release town-2.slmap --fleet metropolis --counter 9 \\\n"
+      "sightline fleet release town.slmap --fleet metropolis --counter 8 --expires +7d -o release",
+      "sightline fleet release town-2.slmap --fleet metropolis --counter 9 \\\n"
       "      --delta town-1.slmap town-1-to-2.sldelta -o release --force",
-      "sightline sign release --key a.key && sightline sign release --key b.key"};
+      "sightline fleet sign release --key a.key && sightline fleet sign release --key b.key"};
   verb.positionals = {map_positional(flags->map, "The map to release")};
   verb.flags = {
       {.names = "--fleet",
        .value = "NAME",
-       .help = "Name of the fleet, as its root says",
+       .help = "Name of the fleet, as in its root record",
        .target = &flags->fleet,
        .is_required = true},
       {.names = "--counter",
        .value = "N",
-       .help = "Greater than that of every record before",
+       .help = "Counter of the record; greater than that of all records before",
        .target = &flags->counter,
        .minimum = 1,
        .is_required = true},
       {.names = "--after",
        .value = "FILE",
-       .help = "The record before; without it the one that is replaced",
+       .help = "The record before; default: the one that is replaced",
        .target = &flags->previous},
       {.names = "--any-step",
-       .help = "Allow a counter that is not greater than that of the record before, or by "
-               "more than 100000",
+       .help =
+           "Allow a counter that is not greater than that of the record before, or greater by more "
+           "than 100000",
        .target = &flags->allows_any_step},
       expires_flag(flags->expires),
       {.names = "--delta",
@@ -167,18 +174,20 @@ Verb release_verb() {
 Verb root_verb() {
   const auto flags = std::make_shared<RootFlags>();
   Verb verb;
-  verb.name = "root";
-  verb.summary = "Write a root record: who may sign for a fleet, and how many of them must";
+  verb.name = "fleet root";
+  verb.summary = "Write a root record: who may sign for a fleet, and how many must";
   verb.details =
-      "A vehicle takes the next root only with enough signatures by the keys of the root before "
-      "and by its own (schemas/release_format.md).";
+      "A vehicle accepts the next root only if enough keys of the previous root and enough keys of "
+      "the new one signed it (schemas/release_format.md).";
   verb.examples = {
-      "sightline root --fleet metropolis --signer a.pub --signer b.pub --threshold 2 -o root.1",
-      "sightline root --previous root.1 --signer b.pub --signer c.pub --threshold 2 -o root.2",
-      "sightline sign root.2 --key b.key && sightline sign root.2 --key c.key"};
+      "sightline fleet root --fleet metropolis --signer a.pub --signer b.pub --threshold 2 \\\n"
+      "      -o root.1",
+      "sightline fleet root --previous root.1 --signer b.pub --signer c.pub --threshold 2 \\\n"
+      "      -o root.2",
+      "sightline fleet sign root.2 --key b.key && sightline fleet sign root.2 --key c.key"};
   verb.flags = {{.names = "--fleet",
                  .value = "NAME",
-                 .help = "Name of the fleet; without it that of the previous root",
+                 .help = "Name of the fleet; default: that of the previous root",
                  .target = &flags->fleet},
                 {.names = "--previous",
                  .value = "FILE",
@@ -186,12 +195,12 @@ Verb root_verb() {
                  .target = &flags->previous},
                 {.names = "--signer",
                  .value = "FILE",
-                 .help = "A signer's public key (.pub)",
+                 .help = "Public key of a signer (.pub)",
                  .target = &flags->keys,
                  .is_required = true},
                 {.names = "--threshold",
                  .value = "N",
-                 .help = "How many of them must sign",
+                 .help = "Number of signers that must sign",
                  .target = &flags->threshold,
                  .is_required = true},
                 expires_flag(flags->expires),

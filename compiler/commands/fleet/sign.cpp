@@ -3,6 +3,8 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/fleet/signing_files.h"
 #include "formats/base/files/atomic_file.h"
@@ -22,8 +24,7 @@ Result<SecretKey> secret_key(const KeyFlags& flags, const std::string& secret_fi
                              const std::string& public_file) {
   const bool has_secret = std::filesystem::exists(secret_file);
   if (has_secret && !std::filesystem::exists(public_file)) {
-    std::fprintf(stderr, "%s is there without %s, which is made of it\n", secret_file.c_str(),
-                 public_file.c_str());
+    print_note(concat(secret_file, " exists without ", public_file, ", which is made from it"));
     return read_secret_key(secret_file, flags.passphrase_file);
   }
   SIGHTLINE_ASSIGN(const std::optional<std::string> passphrase,
@@ -32,7 +33,7 @@ Result<SecretKey> secret_key(const KeyFlags& flags, const std::string& secret_fi
   const SecretKey key = new_secret_key();
   SIGHTLINE_TRY(write_secret_file(secret_file, encode_secret_key_file(key, passphrase)));
   if (!passphrase) {
-    std::fprintf(stderr, "%s is not encrypted: who reads it can sign\n", secret_file.c_str());
+    print_warning(secret_file + " is not encrypted: everybody who can read it can sign");
   }
   return key;
 }
@@ -43,7 +44,7 @@ Result<void> make_key(const KeyFlags& flags) {
   const PublicKey shared = public_key_of(key);
   SIGHTLINE_TRY(
       write_file_atomically(public_file, encode_public_key_file(shared), IfExists::kRefuse));
-  std::printf("%s\n", to_base64(shared).c_str());
+  print_data(to_base64(shared) + "\n");
   return {};
 }
 
@@ -74,10 +75,10 @@ Result<std::string> earlier_signatures(const std::string& file, const std::strin
   for (const Signature& signature : *signatures) {
     if (signature.key_id != key.id) continue;
     const bool is_same = is_valid(signature, text, key);
-    return Error{
-        is_same ? ErrorCode::kOutputExists : ErrorCode::kBadSignature,
-        is_same ? "this key has signed already" : "signatures of another record; remove them first",
-        file};
+    return Error{is_same ? ErrorCode::kOutputExists : ErrorCode::kBadSignature,
+                 is_same ? "this key has already signed the record"
+                         : "the file holds signatures of another record; remove it first",
+                 file};
   }
   return earlier;
 }
@@ -91,7 +92,7 @@ Result<void> sign_record(const SignFlags& flags) {
   SIGHTLINE_ASSIGN(const std::string earlier, earlier_signatures(file, text, public_key_of(key)));
   const std::string signatures = earlier + sign(text, key, *title);
   SIGHTLINE_TRY(write_file_atomically(file, signatures, IfExists::kReplace));
-  std::printf("%s signed by %s\n", title->c_str(), to_hex(key.id).c_str());
+  print_written(file, concat(*title, ", signed by ", to_hex(key.id)));
   return {};
 }
 
@@ -100,14 +101,15 @@ Result<void> sign_record(const SignFlags& flags) {
 Verb key_verb() {
   const auto flags = std::make_shared<KeyFlags>();
   Verb verb;
-  verb.name = "key";
-  verb.summary = "Make a pair of signing keys: NAME.key to keep, NAME.pub to share";
+  verb.name = "fleet key";
+  verb.summary = "Make a pair of signing keys: NAME.key (secret) and NAME.pub (public)";
   verb.details =
-      "Both are files of minisign, which may make them too (minisign -G). The secret one is "
-      "readable by its owner alone and never replaced. Where NAME.key is there without NAME.pub, "
-      "that is made of it. Prints the public key.";
-  verb.examples = {"sightline key alice                              # not encrypted",
-                   "sightline key alice --passphrase-file phrase     # encrypted"};
+      "Both are minisign files; `minisign -G` makes them too. The secret key is readable by its "
+      "owner only and is never replaced. If NAME.key exists without NAME.pub, NAME.pub is made "
+      "from "
+      "it. Prints the public key.";
+  verb.examples = {"sightline fleet key alice                              # not encrypted",
+                   "sightline fleet key alice --passphrase-file phrase     # encrypted"};
   verb.positionals = {{.name = "NAME", .help = "Path without an ending", .target = &flags->name}};
   verb.flags = {passphrase_flag(flags->passphrase_file)};
   verb.run = [flags] { return exit_status_of(make_key(*flags)); };
@@ -117,14 +119,15 @@ Verb key_verb() {
 Verb sign_verb() {
   const auto flags = std::make_shared<SignFlags>();
   Verb verb;
-  verb.name = "sign";
+  verb.name = "fleet sign";
   verb.summary = "Add a signature to a root or release record, in RECORD.minisig";
   verb.details =
-      "Signers take turns, each on a machine of their own. `minisign -V` verifies the first "
-      "signature of the file, and `tail -n +5 RECORD.minisig` without it the second.";
-  verb.examples = {"sightline sign release --key alice.key",
-                   "sightline sign release --key bob.key --passphrase-file -"};
-  verb.positionals = {{.name = "RECORD", .help = "The record", .target = &flags->record}};
+      "Signers sign one after the other, each on a machine of their own. `minisign -V` verifies "
+      "the "
+      "first signature of the file; `tail -n +5 RECORD.minisig` removes it, for the second.";
+  verb.examples = {"sightline fleet sign release --key alice.key",
+                   "sightline fleet sign release --key bob.key --passphrase-file -"};
+  verb.positionals = {{.name = "RECORD", .help = "The record to sign", .target = &flags->record}};
   verb.flags = {{.names = "--key",
                  .value = "FILE",
                  .help = "The secret key (.key)",

@@ -2,10 +2,13 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/commands/commands.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/delta/apply_delta.h"
 #include "formats/map/delta/make_delta.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
@@ -25,8 +28,8 @@ Result<void> write_delta(const DeltaFlags& flags) {
   SIGHTLINE_TRY(write_file_atomically(flags.out, delta, if_exists(flags.is_forced)));
   std::error_code ignored;
   const auto whole = std::filesystem::file_size(flags.result, ignored);
-  std::fprintf(stderr, "%s: %zu bytes, %.1f %% of the new map\n", flags.out.c_str(), delta.size(),
-               100.0 * static_cast<double>(delta.size()) / static_cast<double>(whole));
+  const double share = static_cast<double>(delta.size()) / static_cast<double>(whole);
+  print_written(flags.out, in_percent(share) + " % of the new map");
   return {};
 }
 
@@ -40,24 +43,29 @@ struct ApplyFlags {
 Result<void> apply(const ApplyFlags& flags) {
   if (flags.rolls_back) {
     if (!flags.delta.empty() || !flags.out.empty()) {
-      return Error{ErrorCode::kBadArgument, "--rollback takes no delta and no --output"};
+      return Error{ErrorCode::kBadArgument,
+                   "--rollback is used without a delta and without --output"};
     }
     SIGHTLINE_ASSIGN(const Digest root, roll_back(flags.map));
-    std::printf("%s is map %s again\n", flags.map.c_str(), to_hex(root).c_str());
+    print_written(flags.map, "map " + to_hex(root) + " again");
     return {};
   }
   if (flags.delta.empty()) {
-    return Error{ErrorCode::kBadArgument, "a delta is needed, or --rollback"};
+    return Error{ErrorCode::kBadArgument, "name a delta, or use --rollback"};
   }
   SIGHTLINE_ASSIGN(const ApplyReport report,
                    flags.out.empty() ? apply_delta(flags.delta, flags.map)
                                      : apply_delta_to(flags.delta, flags.map, flags.out));
-  std::printf("%s %s map %s\n", (flags.out.empty() ? flags.map : flags.out).c_str(),
-              report.was_there ? "was already" : "is now", to_hex(report.root_digest).c_str());
+  const std::string& file = flags.out.empty() ? flags.map : flags.out;
+  const std::string digest = to_hex(report.root_digest);
+  if (report.was_there) {
+    print_text(concat(file, " is already map ", digest, "\n"));
+  } else {
+    print_written(file, "map " + digest);
+  }
   if (report.kept_bytes > 0) {
-    std::fprintf(stderr, "%llu of %llu bytes were there from an apply that had been interrupted\n",
-                 static_cast<unsigned long long>(report.kept_bytes),
-                 static_cast<unsigned long long>(report.result_size));
+    print_note(concat(report.kept_bytes, " of ", report.result_size,
+                      " bytes were reused from an interrupted apply"));
   }
   return {};
 }
@@ -67,20 +75,24 @@ Result<void> apply(const ApplyFlags& flags) {
 Verb delta_verb() {
   const auto flags = std::make_shared<DeltaFlags>();
   Verb verb;
-  verb.name = "delta";
-  verb.summary = "Write what turns one map into another: changed layers alone";
+  verb.name = "delta make";
+  verb.summary = "Write the difference between two maps: only changed layers";
   verb.details =
-      "Both maps are checked first. The delta belongs to these two maps: apply refuses any other.";
-  verb.examples = {"sightline delta town-1.slmap town-2.slmap -o town-1-to-2.sldelta",
-                   "sightline apply town-1-to-2.sldelta --to town.slmap"};
+      "Both maps are checked first. The delta fits only these two maps; `delta apply` refuses "
+      "others.";
+  verb.examples = {"sightline delta make town-1.slmap town-2.slmap -o town-1-to-2.sldelta",
+                   "sightline delta apply town-1-to-2.sldelta --to town.slmap"};
   verb.positionals = {
       {.name = "BASE", .help = "The map that vehicles have (.slmap)", .target = &flags->base},
-      {.name = "NEW", .help = "The map that they shall have (.slmap)", .target = &flags->result}};
-  verb.flags = {required_output_flag(flags->out, "The delta to write (.sldelta)"),
-                force_flag(flags->is_forced),
-                {.names = "--portable",
-                 .help = "For vehicles with another version of zstd than this program: larger",
-                 .target = &flags->options.is_portable}};
+      {.name = "NEW",
+       .help = "The map that vehicles shall get (.slmap)",
+       .target = &flags->result}};
+  verb.flags = {
+      required_output_flag(flags->out, "The delta to write (.sldelta)"),
+      force_flag(flags->is_forced),
+      {.names = "--portable",
+       .help = "Larger, for vehicles whose version of zstd differs from that of this program",
+       .target = &flags->options.is_portable}};
   verb.run = [flags] { return exit_status_of(write_delta(*flags)); };
   return verb;
 }
@@ -88,28 +100,29 @@ Verb delta_verb() {
 Verb apply_verb() {
   const auto flags = std::make_shared<ApplyFlags>();
   Verb verb;
-  verb.name = "apply";
-  verb.summary = "Bring a map up to date with a delta, or take it back";
+  verb.name = "delta apply";
+  verb.summary = "Update a map with a delta, or undo the update";
   verb.details =
-      "The map is the old one or the new one at every moment, also when power is lost; the same "
-      "command then goes on. The old map stays beside it as MAP.previous.";
-  verb.examples = {"sightline apply town-1-to-2.sldelta --to town.slmap",
-                   "sightline apply --rollback --to town.slmap",
-                   "sightline apply town-1-to-2.sldelta --to town-1.slmap -o town-2.slmap"};
+      "At every moment the file is the complete old map or the complete new one, also if power "
+      "fails; the same command then continues. The old map is kept beside it as MAP.previous.";
+  verb.examples = {"sightline delta apply town-1-to-2.sldelta --to town.slmap",
+                   "sightline delta apply --rollback --to town.slmap",
+                   "sightline delta apply town-1-to-2.sldelta --to town-1.slmap -o town-2.slmap"};
   verb.positionals = {{.name = "DELTA",
                        .help = "The delta (.sldelta)",
                        .target = &flags->delta,
                        .is_required = false}};
-  verb.flags = {{.names = "--to",
-                 .value = "FILE",
-                 .help = "The map to bring up to date (.slmap)",
-                 .target = &flags->map,
-                 .is_required = true},
-                output_flag(flags->out, "Write the new map here, leave the old one alone (.slmap)"),
-                {.names = "--rollback",
-                 .help = "Take back the last apply",
-                 .target = &flags->rolls_back,
-                 .excludes = "--output"}};
+  verb.flags = {
+      {.names = "--to",
+       .value = "FILE",
+       .help = "The map to update (.slmap)",
+       .target = &flags->map,
+       .is_required = true},
+      output_flag(flags->out, "Write the new map to this file and keep the old one (.slmap)"),
+      {.names = "--rollback",
+       .help = "Undo the last update",
+       .target = &flags->rolls_back,
+       .excludes = "--output"}};
   verb.run = [flags] { return exit_status_of(apply(*flags)); };
   return verb;
 }

@@ -44,13 +44,13 @@ std::string cost_text(const SharedWork& work) {
 
 std::string next_steps(const PlanFlags& flags) {
   const std::string shares = std::to_string(flags.shares);
-  std::string text = "\nNext, one stage after the other, its shares on any machines:\n";
+  std::string text = "\nNext, run the stages in this order, their shares on any machines:\n";
   for (const Stage stage : kWorkStages) {
-    text += concat("  sightline work ", flags.output, " --stage ", stage_name(stage));
+    text += concat("  sightline cluster work ", flags.output, " --stage ", stage_name(stage));
     if (is_shared(stage)) text += concat(" --share K/", shares, "    # K = 1 to ", shares);
     text += "\n";
   }
-  return concat(text, "  sightline link ", flags.output, " -o map.slmap\n");
+  return concat(text, "  sightline cluster link ", flags.output, " -o map.slmap\n");
 }
 
 Result<void> plan(const PlanFlags& flags) {
@@ -76,21 +76,22 @@ Result<void> plan(const PlanFlags& flags) {
 Verb plan_verb() {
   const auto flags = std::make_shared<PlanFlags>();
   Verb verb;
-  verb.name = "plan";
-  verb.summary = "Plan a compile that many processes or machines do together";
+  verb.name = "cluster plan";
+  verb.summary = "Plan a compile that many processes or machines share";
   verb.details =
-      "Writes a folder that names the compile, and into which `work` puts what it finished. All "
-      "machines must see that folder and the recordings under the same paths. There is no "
-      "scheduler: `work` is given a stage and a share by whatever runs it, and every stage may "
-      "begin when the one before has ended. --emit prints a script for an engine.\n\n"
-      "`link` makes the map, which has the same bytes as that of `compile`.";
+      "Writes a folder with the plan; `cluster work` stores its results there. All machines must "
+      "see this folder and the recordings under the same paths. sightline has no scheduler: an "
+      "engine, or a person, starts `cluster work` with a stage and a share. A stage may begin "
+      "when the stage before it has ended. --emit prints a script for an engine.\n\n"
+      "`cluster link` then makes the map. It has the same bytes as the map of `compile`.";
   verb.examples = {
-      "sightline plan city.yaml -o plan/",
-      "sightline plan city.yaml -o plan/ --emit slurm --shares 64 > city.sh && bash city.sh "
-      "--mem=2G",
-      "sightline plan city.yaml -o plan/ --emit make --shares 8 > city.mk && make -f city.mk -j8",
-      "sightline plan city.yaml -o plan/ --emit snakemake --shares 8 > Snakefile && snakemake "
-      "--cores 8"};
+      "sightline cluster plan city.yaml -o plan/",
+      "sightline cluster plan city.yaml -o plan/ --emit slurm --shares 64 > city.sh \\\n"
+      "      && bash city.sh --mem=2G",
+      "sightline cluster plan city.yaml -o plan/ --emit make --shares 8 > city.mk \\\n"
+      "      && make -f city.mk -j8",
+      "sightline cluster plan city.yaml -o plan/ --emit snakemake --shares 8 > Snakefile \\\n"
+      "      && snakemake --cores 8"};
   verb.positionals = {{.name = "CONFIG",
                        .help = "YAML configuration (schemas/config.schema.json)",
                        .target = &flags->configuration}};
@@ -99,26 +100,28 @@ Verb plan_verb() {
       force_flag(flags->is_forced),
       {.names = "--set",
        .value = "KEY=VALUE",
-       .help = "Override one value of the configuration: section.key=value",
+       .help =
+           "Override one value of the configuration: section.key=value; paths are relative to the "
+           "current folder, not to the configuration",
        .target = &flags->overrides},
       {.names = "--model",
        .value = "FILE",
-       .help = "Take the error model of this file (.slmodel) or map (.slmap), as `compile` does",
+       .help = "Use the error model of this file (.slmodel) or map (.slmap), as in `compile`",
        .target = &flags->model},
       {.names = "--emit",
        .value = "ENGINE",
-       .help = "Print a script that does all the work with this engine",
+       .help = "Print a script that runs the whole plan with this engine",
        .target = &flags->engine,
        .choices = engine_names()},
       {.names = "--shares",
        .value = "N",
-       .help = "Processes that share a stage, in the script",
+       .help = "Number of processes that share a stage, in the script",
        .target = &flags->shares,
        .minimum = 1,
        .maximum = 100000},
       {.names = "--map",
        .value = "FILE",
-       .help = "The map that the script links; else map.slmap in the folder of the plan",
+       .help = "The map that the script makes; default: map.slmap in the folder of the plan",
        .target = &flags->map}};
   verb.run = [flags] { return exit_status_of(plan(*flags)); };
   return verb;

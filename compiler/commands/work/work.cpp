@@ -61,7 +61,7 @@ Result<void> work(const WorkFlags& flags) {
 
 struct StatusFlags {
   std::string plan;
-  std::string format = "text";
+  ResultFlags result;
 };
 
 std::string state_text(const StepState& state) {
@@ -93,8 +93,7 @@ std::string to_json(const std::vector<StepState>& states) {
 Result<void> status(const StatusFlags& flags) {
   SIGHTLINE_ASSIGN(const SharedWork work, open_work(flags.plan));
   const std::vector<StepState> states = states_of(work);
-  flags.format == "json" ? print_data(to_json(states)) : print_text(to_text(states));
-  return {};
+  return put_result(flags.result, flags.result.is_json() ? to_json(states) : to_text(states));
 }
 
 struct LinkFlags {
@@ -120,12 +119,14 @@ Result<void> link(const LinkFlags& flags) {
 }
 
 Positional plan_positional(std::string& folder) {
-  return {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &folder};
+  return {
+      .name = "PLAN", .help = "The folder that `sightline cluster plan` wrote", .target = &folder};
 }
 
 void add_flags_of_work(Verb& verb, RunFlags& run) {
   for (const Flag& flag : {threads_flag(run.threads), time_passes_flag(run.time_passes),
-                           json_progress_flag(run.json_progress), quiet_flag(run.is_quiet)}) {
+                           json_progress_flag(run.json_progress), quiet_flag(run.is_quiet),
+                           verbose_flag(run.is_verbose)}) {
     verb.flags.push_back(flag);
   }
 }
@@ -137,28 +138,28 @@ Verb work_verb() {
   std::vector<std::string> stages;
   for (const Stage stage : kWorkStages) stages.emplace_back(stage_name(stage));
   Verb verb;
-  verb.name = "work";
-  verb.summary = "Do a share of one stage of a plan";
+  verb.name = "cluster work";
+  verb.summary = "Do one share of one stage of a plan";
   verb.details =
-      "Makes what is missing of the stage: first what falls to this share, then what others have "
-      "not made yet, so that one process alone does all of it. Any number may be at work on the "
-      "same stage, on the same share too, and be killed at any moment: finished parts are whole "
-      "files in the store of the plan, and what is made twice has the same bytes.\n\n"
-      "drives: one unit a recording. graph: one unit. tiles: parts of 128 m. sites: places that "
-      "stand together. learn: one unit. A stage whose predecessor is not finished ends with exit "
-      "status 75 and the list of what is missing.";
-  verb.examples = {"sightline work plan/ --stage sites --share 7/64",
-                   "sightline work plan/ --stage graph"};
+      "Computes what the stage still lacks: first this share, then parts of other shares that are "
+      "not finished. So one process alone completes a stage. Any number of processes may work on "
+      "the same stage or share, and each may be killed at any time: finished parts are complete "
+      "files in the store of the plan, and a part that is computed twice has the same bytes.\n\n"
+      "Units of work: drives: one recording. graph: one. tiles: parts of 128 m. sites: groups of "
+      "neighbouring places. learn: one. If the stage before is not finished, the exit status is 75 "
+      "and the missing parts are listed.";
+  verb.examples = {"sightline cluster work plan/ --stage sites --share 7/64",
+                   "sightline cluster work plan/ --stage graph"};
   verb.positionals = {plan_positional(flags->plan)};
   verb.flags = {{.names = "--stage",
                  .value = "STAGE",
-                 .help = "What to work on",
+                 .help = "The stage to work on",
                  .target = &flags->stage,
                  .choices = stages,
                  .is_required = true},
                 {.names = "--share",
                  .value = "K/N",
-                 .help = "Take the K-th of N shares first; else all of it is one share",
+                 .help = "Do the K-th of N shares first; default: 1/1",
                  .target = Setter([flags](const std::string& text) -> Result<void> {
                    SIGHTLINE_ASSIGN(flags->share, parse_share(text));
                    return {};
@@ -171,18 +172,15 @@ Verb work_verb() {
 Verb status_verb() {
   const auto flags = std::make_shared<StatusFlags>();
   Verb verb;
-  verb.name = "status";
-  verb.summary = "Tell how far the work on a plan is";
+  verb.name = "cluster status";
+  verb.summary = "Show the progress of a plan";
   verb.details =
-      "One line a step. Parts are counted from when a process has begun the step, and are given "
-      "for steps that are not finished.";
-  verb.examples = {"sightline status plan/", "sightline status plan/ --format json"};
+      "Prints one line a step. An unfinished step shows its finished parts once a process has "
+      "started it.";
+  verb.examples = {"sightline cluster status plan/",
+                   "sightline cluster status plan/ --format json    # status.schema.json"};
   verb.positionals = {plan_positional(flags->plan)};
-  verb.flags = {{.names = "--format",
-                 .value = "FORMAT",
-                 .help = "Form of the output; json: an array, one object a step",
-                 .target = &flags->format,
-                 .choices = {"text", "json"}}};
+  add_result_flags(verb, flags->result, "an array, one object a step");
   verb.run = [flags] { return exit_status_of(status(*flags)); };
   return verb;
 }
@@ -190,12 +188,12 @@ Verb status_verb() {
 Verb link_verb() {
   const auto flags = std::make_shared<LinkFlags>();
   Verb verb;
-  verb.name = "link";
-  verb.summary = "Make the map of a plan whose work is finished";
+  verb.name = "cluster link";
+  verb.summary = "Make the map of a finished plan";
   verb.details =
-      "The map, its provenance and what is printed are those of `sightline compile` with the same "
-      "configuration. Where something is missing, exit status 75 and the list.";
-  verb.examples = {"sightline link plan/ -o city.slmap"};
+      "The map, its provenance and the output are the same as those of `sightline compile` with "
+      "the same configuration. If work is missing, the exit status is 75 and it is listed.";
+  verb.examples = {"sightline cluster link plan/ -o city.slmap"};
   verb.positionals = {plan_positional(flags->plan)};
   verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
                 force_flag(flags->is_forced)};

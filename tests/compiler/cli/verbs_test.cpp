@@ -17,6 +17,7 @@
 namespace sightline {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
@@ -34,6 +35,19 @@ std::string output_of(const std::vector<std::string>& words) {
   const std::string text = ::testing::internal::GetCapturedStdout();
   EXPECT_EQ(status, 0) << ::testing::PrintToString(words);
   return text;
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::vector<std::string> words;
+  std::istringstream stream(text);
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+std::vector<std::string> joined(std::vector<std::string> first,
+                                const std::vector<std::string>& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
 }
 
 std::string help_of(const Verb& verb) { return help_text("sightline " + verb.name, verb); }
@@ -63,11 +77,13 @@ TEST(Verbs, ShowExamplesThatCanBeParsed) {
     for (const std::string& example : verb.examples) {
       for (std::vector<std::string> words : commands_in(example)) {
         const Program program = sightline_program();
-        const Verb* const called = find_verb(program, words.front());
-        ASSERT_NE(called, nullptr) << example;
-        shown.insert(words.front());
-        words.erase(words.begin());
-        const Result<void> parsed = parse_words("sightline", *called, words);
+        const Called called = find_called(program, words);
+        ASSERT_NE(called.verb, nullptr) << example;
+        EXPECT_TRUE(example.find("sightline " + called.verb->name) != std::string::npos)
+            << example << " has an old name";
+        shown.insert(called.verb->name);
+        words.erase(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(called.word_count));
+        const Result<void> parsed = parse_words("sightline", *called.verb, words);
         EXPECT_TRUE(parsed.has_value()) << example << ": " << to_string(parsed.error());
       }
     }
@@ -115,7 +131,7 @@ TEST(Verbs, CanReplaceWhatTheyWrite) {
     };
     EXPECT_FALSE(has("--out")) << verb.name << ": the flag is called --output";
     // apply promises a map that was not there before.
-    if (verb.name == "apply" || !has("--output")) continue;
+    if (verb.name == "delta apply" || !has("--output")) continue;
     EXPECT_TRUE(has("--force")) << verb.name;
   }
 }
@@ -147,9 +163,104 @@ TEST(Verbs, AreExplainedByHelpAsByTheirFlag) {
   const Program program = sightline_program();
   EXPECT_EQ(output_of({"help"}), output_of({"--help"}));
   for (const Verb& verb : program.verbs) {
-    const std::string help = output_of({"help", verb.name});
-    EXPECT_EQ(help, output_of({verb.name, "--help"}));
-    EXPECT_EQ(help, output_of({verb.name, "-h", "--no-such-flag"})) << "help comes first";
+    const std::vector<std::string> name = words_of(verb.name);
+    const std::string help = output_of(joined({"help"}, name));
+    EXPECT_EQ(help, output_of(joined(name, {"--help"})));
+    EXPECT_EQ(help, output_of(joined(name, {"-h", "--no-such-flag"}))) << "help comes first";
+  }
+  for (const Family& family : program.families) {
+    EXPECT_EQ(output_of({"help", family.name}), output_of({family.name, "--help"}));
+  }
+}
+
+TEST(Verbs, AreAtMost25AtTheTopAndStandInFamilies) {
+  const Program program = sightline_program();
+  EXPECT_LE(top_names(program).size(), 25U);
+  EXPECT_THAT(names_in(program, "cluster"), ElementsAre("plan", "work", "link", "status"));
+  EXPECT_THAT(names_in(program, "fleet"), ElementsAre("key", "root", "release", "sign", "admit"));
+  EXPECT_THAT(names_in(program, "delta"), ElementsAre("make", "apply"));
+  for (const Verb& verb : program.verbs) {
+    const std::string family = family_of(verb);
+    if (family.empty()) continue;
+    EXPECT_NE(std::ranges::find(program.families, family, &Family::name), program.families.end())
+        << verb.name;
+  }
+  const std::string help = help_text(program, program.families.front());
+  EXPECT_THAT(help, HasSubstr("Usage: sightline cluster VERB [OPTION]..."));
+  EXPECT_THAT(help, HasSubstr("\n  plan    Plan a compile"));
+}
+
+TEST(Verbs, AreFoundByTheirOldNamesWhichNoHelpShows) {
+  const Program program = sightline_program();
+  for (const auto& [alias, name] : program.aliases) {
+    const Verb* const verb = find_verb(program, alias);
+    ASSERT_NE(verb, nullptr) << alias;
+    EXPECT_EQ(verb->name, name);
+  }
+  const std::string help = help_text(program);
+  for (const char* old : {"\n  plan ", "\n  work ", "\n  apply ", "\n  admit ", "\n  key "}) {
+    EXPECT_THAT(help, Not(HasSubstr(old)));
+  }
+}
+
+TEST(FindCalled, TakesTwoWordsBeforeAnAliasOfOne) {
+  const Program program = sightline_program();
+  const auto called = [&](const std::vector<std::string>& words) {
+    const Called found = find_called(program, words);
+    return concat(found.verb == nullptr ? "" : found.verb->name, ":",
+                  found.family == nullptr ? "" : found.family->name, ":", found.word_count);
+  };
+  EXPECT_EQ(called({"delta", "make", "a", "b"}), "delta make:delta:2");
+  EXPECT_EQ(called({"delta", "a.slmap", "b.slmap"}), "delta make:delta:1") << "as before 0.1.0";
+  EXPECT_EQ(called({"apply", "--help"}), "delta apply::1");
+  EXPECT_EQ(called({"delta"}), ":delta:1");
+  EXPECT_EQ(called({"cluster", "--help"}), ":cluster:1");
+  EXPECT_EQ(called({"cluster", "make"}), ":cluster:1");
+  EXPECT_EQ(called({"plan", "work"}), "cluster plan::1");
+  EXPECT_EQ(called({"foo"}), "::0");
+}
+
+TEST(Verbs, AreQuietAndVerboseAndCountThreadsAlike) {
+  for (const Verb& verb : sightline_program().verbs) {
+    const auto flag = [&](const std::string& name) {
+      return std::ranges::find(verb.flags, name, &long_name);
+    };
+    ASSERT_NE(flag("--quiet"), verb.flags.end()) << verb.name;
+    ASSERT_NE(flag("--verbose"), verb.flags.end()) << verb.name;
+    EXPECT_EQ(flag("--quiet")->names, "-q,--quiet");
+    EXPECT_EQ(flag("--verbose")->names, "-v,--verbose");
+    if (flag("--threads") == verb.flags.end()) continue;
+    EXPECT_EQ(flag("--threads")->names, "-j,--threads") << verb.name;
+  }
+}
+
+struct Slip {
+  std::vector<std::string> words;
+  std::string remedy;
+};
+
+TEST(Slips, AreAnsweredWithTheRemedy) {
+  const std::vector<Slip> slips = {
+      {{"foo"}, "unknown verb 'foo'; `sightline --help` lists them"},
+      {{"gaet", "a.slmap"}, "unknown verb 'gaet'; did you mean 'gate'?"},
+      {{"statsu"}, "unknown verb 'statsu'; did you mean 'cluster status'?"},
+      {{"version"}, "write `sightline --version`"},
+      {{"cluster", "paln"}, "unknown verb 'cluster paln'; did you mean 'plan'?"},
+      {{"compile", "a.yaml", "b.yaml"}, "several drives are a list under mapping:"},
+      {{"evaluate", "town.slmap"},
+       "town.slmap is the map: write `sightline evaluate CONFIG --map town.slmap`"},
+      {{"cache", "folder", "--json"}, "unknown flag --json; write --format json"},
+      {{"cache", "folder", "-j", "4"}, "`sightline cache` uses one thread: leave the flag out"},
+      {{"compile", "-c", "x.yaml"},
+       "the configuration has no flag before it: `sightline compile FILE.yaml`"},
+      {{"export", "a.slmap", "--format", "kml", "-o", "a.kml"}, "ogr2ogr"},
+      {{"export", "a.slmap", "--format", "laz", "-o", "a.laz"}, "pdal translate"}};
+  for (const Slip& slip : slips) {
+    ::testing::internal::CaptureStderr();
+    const int status = run_command_line(sightline_program(), slip.words);
+    const std::string text = ::testing::internal::GetCapturedStderr();
+    EXPECT_EQ(status, 64) << text;
+    EXPECT_THAT(text, HasSubstr(slip.remedy));
   }
 }
 
@@ -157,8 +268,14 @@ TEST(Verbs, AreExplainedByHelpAsByTheirFlag) {
 TEST(Verbs, AreExplainedAsReviewed) {
   const std::string folder = std::string(SIGHTLINE_ROOT) + "/tests/golden/help/";
   for (const Verb& verb : sightline_program().verbs) {
-    const std::string reviewed = value_of(read_text_file(folder + verb.name + ".txt"));
+    std::string file = verb.name + ".txt";
+    std::ranges::replace(file, ' ', '-');
+    const std::string reviewed = value_of(read_text_file(folder + file));
     EXPECT_EQ(help_of(verb), reviewed) << "tests/update_golden.sh rewrites " << verb.name;
+  }
+  const Program program = sightline_program();
+  for (const Family& family : program.families) {
+    EXPECT_EQ(help_text(program, family), value_of(read_text_file(folder + family.name + ".txt")));
   }
 }
 

@@ -108,5 +108,12 @@ TEST(NearestName, FindsTypingErrorsAndDoesNotGuess) {
   EXPECT_EQ(nearest_name("colour", known), "");
 }
 
+TEST(NearestName, AllowsOneErrorInThreeLetters) {
+  EXPECT_EQ(nearest_name("foo", {"root", "key"}), "") << "two letters differ";
+  EXPECT_EQ(nearest_name("nd", {"nds"}), "nds");
+  EXPECT_EQ(nearest_name("gaet", {"gate"}), "gate") << "a swap is one error";
+  EXPECT_EQ(nearest_name("complie", {"compile"}), "compile");
+}
+
 }  // namespace
 }  // namespace sightline

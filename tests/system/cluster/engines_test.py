@@ -1,4 +1,4 @@
-"""The scripts of `sightline plan --emit make` and `--emit snakemake`, and the line for GNU parallel of examples/cluster.
+"""The scripts of `sightline cluster plan --emit make` and `--emit snakemake`, and the line for GNU parallel of examples/cluster.
 
 usage: engines_test.py SIGHTLINE TOWN      an engine that is not installed is skipped by its name
 """
@@ -67,7 +67,7 @@ class Engines(unittest.TestCase):
     def test_parallel(self):
         self.shared.make_plan()
         for stage in STAGES:
-            self.run_engine("parallel", "-j2", SETTINGS["town"].program, "work", "plan", "--stage", stage, "--share", "{}/3",
+            self.run_engine("parallel", "-j2", SETTINGS["town"].program, "cluster", "work", "plan", "--stage", stage, "--share", "{}/3",
                             "--threads", "1", ":::", "1", "2", "3")
         self.shared.link(self.shared.plan / "map.slmap")
         self.assert_map()

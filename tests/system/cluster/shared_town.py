@@ -71,7 +71,7 @@ class SharedCompile:
         self.plan = pathlib.Path(plan)
 
     def make_plan(self, *words, config=None, **options):
-        return self.town.sightline("plan", config or self.town.config, "-o", self.plan, *QUICK, *words, **options)
+        return self.town.sightline("cluster", "plan", config or self.town.config, "-o", self.plan, *QUICK, *words, **options)
 
     @property
     def store(self):
@@ -79,7 +79,7 @@ class SharedCompile:
 
     def words(self, stage, share=None, threads=1):
         shares = ("--share", share) if share else ()
-        return ("work", self.plan, "--stage", stage, *shares, "--threads", threads)
+        return ("cluster", "work", self.plan, "--stage", stage, *shares, "--threads", threads)
 
     def work(self, stage, share=None, threads=1, **options):
         return self.town.sightline(*self.words(stage, share, threads), **options)
@@ -93,4 +93,4 @@ class SharedCompile:
             self.work(stage, threads=threads)
 
     def link(self, out, **options):
-        return self.town.sightline("link", self.plan, "-o", out, **options)
+        return self.town.sightline("cluster", "link", self.plan, "-o", out, **options)

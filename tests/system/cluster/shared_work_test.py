@@ -143,10 +143,10 @@ class Shares(SharedWork):
 
     def test_workers_may_be_called_from_anywhere(self):
         os.mkdir(f"{self.folder}/elsewhere")
-        self.town.sightline("plan", "town.yaml", "-o", f"{self.folder}/plan", cwd=self.town.folder)
+        self.town.sightline("cluster", "plan", "town.yaml", "-o", f"{self.folder}/plan", cwd=self.town.folder)
         shared = SharedCompile(self.town, f"{self.folder}/plan")
         shared.work("drives", cwd="/")
-        self.town.sightline("work", "../plan", "--stage", "graph", cwd=f"{self.folder}/elsewhere")
+        self.town.sightline("cluster", "work", "../plan", "--stage", "graph", cwd=f"{self.folder}/elsewhere")
 
 
 class Ends(SharedWork):
@@ -261,14 +261,14 @@ class Order(SharedWork):
             if stage:
                 shared.work(stage)
                 finished.add(stage)
-            steps = json.loads(self.town.sightline("status", shared.plan, "--format", "json").stdout)
+            steps = json.loads(self.town.sightline("cluster", "status", shared.plan, "--format", "json").stdout)
             self.assertEqual({step["stage"] for step in steps}, set(STAGES))
             for step in steps:
                 self.assertEqual(step["is_done"], step["stage"] in finished, step)
                 self.assertLessEqual(step["parts_there"], step["parts"], step)
             for needed in NEEDED.values():
                 self.assertIn(needed, [step["step"] for step in steps])
-        self.assertIn("compute-factors", self.town.sightline("status", shared.plan).stdout)
+        self.assertIn("compute-factors", self.town.sightline("cluster", "status", shared.plan).stdout)
 
 
 class Changes(SharedWork):

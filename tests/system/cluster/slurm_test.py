@@ -1,4 +1,4 @@
-"""The script of `sightline plan --emit slurm` on a Slurm of two nodes, one of which is lost while its task is at work.
+"""The script of `sightline cluster plan --emit slurm` on a Slurm of two nodes, one of which is lost while its task is at work.
 
 usage: slurm_test.py SIGHTLINE TOWN      exit 77: skipped, because no Slurm is installed or it cannot start here
 """
