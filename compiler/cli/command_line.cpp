@@ -228,9 +228,9 @@ Result<int> run_family(const Program& program, const Family& family,
     return unknown(concat("unknown verb '", family.name, " ", words[1], "'"), words[1],
                    names_in(program, family.name), concat(program.name, " ", family.name));
   }
-  const bool is_asked = words.size() > 1;
-  std::fputs(help_text(program, family).c_str(), is_asked ? stdout : stderr);
-  return is_asked ? 0 : exit_status(ErrorCode::kBadArgument);
+  const bool has_help = words.size() > 1;
+  std::fputs(help_text(program, family).c_str(), has_help ? stdout : stderr);
+  return has_help ? 0 : exit_status(ErrorCode::kBadArgument);
 }
 
 bool is_set(const Verb& verb, const std::string& name) {

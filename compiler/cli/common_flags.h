@@ -48,7 +48,7 @@ Result<void> put_result(const ResultFlags& flags, const std::string& result);
 
 Positional map_positional(std::string& file, const std::string& help);
 
-// Whether a file may be written there, asked before hours of work rather than after them: as
+// Whether a file may be written there, checked before hours of work and not after them: as
 // check_output(), and whether its folder, or the deepest one on the way to it that exists, is one
 // and lets files be made. A configuration or a recording (a bag, a capture) is never replaced. An
 // empty path is fine: nothing is written. Errors: those of check_output(); cannot-write.

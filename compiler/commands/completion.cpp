@@ -197,7 +197,8 @@ std::string zsh_verbs(const Program& program, const std::string& family) {
 
 // The second word of a family's verbs joins the first one.
 std::string zsh_family(const Program& program, const Family& family) {
-  return concat("  if [[ $words[1] == ", family.name, " ]]; then\n", zsh_verbs(program, family.name),
+  return concat("  if [[ $words[1] == ", family.name, " ]]; then\n",
+                zsh_verbs(program, family.name),
                 "    if ((CURRENT == 2)); then _describe -t commands verb verbs; return; fi\n"
                 "    words[2]=\"$words[1] $words[2]\"\n"
                 "    shift words\n"

@@ -310,8 +310,8 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLongest));
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object() || !json.contains("sightline_plan")) {
-    return Error{ErrorCode::kMalformedText, "this is not a plan; `sightline cluster plan` writes one",
-                 file.string()};
+    return Error{ErrorCode::kMalformedText,
+                 "this is not a plan; `sightline cluster plan` writes one", file.string()};
   }
   const Json& version = json["sightline_plan"];
   if (!version.is_number_integer() || version.get<std::int64_t>() != kVersion) {

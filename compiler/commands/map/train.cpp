@@ -60,7 +60,7 @@ Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& fi
   return config;
 }
 
-// A place whose recordings are open, with what will be asked of it.
+// A place whose recordings are open, with what will be computed of it.
 struct OpenPlace {
   CompileConfig config;
   RunFlags run;
