@@ -263,16 +263,18 @@ Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inpu
 }  // namespace
 
 std::vector<OptionField> option_fields(EmitMapOptions& options) {
-  return {text("map_id", options.map_id, "name of the map; empty: made of the recording"),
-          text("version", options.version, "version for people"),
-          shared(text("world", options.world, "where the recordings' coordinates lie")),
-          integer("release", options.release, "counter that only ever grows", 1, 2'000'000'000),
-          number("reach_m", options.reach_m,
-                 "a site farther away than this says nothing about a position, m", 0.1, 1000.0),
-          shared(choice("mapping_scans", options.mapping_scans, "scans that made the map",
-                        {"all", "even", "odd"})),
-          flag("has_factors", options.has_factors,
-               "keep the map factors, which inspect --site explains a choice with")};
+  return {
+      text("map_id", options.map_id, "name of the map; empty: derived from the recording"),
+      text("version", options.version, "version, free text"),
+      shared(text("world", options.world, "coordinate system of the recordings' poses")),
+      integer("release", options.release, "release number; raise it with each release", 1,
+              2'000'000'000),
+      number("reach_m", options.reach_m,
+             "largest distance from a position to the site that answers for it, m", 0.1, 1000.0),
+      shared(choice("mapping_scans", options.mapping_scans, "scans that make the map",
+                    {"all", "even", "odd"})),
+      flag("has_factors", options.has_factors,
+           "store the map factors, which inspect --site uses to explain a range")};
 }
 
 Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,

@@ -14,7 +14,7 @@ inline constexpr Pass kPackNds =
     Pass{"pack-nds", 1, "packed-nds", "NDs packed for the map file", &pack_nds_step}.in(
         Stage::kTiles);
 
-// The error model as the map file carries it, so that who writes the file need not hold it.
+// Error model in the form of the map file, so that who writes the file need not hold it.
 // Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
 Result<PackedModel> pack_model_step(PassContext& ctx, const NoOptions& options,
                                     const StoredErrorModel& model);

@@ -31,7 +31,7 @@ Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
                                                   const TiledNds& nds, const TiledSurface& surface,
                                                   const Sites& sites, const SensorProfile& sensor);
 inline constexpr Pass kComputeFactors =
-    Pass{"compute-factors", 8, "map-factors", "Map factors", &factors_of_sites}
+    Pass{"compute-factors", 8, "map-factors", "Map factors of each site", &factors_of_sites}
         .in(Stage::kSites)
         .with({.scan_s = 0.022});
 

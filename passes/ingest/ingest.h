@@ -29,7 +29,7 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
 // Connects a decoded drive to the files of its recording, from which its scans are read: the
 // encoded drive contains no points.
 void reattach(Drive& drive, const Recording& recording);
-inline constexpr Pass kIngest = Pass{"ingest", 4, "drive", "Reading drives", &ingest}
+inline constexpr Pass kIngest = Pass{"ingest", 4, "drive", "Recorded drives", &ingest}
                                     .in(Stage::kDrives)
                                     .with({.scan_s = 0.0003});
 

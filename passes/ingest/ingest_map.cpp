@@ -61,7 +61,8 @@ void warn_of_files(const PassContext& ctx, const PointMap& map) {
 std::vector<OptionField> option_fields(IngestMapOptions& options) {
   return {
       shared(number("tile_m", options.tile_m,
-                    "the frame's origin is a multiple of the edge of a tile, m", 1.0, 10000.0))};
+                    "edge length of a map tile, m; the origin of the map frame is a multiple of it",
+                    1.0, 10000.0))};
 }
 
 Result<SurfacePoints> ingest_map(PassContext& ctx, const IngestMapOptions& options,

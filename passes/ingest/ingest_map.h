@@ -24,7 +24,7 @@ std::vector<OptionField> option_fields(IngestMapOptions& options);
 Result<SurfacePoints> ingest_map(PassContext& ctx, const IngestMapOptions& options,
                                  const PointMap& map);
 inline constexpr Pass kIngestMap =
-    Pass{"ingest-map", 1, "points", "Reading finished maps", &ingest_map}.in(Stage::kDrives);
+    Pass{"ingest-map", 1, "points", "Points of a finished map", &ingest_map}.in(Stage::kDrives);
 
 // Points on a square metre of surface that cells and patches need (schemas/definitions.md,
 // "Annotating a finished map"): 10 in a cell of 2 m, 3 in one of 0.5 m.

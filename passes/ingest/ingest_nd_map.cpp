@@ -76,9 +76,10 @@ void warn(const PassContext& ctx, const ForeignNds& map, const NdtMap& ndt, int 
 std::vector<OptionField> option_fields(IngestNdMapOptions& options) {
   return {
       shared(number("tile_m", options.tile_m,
-                    "the frame's origin is a multiple of the edge of a tile, m", 1.0, 10000.0)),
+                    "edge length of a map tile, m; the origin of the map frame is a multiple of it",
+                    1.0, 10000.0)),
       integer("min_points", options.min_points,
-              "points that a cell must have, of a map that holds cells and no points", 2, 100000)};
+              "least points of a cell, for maps that contain cells instead of points", 2, 100000)};
 }
 
 Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options,

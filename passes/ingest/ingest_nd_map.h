@@ -14,7 +14,7 @@ struct IngestNdMapOptions {
 };
 std::vector<OptionField> option_fields(IngestNdMapOptions& options);
 
-// The NDs of somebody's NDT map as they are, in its own cells. The map frame begins at the multiple
+// The NDs of a finished NDT map as they are, in its own cells. The map frame begins at the multiple
 // of tile_m at or below the lowest corner of all cells. Cells of too few points or without extent
 // are left out, as build-ndt leaves them out, and counted in a warning; so is what open_apollo_map
 // assumed. Errors: bad-value (a tile that is no multiple of the map's cell), empty-map (no valid

@@ -32,7 +32,8 @@ Result<ByFamily<StoredTable<FactorTable>>> add_mapping_error(
     const ByFamily<StoredTable<MeasuredError>>& own, const SensorProfile* mapping_sensor,
     const SensorProfile& localizing_sensor);
 inline constexpr Pass kAddMappingError =
-    Pass{"add-mapping-error", 4, "factors", "The factor from the mapping drive", &add_mapping_error}
+    Pass{"add-mapping-error", 4, "factors", "Factor: error of the mapping scans",
+         &add_mapping_error}
         .in(Stage::kSites);
 
 }  // namespace sightline

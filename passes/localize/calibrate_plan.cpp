@@ -174,7 +174,8 @@ double raised_threshold(const CalibratePlanOptions& options, const LookPlan& pla
 std::vector<OptionField> option_fields(CalibratePlanOptions& options) {
   return with_matching(
       {number("doubted_share", options.doubted_share,
-              "while tracking: share of good first looks that may be doubted", 0.0, 1.0),
+              "while tracking: allowed share of good first looks that trigger a second look", 0.0,
+              1.0),
        reach_option(options.reach_m)},
       options.matching);
 }

@@ -177,11 +177,11 @@ std::uint32_t site_step_of(const std::vector<std::optional<std::size_t>>& taken)
 }  // namespace
 
 std::vector<OptionField> option_fields(ImportErrorsOptions& options) {
-  return {shared(numbers("ranges_m", options.ranges_m, "ranges that errors are needed at, m", 1.0,
+  return {shared(numbers("ranges_m", options.ranges_m, "ranges at which errors are given, m", 1.0,
                          1000.0)),
           scans_option(options.scans),
           shared(number("site_radius_m", options.site_radius_m,
-                        "a site's scan lies no farther from it, m", 0.01, 100.0))};
+                        "largest distance from a site to its scan, m", 0.01, 100.0))};
 }
 
 Result<ByFamily<MeasuredError>> import_errors(PassContext& ctx, const ImportErrorsOptions& options,

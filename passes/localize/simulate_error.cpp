@@ -178,12 +178,12 @@ void measure_into(const ReferencedScan& scan, std::size_t site, SiteLocalizer& l
 std::vector<OptionField> option_fields(SimulateErrorOptions& options) {
   return with_matching(
       {number("range_noise_m", options.range_noise_m,
-              "noise of a simulated return along its ray, standard deviation, m", 0.0, 1.0),
+              "range noise of simulated returns, standard deviation, m", 0.0, 1.0),
        number("hidden_deg", options.hidden_deg,
-              "azimuth that traffic hides from a simulated scan, degrees", 0.0, 360.0),
-       number("missing_share", options.missing_share, "returns that fail to come", 0.0, 0.99),
+              "azimuth that traffic occludes in a simulated scan, degrees", 0.0, 360.0),
+       number("missing_share", options.missing_share, "share of missing returns", 0.0, 0.99),
        number("relief_m", options.relief_m,
-              "by which the surface of another day differs, standard deviation, m", 0.0, 1.0)},
+              "difference of the surface on another day, standard deviation, m", 0.0, 1.0)},
       options.matching);
 }
 

@@ -174,7 +174,7 @@ DriveTracks to_tracks(const Setup& setup, const std::vector<Replay>& replays) {
 std::vector<OptionField> option_fields(TrackDriveOptions& options) {
   return with_matching(
       {number("lost_beyond_m", options.lost_beyond_m,
-              "continuous localization: an error above this ends a track, m", 0.01, 100.0),
+              "continuous localization: a track is lost above this error, m", 0.01, 100.0),
        reach_option(options.reach_m)},
       options.matching);
 }

@@ -69,8 +69,9 @@ inline Result<DriveOnMap> place_on_map(const Drive& drive, const Trajectory& tra
 
 // The option "reach_m" of passes that ask a map, which the plan sets.
 inline OptionField reach_option(double& reach_m) {
-  return shared(
-      number("reach_m", reach_m, "a site farther away than this says nothing, m", 0.1, 1000.0));
+  return shared(number("reach_m", reach_m,
+                       "largest distance from a position to the site that answers for it, m", 0.1,
+                       1000.0));
 }
 
 // What all replays of a drive share. `own` serves ranges, `of_samples` looks that take a sample.

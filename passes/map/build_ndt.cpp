@@ -172,10 +172,10 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
 }  // namespace
 
 std::vector<OptionField> option_fields(BuildNdtOptions& options) {
-  return {number("cell_m", options.cell_m, "edge of an NDT cell, m", 0.1, 100.0),
-          shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0,
-                        10000.0)),
-          integer("min_points", options.min_points, "points that a valid cell needs", 3, 1000000)};
+  return {number("cell_m", options.cell_m, "edge length of an NDT cell, m", 0.1, 100.0),
+          shared(number("tile_m", options.tile_m,
+                        "edge length of a map tile, m; a multiple of the cell", 1.0, 10000.0)),
+          integer("min_points", options.min_points, "least points of a valid cell", 3, 1000000)};
 }
 
 NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,

@@ -22,7 +22,7 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options);
 // (a point that is not finite or lies beyond the grid), disk-full or cannot-write (temporary file).
 Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                            const SurfacePoints& points);
-inline constexpr Pass kBuildNdt = Pass{"build-ndt", 2, "nds", "The NDT map", &build_ndt}
+inline constexpr Pass kBuildNdt = Pass{"build-ndt", 2, "nds", "NDT map", &build_ndt}
                                       .in(Stage::kTiles)
                                       .with({.million_points_s = 0.06});
 

@@ -134,10 +134,10 @@ std::set<TileKey> tiles_around(const std::vector<TileKey>& tiles, const Surface&
 }  // namespace
 
 std::vector<OptionField> option_fields(BuildSurfaceOptions& options) {
-  return {number("cell_m", options.cell_m, "edge of a surface cell, m", 0.05, 10.0),
-          shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0,
-                        10000.0)),
-          integer("min_points", options.min_points, "points that a patch needs", 3, 1000000)};
+  return {number("cell_m", options.cell_m, "edge length of a surface cell, m", 0.05, 10.0),
+          shared(number("tile_m", options.tile_m,
+                        "edge length of a map tile, m; a multiple of the cell", 1.0, 10000.0)),
+          integer("min_points", options.min_points, "least points of a surface patch", 3, 1000000)};
 }
 
 Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,

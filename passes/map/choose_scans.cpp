@@ -190,14 +190,19 @@ class Squares {
 }  // namespace
 
 std::vector<OptionField> option_fields(ChooseScansOptions& options) {
-  return {choice("laid", options.laid,
-                 "scans of drives beside an earlier map that are laid into it", {"changes", "all"}),
-          integer("known_drives", options.known_drives,
-                  "so many drives of the earlier map, on the same way, know a place", 1, 1000),
-          number("reach_m", options.reach_m, "scans this near a change are laid, m", 1.0, 200.0),
-          number("voxel_m", options.voxel_m, "edge of the voxels that are compared, m", 0.05, 2.0),
-          number("least_change_m2", options.least_change_m2,
-                 "of a surface that went or came, in a square of 4 m, m^2", 0.0, 1000.0)};
+  return {
+      choice("laid", options.laid,
+             "scans that later drives add to an earlier map: those near changes, or all",
+             {"changes", "all"}),
+      integer(
+          "known_drives", options.known_drives,
+          "number of drives of the earlier map on the same way after which a place counts as known",
+          1, 1000),
+      number("reach_m", options.reach_m,
+             "largest distance from a change to a scan that is added, m", 1.0, 200.0),
+      number("voxel_m", options.voxel_m, "edge length of the compared voxels, m", 0.05, 2.0),
+      number("least_change_m2", options.least_change_m2,
+             "least area that appeared or disappeared in a square of 4 m, m^2", 0.0, 1000.0)};
 }
 
 Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& options,

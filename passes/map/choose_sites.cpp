@@ -151,9 +151,10 @@ void append_sites(const Run& poses, const Pose& T_vehicle_lidar, Sites& sites) {
 
 std::vector<OptionField> option_fields(ChooseSitesOptions& options) {
   return {
-      number("spacing_m", options.spacing_m, "arc length between sites, m", 0.1, 100.0),
+      number("spacing_m", options.spacing_m, "distance between sites along the route, m", 0.1,
+             100.0),
       number("largest_gap_m", options.largest_gap_m,
-             "a longer step between poses starts a new run of sites, m", 0.1, 1000.0),
+             "largest step between poses within a run of sites, m", 0.1, 1000.0),
       scans_option(options.scans),
   };
 }

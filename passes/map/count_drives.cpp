@@ -93,9 +93,9 @@ std::vector<MappedDrive> drives_of(const Drive& drive) {
 }  // namespace
 
 std::vector<OptionField> option_fields(CountDrivesOptions& options) {
-  return {shared(number("tile_m", options.tile_m, "edge of a map tile, m", 8.0, 1024.0)),
+  return {shared(number("tile_m", options.tile_m, "edge length of a map tile, m", 8.0, 1024.0)),
           number("step_m", options.step_m,
-                 "scans of a drive that are looked at lie at least so far apart, m", 0.0, 100.0)};
+                 "least distance between the scans of a drive that are used, m", 0.0, 100.0)};
 }
 
 Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& options,

@@ -110,11 +110,12 @@ Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
 
 std::vector<OptionField> option_fields(RemoveMovingOptions& options) {
   return {
-      flag("enabled", options.enabled, "take out what moved between scans"),
-      number("voxel_m", options.voxel_m, "edge of the voxels that stand or move as a whole, m",
-             0.05, 2.0),
+      flag("enabled", options.enabled, "remove objects that moved between scans"),
+      number("voxel_m", options.voxel_m,
+             "edge length of the voxels that are classified as static or moving, m", 0.05, 2.0),
       number("carve_range_m", options.carve_range_m,
-             "rays look for what moved up to this distance from the sensor, m", 1.0, 200.0),
+             "largest distance from the sensor at which moving objects are searched for, m", 1.0,
+             200.0),
       scans_option(options.scans),
   };
 }

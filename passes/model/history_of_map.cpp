@@ -98,8 +98,8 @@ Result<void> add_those_of_map(const PassContext& ctx, const HistoryOfMapOptions&
 
 std::vector<OptionField> option_fields(HistoryOfMapOptions& options) {
   return {shared(number("site_radius_m", options.site_radius_m,
-                        "a site that was measured speaks for those no farther from it, m", 0.0,
-                        100.0))};
+                        "largest distance from a measured site to the sites that take its error, m",
+                        0.0, 100.0))};
 }
 
 Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOptions& options,

@@ -71,14 +71,16 @@ Result<void> check_options(const CastRaysOptions& options) {
 }  // namespace
 
 std::vector<OptionField> option_fields(CastRaysOptions& options) {
-  return {integer("azimuth_count", options.azimuth_count, "columns of a depth image", 8, 7200),
-          integer("elevation_count", options.elevation_count, "rows of a depth image", 1, 1800),
-          number("first_elevation_deg", options.first_elevation_deg, "elevation of the lowest row",
-                 -90.0, 90.0),
-          number("elevation_step_deg", options.elevation_step_deg, "elevation between rows", 0.01,
-                 90.0),
-          number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
-          shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m",
+  return {integer("azimuth_count", options.azimuth_count, "columns of a depth image (azimuth)", 8,
+                  7200),
+          integer("elevation_count", options.elevation_count, "rows of a depth image (elevation)",
+                  1, 1800),
+          number("first_elevation_deg", options.first_elevation_deg,
+                 "elevation of the lowest row, degrees", -90.0, 90.0),
+          number("elevation_step_deg", options.elevation_step_deg,
+                 "elevation step between rows, degrees", 0.01, 90.0),
+          number("near_m", options.near_m, "least distance of a hit, m", 0.0, 100.0),
+          shared(number("longest_range_m", options.longest_range_m, "largest distance of a hit, m",
                         1.0, 1000.0))};
 }
 

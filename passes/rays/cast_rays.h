@@ -33,8 +33,9 @@ Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
 // The same from the sites of one block. The scene reaches as far as the options.
 Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const BlockScene& scene,
                                        const SensorProfile& sensor, int threads);
-inline constexpr Pass kCastRays = Pass{"cast-rays", 3, "depth", "Depth images", &cast_rays}
-                                      .in(Stage::kSites)
-                                      .with({.scan_s = 0.004});
+inline constexpr Pass kCastRays =
+    Pass{"cast-rays", 3, "depth", "Depth images of each site", &cast_rays}
+        .in(Stage::kSites)
+        .with({.scan_s = 0.004});
 
 }  // namespace sightline

@@ -78,10 +78,10 @@ int azimuth_stride(const CastScansOptions& options, const SensorProfile& sensor)
 
 std::vector<OptionField> option_fields(CastScansOptions& options) {
   return {
-      number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
-      shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0,
+      number("near_m", options.near_m, "least distance of a hit, m", 0.0, 100.0),
+      shared(number("longest_range_m", options.longest_range_m, "largest distance of a hit, m", 1.0,
                     1000.0)),
-      shared(number("leaf_m", options.leaf_m, "edge of the localizer's voxels, m", 0.05, 10.0))};
+      shared(number("leaf_m", options.leaf_m, "voxel size for subsampling a scan, m", 0.05, 10.0))};
 }
 
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,

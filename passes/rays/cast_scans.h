@@ -41,7 +41,7 @@ Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& option
 Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const BlockScene& scene,
                                          const SensorProfile& sensor, int threads);
 inline constexpr Pass kCastScans =
-    Pass{"cast-scans", 4, "virtual-scans", "Virtual scans", &cast_scans}
+    Pass{"cast-scans", 4, "virtual-scans", "Virtual scans of each site", &cast_scans}
         .in(Stage::kSites)
         .with({.scan_s = 0.006, .million_points_s = 0.15});
 

@@ -271,13 +271,16 @@ Trajectory placed_aside(const Trajectory& own, const MapFrame& frame, const Site
 }  // namespace
 
 std::vector<OptionField> option_fields(AlignDriveOptions& options) {
-  return {choice("mode", options.mode,
-                 "auto: poses that were not given are matched against the map; align: all are",
-                 {"auto", "given", "align"}),
-          number("candidate_step_m", options.candidate_step_m,
-                 "places of the route from which a drive is looked for, m", 0.5, 50.0),
-          shared(flag("may_be_elsewhere", options.may_be_elsewhere,
-                      "the drive need not be in the map"))};
+  return {
+      choice(
+          "mode", options.mode,
+          "auto: drives without given poses are matched to the map; align: all drives; given: none",
+          {"auto", "given", "align"}),
+      number("candidate_step_m", options.candidate_step_m,
+             "distance along the route between the places where the drive is searched for, m", 0.5,
+             50.0),
+      shared(flag("may_be_elsewhere", options.may_be_elsewhere,
+                  "allow drives that are not in the map"))};
 }
 
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,

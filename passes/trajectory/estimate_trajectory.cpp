@@ -141,21 +141,25 @@ Result<Estimate> estimate_by(const EstimateTask& task, PosesFrom from) {
 
 std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options) {
   return {
-      choice("mode", options.mode, "where poses come from",
+      choice("mode", options.mode,
+             "source of the poses: as given; given and refined by the scans; estimated from the "
+             "scans; auto: as given for one drive, refined for several, estimated where none are "
+             "given",
              {"auto", "given", "refine", "estimate"}),
-      choice("bad_poses", options.bad_poses, "where given poses move otherwise than the scans show",
+      choice("bad_poses", options.bad_poses,
+             "action where given poses contradict the motion in the scans",
              {"ignore", "warn", "repair", "refuse"}),
       number("prior_sigma_m", options.prior_sigma_m,
-             "when refining: how far off given positions are, m", 0.001, 1000.0),
+             "when refining: standard deviation of given positions, m", 0.001, 1000.0),
       number("prior_sigma_deg", options.prior_sigma_deg,
-             "when refining: how far off given headings are, degrees", 0.001, 180.0),
+             "when refining: standard deviation of given headings, degrees", 0.001, 180.0),
       number("prior_correlation_m", options.prior_correlation_m,
-             "when refining: given poses share their error over this much of the way, m", 0.0,
+             "when refining: distance over which errors of given poses are correlated, m", 0.0,
              10000.0),
       number("local_map_m", options.local_map_m,
-             "scans are matched to what was seen on this much of the way, m", 5.0, 500.0),
+             "length of route whose scans form the local map for matching, m", 5.0, 500.0),
       flag("closes_loops", options.closes_loops,
-           "match again where the route comes back to a place"),
+           "match scans again where the route returns to a place (loop closure)"),
   };
 }
 

@@ -43,7 +43,7 @@ Result<std::optional<Drive>> undistorted_part(PassContext& ctx, const Drive& dri
 
 std::vector<OptionField> option_fields(UndistortScansOptions& options) {
   return {flag("enabled", options.enabled,
-               "take the vehicle's motion during a scan out of it, where its points carry times")};
+               "correct scans for the vehicle's motion during the scan, where points have times")};
 }
 
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,

@@ -253,19 +253,20 @@ Sites sites_of(const PassContext& ctx, const FreeGround& free,
 
 std::vector<OptionField> option_fields(ChooseFieldSitesOptions& options) {
   return {
-      number("spacing_m", options.spacing_m, "from one place to the next, m", 0.5, 50.0),
-      number("width_m", options.width_m, "room that a vehicle takes on the ground, m", 0.5, 10.0),
+      number("spacing_m", options.spacing_m, "distance between neighbouring sites, m", 0.5, 50.0),
+      number("width_m", options.width_m, "width of free ground that a vehicle needs, m", 0.5, 10.0),
       number("height_m", options.height_m,
-             "and above it, m; at least 0.2 m more than the sensor's height", 0.5, 10.0),
+             "free height that a vehicle needs, m; at least 0.2 m more than the sensor's height",
+             0.5, 10.0),
       text("from", options.from,
-           "places that a vehicle reaches from here, \"x, y\" in the map's own coordinates; "
-           "empty: the largest stretch of ground"),
+           "start point: only ground that a vehicle can reach from here is used, \"x, y\" in the "
+           "coordinates of the map file; empty: the largest connected ground"),
       text("within", options.within,
-           "a part of the map, \"x0, y0, x1, y1\" in its own coordinates; empty: all of it"),
-      number("memory_gib", options.memory_gib,
-             "places that would take more memory than this are refused, GiB", 0.25, 1000.0),
+           "part of the map, \"x0, y0, x1, y1\" in the coordinates of the map file; empty: all"),
+      number("memory_gib", options.memory_gib, "largest memory for the sites, GiB; more is refused",
+             0.25, 1000.0),
       integer("most_places", options.most_places,
-              "more are refused, whatever memory they take; 0: as many as memory_gib holds", 0,
+              "largest number of sites; more are refused; 0: limited by memory_gib only", 0,
               100'000'000)};
 }
 

@@ -252,7 +252,8 @@ Error nowhere(const Route& route, const Tally& tally, const PointGrid& patches,
 }  // namespace
 
 std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options) {
-  return {number("spacing_m", options.spacing_m, "arc length between sites, m", 0.1, 100.0)};
+  return {number("spacing_m", options.spacing_m, "distance between sites along the route, m", 0.1,
+                 100.0)};
 }
 
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,

@@ -199,12 +199,14 @@ Result<std::vector<SharpnessFigures>> measure_layings(const PassContext& ctx,
 }  // namespace
 
 std::vector<OptionField> option_fields(MeasureSharpnessOptions& options) {
-  return {number("radius_m", options.radius_m, "around a point, for entropy, m", 0.1, 5.0),
-          number("cell_m", options.cell_m, "of the NDs whose thickness is judged, m", 0.25, 10.0),
-          number("scan_step_m", options.scan_step_m,
-                 "of the way between the scans that are laid on each other, m", 0.1, 100.0),
-          number("reach_m", options.reach_m, "returns farther from the sensor take no part, m", 5.0,
-                 300.0)};
+  return {
+      number("radius_m", options.radius_m, "radius around a point, for the entropy, m", 0.1, 5.0),
+      number("cell_m", options.cell_m, "edge length of the cells whose thickness is measured, m",
+             0.25, 10.0),
+      number("scan_step_m", options.scan_step_m,
+             "distance along the route between the compared scans, m", 0.1, 100.0),
+      number("reach_m", options.reach_m, "largest distance of the used returns from the sensor, m",
+             5.0, 300.0)};
 }
 
 Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,

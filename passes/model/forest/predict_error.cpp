@@ -340,11 +340,11 @@ ByFamily<EarlierDrives> earlier_drives(const ByFamily<MeasuredError>* one,
 
 std::vector<OptionField> option_fields(PredictErrorOptions& options) {
   return {number("support_margin", options.support_margin,
-                 "how far beyond the training's extremes a factor is still known, as a share of "
-                 "their spread",
+                 "margin outside the range of the training data within which a factor is accepted, "
+                 "as a share of that range",
                  0.0, 10.0),
           choice("history", options.history,
-                 "whether a model made elsewhere (--model) uses what the localization drive "
+                 "whether a given model (--model) uses the errors that the localization drives "
                  "measured here",
                  {"auto", "never"})};
 }

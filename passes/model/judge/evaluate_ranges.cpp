@@ -135,12 +135,13 @@ Result<std::vector<StreetType>> all_street_types(const StoredTable<FactorTable>&
 }  // namespace
 
 std::vector<OptionField> option_fields(EvaluateRangesOptions& options) {
-  return {number("stretch_m", options.stretch_m, "route of which the worst is reported, m", 1.0,
-                 100000.0),
-          number("probability_threshold", options.probability_threshold,
-                 "p* of the probability rule where the map has none", 0.0, 1.0),
-          number("dilation_m", options.dilation_m,
-                 "dilation of the probability rule where the map has none, m", 0.0, 100.0)};
+  return {
+      number("stretch_m", options.stretch_m, "length of the worst stretch that is reported, m", 1.0,
+             100000.0),
+      number("probability_threshold", options.probability_threshold,
+             "required probability (p*) of the probability rule, where the map has none", 0.0, 1.0),
+      number("dilation_m", options.dilation_m,
+             "dilation of the probability rule where the map has none, m", 0.0, 100.0)};
 }
 
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,

@@ -13,7 +13,7 @@ namespace sightline {
 Result<Drive> released_drive(PassContext& ctx, const NoOptions& options, const Drive& drive,
                              const ReleasedPoses& released);
 inline constexpr Pass kReleasedDrive =
-    Pass{"released-drive", 1, "released-drive", "The drives of an earlier map", &released_drive}.in(
+    Pass{"released-drive", 1, "released-drive", "Drives of an earlier map", &released_drive}.in(
         Stage::kGraph);
 
 // Their poses as they were released, in the frame of `drive`. Errors: those of released_drive().

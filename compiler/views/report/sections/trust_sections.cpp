@@ -59,7 +59,7 @@ std::string prediction_table(const Evaluation& evaluation) {
   }
   return html_table(transposed(rows),
                     "Predicted and measured mean error on this drive. R²: 1 is exact, 0 or less is "
-                    "no better than a constant");
+                    "not better than a constant");
 }
 
 std::string scores_table(const DriveTracks& tracks, double limit_m) {

@@ -45,7 +45,7 @@ TEST(CalibrationChart, OfNoPairsHasItsDiagonalAlone) {
   evaluation.reliability.clear();
   const std::string svg = chart_svg(calibration_chart(evaluation, {}));
   EXPECT_EQ(svg.find("<circle cx=\"264"), std::string::npos);
-  EXPECT_THAT(svg, HasSubstr("as promised"));
+  EXPECT_THAT(svg, HasSubstr("exact prediction"));
 }
 
 }  // namespace
