@@ -189,8 +189,8 @@ Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
   }
   if (!column) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "the factors have neither own_error nor mapping_error nor virtual_error: nothing "
-                 "is known of how well the map's own scans localize"};
+                 "the factors contain none of own_error, mapping_error and virtual_error: the "
+                 "localization error of the map's own scans is unknown"};
   }
   return OwnEvidence{factors.looks, factors.site_count, values_of(factors, *column),
                      cost_of(factors), is_simulated(factors)};

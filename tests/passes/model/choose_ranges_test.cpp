@@ -188,7 +188,7 @@ TEST(ChooseRanges, SaysWhatAModelPromisesBeforeThereIsAMap) {
   const std::vector<std::string> enough =
       promises_of(with(RiskControl::kConformal), honest_model(1, 60));
   ASSERT_EQ(enough.size(), 2u) << "a limit each";
-  EXPECT_NE(enough[0].find("on the next drive at most 5 % of this place's sites"),
+  EXPECT_NE(enough[0].find("On the next drive at most 5 % of this place's sites"),
             std::string::npos)
       << enough[0];
   const std::vector<std::string> too_few =

@@ -1,4 +1,4 @@
-// One site: what it sees, how its error falls with range, its factors, and why its range is what it is.
+// One site: its depth image, error and probability over range, its factors, and the reason for its range.
 
 import { drawChart, drawHorizontal, drawVertical } from "./charts.js";
 import { css, lengthColours } from "./colours.js";
@@ -17,8 +17,8 @@ function drawSteps(page, site) {
     go(site + step);
     document.querySelector(`.site-panel button[title="${words}"]`)?.focus();
   });
-  return element("div", { className: "steps" }, stepBy("◀◀", "Ten sites back", -10), stepBy("◀", "One site back", -1), number,
-    stepBy("▶", "One site on", 1), stepBy("▶▶", "Ten sites on", 10),
+  return element("div", { className: "steps" }, stepBy("◀◀", "10 sites back", -10), stepBy("◀", "Previous site", -1), number,
+    stepBy("▶", "Next site", 1), stepBy("▶▶", "10 sites ahead", 10),
     element("span", { textContent: `of ${page.sites.count}, run ${page.sites.run[site]}, ${page.sites.s_m[site].toFixed(1)} m from its start` }),
     element("span", { textContent: `world: ${placeText(page, site, page.origin_world_m)}; map: ${placeText(page, site, [0, 0, 0])}` }));
 }
@@ -57,7 +57,7 @@ function drawErrors(page, site, parent) {
 
 function drawProbabilities(page, site, parent) {
   return drawChart(parent, {
-    title: "Probability to be within each limit at this site", xLabel: "observation range (m)", yLabel: "P(error within the limit)", height: 230, greatest: 1.02,
+    title: "Probability of an error within each limit at this site", xLabel: "observation range (m)", yLabel: "P(error within the limit)", height: 230, greatest: 1.02,
     xs: page.ranges_m, xRange: rangeSpan(page), xTicks: page.ranges_m,
     lines: page.limits_m.map((limit_m, limit) => ({ label: `P(error ≤ ${limitText(limit_m)})`, colour: () => css(limitColours[limit % 3]), hasPoints: true, width: 2, decimals: 3,
       ys: page.ranges_m.map((_, range) => probability(page, site, range, limit)) })),
@@ -120,14 +120,14 @@ async function drawDepth(page, site, parent) {
     const row = Math.min(Math.floor(((event.clientY - box.top) / box.height) * image.height), image.height - 1);
     const grey = image.grey[row * image.width + column];
     const { azimuth_deg, elevation_deg } = directionAt(page.depth, column, row);
-    reading.textContent = `${azimuth_deg.toFixed(0)}° from +x, ${elevation_deg.toFixed(0)}° up: ${grey === 255 ? `nothing within ${page.depth.longest_m} m` : `${((grey / 254) * page.depth.longest_m).toFixed(1)} m`}`;
+    reading.textContent = `${azimuth_deg.toFixed(0)}° from +x, ${elevation_deg.toFixed(0)}° above the horizon: ${grey === 255 ? `no surface within ${page.depth.longest_m} m` : `${((grey / 254) * page.depth.longest_m).toFixed(1)} m`}`;
   });
   const colourAt = lengthColours(page.ranges_m);
   const bar = element("span", { className: "ramp" });
   bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourAt((i / 8) * page.depth.longest_m)).join(",")})`;
-  parent.append(element("h3", { textContent: image.site === site ? "What it sees" : `What site ${image.site} sees, the nearest with an image` }), canvas,
+  parent.append(element("h3", { textContent: image.site === site ? "Depth image of this site" : `Depth image of site ${image.site}, the nearest that has one` }), canvas,
     element("div", { className: "depth-words" }, ...["−x", "+y", "+x", "−y", "−x"].map((words) => element("span", { textContent: words }))),
-    element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: nothing; orange line: the way ahead; colours as the route's by range`), reading);
+    element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: no surface within range; orange line: direction of travel; colours as those of the ranges on the map`), reading);
 }
 
 async function drawFactors(page, site, parent) {
@@ -154,8 +154,8 @@ async function drawFactors(page, site, parent) {
   choice.value = chosenRange(page, site, 0);
   choice.addEventListener("change", () => fill(Number(choice.value)));
   fill(Number(choice.value));
-  parent.append(element("h3", { textContent: "Factors" }), element("label", { textContent: "within " }, choice),
-    element("div", { className: "scroll", tabIndex: 0 }, element("table", {}, element("thead", {}, element("tr", {}, ...["factor", "here", "route's median", "off the median (robust z)"].map((words) => element("th", { scope: "col", textContent: words })))), body)));
+  parent.append(element("h3", { textContent: "Factors" }), element("label", { textContent: "at a range of " }, choice),
+    element("div", { className: "scroll", tabIndex: 0 }, element("table", {}, element("thead", {}, element("tr", {}, ...["factor", "this site", "median of the route", "deviation from the median (robust z)"].map((words) => element("th", { scope: "col", textContent: words })))), body)));
 }
 
 export function drawSitePanel(page, place) {
@@ -165,11 +165,13 @@ export function drawSitePanel(page, place) {
   let charts = [];
   onSelect(async (site) => {
     charts.forEach((chart) => chart.remove());
-    const errors = element("div", {}, element("h3", { textContent: "Error over range" }));
-    const probabilities = element("div", {}, element("h3", { textContent: "Probability over range" }));
+    const errors = element("div", {}, element("h3", { textContent: "Error over range" }),
+      element("div", { className: "reading", textContent: "Dashed: the limits. Vertical lines: the chosen range for each limit." }));
+    const probabilities = element("div", {}, element("h3", { textContent: "Probability over range" }),
+      element("div", { className: "reading", textContent: "Dashed: the required probability. Vertical lines: the chosen range for each limit." }));
     const depth = element("div", { className: "wide" });
     const factors = element("div", {});
-    const words = element("div", {}, element("h3", { textContent: "Why this range" }));
+    const words = element("div", {}, element("h3", { textContent: "Reason for this range" }));
     panel.replaceChildren(element("h3", { className: "wide", id: "site-title", textContent: `Site ${site}` }), element("div", { className: "wide" }, drawSteps(page, site)),
       ...(page.depth ? [depth] : []), errors, probabilities, element("div", { className: "wide" }, words), element("div", { className: "wide" }, factors));
     charts = [drawErrors(page, site, errors), drawProbabilities(page, site, probabilities)];

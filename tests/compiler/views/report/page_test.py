@@ -101,7 +101,7 @@ def check_answers(browser):
             return Math.abs(shown - {site}) <= 1 && document.querySelector(".site-panel pre")?.textContent.startsWith("site " + shown + ",") &&
                 (!page.depth || document.querySelector(".site-panel canvas.depth") !== null); }})()""")
     shown = browser.value_of('Number(document.getElementById("site-title").textContent.slice(5))')
-    browser.value_of('document.querySelector(\'.site-panel button[title="One site on"]\').focus()')
+    browser.value_of('document.querySelector(\'.site-panel button[title="Next site"]\').focus()')
     browser.press(" ", 32)
     browser.wait_for(f'document.getElementById("site-title").textContent === "Site {shown + 1}"')
     for paint in range(browser.value_of('document.querySelector(".switches select").length')):
@@ -189,7 +189,7 @@ def check_search_and_filter(browser):
     for name, shift in (("world", origin), ("map", [0, 0, 0])):
         x, y, z = (p + o for p, o in zip(place, shift))
         assert f"{name}: x {x:.1f}, y {y:.1f}, z {z:.1f} m" in panel, panel
-    assert find("nowhere").startswith("a site's number") and find("4711").startswith("sites are 0 to")
+    assert find("nowhere").startswith("enter a site number") and find("4711").startswith("site numbers are 0 to")
     count = browser.value_of('document.querySelector(".filter select").length')
     assert count >= 4, count
     for choice in (1, count - 1, 0):

@@ -24,11 +24,11 @@ export function siteSearch(page, finder, onFound) {
   const find = () => {
     const numbers = numbersOf(input.value);
     if (!numbers) {
-      words.textContent = "a site's number, or x and y in metres";
+      words.textContent = "enter a site number, or x and y in metres";
     } else if (numbers.length === 1) {
       const [site] = numbers;
       if (Number.isInteger(site) && site >= 0 && site < page.sites.count) show(site, `site ${site}`);
-      else words.textContent = `sites are 0 to ${page.sites.count - 1}`;
+      else words.textContent = `site numbers are 0 to ${page.sites.count - 1}`;
     } else {
       const origin = isOfWorld ? page.origin_world_m : [0, 0];
       const { site, apart_m } = finder.nearest(numbers[0] - origin[0], numbers[1] - origin[1]);
