@@ -57,8 +57,8 @@ std::string named(const GateException& exception) {
                 exception.reason, ")");
 }
 
-// Turns violations that a valid exception covers into excepted checks, and appends what the
-// exceptions themselves give rise to. `old_map` may be nullptr.
+// Turns violations that a valid exception covers into excepted checks, and appends the findings
+// about the exceptions themselves. `old_map` may be nullptr.
 void apply_exceptions(const GateSettings& settings, const CompiledMap& map,
                       const CompiledMap* old_map, GateReport& report) {
   std::vector<Check> own;
@@ -111,11 +111,13 @@ Result<void> check_subject(const GateSubject& subject, const std::string& today)
         return limit.worst_begin_site < map.ranges.site_count;
       });
   if (fits) return {};
-  return Error{ErrorCode::kMismatchedInputs,
-               fmt::format("the evaluation is of a map with {} sites and {} limits, this one has "
-                           "{} and {}, or its limits are others: evaluate this map",
-                           subject.observation->site_count, subject.observation->limits.size(),
-                           map.ranges.site_count, map.ranges.promises.size())};
+  return Error{
+      ErrorCode::kMismatchedInputs,
+      fmt::format("the evaluation is of a map with {} sites and {} limits, this map has {} "
+                  "and {}, or its limits differ. Evaluate this map: `sightline evaluate "
+                  "CONFIG --map MAP --json FILE`",
+                  subject.observation->site_count, subject.observation->limits.size(),
+                  map.ranges.site_count, map.ranges.promises.size())};
 }
 
 GateInput input_of(const GateSubject& subject, const GateSettings& settings) {
@@ -132,7 +134,7 @@ GateInput input_of(const GateSubject& subject, const GateSettings& settings) {
   return input;
 }
 
-bool can_be_asked(const GateRule& rule, const GateInput& input) {
+bool can_judge(const GateRule& rule, const GateInput& input) {
   if (rule.needs == Needs::kObservation) return input.observation != nullptr;
   if (rule.needs == Needs::kOldMap) return input.old_map != nullptr;
   return rule.needs == Needs::kMap;
@@ -174,7 +176,7 @@ Result<GateReport> judge(const GateSubject& subject, const GateSettings& setting
   report.verdict = judge_map(subject.map.map, subject.evaluation, {.map = subject.map.file});
   for (const GateRule& rule : gate_rules()) {
     const RuleSetting& setting = settings.rules.at(std::string(rule.id));
-    if (!setting.is_on || !can_be_asked(rule, input)) continue;
+    if (!setting.is_on || !can_judge(rule, input)) continue;
     for (Found& found : rule.find(input, setting.threshold)) {
       report.checks.push_back(check_of(rule, setting, std::move(found)));
     }

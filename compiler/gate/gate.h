@@ -24,11 +24,11 @@ struct GateSubject {
   const EvaluationFigures* evaluation = nullptr;  // of the same drive, for the verdict
 };
 
-// Asks every rule that is on. A finding is excepted where an exception names its rule and limit, is
-// not past its end on `today` (YYYY-MM-DD), and covers every site of the finding's place; findings
-// without a place are covered by exceptions without one alone. Expired and unused exceptions are
-// findings of their own. Errors: mismatched-inputs (the observation is of another map),
-// bad-argument (no such day).
+// Judges by every rule that is on. A finding is excepted where an exception names its rule and
+// limit, is not past its end on `today` (YYYY-MM-DD), and covers every site of the finding's place;
+// findings without a place are covered by exceptions without one alone. Expired and unused
+// exceptions are findings of their own. Errors: mismatched-inputs (the observation is of another
+// map), bad-argument (no such day).
 Result<GateReport> judge(const GateSubject& subject, const GateSettings& settings,
                          const std::string& today);
 

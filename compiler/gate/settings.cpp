@@ -21,17 +21,16 @@ Fields section_fields(GateSettings& settings, std::string& fails_at) {
 }
 
 Fields rule_fields(std::string& severity, double& allowed) {
-  return {choice("severity", severity, "of what breaks it; off: it is not judged",
+  return {choice("severity", severity, "of a violation; off: the rule is not judged",
                  {"error", "warning", "note", "off"}),
           number("allowed", allowed, "the threshold, in the rule's unit", -1e12, 1e12)};
 }
 
 Fields exception_fields(GateException& exception, double& limit_m) {
-  return {
-      text("rule", exception.rule, "id of the rule that it excepts from; *: every rule"),
-      number("limit_m", limit_m, "the limit that it covers; without: every limit", 0.001, 1000.0),
-      text("reason", exception.reason, "why; reports repeat it"),
-      text("until", exception.until, "the last day that it covers, YYYY-MM-DD")};
+  return {text("rule", exception.rule, "id of the rule; *: every rule"),
+          number("limit_m", limit_m, "the limit; without it every limit", 0.001, 1000.0),
+          text("reason", exception.reason, "why; reports print it"),
+          text("until", exception.until, "the last day on which it applies, YYYY-MM-DD")};
 }
 
 Fields route_fields(RoutePlace& place, int& run) {
@@ -86,7 +85,7 @@ Result<void> read_at_limits(const YamlNode& node, Threshold& threshold) {
 // `rule: 0.9`, `rule: warning`, `rule: off` or `rule: {severity: .., allowed: .., at_limits: ..}`.
 Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting& setting) {
   if (node.kind == YamlNode::Kind::kNull)
-    return refused(node, concat("rule '", id, "' says nothing"));
+    return refused(node, concat("rule '", id, "' has no value: give a threshold or a severity"));
   std::string severity(severity_name(setting.severity));
   double allowed = 0.0;
   Fields fields = rule_fields(severity, allowed);
@@ -131,7 +130,7 @@ Result<RoutePlace> read_route(const YamlNode& node) {
   if (!node.find("from_m") || !node.find("to_m")) {
     return refused(node, "route: from_m and to_m are required", ErrorCode::kMissingKey);
   }
-  if (place.to_s_m < place.from_s_m) return refused(node, "route: to_m lies before from_m");
+  if (place.to_s_m < place.from_s_m) return refused(node, "route: to_m is less than from_m");
   place.run = static_cast<std::uint32_t>(run);
   return place;
 }
@@ -199,7 +198,18 @@ Result<void> read_exceptions(const YamlNode& node, GateSettings& settings) {
   return {};
 }
 
+// A rule beside `rules` instead of in it.
+Result<void> check_no_rule_is_outside(const YamlNode& node, const GateSettings& settings) {
+  for (const YamlNode& key : node.keys) {
+    if (!settings.rules.contains(key.scalar)) continue;
+    return refused(key, concat("'", key.scalar, "' is a rule and belongs under gate.rules"),
+                   ErrorCode::kUnknownKey);
+  }
+  return {};
+}
+
 Result<void> read_section(const YamlNode& node, GateSettings& settings) {
+  SIGHTLINE_TRY(check_no_rule_is_outside(node, settings));
   std::string fails_at(severity_name(settings.fails_at));
   Fields fields = section_fields(settings, fails_at);
   Result<void> read = set_fields(node, "section 'gate'", fields, {"rules", "exceptions"});
@@ -212,7 +222,7 @@ Result<void> read_section(const YamlNode& node, GateSettings& settings) {
 }
 
 // The section to read: that of a file of sections, or the file itself where it is nothing else;
-// nullptr where a compile's configuration says nothing of the gate.
+// nullptr where a compile's configuration has no such section.
 const YamlNode* section_in(const YamlNode& root) {
   if (const YamlNode* section = root.find("gate")) return section;
   return root.find("mapping") || root.find("map") ? nullptr : &root;

@@ -39,7 +39,7 @@ struct GateException {
   std::string until;  // YYYY-MM-DD, the last day that it covers
 };
 
-// What the settings say of one rule; what they leave out is as in gate_rules().
+// The settings of one rule; without a setting it is as in gate_rules().
 struct RuleSetting {
   bool is_on = true;
   Severity severity = Severity::kError;

@@ -81,7 +81,7 @@ inline constexpr LimitFigure kUnmetShare = {"the share of sites where no range i
                                                                     map.quality[limit].unmet_count);
                                             }};
 inline constexpr LimitFigure kExtrapolatedShare = {
-    "the share of sites unlike what the model was trained on", "share",
+    "the share of sites unlike those that the model was trained on", "share",
     [](const CompiledMap& map, std::size_t limit) {
       return share_of_sites(map, map.quality[limit].extrapolated_count);
     }};

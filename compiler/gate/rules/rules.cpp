@@ -16,10 +16,10 @@ using enum Severity;
 using enum Needs;
 using enum Bound;
 
-// What the exceptions themselves give rise to.
+// Findings about the exceptions themselves.
 const GateRule kRulesOfExceptions[] = {
     {"exception-expired", kExceptions, kWarning, kAtMost, 0.0, "days",
-     "An exception is past its end and covers nothing any more", nullptr},
+     "An exception has expired and no longer applies", nullptr},
     {"exception-unused", kExceptions, kNote, kAtMost, 0.0, "exceptions",
      "An exception that has not expired covers no finding", nullptr},
 };
@@ -55,12 +55,18 @@ std::vector<GateRule> join() {
 
 using Json = nlohmann::json;
 
-// The table of rules: "evaluation" among the tables that evaluate writes.
-const Json& evaluation_table(const Json& tables) {
+// One of the tables that evaluate writes; null where it is not there.
+const Json* find_table(const Json& tables, std::string_view name) {
   for (const Json& table : tables) {
-    if (table.at("name") == "evaluation") return table;
+    if (table.at("name") == name) return &table;
   }
-  throw std::invalid_argument("there is no table \"evaluation\"");
+  return nullptr;
+}
+
+const Json& evaluation_table(const Json& tables) {
+  const Json* table = find_table(tables, "evaluation");
+  if (table == nullptr) throw std::invalid_argument("no table \"evaluation\"");
+  return *table;
 }
 
 const Json& cell(const Json& table, const Json& row, const std::string& column) {
@@ -68,7 +74,7 @@ const Json& cell(const Json& table, const Json& row, const std::string& column) 
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i] == column) return row.at(i);
   }
-  throw std::invalid_argument(concat("there is no column \"", column, "\""));
+  throw std::invalid_argument(concat("no column \"", column, "\""));
 }
 
 ObservedLimit read_limit(const Json& table, const Json& row) {
@@ -80,6 +86,35 @@ ObservedLimit read_limit(const Json& table, const Json& row) {
           number("work_ratio"),
           number("worst_coverage"),
           cell(table, row, "worst_begin_site").get<std::uint32_t>()};
+}
+
+// The map's own looks at the judged sites.
+std::vector<ObservedAnswer> read_looks(const Json& tables) {
+  std::vector<ObservedAnswer> looks;
+  const Json* table = find_table(tables, "evaluation-looks");
+  if (table == nullptr) return looks;
+  for (const Json& row : table->at("rows")) {
+    if (cell(*table, row, "rule") != "map") continue;
+    looks.push_back({"look", cell(*table, row, "limit_m").get<double>(),
+                     cell(*table, row, "coverage").get<double>(),
+                     cell(*table, row, "time_ratio").get<double>(), 0});
+  }
+  return looks;
+}
+
+// The map's answers along the whole drive.
+std::vector<ObservedAnswer> read_replayed(const Json& tables) {
+  std::vector<ObservedAnswer> replayed;
+  const Json* table = find_table(tables, "continuous-localization");
+  if (table == nullptr) return replayed;
+  for (const Json& row : table->at("rows")) {
+    if (cell(*table, row, "rule") == "static") continue;
+    replayed.push_back(
+        {cell(*table, row, "rule").get<std::string>(), cell(*table, row, "limit_m").get<double>(),
+         cell(*table, row, "coverage").get<double>(), cell(*table, row, "time_ratio").get<double>(),
+         cell(*table, row, "lost_count").get<std::uint32_t>()});
+  }
+  return replayed;
 }
 
 }  // namespace
@@ -179,10 +214,12 @@ Result<Observation> parse_observation(std::string_view json) {
     for (const Json& row : table.at("rows")) {
       if (cell(table, row, "rule") == "map") observation.limits.push_back(read_limit(table, row));
     }
+    observation.looks = read_looks(tables);
+    observation.replayed = read_replayed(tables);
     return observation;
   } catch (const std::exception& exception) {
     return Error{ErrorCode::kMalformedText,
-                 std::string("expected what evaluate --json writes: ") + exception.what()};
+                 std::string("found no JSON of `sightline evaluate --json`: ") + exception.what()};
   }
 }
 

@@ -18,7 +18,7 @@
 
 namespace sightline {
 
-// How the ranges of the map fared on a drive at one limit (RuleScore of the map's own rule).
+// The map's ranges on a drive at one limit (RuleScore of the map's own rule).
 struct ObservedLimit {
   double limit_m = 0.0;
   double coverage = 0.0;
@@ -29,15 +29,26 @@ struct ObservedLimit {
   std::uint32_t worst_begin_site = 0;
 };
 
-// What `sightline evaluate --json` wrote, as far as the gate judges it.
+// One kind of the map's answers on the drive, at one limit.
+struct ObservedAnswer {
+  std::string by;  // "plan", "look" or "map": its range
+  double limit_m = 0.0;
+  double coverage = 0.0;         // of the sites, or of the scans of the replayed drive
+  double time_ratio = 0.0;       // to the longest range everywhere
+  std::uint32_t lost_count = 0;  // tracks; 0 at sites
+};
+
+// The figures in the JSON of `sightline evaluate` that the gate judges.
 struct Observation {
   std::string drive;
   std::uint32_t site_count = 0;  // of the map
   double stretch_m = 0.0;        // length of the worst stretch
   std::vector<ObservedLimit> limits;
+  std::vector<ObservedAnswer> looks = {};     // at the sites; empty: the map has no looks
+  std::vector<ObservedAnswer> replayed = {};  // along the drive; empty: it was not replayed
 };
 
-// Errors: file-not-found, cannot-open, cannot-read, malformed-text (no JSON of evaluate's).
+// Errors: file-not-found, cannot-open, cannot-read, malformed-text (not that JSON).
 Result<Observation> read_observation(const std::filesystem::path& file);
 Result<Observation> parse_observation(std::string_view json);
 
@@ -65,12 +76,12 @@ struct RouteStretch {
   Eigen::Vector3d middle_world_m = Eigen::Vector3d::Zero();
 };
 
-// What the gate says of a map: one for each rule, and for each limit or place it was asked of.
+// A result of the gate: one for each rule, and for each limit or place that it judged.
 struct Check {
   std::string rule;
   Severity severity = Severity::kError;
   Verdict verdict = Verdict::kMet;
-  std::optional<double> limit_m;      // where the rule is asked of each limit
+  std::optional<double> limit_m;      // where the rule judges each limit
   std::optional<RouteStretch> place;  // none: the whole map
   double found = 0.0;                 // 0 where nothing was judged
   std::optional<double> allowed;      // none: no bound is set
@@ -90,8 +101,8 @@ struct GateMapCard {
 
 struct GateReport {
   GateMapCard map;
-  // Where the rules stand, and its line with the section `gate` (1: there is none): what a person
-  // can open and change. Empty: the rules are the program's own.
+  // The file of the rules and its line with the section `gate` (1: there is none), which a user can
+  // open and change. Empty: the rules are the program's own.
   std::string rules_file = {};
   std::size_t rules_line = 1;
   std::optional<GateMapCard> old_map;
@@ -115,7 +126,7 @@ struct SitePairs {
 
 SitePairs pair_sites(const CompiledMap& new_map, const CompiledMap& old_map);
 
-// What a rule looks at. The old map and the observation may be missing.
+// The inputs of a rule. The old map and the observation may be missing.
 struct GateInput {
   const CompiledMap* map = nullptr;
   std::string format;  // of the map file, "1.0"
@@ -123,7 +134,7 @@ struct GateInput {
   std::string old_format;
   SitePairs pairs;  // of the sites of both maps, where there is an old one
   const Observation* observation = nullptr;
-  double stretch_m = 100.0;        // how much route is judged at a time in one map
+  double stretch_m = 100.0;        // route that is judged at a time in one map
   double change_stretch_m = 20.0;  // and in the change between two
 };
 

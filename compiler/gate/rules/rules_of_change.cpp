@@ -33,7 +33,7 @@ std::vector<SharedLimit> shared_limits(const GateInput& input) {
 }
 
 constexpr LimitFigure kMeasuredCoverage = {
-    "coverage measured by the drive that each map learnt from", "share",
+    "coverage on the localization drive of each map", "share",
     [](const CompiledMap& map, std::size_t limit) { return map.quality[limit].measured_coverage; }};
 
 // By how much a figure rose (kSign -1: fell) at every limit that both maps have.
@@ -45,7 +45,7 @@ std::vector<Found> change(const GateInput& input, const Threshold&) {
     const double old = kFigure.of(*input.old_map, limit.in_old);
     if (std::isnan(now) || std::isnan(old)) {
       found.push_back({limit.limit_m, std::nullopt, 0.0,
-                       "one of the maps holds no factor virtual_points", false});
+                       "one of the maps has no factor virtual_points", false});
       continue;
     }
     found.push_back({limit.limit_m, std::nullopt, kSign * (now - old),
@@ -55,11 +55,11 @@ std::vector<Found> change(const GateInput& input, const Threshold&) {
   return found;
 }
 
-// What was measured needs no model: it shows a change that the factors do not show.
+// Measured errors need no model: they show a change that the factors do not show.
 std::vector<Found> find_measured_coverage_drop(const GateInput& input, const Threshold& threshold) {
   if (input.map->measurement.measured_site_count == 0 ||
       input.old_map->measurement.measured_site_count == 0) {
-    return not_judged("one of the maps was not measured by a drive");
+    return not_judged("no drive was measured in one of the maps");
   }
   return change<kMeasuredCoverage, -1>(input, threshold);
 }
@@ -68,7 +68,7 @@ std::vector<Found> find_sharpness_loss(const GateInput& input, const Threshold&)
   const bool is_same_drive =
       input.map->measurement.mapping_drive == input.old_map->measurement.mapping_drive;
   if (!input.map->sharpness || !input.old_map->sharpness || !is_same_drive) {
-    return not_judged("sharpness compares maps of one drive that both say how sharp they are");
+    return not_judged("sharpness is compared where both maps have it and are of one drive");
   }
   const double now = input.map->sharpness->of_map.mean_entropy_nat;
   const double old = input.old_map->sharpness->of_map.mean_entropy_nat;
@@ -112,7 +112,7 @@ double error_at(const CompiledMap& map, std::size_t site, double range_m) {
 }
 
 constexpr SiteChange kErrorRise = {
-    "the error expected at the old map's range", "m",
+    "the predicted error at the old map's range", "m",
     [](const GateInput& input, const SharedLimit& limit, std::size_t now, std::size_t old) {
       const double range_m = input.old_map->ranges.range_m(old, limit.in_old);
       return std::pair(error_at(*input.old_map, old, range_m), error_at(*input.map, now, range_m));
@@ -183,7 +183,7 @@ std::vector<Found> stretch_change(const GateInput& input, const Threshold& thres
 }
 
 // Calls `tell(place, length_m)` for every piece of bad sites that is longer than allowed (0 where
-// no bound is set) and returns the longest length. A single site stands for the route around it.
+// no bound is set) and returns the longest length. A single site counts as the route around it.
 template <class Tell>
 double each_long_piece(const Sites& sites, const std::vector<bool>& is_bad,
                        std::optional<double> allowed_m, const Tell& tell) {
@@ -214,18 +214,18 @@ std::vector<Found> find_newly_unmet(const GateInput& input, const Threshold& thr
         [&](const RouteStretch& place, double length_m) {
           found.push_back(
               {limit.limit_m, place, length_m,
-               fmt::format("{}: where some range was good enough{}, now none is, for {} of route",
+               fmt::format("{}: no range is good enough{} any more, for {} of route",
                            in_words(place), within(limit.limit_m), in_words(length_m, "m"))});
         });
     if (found.size() > before) continue;
     found.push_back({limit.limit_m, std::nullopt, longest_m,
-                     fmt::format("at most {} of route at a time lost every range good enough{}",
-                                 in_words(longest_m, "m"), within(limit.limit_m))});
+                     concat("the longest route where no range is good enough any more",
+                            within(limit.limit_m), " is ", in_words(longest_m, "m"))});
   }
   return found;
 }
 
-// Route of the old map that no site of the new one stands for.
+// Route of the old map without a site of the new one.
 std::vector<Found> find_route_lost(const GateInput& input, const Threshold& threshold) {
   std::vector<bool> is_lost;
   for (const auto& site : input.pairs.new_of_old) is_lost.push_back(!site.has_value());
@@ -239,11 +239,12 @@ std::vector<Found> find_route_lost(const GateInput& input, const Threshold& thre
                                                 " of route are not in the new map")});
                       });
   if (!found.empty()) return found;
-  return of_whole_map(
-      longest_m, longest_m == 0.0 ? "the new map holds all of the old map's route"
-                                  : concat("at most ", in_words(longest_m, "m"),
-                                           " of the old map's route at a time are not in the new "
-                                           "map"));
+  return of_whole_map(longest_m,
+                      longest_m == 0.0
+                          ? "the new map contains all of the old map's route"
+                          : concat("the longest piece of the old map's route that is not in "
+                                   "the new map is ",
+                                   in_words(longest_m, "m")));
 }
 
 using enum Severity;
@@ -252,7 +253,7 @@ using enum Bound;
 
 const GateRule kRules[] = {
     {"stretch-error-rise", kOldMap, kError, kAtMost, 0.25, "of the limit",
-     "Rise of the error expected at the old map's chosen range, over the limit, mean over "
+     "Rise of the predicted error at the old map's chosen range, over the limit, mean over "
      "`change_stretch_m` of route",
      &stretch_change<kErrorRise>},
     {"stretch-range-rise", kOldMap, kError, kAtMost, 5.0, "m",
@@ -267,7 +268,7 @@ const GateRule kRules[] = {
      "Fall of the expected coverage of the whole map", &change<kExpectedCoverage, -1>},
     {"measured-coverage-drop", kOldMap, kError, kAtMost, 0.03, "share",
      "Fall of the share of the measured sites whose error at the chosen range is within the limit, "
-     "on the drive that each map learnt from",
+     "on the localization drive of each map",
      find_measured_coverage_drop},
     {"mean-range-rise", kOldMap, kError, kAtMost, 2.0, "m", "Rise of the mean range",
      &change<kMeanRange>},
@@ -276,7 +277,7 @@ const GateRule kRules[] = {
     {"unmet-rise", kOldMap, kError, kAtMost, 0.02, "share",
      "Rise of the share of sites where no range is good enough", &change<kUnmetShare>},
     {"extrapolated-rise", kOldMap, kError, kAtMost, 0.05, "share",
-     "Rise of the share of sites unlike what the model was trained on",
+     "Rise of the share of sites unlike those that the model was trained on",
      &change<kExtrapolatedShare>},
     {"sharpness-loss", kOldMap, kWarning, kAtMost, 0.05, "nat",
      "Rise of the mean map entropy, where both maps are of one drive", find_sharpness_loss},

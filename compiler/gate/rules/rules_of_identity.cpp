@@ -2,7 +2,7 @@
 
 #include "compiler/gate/rules/rules.h"
 
-// Two maps: are they of one kind at all?
+// Two maps: whether they are of one kind.
 
 namespace sightline {
 namespace {
@@ -28,12 +28,12 @@ class Differences {
   std::string text_;
 };
 
-std::string told_point(const Eigen::Vector3d& point_m) {
+std::string point_text(const Eigen::Vector3d& point_m) {
   return concat("(", format_double(point_m.x()), ", ", format_double(point_m.y()), ", ",
                 format_double(point_m.z()), ")");
 }
 
-std::string told_list(const std::vector<double>& values) {
+std::string list_text(const std::vector<double>& values) {
   std::string text;
   for (const double value : values) text += (text.empty() ? "" : " ") + format_double(value);
   return text;
@@ -43,8 +43,8 @@ std::vector<Found> find_frame(const GateInput& input, const Threshold&) {
   const CompiledMap& now = *input.map;
   const CompiledMap& old = *input.old_map;
   Differences differences;
-  differences.add("origin", told_point(old.ndt.frame.origin_world_m),
-                  told_point(now.ndt.frame.origin_world_m));
+  differences.add("origin", point_text(old.ndt.frame.origin_world_m),
+                  point_text(now.ndt.frame.origin_world_m));
   differences.add("tile", old.ndt.tile_m, now.ndt.tile_m);
   differences.add("cell", old.ndt.cell_m, now.ndt.cell_m);
   differences.add("spacing of sites", old.sites.spacing_m, now.sites.spacing_m);
@@ -75,35 +75,35 @@ std::vector<Found> find_definitions(const GateInput& input, const Threshold&) {
       differences.add(definition.name, before, concat("v", definition.version));
     }
   }
-  return differences.found("a definition");
+  return differences.found("the definitions");
 }
 
-std::string told_looks(const CompiledMap& map) {
+std::string looks_text(const CompiledMap& map) {
   return map.looks ? to_text(map.looks->ranges.looks) : "none";
 }
 
 // Its threshold is set anew for every map.
-std::string told_plan(const CompiledMap& map) {
+std::string plan_text(const CompiledMap& map) {
   return map.looks && map.looks->ranges.plan ? to_text(*map.looks->ranges.plan) : "none";
 }
 
 std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
   Differences differences;
-  differences.add("limits", told_list(input.old_map->predicted.limits_m),
-                  told_list(input.map->predicted.limits_m));
-  differences.add("ranges", told_list(ranges_of(input.old_map->ranges.looks)),
-                  told_list(ranges_of(input.map->ranges.looks)));
-  differences.add("looks", told_looks(*input.old_map), told_looks(*input.map));
-  differences.add("plan of looks", told_plan(*input.old_map), told_plan(*input.map));
+  differences.add("limits", list_text(input.old_map->predicted.limits_m),
+                  list_text(input.map->predicted.limits_m));
+  differences.add("ranges", list_text(ranges_of(input.old_map->ranges.looks)),
+                  list_text(ranges_of(input.map->ranges.looks)));
+  differences.add("looks", looks_text(*input.old_map), looks_text(*input.map));
+  differences.add("plan of looks", plan_text(*input.old_map), plan_text(*input.map));
   differences.add("rule", std::string(name_of(input.old_map->ranges.selection)),
                   std::string(name_of(input.map->ranges.selection)));
-  return differences.found("what ranges are chosen for and from");
+  return differences.found("limits, ranges or the rule of choice");
 }
 
-std::string told_model(const CompiledMap& map) { return to_hex(map.model.digest).substr(0, 12); }
+std::string model_text(const CompiledMap& map) { return to_hex(map.model.digest).substr(0, 12); }
 
-// Whether a place is one that the model was trained on is part of what it predicts there.
-std::string told_out_of_fold(const CompiledMap& map) {
+// At a place that the model was trained on it predicts by the trees that did not see it.
+std::string out_of_fold_text(const CompiledMap& map) {
   const auto count =
       std::ranges::count_if(map.predicted.out_of_fold, [](auto is) { return is != 0; });
   return concat(count, " of ", map.predicted.out_of_fold.size());
@@ -111,9 +111,9 @@ std::string told_out_of_fold(const CompiledMap& map) {
 
 std::vector<Found> find_model(const GateInput& input, const Threshold&) {
   Differences differences;
-  differences.add("model", told_model(*input.old_map), told_model(*input.map));
-  differences.add("sites that it was trained on", told_out_of_fold(*input.old_map),
-                  told_out_of_fold(*input.map));
+  differences.add("model", model_text(*input.old_map), model_text(*input.map));
+  differences.add("sites that it was trained on", out_of_fold_text(*input.old_map),
+                  out_of_fold_text(*input.map));
   return differences.found("the error model");
 }
 
@@ -135,8 +135,8 @@ std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
 std::vector<Found> find_release(const GateInput& input, const Threshold&) {
   const auto growth =
       static_cast<double>(input.map->release) - static_cast<double>(input.old_map->release);
-  return of_whole_map(
-      growth, concat("release ", input.old_map->release, " is followed by ", input.map->release));
+  return of_whole_map(growth, concat("the old map is release ", input.old_map->release,
+                                     ", the new map is release ", input.map->release));
 }
 
 using enum Severity;
@@ -151,16 +151,16 @@ const GateRule kRules[] = {
     {"format-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
      "The file has another format version", find_format},
     {"definition-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
-     "Numbers of both maps were computed by different definitions", find_definitions},
+     "The numbers of the maps were computed by different definitions", find_definitions},
     {"limits-change", kOldMap, kError, kAtMost, 0.0, "differences",
      "Limits, ranges or the rule of choice differ", find_limits},
     {"model-change", kOldMap, kNote, kAtMost, 0.0, "differences",
-     "The error model differs, or what it was trained on: numbers may change where no street did",
+     "The error model or its training sites differ: numbers may change where no street did",
      find_model},
     {"sensor-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
      "The localizing sensor differs, or the localizer that ranges are for", find_sensor},
     {"release-order", kOldMap, kError, kAtLeast, 0.0, "releases",
-     "By how much the release counter grew; it may never fall", find_release},
+     "Growth of the release counter, which may not fall", find_release},
 };
 
 }  // namespace

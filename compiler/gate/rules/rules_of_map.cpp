@@ -15,11 +15,11 @@ namespace sightline {
 namespace {
 
 constexpr LimitFigure kMeasuredCoverage = {
-    "coverage of the drive that the map learnt from", "share",
+    "coverage on the localization drive", "share",
     [](const CompiledMap& map, std::size_t limit) { return map.quality[limit].measured_coverage; }};
 constexpr LimitFigure kP95Range = {"the range that covers 95 % of the sites", "m", &p95_range_m};
 
-constexpr const char* kNoGivenSharpness = "the map does not say how sharp it was with poses given";
+constexpr const char* kNoGivenSharpness = "the map has no sharpness with the given poses";
 
 // One finding for each limit of the map.
 template <const LimitFigure& kFigure>
@@ -60,7 +60,7 @@ std::vector<Found> find_measured_sites(const GateInput& input, const Threshold&)
 
 std::vector<Found> find_expected_work(const GateInput& input, const Threshold& threshold) {
   if (!has_virtual_points(*input.map)) {
-    return not_judged("the map holds no factor virtual_points, by which work is predicted");
+    return not_judged("the map has no factor virtual_points, from which work is predicted");
   }
   return at_limits<kExpectedWork>(input, threshold);
 }
@@ -117,13 +117,12 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
 
 std::vector<Found> find_model_r_squared(const GateInput& input, const Threshold&) {
   const double mean = input.map->model.mean_r_squared;
-  return of_whole_map(mean, fmt::format("the model's R^2 at places that it never saw is {}, mean "
-                                        "over ranges",
-                                        in_words(mean, "")));
+  return of_whole_map(mean, concat("the model's cross-validated R^2 is ", in_words(mean, ""),
+                                   ", the mean over ranges"));
 }
 
 std::vector<Found> find_plane_thickness(const GateInput& input, const Threshold&) {
-  if (!input.map->sharpness) return not_judged("the map does not say how sharp it is");
+  if (!input.map->sharpness) return not_judged("the map has no sharpness");
   const double thickness_m = std::sqrt(input.map->sharpness->of_map.mean_plane_variance_m2);
   return of_whole_map(thickness_m,
                       fmt::format("planes of the map are {} thick (standard deviation)",
@@ -136,18 +135,18 @@ std::vector<Found> find_less_sharp_than_given(const GateInput& input, const Thre
   const double loss_nat =
       sharpness->of_map.mean_entropy_nat - sharpness->of_given->mean_entropy_nat;
   return of_whole_map(
-      loss_nat, fmt::format("the mean entropy of the map is {} above that with the poses given",
+      loss_nat, fmt::format("the mean entropy of the map is {} above that with the given poses",
                             in_words(loss_nat, "nat")));
 }
 
-// A building that is laid twice has an entropy like one that is laid once; its walls are thicker.
+// A building that appears twice has an entropy like one that appears once; its walls are thicker.
 std::vector<Found> find_thicker_than_given(const GateInput& input, const Threshold&) {
   const auto& sharpness = input.map->sharpness;
   if (!sharpness || !sharpness->of_given) return not_judged(kNoGivenSharpness);
   const double thicker_m = std::sqrt(sharpness->of_map.mean_plane_variance_m2) -
                            std::sqrt(sharpness->of_given->mean_plane_variance_m2);
-  return of_whole_map(thicker_m, fmt::format("planes of the map are {} thicker than with the poses "
-                                             "given (standard deviation)",
+  return of_whole_map(thicker_m, fmt::format("planes of the map are {} thicker than with the given "
+                                             "poses (standard deviation)",
                                              in_words(thicker_m, "m")));
 }
 
@@ -155,11 +154,11 @@ std::vector<Found> residual(const GateInput& input, double in_unit(const Traject
                             std::string_view unit) {
   const auto& trajectory = input.map->trajectory;
   if (!trajectory || trajectory->odometry_edges == 0) {
-    return not_judged("the map names no pose graph: its poses were given, or it is too old");
+    return not_judged("the map has no pose graph: its poses were given, or its format is older");
   }
   const double value = in_unit(*trajectory);
-  return of_whole_map(value, fmt::format("steps and loops of the trajectory disagree by {} (RMS)",
-                                         in_words(value, unit)));
+  return of_whole_map(
+      value, fmt::format("the residuals of the pose graph are {} (RMS)", in_words(value, unit)));
 }
 
 std::vector<Found> find_residual(const GateInput& input, const Threshold&) {
@@ -179,12 +178,12 @@ std::vector<Found> find_turn_residual(const GateInput& input, const Threshold&) 
 std::vector<Found> find_pieces(const GateInput& input, const Threshold&) {
   const auto& trajectory = input.map->trajectory;
   if (!trajectory || trajectory->pieces.empty()) {
-    return not_judged("the map does not say of how many pieces its trajectory is");
+    return not_judged("the map has no pieces of a trajectory");
   }
   const std::size_t count = trajectory->pieces.size();
   std::string text =
-      concat("the trajectory is of ", count, " pieces; how they lie to each other is not known");
-  if (count == 1) text = "the trajectory is of one piece";
+      concat("the trajectory has ", count, " pieces, whose relative poses are unknown");
+  if (count == 1) text = "the trajectory has one piece";
   for (std::size_t i = 1; i < count; ++i) {
     text +=
         concat((i == 1 ? "; one begins at scan " : ", at scan "), trajectory->pieces[i].first_scan);
@@ -195,13 +194,11 @@ std::vector<Found> find_pieces(const GateInput& input, const Threshold&) {
 std::vector<Found> find_overlap(const GateInput& input, const Threshold&) {
   const auto& trajectory = input.map->trajectory;
   if (!trajectory || trajectory->overlap_count == 0) {
-    return not_judged("the map does not say how its scans overlap: its poses were given");
+    return not_judged("the map has no overlap of scans: its poses were given");
   }
   const double overlap = trajectory->median_overlap;
-  return of_whole_map(overlap,
-                      fmt::format("of what half of the scans see upright, less than {} meets what "
-                                  "was seen before them",
-                                  percent(overlap)));
+  return of_whole_map(overlap, concat("the median overlap of a scan with what was seen before is ",
+                                      percent(overlap)));
 }
 
 using enum Severity;
@@ -213,13 +210,13 @@ const GateRule kRules[] = {
      "Mean over the sites of P(error <= limit) at the chosen range", &at_limits<kExpectedCoverage>},
     {"measured-coverage", kMap, kWarning, kAtLeast, 0.80, "share",
      "Share of the measured sites whose error at the chosen range is within the limit, on the "
-     "drive that the map learnt from",
+     "localization drive",
      find_measured_coverage},
     {"worst-stretch", kMap, kError, kAtLeast, 0.50, "share",
      "Expected coverage of the worst piece of route, `stretch_m` long", find_worst_stretch},
     {"promise-earned", kMap, kWarning, kAtLeast, 1.0, "",
-     "Something is promised about the next drive (1) or not (0): the threshold was set on enough "
-     "route, by drives that the model did not learn from",
+     "A promise about the next drive is earned (1) or not (0): the threshold was set on enough "
+     "route, by drives that the model was not trained on",
      find_promise},
     {"unmet-share", kMap, kError, kAtMost, 0.50, "share",
      "Share of sites where no range is good enough", &at_limits<kUnmetShare>},
@@ -228,37 +225,36 @@ const GateRule kRules[] = {
     {"mean-range", kMap, kError, kAtMost, std::nullopt, "m", "Mean chosen range",
      &at_limits<kMeanRange>},
     {"p95-range", kMap, kError, kAtMost, std::nullopt, "m",
-     "The least range that 95 % of the sites stay within", &at_limits<kP95Range>},
+     "The range that 95 % of the sites do not exceed", &at_limits<kP95Range>},
     {"expected-work", kMap, kWarning, kAtMost, 0.95, "of the longest",
-     "Sum over the sites of the factor virtual_points at the chosen range, over that at the "
-     "longest: what matching is expected to cost",
+     "Predicted work of matching: sum over the sites of the factor virtual_points at the chosen "
+     "range, over that at the longest",
      find_expected_work},
     {"extrapolated-share", kMap, kError, kAtMost, 0.25, "share",
-     "Model support: share of sites that are unlike what the model was trained on",
+     "Model support: share of sites unlike those that the model was trained on",
      &at_limits<kExtrapolatedShare>},
     {"model-r-squared", kMap, kWarning, kAtLeast, 0.0, "",
-     "Mean over ranges of the model's R^2 at places that it never saw", find_model_r_squared},
+     "Cross-validated R^2 of the model, mean over ranges", find_model_r_squared},
     {"measured-sites", kMap, kWarning, kAtLeast, 0.50, "share",
      "Share of sites where a scan of the localization drive was matched", find_measured_sites},
     {"trajectory-residual", kMap, kError, kAtMost, 0.10, "m",
-     "Root mean square of what the pose graph left over, translation", find_residual},
+     "Root mean square of the residuals of the pose graph, translation", find_residual},
     {"trajectory-turn-residual", kMap, kError, kAtMost, 0.5, "deg",
-     "Root mean square of what the pose graph left over, rotation", find_turn_residual},
+     "Root mean square of the residuals of the pose graph, rotation", find_turn_residual},
     {"trajectory-pieces", kMap, kError, kAtMost, 1.0, "pieces",
-     "Pieces of the trajectory: how they lie to each other is not known, and the scans that begin "
-     "them are named",
+     "Pieces of the trajectory, whose relative poses are unknown; the message names the scans that "
+     "begin them",
      find_pieces},
     {"scan-overlap", kMap, kWarning, kAtLeast, 0.5, "share",
-     "Median share of a scan's upright returns that meet what was seen before it", find_overlap},
+     "Median share of a scan's upright returns that match surfaces seen before it", find_overlap},
     {"plane-thickness", kMap, kWarning, kAtMost, 0.15, "m",
-     "Sharpness: root of the mean plane variance of the scans laid on each other",
-     find_plane_thickness},
+     "Sharpness: root of the mean plane variance of the aligned scans", find_plane_thickness},
     {"thicker-than-given", kMap, kWarning, kAtMost, 0.01, "m",
-     "Sharpness: root of the mean plane variance with the poses used, less that with the poses "
-     "given",
+     "Sharpness: root of the mean plane variance with the poses used, minus that with the given "
+     "poses",
      find_thicker_than_given},
     {"less-sharp-than-given", kMap, kWarning, kAtMost, 0.05, "nat",
-     "Sharpness: mean map entropy with the poses used, less that with the poses given",
+     "Sharpness: mean map entropy with the poses used, minus that with the given poses",
      find_less_sharp_than_given},
 };
 

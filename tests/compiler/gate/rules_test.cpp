@@ -150,6 +150,102 @@ TEST(GateOnOneMap, JudgesWhatADriveObserved) {
   EXPECT_EQ(worst.place->last_site, 29u);
 }
 
+// Looks at sites; a replay by plan and range at 0.1 m, by looks and range at 0.25 m.
+Observation replayed_observation(const CompiledMap& map) {
+  Observation observation = observation_of(map);
+  observation.looks = {{"look", 0.1, 0.70, 1.2, 0}, {"look", 0.25, 0.97, 0.1, 0}};
+  observation.replayed = {{"map", 0.1, 0.99, 0.5, 7},
+                          {"map", 0.25, 0.99, 0.5, 7},
+                          {"look", 0.25, 0.98, 0.2, 3},
+                          {"plan", 0.1, 0.60, 1.5, 0}};
+  return observation;
+}
+
+TEST(GateOnOneMap, JudgesLooksAndPlanWhereTheEvaluationHasThem) {
+  const CompiledMap map = route_map(60);
+  const Observation observation = replayed_observation(map);
+  const GateReport report = judged(map, nullptr, default_gate_settings(), &observation);
+  const auto verdict = [&](const char* rule, double limit_m) {
+    return checks_of(report, rule, limit_m).at(0).verdict;
+  };
+  EXPECT_EQ(verdict("observed-look-coverage", 0.1), Verdict::kViolated);
+  EXPECT_EQ(verdict("observed-look-coverage", 0.25), Verdict::kMet);
+  EXPECT_EQ(verdict("observed-look-time", 0.1), Verdict::kViolated);
+  EXPECT_EQ(verdict("observed-look-time", 0.25), Verdict::kMet);
+  EXPECT_EQ(verdict("observed-plan-coverage", 0.1), Verdict::kViolated);
+  EXPECT_EQ(verdict("observed-plan-coverage", 0.25), Verdict::kNotJudged);
+  EXPECT_EQ(verdict("observed-plan-time", 0.1), Verdict::kViolated);
+  EXPECT_EQ(verdict("observed-plan-time", 0.25), Verdict::kNotJudged);
+  EXPECT_EQ(checks_of(report, "observed-plan-coverage", 0.1)[0].message,
+            "by the plan 60.0 % of the scans of drive drive 2 were within 0.1 m; allowed is at "
+            "least 80.0 %");
+  EXPECT_THAT(checks_of(report, "observed-plan-time", 0.25)[0].message,
+              HasSubstr("the evaluation has no replay by a plan within 0.25 m"));
+  Observation better = observation;
+  better.replayed[3].coverage = 0.998;
+  better.replayed[3].time_ratio = 0.08;
+  const GateReport passed = judged(map, nullptr, default_gate_settings(), &better);
+  EXPECT_EQ(checks_of(passed, "observed-plan-coverage", 0.1).at(0).verdict, Verdict::kMet);
+  EXPECT_EQ(checks_of(passed, "observed-plan-time", 0.1).at(0).verdict, Verdict::kMet);
+}
+
+TEST(GateOnOneMap, CountsTracksLostByThePlanElseTheLooksElseTheRanges) {
+  const CompiledMap map = route_map(60);
+  Observation observation = replayed_observation(map);
+  const GateReport report = judged(map, nullptr, default_gate_settings(), &observation);
+  const Check by_plan = checks_of(report, "observed-lost-tracks", 0.1).at(0);
+  EXPECT_EQ(by_plan.verdict, Verdict::kMet);
+  EXPECT_EQ(by_plan.message,
+            "localizing by the plan within 0.1 m lost 0 tracks on drive drive 2; allowed is at "
+            "most 0 tracks");
+  const Check by_looks = checks_of(report, "observed-lost-tracks", 0.25).at(0);
+  EXPECT_EQ(by_looks.verdict, Verdict::kViolated);
+  EXPECT_EQ(by_looks.found, 3.0);
+  EXPECT_THAT(by_looks.message, HasSubstr("by the looks within 0.25 m lost 3 tracks"));
+  observation.replayed = {{"map", 0.1, 0.99, 0.5, 7}};
+  EXPECT_EQ(checks_of(judged(map, nullptr, default_gate_settings(), &observation),
+                      "observed-lost-tracks", 0.1)
+                .at(0)
+                .found,
+            7.0);
+}
+
+TEST(GateOnOneMap, DoesNotJudgeLooksPlanAndTracksThatTheEvaluationLacks) {
+  const CompiledMap map = route_map(60);
+  const Observation observation = observation_of(map);
+  const GateReport report = judged(map, nullptr, default_gate_settings(), &observation);
+  for (const char* rule : {"observed-lost-tracks", "observed-look-coverage", "observed-look-time",
+                           "observed-plan-coverage", "observed-plan-time"}) {
+    const std::vector<Check> checks = checks_of(report, rule);
+    EXPECT_FALSE(checks.empty()) << rule;
+    for (const Check& check : checks) EXPECT_EQ(check.verdict, Verdict::kNotJudged) << rule;
+    EXPECT_TRUE(checks_of(judged(map), rule).empty()) << rule << " without an evaluation";
+  }
+}
+
+TEST(Observation, HasTheLooksAndTheReplaysOfTheEvaluation) {
+  const Observation observation = value_of(parse_observation(R"([
+    {"name": "evaluation", "facts": {"drive": "d", "site_count": 60, "stretch_m": 100},
+     "columns": ["rule", "limit_m", "coverage", "mean_range_m", "time_ratio", "work_ratio",
+                 "worst_coverage", "worst_begin_site"],
+     "rows": [["map", 0.1, 0.9, 12, 0.5, 0.4, 0.8, 3], ["oracle", 0.1, 1, 9, 0.2, 0.2, 1, 0]]},
+    {"name": "evaluation-looks", "facts": {},
+     "columns": ["rule", "limit_m", "coverage", "time_ratio", "work_ratio"],
+     "rows": [["map", 0.1, 0.96, 0.06, 0.05], ["static", 0.1, 0.96, 0.1, 0.1]]},
+    {"name": "continuous-localization", "facts": {},
+     "columns": ["rule", "limit_m", "static_range_m", "coverage", "time_ratio", "lost_count"],
+     "rows": [["plan", 0.1, 0, 0.998, 0.08, 0], ["look", 0.1, 0, 0.98, 0.1, 13],
+              ["static", 0, 50, 0.99, 1, 3]]}])"));
+  ASSERT_EQ(observation.limits.size(), 1U);
+  ASSERT_EQ(observation.looks.size(), 1U);
+  EXPECT_EQ(observation.looks[0].coverage, 0.96);
+  EXPECT_EQ(observation.looks[0].time_ratio, 0.06);
+  ASSERT_EQ(observation.replayed.size(), 2U);
+  EXPECT_EQ(observation.replayed[0].by, "plan");
+  EXPECT_EQ(observation.replayed[0].time_ratio, 0.08);
+  EXPECT_EQ(observation.replayed[1].lost_count, 13U);
+}
+
 TEST(GateOnOneMap, RefusesTheEvaluationOfAnotherMapAndADayThatIsNone) {
   const CompiledMap map = route_map(60);
   Observation observation = observation_of(map);

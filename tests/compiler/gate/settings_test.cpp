@@ -54,6 +54,9 @@ TEST(GateSettings, RefuseWhatTheyDoNotKnowAndSayWhere) {
   const Refusal refusals[] = {
       {"rules:\n  expected-coverag: 1", ErrorCode::kUnknownKey, "'expected-coverage'", "line 2"},
       {"strech_m: 1", ErrorCode::kUnknownKey, "'stretch_m'", "line 1"},
+      {"gate:\n  stretch_m: 60\n  mean-range: 35", ErrorCode::kUnknownKey,
+       "'mean-range' is a rule and belongs under gate.rules", "line 3"},
+      {"mean-range: 35", ErrorCode::kUnknownKey, "belongs under gate.rules", "line 1"},
       {"stretch_m: -1", ErrorCode::kBadValue, "expected a number", "line 1"},
       {"rules: {unmet-share: sometimes}", ErrorCode::kBadValue, "sometimes", "line 1"},
       {"rules: {unmet-share: {allowed: much}}", ErrorCode::kBadValue, "number", "line 1"},
