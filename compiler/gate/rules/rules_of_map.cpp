@@ -40,8 +40,7 @@ std::vector<Found> find_promise(const GateInput& input, const Threshold&) {
   for (const LimitPromise& promise : input.map->ranges.promises) {
     const double value = promise.is_earned ? 1.0 : 0.0;
     found.push_back({promise.limit_m, std::nullopt, value,
-                     concat("the promise", within(promise.limit_m), " is ",
-                            (promise.is_earned ? "earned: " : "not earned: "), promise.statement)});
+                     concat("the promise", within(promise.limit_m), ": ", promise.statement)});
   }
   return found;
 }
@@ -215,7 +214,7 @@ const GateRule kRules[] = {
     {"worst-stretch", kMap, kError, kAtLeast, 0.50, "share",
      "Expected coverage of the worst piece of route, `stretch_m` long", find_worst_stretch},
     {"promise-earned", kMap, kWarning, kAtLeast, 1.0, "",
-     "A promise about the next drive is earned (1) or not (0): the threshold was set on enough "
+     "The map has a promise about the next drive (1) or none (0): its threshold was set on enough "
      "route, by drives that the model was not trained on",
      find_promise},
     {"unmet-share", kMap, kError, kAtMost, 0.50, "share",

@@ -42,7 +42,7 @@ std::vector<Found> find_broken_promise(const GateInput& input, const Threshold&)
     const auto promise = std::ranges::find(promises, limit.limit_m, &LimitPromise::limit_m);
     if (promise == promises.end() || !promise->is_earned) {
       found.push_back({limit.limit_m, std::nullopt, 0.0,
-                       "no promise was earned" + within(limit.limit_m), false});
+                       "the map has no promise" + within(limit.limit_m), false});
       continue;
     }
     const double promised = 1.0 - promise->alpha;
@@ -143,7 +143,7 @@ constexpr AnswerFigure kPlanTime = {&Observation::replayed,
                                     "matching by the plan{0} took {1} range's time",
                                     kNoPlan};
 
-// By what a vehicle is recommended to localize: the plan, else the looks, else the ranges.
+// By the first of plan, looks and ranges that was replayed at the limit.
 std::vector<Found> find_lost_tracks(const GateInput& input, const Threshold&) {
   constexpr std::pair<std::string_view, std::string_view> kKinds[] = {
       {"plan", "plan"}, {"look", "looks"}, {"map", "ranges"}};
@@ -173,16 +173,15 @@ const GateRule kRules[] = {
     {"observed-coverage", kObservation, kError, kAtLeast, 0.80, "share",
      "Share of the judged sites of an independent drive within the limit", find_coverage},
     {"observed-promise", kObservation, kError, kAtMost, 0.02, "share",
-     "Promised coverage minus observed coverage, where a promise is earned", find_broken_promise},
+     "Promised coverage minus observed coverage, where the map has a promise", find_broken_promise},
     {"observed-worst-stretch", kObservation, kError, kAtLeast, 0.50, "share",
      "Coverage observed on the worst stretch of route", find_worst_stretch},
     {"observed-work", kObservation, kWarning, kAtMost, 0.95, "of the longest",
      "Points x iterations at the chosen ranges, over those at the longest", find_work},
     {"observed-time", kObservation, kWarning, kAtMost, 1.0, "of the longest",
      "CPU time of a match at the chosen ranges, over that at the longest", find_time},
-    {"observed-lost-tracks", kObservation, kError, kAtMost, 0.0, "tracks",
-     "Tracks lost on the replayed drive by the recommended answers: the plan, else the looks, else "
-     "the ranges",
+    {"observed-lost-tracks", kObservation, kWarning, kAtMost, 0.0, "tracks",
+     "Tracks lost on the replayed drive by the plan, else by the looks, else by the ranges",
      find_lost_tracks},
     {"observed-look-coverage", kObservation, kError, kAtLeast, 0.80, "share",
      "Share of the judged sites of an independent drive within the limit, by the looks",
