@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kFarthest_m = 1000.0;
 constexpr std::string_view kEven = "evenly spaced beyond ";
-constexpr std::string_view kEvenBefore = "even beyond ";  // written by versions before 0.2.0
 constexpr std::string_view kByNormals = " by normals";
 
 Error error_of(const std::string& message) {
@@ -43,6 +42,12 @@ std::optional<T> number_of(std::string_view text, std::string_view unit) {
   return number;
 }
 
+bool take_prefix(std::string_view& text, std::string_view prefix) {
+  if (!text.starts_with(prefix)) return false;
+  text.remove_prefix(prefix.size());
+  return true;
+}
+
 // One part after the range. False where it is none, or stands again or too late.
 bool read_part(std::string_view part, int& last, Look& look) {
   const auto take = [&](int place, auto number, auto& value) {
@@ -52,9 +57,10 @@ bool read_part(std::string_view part, int& last, Look& look) {
     return true;
   };
   if (part == "settle") return take(4, std::optional(LookMode::kSettle), look.mode);
-  for (const std::string_view even : {kEven, kEvenBefore}) {
-    if (!part.starts_with(even)) continue;
-    return take(2, number_of<double>(part.substr(even.size()), " m"), look.even_beyond_m);
+  std::string_view even = part;
+  // Until 0.2.0 also in the words of earlier versions.
+  if (take_prefix(even, kEven) || (take_prefix(even, "even ") && take_prefix(even, "beyond "))) {
+    return take(2, number_of<double>(even, " m"), look.even_beyond_m);
   }
   if (part.ends_with(kByNormals)) {
     part.remove_suffix(kByNormals.size());

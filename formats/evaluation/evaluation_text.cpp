@@ -126,10 +126,10 @@ std::string reliability_at(const Evaluation& evaluation, std::size_t limit) {
 }  // namespace
 
 std::string to_text(const Evaluation& evaluation, const MapFrame& frame) {
-  std::string text = concat("Drive ", evaluation.drive, ": ", evaluation.sites.size(), " of ",
-                            evaluation.site_count, " sites evaluated against ",
-                            reference_text(evaluation.reference), "; ",
-                            evaluation.out_of_fold_count, " of them predicted out of fold\n\n");
+  std::string text = concat(
+      "Drive ", evaluation.drive, ": ", evaluation.sites.size(), " of ", evaluation.site_count,
+      " sites evaluated against ", reference_text(evaluation.reference), "; ",
+      evaluation.out_of_fold_count, " of them with cross-validated predictions\n\n");
   text += table_one(evaluation);
   text += "\n";
   text += table_two(evaluation);

@@ -32,14 +32,15 @@ constexpr RefusedKind kRefusedSignatures[] = {
     {"# vtk DataFile",
      "VTK is not read; convert it, for example with `pcl_vtk2pcd in.vtk out.pcd`"},
     {"solid ",
-     "an STL mesh is no scan; sample its surface to points, for example with CloudCompare"},
+     "an STL file is a mesh, not a scan; sample its surface to points, for example with "
+     "CloudCompare"},
     {"<?xml",
      "XML (Collada, X3D, ...) is not read; sample the model to points and save them as PCD"},
 };
 
 // Files without a signature, known by their names.
 constexpr std::string_view kNotAScan =
-    "a mesh is no scan; sample its surface to points, for example with CloudCompare";
+    "the file is a mesh, not a scan; sample its surface to points, for example with CloudCompare";
 constexpr std::string_view kColumns =
     "text without a header is not read; give it a PCD header (FIELDS x y z, DATA ascii), for "
     "example with CloudCompare";

@@ -40,7 +40,7 @@ struct RouteText {
     return {code, std::move(message), file, std::move(place)};
   }
   [[nodiscard]] Error too_far(std::string place) const {
-    return error(ErrorCode::kMalformedText, "a place that far away is none on Earth",
+    return error(ErrorCode::kMalformedText, "a position that far away is not on Earth",
                  std::move(place));
   }
 };

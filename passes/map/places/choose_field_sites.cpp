@@ -175,7 +175,7 @@ void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& optio
   std::snprintf(
       text, sizeof text,
       "everywhere: %zu places, %s apart, on %.0f m^2 of connected ground; %.0f m^2 in %zu separate "
-      "areas were left out. They need about %.0f minutes of one core and %.1f GiB of memory",
+      "areas were left out. The places need about %.0f minutes of one core and %.1f GiB of memory",
       count, metres(options.spacing_m).c_str(),
       static_cast<double>(free.stretch_sizes()[stretch]) * square_m2,
       static_cast<double>(apart) * square_m2, free.stretch_sizes().size() - 1,

@@ -1,4 +1,4 @@
-"""How far a vehicle must look, and where it is: compiled maps of sightline from Python.
+"""Compiled maps of sightline from Python: ranges and looks at a position, and localization of a scan.
 
     with sightline.Map("town.slmap", "searching") as town:
         look = town.look(position_world_m, limit_m=0.10)
@@ -7,7 +7,7 @@
         match.T_world_vehicle, match.covariance
 
 Over the C interfaces of libsightline-reader.so.0 and, for Localizer, libsightline-localizer.so.0. NDs
-and sites are arrays that lie where the library put them: of NumPy where it is there, else of ctypes.
+and sites are arrays in the library's memory: of NumPy if it is installed, else of ctypes.
 """
 
 from ._interface import (CONVERGED, EXTRAPOLATED, FAR, ITERATION_LIMIT, NO_OVERLAP, NO_POINTS, NO_SITE,

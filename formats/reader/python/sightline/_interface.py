@@ -11,7 +11,7 @@ NO_SITE = 0xFFFFFFFF
 
 
 class Range(Structure):
-    """How far to look: sightline_range."""
+    """A chosen range: sightline_range."""
     _fields_ = [("range_m", c_double), ("probability", c_double), ("mean_error_m", c_double),
                 ("distance_m", c_double), ("flags", c_uint32), ("site", c_uint32)]
 
@@ -31,7 +31,7 @@ class LookPlan(Structure):
 
 
 class Site(Structure):
-    """A site, and what the map holds there for one limit: sightline_site."""
+    """A site, and the map's answer there for one limit: sightline_site."""
     _fields_ = [("position_world_m", c_double * 3), ("range_m", c_double), ("probability", c_double),
                 ("mean_error_m", c_double), ("flags", c_uint32), ("site", c_uint32)]
 
@@ -57,7 +57,7 @@ class Column(Structure):
 
     @property
     def values(self):
-        """One a site, in the map's memory: a read-only array of NumPy where that is installed."""
+        """One value a site, in the map's memory: a read-only array of NumPy if it is installed."""
         if not self._count:
             return records((c_float * 0)())
         array = (c_float * self._count).from_address(ctypes.cast(self._values, c_void_p).value)
@@ -80,7 +80,7 @@ class MapInfo(Structure):
 
 
 class Promise(Structure):
-    """What the map promises within one of its limits: sightline_promise."""
+    """The promise of the map for one of its limits: sightline_promise."""
     _fields_ = [("limit_m", c_double), ("coverage", c_double), ("is_earned", c_int),
                 ("is_of_next_drive", c_int), ("place_count", c_uint32), ("drive_count", c_uint32),
                 ("_statement", c_char_p)]
@@ -101,7 +101,7 @@ class Points(Structure):
 
 
 class Match(Structure):
-    """Where a scan was found: sightline_match."""
+    """The result of matching a scan: sightline_match."""
     _fields_ = [("T_world_vehicle", c_double * 12), ("covariance", c_double * 36), ("score", c_double),
                 ("nearest_voxel_likelihood", c_double), ("work", c_uint64), ("iterations", c_int32),
                 ("stop", c_uint32), ("point_count", c_uint32), ("scored_points", c_uint32),
@@ -125,7 +125,7 @@ class LocalizerInfo(Structure):
 
 
 class Error(Exception):
-    """What went wrong, with the stable number and name of schemas/error_codes.md."""
+    """A failure, with the stable number and name of schemas/error_codes.md."""
 
     def __init__(self, code, message=""):
         self.code = code
@@ -181,7 +181,7 @@ def localizer():
 
 
 class Handle:
-    """What a library opened; closed when nothing refers to it any more."""
+    """A handle of the library; closed with its last reference."""
 
     def __init__(self, open_function, close_function, arguments):
         self._close = close_function
@@ -203,7 +203,7 @@ def doubles(values, count):
 
 
 def records(array):
-    """The same memory as a read-only array of NumPy where that is installed, else as it is."""
+    """The same memory as a read-only array of NumPy if it is installed, else unchanged."""
     try:
         import numpy
     except ImportError:

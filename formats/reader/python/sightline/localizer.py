@@ -27,7 +27,7 @@ def _rows(matrix):
 
 
 def _points(scan):
-    """A view of the scan: n rows of three or more floats or doubles, which lie one after the other."""
+    """A view of the scan: n rows of three or more floats or doubles, stored one after the other."""
     view = memoryview(scan)
     if view.format not in ("f", "d") or view.ndim != 2 or view.shape[1] < 3 or not view.c_contiguous:
         raise ValueError("a scan is an array of n rows of x, y, z and maybe more, of floats or doubles, "
@@ -47,7 +47,7 @@ def _points(scan):
 
 
 class Localizer:
-    """What a vehicle localizes in: a compiled map, a point cloud, or a folder of clouds.
+    """A map to localize in: a compiled map, a point cloud, or a folder of clouds.
 
     cell_m and least_points: of the cells made of a cloud. T_vehicle_sensor: the sensor's place in the
     vehicle where it is not the map's. Errors are sightline.Error. Safe to use from several threads at
@@ -81,7 +81,7 @@ class Localizer:
         self.close()
 
     def close(self):
-        """Arrays of NDs stay good as long as something refers to them."""
+        """Arrays of NDs are valid as long as a reference to them exists."""
         self._handle = self._nds = None
 
     def _open(self):
@@ -95,7 +95,7 @@ class Localizer:
         return c.records(self._nds)
 
     def match(self, scan, T_world_start, look):
-        """Where the vehicle is: a sightline.Match.
+        """The pose of the vehicle: a sightline.Match.
 
         scan: n rows of x, y, z and maybe more, in the sensor's frame: an array of NumPy, or a
         memoryview of two dimensions. T_world_start: 12 numbers (see pose), or a 3 x 4 or 4 x 4 matrix.

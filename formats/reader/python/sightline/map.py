@@ -50,35 +50,35 @@ class Map:
         return self._handle.pointer
 
     def promise(self, limit):
-        """What the map promises within limits_m[limit]."""
+        """The promise of the map for limits_m[limit]."""
         promise = c.Promise()
         promise._map = self._handle  # its sentence lies in the map
         c.check(c.reader().sightline_get_promise(self._pointer(), limit, byref(promise)))
         return promise
 
     def observation_range(self, position_world_m, limit_m):
-        """How far a sensor there must look for that accuracy."""
+        """The range for that accuracy at this position of the sensor."""
         answer = c.Range()
         c.check(c.reader().sightline_observation_range(
             self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(answer)))
         return answer
 
     def reasons(self, position_world_m, limit_m):
-        """Why: names of the rules that decided `range` and `look` there, "none" where no site is used."""
+        """The names of the rules that decided `range` and `look` there, "none" if no site is used."""
         reasons = c.Reasons()
         c.check(c.reader().sightline_get_reasons(
             self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(reasons)))
         return reasons
 
     def look(self, position_world_m, limit_m, visible_m=math.inf):
-        """The cheapest look for a sensor there that now sees visible_m far."""
+        """The look for a sensor at this position if it now sees visible_m far."""
         answer = c.Look()
         c.check(c.reader().sightline_get_look(
             self._pointer(), c.doubles(position_world_m, 3), limit_m, visible_m, byref(answer)))
         return answer
 
     def look_plan(self, position_world_m, limit_m, is_tracking, visible_m=math.inf):
-        """What to do there, step by step."""
+        """The plan for a tracking vehicle at this position."""
         answer = c.LookPlan()
         c.check(c.reader().sightline_get_look_plan(
             self._pointer(), c.doubles(position_world_m, 3), limit_m, 1 if is_tracking else 0,
@@ -106,7 +106,7 @@ class Map:
         raise KeyError(f"the map has no column {name!r}, only {self.columns()}")
 
     def sites(self, limit=0):
-        """Every site with what the map holds there for limits_m[limit]: an array of sightline.Site."""
+        """Every site with the map's answer for limits_m[limit]: an array of sightline.Site."""
         sites = (c.Site * self.site_count)()
         c.check(c.reader().sightline_get_sites(self._pointer(), limit, sites, len(sites)))
         return c.records(sites)
