@@ -182,17 +182,17 @@ std::vector<Found> stretch_change(const GateInput& input, const Threshold& thres
   return found;
 }
 
-// Calls `tell(place, length_m)` for every piece of bad sites that is longer than allowed (0 where
+// Calls `use(place, length_m)` for every piece of bad sites that is longer than allowed (0 where
 // no bound is set) and returns the longest length. A single site counts as the route around it.
-template <class Tell>
+template <class Use>
 double each_long_piece(const Sites& sites, const std::vector<bool>& is_bad,
-                       std::optional<double> allowed_m, const Tell& tell) {
+                       std::optional<double> allowed_m, const Use& use) {
   double longest_m = 0.0;
   for (const LongStretch& piece : long_stretches(sites, is_bad)) {
     const double length_m = piece.length_m + sites.spacing_m;
     longest_m = std::max(longest_m, length_m);
     if (length_m > allowed_m.value_or(0.0)) {
-      tell(stretch_between(sites, piece.first, piece.last), length_m);
+      use(stretch_between(sites, piece.first, piece.last), length_m);
     }
   }
   return longest_m;

@@ -91,7 +91,7 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
     const double limit_m = input.map->ranges.promises[limit].limit_m;
     std::vector<LongStretch> stretches =
         long_stretches(input.map->sites, unmet_sites(*input.map, limit));
-    const auto tell = [&](const LongStretch& stretch) {
+    const auto add = [&](const LongStretch& stretch) {
       const RouteStretch place = stretch_between(input.map->sites, stretch.first, stretch.last);
       found.push_back({limit_m, place, stretch.length_m,
                        concat(in_words(place), ": no range is good enough", within(limit_m),
@@ -100,12 +100,12 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
     const double allowed = threshold.at(limit_m).value_or(std::numeric_limits<double>::infinity());
     const std::size_t before = found.size();
     for (const LongStretch& stretch : stretches) {
-      if (stretch.length_m > allowed) tell(stretch);
+      if (stretch.length_m > allowed) add(stretch);
     }
     if (found.size() > before) continue;
     const auto longest = std::ranges::max_element(stretches, {}, &LongStretch::length_m);
     if (longest != stretches.end()) {
-      tell(*longest);
+      add(*longest);
     } else {
       found.push_back({limit_m, std::nullopt, 0.0,
                        concat("some range is good enough", within(limit_m), " at every site")});
