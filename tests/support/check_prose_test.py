@@ -25,8 +25,8 @@ class Prose(unittest.TestCase):
         self.assertAlmostEqual(check_prose.reading_ease(sentences), 206.835 - 1.015 * 9 / 2 - 84.6 * 10 / 9)
 
     def test_code_tables_pictures_and_targets_are_left_out(self):
-        text = "# A heading\n\n```sh\nsome code here\n```\n\n| a | b |\n|---|---|\n\n![picture](a.svg)\n\nSee [this page](a/b.md), `x y`."
-        self.assertEqual(check_prose.sentences_of(check_prose.prose_of(text)), [["See", "this", "page"]])
+        text = "# A heading\n\n```sh\nsome code here\n```\n\n| a | b |\n|---|---|\n\n![picture](a.svg)\n\nSee [this page](a/b.md), [that][ref] `x y`.\n\n[ref]: a/long/way.md"
+        self.assertEqual(check_prose.sentences_of(check_prose.prose_of(text)), [["See", "this", "page", "that"]])
 
     def test_items_of_a_list_are_sentences(self):
         self.assertEqual(len(check_prose.sentences_of(check_prose.prose_of("- one page\n- two pages\n1. three"))), 3)

@@ -27,7 +27,8 @@ LITERALS = {
 for other, same in ((".h", ".cpp"), (".c", ".cpp"), (".cmake", ".py")):
     LITERALS[other] = LITERALS[same]
 # Names in a document: code within a line, and where a link leads to. A block of code is read.
-NAMES = re.compile(r"(?<!`)(`{1,2})(?!`)(?:(?!\n\s*\n).)+?(?<!`)\1(?!`)|\]\([^)\s]*\)|<https?:[^>]*>", re.S)
+NAMES = re.compile(r"(?<!`)(`{1,2})(?!`)(?:(?!\n\s*\n).)+?(?<!`)\1(?!`)|\]\([^)\s]*\)|<https?:[^>]*>"
+                   r"|^\[[^\]\n]*\]: \S+", re.S | re.M)
 
 
 def blank(text):
