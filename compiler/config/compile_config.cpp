@@ -135,8 +135,8 @@ Result<void> check(const CompileConfig& config) {
   const bool wants_pcl = config.passes.options(kMeasureError).localizer == LocalizerKind::kPclNdt;
   if (wants_pcl && !has_pcl_ndt()) {
     return bad_value(
-        "measure-error.localizer is pcl-ndt, but this program was built without PCL; install PCL "
-        "and build again (tests/support/setup)");
+        "measure-error.localizer is pcl-ndt, but this program was built without PCL; "
+        "tests/support/setup installs its package libpcl-dev and builds the program with it");
   }
   return {};
 }

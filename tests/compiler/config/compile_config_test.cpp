@@ -449,6 +449,7 @@ TEST(CompileConfig, MakesTheFactorOfTheMappingDriveByItsOwnLocalizerWhoeverLocal
       load("mapping: {scans: a}\nlocalization: {scans: b}\nmeasure-error: {localizer: pcl-ndt}\n");
   if (!config.has_value()) {
     EXPECT_NE(config.error().message.find("built without PCL"), std::string::npos);
+    EXPECT_NE(config.error().message.find("libpcl-dev"), std::string::npos);
     return;
   }
   EXPECT_EQ(option_of(*config, "measure-error", "localizer"), "pcl-ndt");
