@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.town.seed, "makes the town")->capture_default_str();
   app.add_option("--length-m", options.town.length_m, "length of the route, m")
       ->capture_default_str();
-  app.add_flag("--round", options.town.is_round, "the route goes round a block and closes");
+  app.add_flag("--round", options.town.is_round, "the route is a closed loop round a block");
   app.add_option("-o,--output", options.out, "folder to write")->required();
   app.add_option("--drives", options.drives, "localization drives beside the mapping drive")
       ->capture_default_str();
@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1.0, 100.0));
   app.add_option("--board", boards.places,
                  "a flat board on a pole at world coordinates X,Y that faces DEGREES from +x; may "
-                 "stand several times")
+                 "be given several times")
       ->type_name("X,Y,DEGREES")
       ->delimiter(',');
   app.add_option("--board-size", boards.size_m, "width and height of each, m")

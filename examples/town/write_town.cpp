@@ -183,7 +183,7 @@ Result<void> make_room(const WriteTownOptions& options) {
 Result<void> write_town(const WriteTownOptions& options) {
   if (options.drives < 0 || options.drives > kMostDrives) {
     return Error{ErrorCode::kBadArgument,
-                 std::to_string(options.drives) + " drives were asked for; expected 0 to 9",
+                 std::to_string(options.drives) + " drives; expected 0 to 9",
                  {},
                  {}};
   }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """main.cpp from Python:  localize.py MAP SCAN X_M Y_M Z_M YAW_DEG [LIMIT_M]
 
-Needs python3-sightline and nothing else; with NumPy an array of floats is as good a scan.
+Needs only python3-sightline; a scan may also be an array of floats of NumPy.
 """
 
 import math

@@ -97,7 +97,7 @@ int main(int argc, char** argv) {
   }
   const FloatCloud cloud = read_scan(argv[2]);
   if (cloud.numbers.empty()) {
-    std::fprintf(stderr, "%s is no binary PCD of floats\n", argv[2]);
+    std::fprintf(stderr, "%s is not a binary PCD of floats\n", argv[2]);
     return 65;
   }
   return localize(argv[1], points_of(std::span<const float>(cloud.numbers), cloud.numbers_a_point),

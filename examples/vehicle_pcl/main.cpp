@@ -80,7 +80,7 @@ int localize(const MapReader& map, const Cloud::Ptr& target, const Cloud& scan, 
   const Result<RangeAnswer> answer = map.observation_range(guess.position_world_m, limit_m);
   if (!answer) return refuse(answer.error());
   if ((answer->flags & sightline::kAnswerUnknownLocalizer) != 0) {
-    std::fprintf(stderr, "the map's errors are those of %s: nothing is known for this localizer\n",
+    std::fprintf(stderr, "the map's errors are those of %s: they are unknown for this localizer\n",
                  std::string(map.info().localizer).c_str());
   }
   const Cloud::Ptr source = thinned(crop(scan, *answer));

@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
   const int error = sightline_observation_range(map, position_world_m, atof(argv[2]), &range);
   if (error != 0) fprintf(stderr, "SL%d %s\n", error, sightline_error_name(error));
   if (range.flags & SIGHTLINE_UNKNOWN_LOCALIZER) {
-    printf("look %g m: nothing is known for localizer %s\n", range.range_m, localizer);
+    printf("look %g m: errors of localizer %s are unknown\n", range.range_m, localizer);
     sightline_close(map);
     return error == 0 ? 0 : 1;
   }

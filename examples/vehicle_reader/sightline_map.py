@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads a compiled map (.slmap) with nothing but Python's standard library.
+"""Reads a compiled map (.slmap) with Python's standard library alone.
 
 Written from schemas/map_format.md and schemas/map.fbs alone, so it is also a second opinion on what the
 compiler wrote. NDs are read where they lie unpacked: Python 3.11 has no zstd.
@@ -208,7 +208,7 @@ class Look(NamedTuple):
 
 
 class LookPlan(NamedTuple):
-    """What a vehicle does that tracks ("Driving by a plan" there); without `second`, the first look stands."""
+    """What a vehicle does that tracks ("Driving by a plan" there); without `second`, the first look is kept."""
 
     first: Look
     second: Look = None  # taken where doubt = constant + the sum of weights times signs is above doubt_above
@@ -250,7 +250,7 @@ def columns_of(raw, rows, layout):
 
 class SightlineMap:
     """A map for a vehicle that localizes with `localizer` ("searching", or "searching/3" for that version
-    of its definition alone). Nothing is known for one whose errors were not measured."""
+    of its definition alone). Probabilities are unknown for one whose errors were not measured."""
 
     def __init__(self, path, localizer=""):
         with open(path, "rb") as file:
@@ -312,7 +312,7 @@ class SightlineMap:
 
     @staticmethod
     def _promise(table):
-        """A promise is about the next drive: coverage is 0 where none is earned."""
+        """A promise is about the next drive: coverage is 0 without one."""
         is_of_next_drive = table.number(12, "B") == 1
         is_earned = table.number(5, "B") == 1 and is_of_next_drive
         return {"limit_m": table.number(0, "d"), "is_earned": is_earned,
@@ -360,7 +360,7 @@ class SightlineMap:
         return raw
 
     def sites(self):
-        """By id, what the range layers say, as dictionaries of tuples."""
+        """The answers of the range layers by site id, as dictionaries of tuples."""
         ranges, limits, looks = len(self.ranges_m), len(self.limits_m), len(self.looks)
         layout = [("site", "I", 1), ("run", "I", 1), ("s_m", "d", 1), ("p_x_m", "d", 1),
                   ("p_y_m", "d", 1), ("p_z_m", "d", 1), ("range_index", "B", limits),
@@ -468,7 +468,7 @@ class SightlineMap:
         return Look(answer.range_m), answer
 
     def look_plan(self, position_world_m, limit_m, is_tracking, visible_m=math.inf):
-        """(LookPlan, Answer): what to do there; numbers are None where a second look may follow."""
+        """(LookPlan, Answer): what to do there; each number is None where a second look may follow."""
         look, answer = self.look(position_world_m, limit_m, visible_m)
         plan = self.plan
         by_plan = (is_tracking and plan and limit_m >= self.plan_limit_m and

@@ -51,35 +51,35 @@ Result<void> check(const Town& town, const DriveOptions& options) {
   };
   if (!(options.spacing_m >= 0.05 && options.spacing_m <= 50.0)) {
     return refuse("scans every " + std::to_string(options.spacing_m) +
-                  " m were asked for; expected 0.05 to 50 m");
+                  " m; expected 0.05 to 50 m");
   }
   const double longest_m = (town.options.is_round ? 2.0 : 1.0) * town.options.length_m;
   const bool is_inside = options.from_m >= 0.0 && options.from_m + options.length_m <= longest_m;
   if (!(options.length_m > 0.0 && is_inside)) {
     return refuse("a drive of " + std::to_string(options.length_m) + " m from " +
                   std::to_string(options.from_m) +
-                  " m on was asked for; expected more than 0 and at most to the town's " +
+                  " m on; expected more than 0 and at most to the town's " +
                   std::to_string(longest_m) + " m");
   }
   if (!(options.range_sigma_m >= 0.0 && options.range_sigma_m <= 1.0)) {
     return refuse("range noise of " + std::to_string(options.range_sigma_m) +
-                  " m was asked for; expected 0 to 1 m");
+                  " m; expected 0 to 1 m");
   }
   if (!(std::abs(options.lateral_m) <= 1.5 && std::abs(options.yaw_rad) <= 0.5)) {
     return refuse("a drive " + std::to_string(options.lateral_m) + " m and " +
                   std::to_string(options.yaw_rad) +
-                  " rad beside the line was asked for; expected at most 1.5 m and 0.5 rad");
+                  " rad beside the line; expected at most 1.5 m and 0.5 rad");
   }
   if (!(options.traffic >= 0.1 && options.traffic <= 10.0)) {
     return refuse(std::to_string(options.traffic) +
-                  " times the usual traffic was asked for; expected 0.1 to 10");
+                  " times the usual traffic; expected 0.1 to 10");
   }
   if (!(options.missing_share >= 0.0 && options.missing_share < 1.0)) {
     return refuse("a share of " + std::to_string(options.missing_share) +
-                  " of missing returns was asked for; expected at least 0 and less than 1");
+                  " of missing returns; expected at least 0 and less than 1");
   }
   if (options.is_swept && options.look_about_rad != 0.0) {
-    return refuse("a drive on foot that is swept was asked for; expected one of both");
+    return refuse("a drive both on foot and swept; expected one of the two");
   }
   if (options.sensor.beam_elevations_deg.empty()) return refuse("the sensor has no beams");
   return {};

@@ -77,7 +77,7 @@ Result<SensorProfile> town_sensor(int beams) {
   if (std::find(kKnown.begin(), kKnown.end(), beams) == kKnown.end()) {
     return Error{
         ErrorCode::kBadArgument,
-        "a sensor of " + std::to_string(beams) + " beams was asked for; expected 16, 32, 64 or 128",
+        "a sensor of " + std::to_string(beams) + " beams; expected 16, 32, 64 or 128",
         {},
         {}};
   }

@@ -61,7 +61,7 @@ Result<void> check_boards(const std::vector<Board>& boards) {
     return Error{ErrorCode::kBadArgument,
                  "a board of " + std::to_string(board.width_m) + " x " +
                      std::to_string(board.height_m) +
-                     " m was asked for; expected up to 20 x 20 m, within 20000 m of the start",
+                     " m; expected up to 20 x 20 m, within 20000 m of the start",
                  {},
                  {}};
   }
@@ -82,7 +82,7 @@ Result<Town> make_town(const TownOptions& options) {
   if (!(options.length_m >= shortest_m && options.length_m <= kLongestM)) {
     return Error{ErrorCode::kBadArgument,
                  "a town of length " + std::to_string(options.length_m) +
-                     " m was asked for; expected " + std::to_string(shortest_m) + " to 20000 m",
+                     " m; expected " + std::to_string(shortest_m) + " to 20000 m",
                  {},
                  {}};
   }
@@ -90,7 +90,7 @@ Result<Town> make_town(const TownOptions& options) {
   if (change.is_any() && !(change.from_m >= 0.0 && change.to_m <= options.length_m)) {
     return Error{ErrorCode::kBadArgument,
                  "a change from " + std::to_string(change.from_m) + " to " +
-                     std::to_string(change.to_m) + " m was asked for; the route has " +
+                     std::to_string(change.to_m) + " m; the route has " +
                      std::to_string(options.length_m) + " m",
                  {},
                  {}};
