@@ -50,8 +50,7 @@ Result<void> check(const Town& town, const DriveOptions& options) {
     return Error{ErrorCode::kBadArgument, message, {}, {}};
   };
   if (!(options.spacing_m >= 0.05 && options.spacing_m <= 50.0)) {
-    return refuse("scans every " + std::to_string(options.spacing_m) +
-                  " m; expected 0.05 to 50 m");
+    return refuse("scans every " + std::to_string(options.spacing_m) + " m; expected 0.05 to 50 m");
   }
   const double longest_m = (town.options.is_round ? 2.0 : 1.0) * town.options.length_m;
   const bool is_inside = options.from_m >= 0.0 && options.from_m + options.length_m <= longest_m;
@@ -71,8 +70,7 @@ Result<void> check(const Town& town, const DriveOptions& options) {
                   " rad beside the line; expected at most 1.5 m and 0.5 rad");
   }
   if (!(options.traffic >= 0.1 && options.traffic <= 10.0)) {
-    return refuse(std::to_string(options.traffic) +
-                  " times the usual traffic; expected 0.1 to 10");
+    return refuse(std::to_string(options.traffic) + " times the usual traffic; expected 0.1 to 10");
   }
   if (!(options.missing_share >= 0.0 && options.missing_share < 1.0)) {
     return refuse("a share of " + std::to_string(options.missing_share) +

@@ -75,11 +75,10 @@ Hit nearest(const Scene& scene, const Eigen::Vector3d& origin_m, const Eigen::Ve
 Result<SensorProfile> town_sensor(int beams) {
   constexpr std::array<int, 4> kKnown = {16, 32, 64, 128};
   if (std::find(kKnown.begin(), kKnown.end(), beams) == kKnown.end()) {
-    return Error{
-        ErrorCode::kBadArgument,
-        "a sensor of " + std::to_string(beams) + " beams; expected 16, 32, 64 or 128",
-        {},
-        {}};
+    return Error{ErrorCode::kBadArgument,
+                 "a sensor of " + std::to_string(beams) + " beams; expected 16, 32, 64 or 128",
+                 {},
+                 {}};
   }
   SIGHTLINE_ASSIGN(SensorProfile sensor, sensor_profile("generic-" + std::to_string(beams)));
   sensor.min_range_m = 0.5;

@@ -81,8 +81,8 @@ Result<Town> make_town(const TownOptions& options) {
   const double shortest_m = options.is_round ? kShortestRoundM : kShortestM;
   if (!(options.length_m >= shortest_m && options.length_m <= kLongestM)) {
     return Error{ErrorCode::kBadArgument,
-                 "a town of length " + std::to_string(options.length_m) +
-                     " m; expected " + std::to_string(shortest_m) + " to 20000 m",
+                 "a town of length " + std::to_string(options.length_m) + " m; expected " +
+                     std::to_string(shortest_m) + " to 20000 m",
                  {},
                  {}};
   }
