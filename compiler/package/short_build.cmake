@@ -8,11 +8,11 @@ file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/parsed_once.cpp CONTENT "")
 add_library(sightline_parsed_once OBJECT ${PROJECT_BINARY_DIR}/parsed_once.cpp)
 target_link_libraries(sightline_parsed_once PRIVATE sightline_settings Eigen3::Eigen)
 target_precompile_headers(sightline_parsed_once PRIVATE ${parsed_once})
-# GCC compiles with the options of what was parsed, whatever a source's own say: those of compiler/ are others.
-add_library(sightline_compiler_parsed_once OBJECT ${PROJECT_BINARY_DIR}/parsed_once.cpp)
-target_compile_options(sightline_compiler_parsed_once PRIVATE $<$<CONFIG:Release>:-O1>)
-target_link_libraries(sightline_compiler_parsed_once PRIVATE sightline_settings Eigen3::Eigen)
-target_precompile_headers(sightline_compiler_parsed_once PRIVATE ${parsed_once})
+# GCC compiles with the options of what was parsed, whatever a source's own say: those of the folders with -O1 are others.
+add_library(sightline_cold_parsed_once OBJECT ${PROJECT_BINARY_DIR}/parsed_once.cpp)
+target_compile_options(sightline_cold_parsed_once PRIVATE $<$<CONFIG:Release>:-O1>)
+target_link_libraries(sightline_cold_parsed_once PRIVATE sightline_settings Eigen3::Eigen)
+target_precompile_headers(sightline_cold_parsed_once PRIVATE ${parsed_once})
 if(SIGHTLINE_BUILD_TESTS)
   add_library(sightline_tests_parsed_once OBJECT ${PROJECT_BINARY_DIR}/parsed_once.cpp)
   sightline_is_test(sightline_tests_parsed_once)
@@ -34,6 +34,9 @@ else()
 endif()
 # How many batches of a target a source may still join.
 set(SIGHTLINE_OPEN_BATCHES 12)
+
+# Folders of passes/ and formats/ whose code takes no time in a compile: with -O1 they build a third faster.
+set(cold formats/foreign formats/map formats/release passes/emit passes/ingest passes/pass passes/weakness)
 
 # What a source defines for itself: the words that its unnamed namespaces define, of functions as `name(`, and macros. A
 # definition stands at the beginning of a line, its name is the last word before a bracket, `=` or `;`. Some words that are
@@ -162,6 +165,11 @@ endfunction()
 # are compiled in batches or each by itself.
 function(sightline_shorten_builds parsed in_batches)
   foreach(folder ${ARGN})
+    get_property(is_done DIRECTORY ${folder} PROPERTY SIGHTLINE_IS_SHORTENED)
+    if(is_done)
+      continue()
+    endif()
+    set_property(DIRECTORY ${folder} PROPERTY SIGHTLINE_IS_SHORTENED ON)
     get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)
     foreach(target ${targets})
       get_target_property(type ${target} TYPE)
@@ -183,12 +191,12 @@ function(sightline_shorten_builds parsed in_batches)
     sightline_shorten_builds(${parsed} ${in_batches} ${folders})
   endforeach()
 endfunction()
-sightline_shorten_builds(sightline_compiler_parsed_once ${SIGHTLINE_BATCHES} compiler)
+sightline_shorten_builds(sightline_cold_parsed_once ${SIGHTLINE_BATCHES} compiler ${cold})
 sightline_shorten_builds(sightline_parsed_once ${SIGHTLINE_BATCHES} examples formats passes)
 if(SIGHTLINE_BUILD_TESTS)
   sightline_shorten_builds(sightline_parsed_once ${SIGHTLINE_BATCHES} tests)
 endif()
 if(SIGHTLINE_BUILD_TESTS OR SIGHTLINE_BUILD_FUZZERS)
   # In one object with others, what needs libFuzzer would be linked into programs without it.
-  sightline_shorten_builds(sightline_compiler_parsed_once OFF tests/fuzz)
+  sightline_shorten_builds(sightline_cold_parsed_once OFF tests/fuzz)
 endif()

@@ -180,6 +180,32 @@ TEST(Localizer, ForSamplesSharesTheGridsAndMatchesAsOneThatIsMadeAnew) {
   }
 }
 
+TEST(Localizer, ScoresEveryLevelWithItsExactDerivatives) {
+  Random random(7);
+  // A single point, well inside its cell.
+  const std::vector<Eigen::Vector3d> points_m = {{-11.25, 0.4, 0.6}};
+  constexpr double kStep = 1e-5;
+  for (const LocalizerOptions& options : kVariants) {
+    const Localizer localizer = make_localizer(room_map(), options);
+    for (const Localizer::Level& level : localizer.levels) {
+      const Pose pose = random_pose(random, 0.05, 0.002);
+      const MatchScore at = match_score(*level.grid, points_m, pose);
+      ASSERT_GT(at.scored_points, 0u);
+      for (int i = 0; i < 6; ++i) {
+        const Vector6d motion = kStep * Vector6d::Unit(i);
+        const MatchScore more = match_score(*level.grid, points_m, moved(pose, motion));
+        const MatchScore less = match_score(*level.grid, points_m, moved(pose, -motion));
+        EXPECT_NEAR(at.gradient[i], (more.score - less.score) / (2.0 * kStep),
+                    1e-5 * (1.0 + at.gradient.cwiseAbs().maxCoeff()));
+        if (i >= 3) continue;
+        const Vector6d bend = (more.gradient - less.gradient) / (2.0 * kStep);
+        EXPECT_LT((at.hessian.block<3, 1>(0, i) - bend.head<3>()).norm(),
+                  1e-4 * (1.0 + at.hessian.cwiseAbs().maxCoeff()));
+      }
+    }
+  }
+}
+
 TEST(Localizer, AllocatesNothing) {
   const std::vector<Eigen::Vector3d> points_m = voxel_subsample(room_points(22, 8000, 0.02), 0.5);
   for (const LocalizerOptions& options : kVariants) {
