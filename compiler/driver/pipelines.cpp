@@ -438,8 +438,8 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
 }
 
 std::vector<AnyWire> reported_artifacts(const CompilePlan& compile) {
-  std::vector<AnyWire> reported = {compile.map, compile.measured, compile.ranges, compile.factors,
-                                   compile.evaluation};
+  std::vector<AnyWire> reported = {compile.map,    compile.sites,   compile.measured,
+                                   compile.ranges, compile.factors, compile.evaluation};
   if (compile.sharpness.is_connected()) reported.push_back(compile.sharpness);
   if (compile.ships_poses) reported.push_back(compile.released);
   return reported;

@@ -68,7 +68,8 @@ Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& art
   std::string text = is_simulated ? "Simulated: no drive was here. What follows is what scans "
                                     "found that were simulated in the map itself.\n\n"
                                   : "";
-  text += concat(judged_by(of_map, measured), to_text(artifacts.get(made.evaluation)),
+  text += concat(judged_by(of_map, measured),
+                 to_text(artifacts.get(made.evaluation), artifacts.get(made.sites).frame),
                  "\nWhat the map promises, to a vehicle that localizes with ",
                  localizer_title(of_map), "\n");
   for (const LimitPromise& promise : artifacts.get(made.ranges).ranges.promises) {

@@ -105,7 +105,7 @@ TEST(EvaluateRanges, FillsThePapersFirstTable) {
   EXPECT_NEAR(score.mean_time_ms, 2.0, 1e-12);
   EXPECT_NEAR(score.max_site_time_ms, 2.0, 1e-12);
   EXPECT_NEAR(score.max_run_time_ms, 4.0, 1e-12);
-  const std::string text = to_text(*evaluation);
+  const std::string text = to_text(*evaluation, MapFrame{});
   EXPECT_NE(text.find("Table I."), std::string::npos);
   EXPECT_NE(text.find("error (cm)           20.8  15.5   9.2"), std::string::npos) << text;
 }
