@@ -175,7 +175,7 @@ TEST(GeodeticTrack, SaysWhatItSkips) {
   const Result<GeodeticTrack> track = read_geodetic_track(track_file("track.nmea"));
   EXPECT_THAT(track->warnings,
               ::testing::Contains(HasSubstr("1 lines are not sentences with a correct checksum")));
-  EXPECT_THAT(track->warnings, ::testing::Contains(HasSubstr("1 places without a fix")));
+  EXPECT_THAT(track->warnings, ::testing::Contains(HasSubstr("1 positions without a fix")));
 }
 
 TEST(GeodeticTrack, RefusesWhatIsNone) {
