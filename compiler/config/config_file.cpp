@@ -25,8 +25,8 @@ Result<ConfigSection*> find_section(std::string_view name, std::vector<ConfigSec
   });
   if (owner != sections.end()) {
     error.message =
-        concat("'", name, "' stands at the top level; it belongs in a section: ", owner->name,
-               ": {", name, ": ...}");
+        concat("'", name, "' is at the top level; it belongs in a section: ", owner->name, ": {",
+               name, ": ...}");
   }
   return error;
 }
@@ -75,7 +75,7 @@ Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& 
     return Error{ErrorCode::kMalformedText,
                  "a configuration is a map of sections, such as mapping: {scans: FOLDER}; "
                  "`sightline init FOLDER -o drive.yaml` writes one",
-                 "", "line 1"};
+                 "", "line 1, column 1"};
   }
   for (std::size_t i = 0; i < root.keys.size(); ++i) {
     const Result<ConfigSection*> section = find_section(root.keys[i].scalar, sections);

@@ -91,6 +91,7 @@ class TreeBuilder {
     }
     YamlNode node;
     node.line = from.Mark().line + 1;
+    node.column = from.Mark().column + 1;
     if (from.IsScalar()) {
       node.kind = YamlNode::Kind::kScalar;
       node.scalar = from.Scalar();
@@ -119,8 +120,9 @@ class TreeBuilder {
       if (is_new) continue;
       YAML::Mark mark;
       mark.line = key.line - 1;
+      mark.column = key.column - 1;
       throw YAML::Exception(
-          mark, concat("a second '", key.scalar, "', the first stands in line ", first->second));
+          mark, concat("a second '", key.scalar, "'; the first one is in line ", first->second));
     }
   }
 
@@ -141,6 +143,7 @@ class DocumentCounter : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { add(mark); }
   void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                 const std::string& /*value*/) override {
+    last_scalar_ = mark;
     add(mark);
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/,
@@ -154,34 +157,66 @@ class DocumentCounter : public YAML::EventHandler {
   }
   void OnMapEnd() override {}
 
+  [[nodiscard]] const YAML::Mark& last_scalar() const { return last_scalar_; }
+
  private:
   void add(const YAML::Mark& mark) const {
-    if (count_ > 1) throw YAML::Exception(mark, "a second document begins here, expected one");
+    if (count_ > 1) throw YAML::Exception(mark, "a second document begins here; expected one");
   }
 
   int count_ = 0;
+  YAML::Mark last_scalar_;
 };
 
-void refuse_second_document(const std::string& text) {
+void refuse_second_document(const std::string& text, DocumentCounter& counter) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
-  DocumentCounter counter;
   while (parser.HandleNextDocument(counter)) continue;
 }
 
-// What people mean to write where yaml-cpp understands nothing.
+// "line 3, column 9", both from 1; no column where it is not known.
+std::string place_text(int line, int column) {
+  const std::string text = concat("line ", line);
+  return column > 0 ? concat(text, ", column ", column) : text;
+}
+
+// What was probably meant where yaml-cpp understands nothing.
 std::string hint(const YAML::Exception& exception, const std::string& text) {
   const bool has_tab = text.starts_with('\t') || text.find("\n\t") != std::string::npos;
-  if (has_tab) return "; a line begins with a tab, YAML takes blanks alone";
+  if (has_tab) return "; a line begins with a tab: write blanks";
   if (exception.msg == YAML::ErrorMsg::MAP_VALUE) {
-    return "; keys of one section begin in one column, each with a blank behind its colon";
+    return "; the keys of a section begin in the same column, and a blank follows each colon";
   }
   return "";
 }
 
+// Whether the last scalar of a text begins with a quote that is never closed: yaml-cpp takes all of
+// the text behind it for its value.
+bool is_unclosed(const std::string& text, const YAML::Mark& last_scalar) {
+  if (last_scalar.pos < 0 || static_cast<std::size_t>(last_scalar.pos) >= text.size()) return false;
+  const auto begin = static_cast<std::size_t>(last_scalar.pos);
+  const char quote = text[begin];
+  if (quote != '"' && quote != '\'') return false;
+  for (std::size_t i = begin + 1; i < text.size(); ++i) {
+    if (quote == '"' && text[i] == '\\') {
+      ++i;  // whatever it escapes
+    } else if (text[i] == quote) {
+      const bool is_escaped = quote == '\'' && i + 1 < text.size() && text[i + 1] == quote;
+      if (!is_escaped) return false;
+      ++i;
+    }
+  }
+  return true;
+}
+
+Error unclosed(const YAML::Mark& quote) {
+  return {ErrorCode::kMalformedText, "not YAML: this quote is not closed", "",
+          place_text(quote.line + 1, quote.column + 1)};
+}
+
 Error too_large() {
   return {ErrorCode::kMalformedText,
-          concat("more than ", kLargestYaml, " bytes, which no configuration has")};
+          concat("the text is longer than ", kLargestYaml, " bytes; a configuration is shorter")};
 }
 
 }  // namespace
@@ -252,6 +287,8 @@ const YamlNode* YamlNode::find(std::string_view key) const {
   return nullptr;
 }
 
+std::string YamlNode::place() const { return place_text(line, column); }
+
 Result<std::string> read_yaml_text(const std::filesystem::path& file) {
   SIGHTLINE_ASSIGN(std::string text, read_beginning(file.string(), kLargestYaml + 1));
   if (text.size() > kLargestYaml) return in_file(too_large(), file.string());
@@ -260,13 +297,16 @@ Result<std::string> read_yaml_text(const std::filesystem::path& file) {
 
 Result<YamlNode> parse_yaml(const std::string& text) {
   if (text.size() > kLargestYaml) return too_large();
+  DocumentCounter counter;
   try {
-    refuse_second_document(text);
+    refuse_second_document(text, counter);
+    if (is_unclosed(text, counter.last_scalar())) return unclosed(counter.last_scalar());
     return TreeBuilder().build(YAML::Load(text), 0);
   } catch (const YAML::Exception& exception) {
+    if (is_unclosed(text, counter.last_scalar())) return unclosed(counter.last_scalar());
     return Error{ErrorCode::kMalformedText,
                  concat("not YAML: ", exception.msg, hint(exception, text)), "",
-                 concat("line ", exception.mark.line + 1)};
+                 place_text(exception.mark.line + 1, exception.mark.column + 1)};
   }
 }
 

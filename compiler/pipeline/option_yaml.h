@@ -9,26 +9,28 @@
 #include "formats/base/result.h"
 #include "passes/pass/options.h"
 
-// Options and YAML. Errors carry the line; the file is the caller's to add.
+// Options and YAML. Errors have line and column; the caller adds the file.
 
 namespace sightline {
 
-// A YAML document as plain values, each with the line that it stands in.
+// A YAML document as plain values, each with its place in the text.
 struct YamlNode {
   enum class Kind { kNull, kScalar, kList, kMap };
 
   Kind kind = Kind::kNull;
   int line = 1;
+  int column = 0;                // from 1, in bytes; 0: not known
   std::string scalar;            // as written, without quotes
   std::vector<YamlNode> keys;    // of a map, in the order of the file
   std::vector<YamlNode> values;  // of a map, one per key; or of a list
 
   // The value of a key, or nullptr.
   [[nodiscard]] const YamlNode* find(std::string_view key) const;
-  [[nodiscard]] std::string place() const { return "line " + std::to_string(line); }
+  // "line 3, column 9"
+  [[nodiscard]] std::string place() const;
 };
 
-// Error: malformed-text with its line, also for a key that a map has twice, for a second document,
+// Error: malformed-text with its line and column, also for a key that a map has twice, for a second document,
 // and for documents that are nested or repeat themselves beyond all use.
 Result<YamlNode> parse_yaml(const std::string& text);
 

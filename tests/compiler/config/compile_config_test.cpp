@@ -263,7 +263,7 @@ TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
 TEST(CompileConfig, NamesTheDriveOfAListThatIsWrong) {
   const Error key = failure_of(load("mapping:\n  - {scans: a}\n  - {scan: b}\n"));
   EXPECT_EQ(key.code, ErrorCode::kUnknownKey);
-  EXPECT_EQ(key.place, "line 3");
+  EXPECT_EQ(key.place, "line 3, column 6");
   EXPECT_NE(key.message.find("drive 2"), std::string::npos) << key.message;
   const Error none = failure_of(load("mapping:\n  - {scans: a}\n  - {name: b}\n"));
   EXPECT_EQ(none.code, ErrorCode::kMissingKey);

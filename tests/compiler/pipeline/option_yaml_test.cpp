@@ -12,7 +12,7 @@ TEST(YamlTree, KeepsWhatIsWrittenAndItsLine) {
   const YamlNode* list = root.find("b");
   ASSERT_EQ(list->values.size(), 2U);
   EXPECT_EQ(list->values[0].scalar, "two");
-  EXPECT_EQ(list->values[0].place(), "line 3");
+  EXPECT_EQ(list->values[0].place(), "line 3, column 5");
   EXPECT_EQ(list->values[1].find("c")->kind, YamlNode::Kind::kNull);
   EXPECT_EQ(root.find("c"), nullptr);
   EXPECT_EQ(parse_yaml("")->kind, YamlNode::Kind::kNull);
@@ -55,22 +55,34 @@ TEST(YamlTree, RefusesTextsThatYamlCppReadsWithoutEnd) {
 
 TEST(YamlTree, RefusesASecondKeyOrDocumentWithItsLine) {
   const std::vector<Twice> cases = {
-      {"a: 1\nb: 2\na: 3\n", "line 3", "a second 'a', the first stands in line 1"},
-      {"a:\n  b: 1\n  'b': 2\n", "line 3", "the first stands in line 2"},
-      {"{a: 1, a: 2}", "line 1", "a second 'a'"},
-      {"- {a: 1}\n- {a: 1, a: 2}\n", "line 2", "a second 'a'"},
+      {"a: 1\nb: 2\na: 3\n", "line 3, column 1", "a second 'a'; the first one is in line 1"},
+      {"a:\n  b: 1\n  'b': 2\n", "line 3, column 3", "the first one is in line 2"},
+      {"{a: 1, a: 2}", "line 1, column 8", "a second 'a'"},
+      {"- {a: 1}\n- {a: 1, a: 2}\n", "line 2, column 10", "a second 'a'"},
       {"a: 1\n---\nb: 2\n", "line 3", "a second document"},
       {"a: 1\n...\nb: 2\n", "line 3", "a second document"},
       {"---\n---\na: 1\n", "line 3", "a second document"}};
   for (const Twice& twice : cases) {
     const Error refused = failure_of(parse_yaml(twice.text), twice.text);
     EXPECT_EQ(refused.code, ErrorCode::kMalformedText);
-    EXPECT_EQ(refused.place, twice.place) << twice.text;
+    EXPECT_EQ(refused.place.rfind(twice.place, 0), 0U) << twice.text << refused.place;
     EXPECT_NE(refused.message.find(twice.hint), std::string::npos) << refused.message;
   }
   for (const char* text :
        {"%YAML 1.2\n---\na: 1\n...\n", "a: 1\n---\n", "a: {c: 1}\nb: {c: 1}\n"}) {
     EXPECT_NE(value_of(parse_yaml(text)).find("a"), nullptr) << text;
+  }
+}
+
+TEST(YamlTree, NamesTheQuoteThatIsNotClosed) {
+  const std::vector<Twice> cases = {
+      {"a: 1\nb: \"two\nc: 3\n", "line 2, column 4", "this quote is not closed"},
+      {"a: {b: 'c}\n", "line 1, column 8", "this quote is not closed"},
+      {"# it's\na: \"b\n", "line 2, column 4", "this quote is not closed"}};
+  for (const Twice& open : cases) {
+    const Error refused = failure_of(parse_yaml(open.text), open.text);
+    EXPECT_EQ(refused.place, open.place) << open.text << refused.message;
+    EXPECT_NE(refused.message.find(open.hint), std::string::npos) << refused.message;
   }
 }
 
@@ -85,8 +97,9 @@ TEST(OptionYaml, SetsFieldsAndLeavesOtherKeysToItsCaller) {
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::kUnknownKey);
   EXPECT_EQ(unknown.error().message, "unknown key 'cel_m' in here; did you mean 'cell_m'?");
-  EXPECT_EQ(unknown.error().place, "line 2");
-  EXPECT_EQ(set_fields(*parse_yaml("cell_m: 20"), "here", fields).error().place, "line 1");
+  EXPECT_EQ(unknown.error().place, "line 2, column 1");
+  EXPECT_EQ(set_fields(*parse_yaml("cell_m: 20"), "here", fields).error().place,
+            "line 1, column 9");
   EXPECT_EQ(cell_m, 2.5);
 }
 
