@@ -25,14 +25,27 @@ bool read_zone(const std::string& text, World& world) {
   return world.utm_zone >= 1 && world.utm_zone <= 60 && (half == 'N' || half == 'S');
 }
 
-Error bad(const std::string& found) {
+// What was probably meant: a bare zone, or a code of EPSG, of which 32601 to 32660 are UTM north
+// and 32701 to 32760 south, on WGS 84.
+std::string hint_of(const std::string& found) {
   World zone;
-  const std::string hint = read_zone(found, zone) ? "; write utm:" + found : "";
+  if (read_zone(found, zone)) return "; write utm:" + found;
+  int code = 0;
+  char rest = 0;
+  if (std::sscanf(found.c_str(), "%*[EePpSsGg]:%d%c", &code, &rest) != 1) return "";
+  const int number = code % 100;
+  const bool is_utm = (code / 100 == 326 || code / 100 == 327) && number >= 1 && number <= 60;
+  if (!is_utm)
+    return "; of EPSG codes, only those of UTM on WGS 84 (32601 to 32760) have a form here";
+  return concat("; write utm:", number, code / 100 == 326 ? "N" : "S");
+}
+
+Error bad(const std::string& found) {
   return {ErrorCode::kBadArgument,
           concat("world: found '", found,
                  "', expected local, utm:ZONE (utm:32N), mgrs:SQUARE (mgrs:32UMV) or "
                  "enu:LATITUDE,LONGITUDE,ALTITUDE",
-                 hint)};
+                 hint_of(found))};
 }
 
 // Whether a text names a square of 100 km, "32UMV"; not one of the poles, which have no zone.

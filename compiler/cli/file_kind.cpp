@@ -30,32 +30,32 @@ std::string folder_of(const fs::path& path) {
 std::string description(FileKind kind, const std::string& path) {
   switch (kind) {
     case FileKind::kFolder:
-      return concat("a folder. Of the recordings in a folder `sightline init ", path,
-                    " -o drive.yaml` writes a configuration, and `sightline compile drive.yaml -o "
-                    "drive.slmap` makes the map");
+      return concat("a folder. `sightline init ", path,
+                    " -o drive.yaml` writes a configuration for the recordings in it, and `sightline "
+                    "compile drive.yaml -o drive.slmap` makes the map");
     case FileKind::kMap:
       return concat("a compiled map: `sightline inspect ", path,
-                    "` says what it holds, `sightline evaluate CONFIG --map ", path, "` judges it");
+                    "` shows it, `sightline evaluate CONFIG --map ", path, "` judges it");
     case FileKind::kModel:
       return concat("an error model: `sightline inspect ", path,
-                    "` says what it is, `sightline compile CONFIG --model ", path, "` uses it");
+                    "` shows it, `sightline compile CONFIG --model ", path, "` uses it");
     case FileKind::kPoses:
-      return concat("the poses of a map's drives: `base: ", path,
-                    "` in a configuration of these drives and of more keeps them");
+      return concat("a file of released poses: `base: ", path,
+                    "` in a configuration keeps them while drives are added");
     case FileKind::kDelta:
-      return "a delta between two maps: `sightline apply` brings a map up to date with it";
+      return "a delta between two maps: `sightline delta apply` updates a map with it";
     case FileKind::kConfiguration:
       return concat("a configuration: `sightline compile ", path,
-                    " -o drive.slmap` makes a map of it");
+                    " -o drive.slmap` makes its map");
     case FileKind::kRecording:
       if (holds_many_scans(path)) {
         return concat(
             "a recording: `sightline init ", path,
-            " -o drive.yaml` writes a configuration of it, and `sightline compile drive.yaml -o "
+            " -o drive.yaml` writes a configuration for it, and `sightline compile drive.yaml -o "
             "drive.slmap` makes the map");
       }
       return concat("one scan of a recording: `sightline init ", folder_of(path),
-                    " -o drive.yaml` writes a configuration of the folder that it lies in");
+                    " -o drive.yaml` writes a configuration for its folder");
   }
   return "";
 }
@@ -101,13 +101,18 @@ std::string hint_of_missing(const fs::path& path) {
   std::error_code ignored;
   if (fs::exists(fs::symlink_status(path, ignored))) return "";  // a link to nowhere says so itself
   const std::string text = path.string();
-  if (text.find('\\') != std::string::npos) return "; folders are divided by /, not by a backslash";
+  if (text == "-") return "; a configuration is a file, since its paths are relative to it";
+  for (const char* scheme : {"http:/", "https:/", "ftp:/", "s3:/", "gs:/", "file:/"}) {
+    if (text.find(scheme) == std::string::npos) continue;
+    return "; URLs are not read: download the file first, and name its path";
+  }
+  if (text.find('\\') != std::string::npos) return "; separate folders by /, not by a backslash";
   if (text.starts_with('~') || text.find("/~") != std::string::npos ||
       text.find('$') != std::string::npos) {
-    return "; ~ and $ stand for nothing here: write the whole path";
+    return "; ~ and $ are not expanded here: write the whole path";
   }
   if (text.find_first_of("*?") != std::string::npos) {
-    return "; patterns stand for nothing here: name the folder";
+    return "; patterns are not expanded here: name the folder";
   }
   const std::string near = nearest_entry(path.parent_path(), path.filename().string());
   return near.empty() ? "" : concat("; did you mean ", (path.parent_path() / near).string(), "?");

@@ -30,8 +30,8 @@ struct YamlNode {
   [[nodiscard]] std::string place() const;
 };
 
-// Error: malformed-text with its line and column, also for a key that a map has twice, for a second document,
-// and for documents that are nested or repeat themselves beyond all use.
+// Error: malformed-text with its line and column, also for a key that a map has twice, for a second
+// document, and for documents that are nested or repeat themselves beyond all use.
 Result<YamlNode> parse_yaml(const std::string& text);
 
 // No configuration is longer: a longer text is malformed before it is parsed.

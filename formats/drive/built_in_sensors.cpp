@@ -173,6 +173,21 @@ std::string letters_of(std::string_view name) {
   return letters;
 }
 
+// "velodyne" of "Velodyne" and of "vlp-16"; empty where neither the name nor a profile tells.
+std::string maker_of(std::string_view name) {
+  constexpr std::pair<std::string_view, std::string_view> kBeginnings[] = {
+      {"velodyne", "velodyne"}, {"vlp", "velodyne"},  {"hdl", "velodyne"},
+      {"vls", "velodyne"},      {"ouster", "ouster"}, {"os0", "ouster"},
+      {"os1", "ouster"},        {"os2", "ouster"},    {"hesai", "hesai"},
+      {"xt", "hesai"},          {"pandar", "hesai"},  {"robosense", "robosense"},
+      {"rs", "robosense"},      {"livox", "livox"}};
+  const std::string letters = letters_of(name);
+  for (const auto& [beginning, maker] : kBeginnings) {
+    if (letters.starts_with(beginning)) return std::string(maker);
+  }
+  return "";
+}
+
 // "VLP16" and "Velodyne VLP-16" mean vlp-16, "HDL64" hdl-64e.
 bool is_meant(std::string_view profile, std::string_view name) {
   constexpr std::size_t kEnough = 4;
@@ -192,10 +207,16 @@ std::vector<std::string> sensor_profile_names() {
 Result<SensorProfile> sensor_profile(std::string_view name) {
   std::string known;
   std::string meant;
+  const std::string maker = maker_of(name);
   for (SensorProfile& profile : built_in_sensors()) {
     if (profile.name == name) return std::move(profile);
-    known += " " + profile.name;
+    if (maker.empty() || maker == maker_of(profile.name)) known += " " + profile.name;
     if (is_meant(profile.name, name)) meant = concat("; did you mean ", profile.name, "?");
+  }
+  if (!maker.empty() && (meant.empty() || maker == letters_of(name))) {
+    return Error{ErrorCode::kUnknownName,
+                 concat("unknown sensor profile '", name, "'; those of ", maker, " are", known,
+                        "; `sightline init` recognizes the sensor of a recording")};
   }
   return Error{ErrorCode::kUnknownName,
                concat("unknown sensor profile '", name, "', expected one of", known,

@@ -91,5 +91,13 @@ TEST(World, TellsHowABareZoneIsWritten) {
   EXPECT_NE(failure_of(parse_world("33N")).message.find("write utm:33N"), std::string::npos);
 }
 
+TEST(World, NamesTheZoneOfACodeOfEpsg) {
+  const auto message = [](const char* text) { return failure_of(parse_world(text), text).message; };
+  EXPECT_NE(message("EPSG:32632").find("write utm:32N"), std::string::npos);
+  EXPECT_NE(message("epsg:32719").find("write utm:19S"), std::string::npos);
+  EXPECT_NE(message("EPSG:25832").find("of EPSG codes"), std::string::npos);
+  EXPECT_EQ(message("EPSG:32661").find("write utm"), std::string::npos) << "a pole";
+}
+
 }  // namespace
 }  // namespace sightline

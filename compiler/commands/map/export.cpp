@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/export_answers.h"
@@ -43,12 +45,12 @@ struct ExportFlags {
 Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& config) {
   if (config.map.is_compiled) {
     return Error{ErrorCode::kBadArgument,
-                 "a compiled map holds NDs and no points; export the map itself",
+                 "a compiled map contains NDs and no points; export the map itself",
                  config.map.points};
   }
   const CompilePlan compile = compile_plan(config);
   if (!compile.points.is_connected()) {
-    return Error{ErrorCode::kBadArgument, "the map holds NDs and no points", config.map.points};
+    return Error{ErrorCode::kBadArgument, "the map contains NDs and no points", config.map.points};
   }
   SIGHTLINE_TRY(check_stop(flags.run, compile.plan, {compile.points}));
   ArtifactSet artifacts;
@@ -143,8 +145,8 @@ Result<void> export_map(const ExportFlags& flags) {
   return Error{
       ErrorCode::kBadArgument,
       concat("--format ", flags.format,
-             " needs the drive's scans, which no map carries: export the configuration that "
-             "compiled it"),
+             " needs the scans of the drive, which maps do not contain: export the configuration "
+             "that compiled it"),
       flags.run.config_file};
 }
 
@@ -168,10 +170,11 @@ Result<void> write_octomap(const ExportFlags& flags, const CompileConfig& config
       octomap_bt(surface, {flags.leaf_m, config.passes.options(kRemoveMoving).carve_range_m,
                            flags.run.threads}));
   if (!octomap_frame(surface.frame, flags.leaf_m).is_of_exports) {
-    std::fprintf(stderr,
-                 "%s: voxels of %g m do not reach so far from the world's origin: the octree lies "
-                 "in map coordinates, as its head says\n",
-                 flags.answers.output.c_str(), flags.leaf_m);
+    std::fprintf(
+        stderr,
+        "%s: voxels of %g m cannot represent coordinates this far from the world's origin: "
+        "the octree is in map coordinates, as its header states\n",
+        flags.answers.output.c_str(), flags.leaf_m);
   }
   return write_file_atomically(flags.answers.output, tree, flags.if_exists());
 }
@@ -183,7 +186,7 @@ Result<void> check_folder(const ExportFlags& flags) {
       fs::exists(flags.answers.output, failure) && !fs::is_empty(flags.answers.output, failure);
   if (!is_used) return {};
   return Error{ErrorCode::kOutputExists,
-               "the folder is not empty; a map directory is written whole: name another",
+               "the folder is not empty, and a map directory needs an empty one; name another",
                flags.answers.output};
 }
 
@@ -202,8 +205,8 @@ Result<void> export_points(const ExportFlags& flags) {
   if (config.has_map() && flags.format == "octomap") {
     return Error{
         ErrorCode::kBadArgument,
-        "--format octomap needs a drive: it is unknown from where the points of a finished "
-        "map were seen",
+        "--format octomap needs a drive: a finished map does not contain the sensor positions of "
+        "its points",
         flags.run.config_file};
   }
   SIGHTLINE_ASSIGN(const World world, named_world(flags.answers.world, config.annotation.world));
@@ -227,14 +230,78 @@ Result<void> export_points(const ExportFlags& flags) {
   return write_pcd_binary(flags.answers.output, written, flags.if_exists());
 }
 
-Result<void> run_export(const ExportFlags& flags) {
+using Pairs = std::vector<std::pair<std::string, std::string>>;
+
+// Formats by the ending of their files.
+const Pairs& endings() {
+  static const Pairs kEndings = {
+      {".gpkg", "gpkg"}, {".geojson", "geojson"}, {".json", "geojson"}, {".osm", "lanelet2"},
+      {".csv", "cells"}, {".pcd", "pcd"},         {".ply", "ply"},      {".bt", "octomap"}};
+  return kEndings;
+}
+
+// Formats that other programs make of ours.
+const Pairs& conversions() {
+  const std::string vectors = "it is not written; export gpkg, then convert it with ogr2ogr: `";
+  const std::string points = "it is not written; export pcd, then convert it with PDAL: `";
+  static const Pairs kConversions = {
+      {"kml", vectors + "ogr2ogr -f KML route.kml route.gpkg`"},
+      {"kmz", vectors + "ogr2ogr -f LIBKML route.kmz route.gpkg`"},
+      {"shp", vectors + "ogr2ogr -f 'ESRI Shapefile' route.shp route.gpkg`"},
+      {"dxf", vectors + "ogr2ogr -f DXF route.dxf route.gpkg`"},
+      {"las", points + "pdal translate map.pcd map.las`"},
+      {"laz", points + "pdal translate map.pcd map.laz`"}};
+  return kConversions;
+}
+
+const std::string* found_in(const Pairs& pairs, const std::string& name) {
+  const auto found = std::ranges::find(pairs, name, &Pairs::value_type::first);
+  return found == pairs.end() ? nullptr : &found->second;
+}
+
+// By the ending of the output; a path without one is a folder. Error: bad-argument.
+Result<std::string> format_of_ending(const ExportFlags& flags) {
+  const std::string ending = fs::path(flags.answers.output).extension().string();
+  if (ending.empty()) return std::string(flags.is_map() ? "csv" : "autoware");
+  if (const std::string* const format = found_in(endings(), ending)) return *format;
+  if (const std::string* const remedy = found_in(conversions(), ending.substr(1))) {
+    return Error{ErrorCode::kBadArgument, concat("'", ending, "' as a format: ", *remedy)};
+  }
+  std::string known;
+  for (const auto& [each, format] : endings()) known += concat(" ", each, " (", format, ")");
+  return Error{ErrorCode::kBadArgument,
+               concat("the ending '", ending, "' names no format; known are", known,
+                      ", and a folder (csv, autoware); --format names one")};
+}
+
+void print_exported(const fs::path& output) {
+  std::error_code failure;
+  if (!fs::is_directory(output, failure)) return print_written(output);
+  std::size_t count = 0;
+  std::uintmax_t bytes = 0;
+  for (fs::recursive_directory_iterator entry(output, failure), end; entry != end;
+       entry.increment(failure)) {
+    if (failure || !entry->is_regular_file(failure)) continue;
+    ++count;
+    bytes += entry->file_size(failure);
+  }
+  if (verbosity() == Verbosity::kQuiet) return;
+  print_text(concat("Wrote ", output.string(), " (", size_text(bytes), "): ", count, " files\n"));
+}
+
+Result<void> run_export(ExportFlags& flags) {
+  if (flags.format.empty()) {
+    SIGHTLINE_ASSIGN(flags.format, format_of_ending(flags));
+  }
   SIGHTLINE_TRY(named_world(flags.answers.world, kLocalWorld));  // before anything is read
   if (flags.format == "autoware" || flags.format == "csv") {
     SIGHTLINE_TRY(try_output(fs::path(flags.answers.output) / "a file", flags.if_exists()));
   } else {
     SIGHTLINE_TRY(try_output(flags.answers.output, flags.if_exists()));
   }
-  return flags.is_map() ? export_map(flags) : export_points(flags);
+  SIGHTLINE_TRY(flags.is_map() ? export_map(flags) : export_points(flags));
+  print_exported(flags.answers.output);
+  return {};
 }
 
 }  // namespace
@@ -243,47 +310,49 @@ Verb export_verb() {
   const auto flags = std::make_shared<ExportFlags>();
   Verb verb;
   verb.name = "export";
-  verb.summary = "Write a map in forms that other programs open";
+  verb.summary = "Write a map in formats of other programs";
   verb.details = concat(
-      "Of a map (.slmap): gpkg (QGIS, with a style) and geojson are the route with the annotation "
-      "of each site, csv a folder of tables, cells a table of what the vehicle's reader answers by "
-      "cell of a grid, lanelet2 the Lanelet2 map --lanes (Autoware's lanelet2_map.osm) with what "
-      "it "
-      "answers along every lanelet, ply the NDs as coloured ellipsoids (CloudCompare), pcd their "
-      "means with the number of points as intensity. Of a configuration (.yaml): autoware is a map "
-      "directory of 20 m squares, pcd and ply are its points, octomap the space that its rays "
-      "found "
-      "free or occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf "
-      "and up to remove-moving.carve_range_m from the sensor.",
+      "From a map (.slmap): gpkg (QGIS, with a style) and geojson contain the route with the "
+      "annotation of each site; csv is a folder of tables; cells is a table of the reader's "
+      "answers "
+      "in the cells of a grid; lanelet2 is the Lanelet2 map --lanes (Autoware's lanelet2_map.osm) "
+      "with the answers along each lanelet; ply contains the NDs as coloured ellipsoids "
+      "(CloudCompare); pcd contains their means, with the number of points as intensity.\n\n"
+      "From a configuration (.yaml): autoware is a map directory of 20 m squares; pcd and ply "
+      "contain its points; octomap is the space that rays found free or occupied (.bt: octovis, "
+      "octomap_server), without moving objects, in voxels of --leaf and up to "
+      "remove-moving.carve_range_m from the sensor.\n\n"
+      "Without --format the ending of the output decides: .gpkg, .geojson, .osm, .csv (cells), "
+      ".pcd, "
+      ".ply, .bt; a folder is csv or autoware.",
       kLanelet2Details,
-      "\n\nAll lie where the recordings do, so a vehicle asks the map at the coordinates of its "
-      "export. Where these are 100 km and more (UTM), clouds leave out whole 100 km, as squares of "
-      "MGRS do: the reader's export_origin_world_m says which.");
-  verb.examples = {
-      "sightline export town.slmap --format gpkg -o route.gpkg",
-      "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
-      "sightline export town.slmap --format lanelet2 --lanes lanelet2_map.osm -o answered.osm",
-      "sightline export town.slmap --format cells --cell 5 -o cells.csv",
-      "sightline export town.slmap --format ply -o nds.ply",
-      "sightline export town.yaml --format autoware -o town_map/",
-      "sightline export town.yaml --format octomap -o town.bt"};
+      "\n\nExports are in the coordinates of the recordings, so positions in an export and in the "
+      "reader are equal. Point clouds whose coordinates exceed 100 km (UTM) are shifted by whole "
+      "100 km, like squares of MGRS; the reader's export_origin_world_m is that shift.");
+  verb.examples = {"sightline export town.slmap -o route.gpkg",
+                   "sightline export town.slmap --world utm:32N -o route.geojson",
+                   "sightline export town.slmap --lanes lanelet2_map.osm -o answered.osm",
+                   "sightline export town.slmap --cell 5 -o cells.csv",
+                   "sightline export town.slmap --format csv -o tables/",
+                   "sightline export town.slmap -o nds.ply",
+                   "sightline export town.yaml --format autoware -o town_map/",
+                   "sightline export town.yaml -o town.bt"};
   verb.flags = {
       required_output_flag(flags->answers.output,
-                           "The file to write; of csv and autoware: the folder"),
+                           "The file to write; for csv and autoware: the folder"),
       force_flag(flags->answers.is_forced),
       {.names = "--format",
        .value = "FORMAT",
-       .help = "Form of the output",
+       .help = "Format of the output; without it the ending of the output decides",
        .target = &flags->format,
        .choices = {"autoware", "cells", "csv", "geojson", "gpkg", "lanelet2", "octomap", "pcd",
                    "ply"},
-       .is_required = true},
+       .remedies = conversions()},
       world_flag(flags->answers.world),
       {.names = "--leaf",
        .value = "METRES",
-       .help =
-           "Thin points to one centroid in each voxel of this edge; 0 keeps all. Of octomap: the "
-           "edge of its voxels",
+       .help = "Edge of the voxels in which points are thinned to one centroid; 0 keeps all. For "
+               "octomap: edge of its voxels",
        .target = &flags->leaf_m,
        .minimum = 0.0,
        .maximum = 100.0}};

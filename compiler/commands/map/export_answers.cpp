@@ -1,8 +1,7 @@
 #include "compiler/commands/map/export_answers.h"
 
-#include <cstdio>
-
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console/console.h"
 #include "compiler/views/exports/cells.h"
 #include "compiler/views/exports/lanelet2.h"
 #include "formats/base/files/atomic_file.h"
@@ -11,10 +10,10 @@
 namespace sightline {
 namespace {
 
-// For the localizer whose errors it holds: what is written says so.
+// For the localizer whose errors the map contains; the export names it.
 Result<MapReader> open_for_its_own(const std::string& file) {
-  SIGHTLINE_ASSIGN(const MapReader of_nobody, MapReader::open(file, ""));
-  return MapReader::open(file, of_nobody.info().localizer);
+  SIGHTLINE_ASSIGN(const MapReader unnamed, MapReader::open(file, ""));
+  return MapReader::open(file, unnamed.info().localizer);
 }
 
 void print_outside(const std::string& lanes, const Lanelet2Export& made) {
@@ -25,15 +24,14 @@ void print_outside(const std::string& lanes, const Lanelet2Export& made) {
     ids += " " + made.outside[i];
   }
   if (made.outside.size() > kMostNamed) ids += " ...";
-  std::fprintf(stderr,
-               "%s: %zu of %zu lanelets lie outside the map and say observation_known=0:%s\n",
-               lanes.c_str(), made.outside.size(), made.lanelet_count, ids.c_str());
+  print_warning(concat(lanes, ": ", made.outside.size(), " of ", made.lanelet_count,
+                       " lanelets are outside the map and have observation_known=0:", ids));
 }
 
 Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFlags& flags) {
   if (flags.lanes.empty()) {
     return Error{ErrorCode::kBadArgument,
-                 "--format lanelet2 needs the lanes that it annotates: --lanes lanelet2_map.osm",
+                 "--format lanelet2 annotates a Lanelet2 map: name it, --lanes lanelet2_map.osm",
                  map_file};
   }
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(map_file));
@@ -45,8 +43,8 @@ Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFla
   if (!made) return in_file(made.error(), flags.lanes);
   SIGHTLINE_TRY(write_file_atomically(flags.output, made->text, if_exists(flags.is_forced)));
   print_outside(flags.lanes, *made);
-  std::fprintf(stderr, "%s: %zu lanelets, %zu degenerate areas and %zu weak ones\n",
-               flags.output.c_str(), made->lanelet_count, made->area_count, made->weak_area_count);
+  print_note(concat(flags.output, ": ", made->lanelet_count, " lanelets, ", made->area_count,
+                    " degenerate areas and ", made->weak_area_count, " weak areas"));
   return {};
 }
 
@@ -60,40 +58,44 @@ Result<void> export_cells(const std::string& map_file, const ExportAnswersFlags&
 }  // namespace
 
 const std::string_view kLanelet2Details =
-    "\n\nlanelet2 leaves every byte of the lanes' file as it was and adds, to each lanelet and for "
-    "each limit (010 is 0.10 m): observation_range_010 (m; the longest that a place of it asks "
-    "for), _p95 (enough at 95 % of its places), _least, _unmet (share of places where no range is "
-    "good enough); observation_look_010 (the dearest look that a place asks for), _unmet; "
-    "observation_known (share of places with an answer); observation_localizer. Where no site is "
-    "near it says unknown. Where the limit --area-limit is unmet the lane becomes an area of type "
-    "degenerate_area and subtype feature_poor_road, which Autoware's environment adaptor reads; "
-    "where it is met and the map is weak, as `sightline weak` lists by that limit, the subtype is "
-    "feature_weak_road.";
+    "\n\nlanelet2 keeps every byte of the file of lanes and adds tags to each lanelet, for each "
+    "limit "
+    "(010 is 0.10 m): observation_range_010 (m, the longest range of its places), _p95 (enough at "
+    "95 "
+    "% of its places), _least, _unmet (share of places where no range is good enough); "
+    "observation_look_010 (the most expensive look of its places), _unmet; observation_known "
+    "(share "
+    "of places with an answer); observation_localizer. Far from sites the value is unknown. Where "
+    "the limit --area-limit is unmet, an area of type degenerate_area and subtype "
+    "feature_poor_road "
+    "is added, which Autoware's environment adaptor reads. Where it is met but `sightline weak` "
+    "lists the place for that limit, the subtype is feature_weak_road.";
 
 void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {
   verb.flags.push_back({.names = "--lanes",
                         .value = "FILE",
-                        .help = "Of lanelet2: the Lanelet2 map (.osm) that is annotated",
+                        .help = "For lanelet2: the Lanelet2 map (.osm) to annotate",
                         .target = &flags.lanes});
   verb.flags.push_back(
       {.names = "--area-limit",
        .value = "METRES",
-       .help = "Of lanelet2: the limit of the map whose unmet stretches become areas; without it "
-               "the widest",
+       .help =
+           "For lanelet2: the limit of the map whose unmet stretches become areas; default: the "
+           "widest",
        .target = &flags.area_limit_m,
        .minimum = 0.001});
   verb.flags.push_back({.names = "--weak-margin",
                         .value = "SHARE",
                         .help =
-                            "Of lanelet2: a stretch becomes a weak area where the best look's "
-                            "predicted error leaves less than this share of that limit; 0: only "
-                            "where it exceeds the limit",
+                            "For lanelet2: a stretch becomes a weak area where the predicted error "
+                            "of the best look leaves less than this share of that limit; 0: only "
+                            "where the error exceeds it",
                         .target = &flags.weak_margin,
                         .minimum = 0.0,
                         .maximum = 1.0});
   verb.flags.push_back({.names = "--cell",
                         .value = "METRES",
-                        .help = "Of cells: the edge of a cell of the grid",
+                        .help = "For cells: edge of the cells of the grid",
                         .target = &flags.cell_m,
                         .minimum = 0.5,
                         .maximum = 100.0});

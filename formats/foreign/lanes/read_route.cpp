@@ -1,7 +1,10 @@
 #include "formats/foreign/lanes/read_route.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -19,8 +22,19 @@ struct Columns {
   std::size_t x = 0, y = 1;
   std::optional<std::size_t> z;
   std::optional<std::size_t> line;
-  std::size_t count = 0;  // 0: not known yet
+  std::size_t count = 0;     // 0: not known yet
+  bool are_degrees = false;  // x is the longitude, y the latitude
 };
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> names) {
+  return std::ranges::find(names, word) != names.end();
+}
+
+// The world whose UTM zone holds a place: "utm:32N".
+std::string utm_zone_of(double longitude_deg, double latitude_deg) {
+  const int zone = static_cast<int>(std::floor((longitude_deg + 180.0) / 6.0)) % 60 + 1;
+  return concat("utm:", zone, latitude_deg < 0.0 ? "S" : "N");
+}
 
 // A row of names. Error: missing-field.
 Result<Columns> columns_of_head(const RouteText& file, const std::vector<std::string_view>& words) {
@@ -28,14 +42,17 @@ Result<Columns> columns_of_head(const RouteText& file, const std::vector<std::st
   columns.count = words.size();
   std::optional<std::size_t> x, y;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == "x" || words[i] == "x_m") x = i;
-    if (words[i] == "y" || words[i] == "y_m") y = i;
+    const bool is_longitude = is_one_of(words[i], {"lon", "lng", "longitude", "longitude_deg"});
+    const bool is_latitude = is_one_of(words[i], {"lat", "latitude", "latitude_deg"});
+    columns.are_degrees |= is_longitude;
+    if (is_longitude || is_one_of(words[i], {"x", "x_m"})) x = i;
+    if (is_latitude || is_one_of(words[i], {"y", "y_m"})) y = i;
     if (words[i] == "z" || words[i] == "z_m") columns.z = i;
     if (words[i] == "line" || words[i] == "lane") columns.line = i;
   }
   if (!x || !y) {
-    return file.error(ErrorCode::kMissingField, "expected columns x and y, and optionally z",
-                      "line 1");
+    return file.error(ErrorCode::kMissingField,
+                      "expected columns x and y, or lat and lon, and optionally z", "line 1");
   }
   columns.x = *x;
   columns.y = *y;
@@ -58,6 +75,23 @@ Result<Columns> columns_of_numbers(const RouteText& file, std::size_t count,
   return columns;
 }
 
+// A longitude, a latitude and a height or none, in the world of the map.
+Result<Eigen::Vector3d> from_degrees(const RouteText& file, const Eigen::Vector3d& at,
+                                     const std::string& place) {
+  if (file.world.kind == WorldKind::kLocal) {
+    return file.error(ErrorCode::kUnsupportedFormat,
+                      concat("the route is in degrees. Name the coordinate system of the map: "
+                             "route.world: ",
+                             utm_zone_of(at.x(), at.y())),
+                      place);
+  }
+  const double altitude_m = std::isnan(at.z()) ? 0.0 : at.z();
+  SIGHTLINE_ASSIGN(Eigen::Vector3d place_m,
+                   from_geodetic(file.world, {at.y(), at.x(), altitude_m}));
+  if (std::isnan(at.z())) place_m.z() = kNoHeight;
+  return place_m;
+}
+
 Result<Eigen::Vector3d> point_of(const RouteText& file, const Columns& columns,
                                  const std::vector<std::string_view>& words,
                                  const std::string& place) {
@@ -78,7 +112,8 @@ Result<Eigen::Vector3d> point_of(const RouteText& file, const Columns& columns,
     point_m[axis] = *number;
   }
   if (!is_place(point_m)) return file.too_far(place);
-  return point_m;
+  if (!columns.are_degrees) return point_m;
+  return from_degrees(file, point_m, place);
 }
 
 // Lines as they come: points are gathered until the next one begins.
@@ -128,11 +163,7 @@ Result<Eigen::Vector3d> place_of(const Reading& reading, const Json& position) {
   if (reading.file.world.kind == WorldKind::kLocal) {
     return Eigen::Vector3d(at.x(), at.y(), height_m);
   }
-  const double altitude_m = std::isnan(height_m) ? 0.0 : height_m;
-  SIGHTLINE_ASSIGN(Eigen::Vector3d place_m,
-                   from_geodetic(reading.file.world, {at.y(), at.x(), altitude_m}));
-  if (std::isnan(height_m)) place_m.z() = kNoHeight;
-  return place_m;
+  return from_degrees(reading.file, {at.x(), at.y(), height_m}, reading.place());
 }
 
 Result<void> add_line(const Json& positions, Reading& reading) {
@@ -163,19 +194,20 @@ Result<void> add_geometry(const Json& geometry, Reading& reading) {
 }
 
 // A town in degrees is smaller than a degree, and no route in metres is shorter than one.
-Result<void> check_metres(const Reading& reading) {
-  if (reading.file.world.kind != WorldKind::kLocal || reading.route.lines.empty()) return {};
+Result<void> check_metres(const RouteText& file, const Route& route, std::string_view first_step) {
+  if (route.lines.empty()) return {};
   Eigen::AlignedBox2d box;
-  for (const RouteLine& line : reading.route.lines) {
+  for (const RouteLine& line : route.lines) {
     for (const Eigen::Vector3d& point : line.points_world_m) box.extend(point.head<2>());
   }
   const bool are_degrees = box.sizes().maxCoeff() < 1.0 &&
                            box.min().cwiseAbs().maxCoeff() <= 180.0 &&
                            box.max().cwiseAbs().maxCoeff() <= 180.0;
   if (!are_degrees) return {};
-  return reading.file.error(ErrorCode::kUnsupportedFormat,
-                            "the lines are in degrees. Name the map's coordinate system, for "
-                            "example route.world: utm:32N");
+  return file.error(ErrorCode::kUnsupportedFormat,
+                    concat("the lines are in degrees. ", first_step,
+                           "Name the coordinate system of the map, for example route.world: ",
+                           utm_zone_of(box.center().x(), box.center().y())));
 }
 
 // As choose-sites does with the poses of a drive.
@@ -251,7 +283,8 @@ Result<void> parse_csv_lines(const RouteText& file, Route& route) {
     gatherer.add(columns.line ? words[*columns.line] : std::string_view(), point_m);
   }
   gatherer.end();
-  return {};
+  if (columns.are_degrees) return {};
+  return check_metres(file, route, "Name the columns in the first line (lat,lon). ");
 }
 
 Result<void> parse_geojson(const RouteText& file, Route& route) {
@@ -277,7 +310,7 @@ Result<void> parse_geojson(const RouteText& file, Route& route) {
   } else {
     SIGHTLINE_TRY(add_geometry(root.contains("geometry") ? root["geometry"] : root, reading));
   }
-  return check_metres(reading);
+  return file.world.kind == WorldKind::kLocal ? check_metres(file, route, "") : Result<void>();
 }
 
 Result<Route> read_route(const std::filesystem::path& path, const World& world) {

@@ -17,13 +17,13 @@ namespace sightline {
 // Reads the lines that a map is annotated along, in the coordinates of that map: .osm (Lanelet2:
 // the centre line of each lanelet for vehicles, in its direction, in both where it is no one-way
 // street), .geojson or .json (every LineString and MultiLineString), .csv (x, y and z or none, with
-// a head of their names or without; a column `line`, or an empty line, sets lines apart), .tum or
-// .txt (a trajectory; a step of more than 5 m begins another line). Latitudes and longitudes are
-// put into `world`; a local one takes local_x and local_y, or coordinates as they are.
-// Errors: file-not-found, cannot-read, unsupported-format (another ending; degrees in a local
-// world), malformed-text with the line or element (also no place on Earth, over 10000 km),
-// missing-field (no line; no lanelet for vehicles; nodes without a place), bad-argument (a place
-// outside `world`), and those of read_poses.
+// a head of their names or without, or lat and lon with a head; a column `line`, or an empty line,
+// sets lines apart), .tum or .txt (a trajectory; a step of more than 5 m begins another line).
+// Latitudes and longitudes are put into `world`; a local one takes local_x and local_y, or
+// coordinates as they are. Errors: file-not-found, cannot-read, unsupported-format (another ending;
+// degrees in a local world), malformed-text with the line or element (also no place on Earth, over
+// 10000 km), missing-field (no line; no lanelet for vehicles; nodes without a place), bad-argument
+// (a place outside `world`), and those of read_poses.
 Result<Route> read_route(const std::filesystem::path& path, const World& world);
 
 // What the parsers of formats/foreign/lanes share; not for other folders.

@@ -31,6 +31,11 @@ struct Row {
   }
 };
 
+// Six columns are often x y z roll pitch yaw, seven the same behind a time.
+constexpr std::string_view kEulerHint =
+    "; roll, pitch and yaw (rad) become a quaternion by scipy's Rotation.from_euler('xyz', [roll, "
+    "pitch, yaw]).as_quat(): write lines of time x y z qx qy qz qw";
+
 Result<PoseFormat> format_of(const Row& row, PoseFormat expected) {
   const std::size_t columns = row.words.size();
   PoseFormat found = PoseFormat::kAuto;
@@ -45,8 +50,9 @@ Result<PoseFormat> format_of(const Row& row, PoseFormat expected) {
                              : expected == PoseFormat::kApollo
                                  ? "9 (Apollo: id t x y z qx qy qz qw)"
                                  : "12 (KITTI), 8 (TUM) or 9 (Apollo)";
+  const std::string hint = columns == 6 || columns == 7 ? std::string(kEulerHint) : "";
   return row.error(ErrorCode::kMalformedPose,
-                   concat("found ", columns, " columns, expected ", wanted));
+                   concat("found ", columns, " columns, expected ", wanted, hint));
 }
 
 // The numbers from column `first` on.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 #include "tests/support/artifact_checks.h"
 #include "tests/support/value_of.h"
@@ -59,6 +60,18 @@ TEST(SensorProfile, RefusesAnUnknownNameAndListsTheKnown) {
   const Error error = failure_of(sensor_profile("vlp16"));
   EXPECT_EQ(error.code, ErrorCode::kUnknownName);
   EXPECT_NE(error.message.find("vlp-16"), std::string::npos);
+}
+
+TEST(SensorProfile, ListsTheProfilesOfAMakerThatIsNamedAlone) {
+  for (const auto& [name, own, other] :
+       {std::tuple("Velodyne", " hdl-64e", " os1-64"), std::tuple("ouster", " os1-64", " hdl-64e"),
+        std::tuple("Hesai", " pandar64", " vlp-16"), std::tuple("livox", " livox-avia", " xt16"),
+        std::tuple("RoboSense", " rs-ruby-128", " xt16")}) {
+    const std::string message = failure_of(sensor_profile(name), name).message;
+    EXPECT_NE(message.find(own), std::string::npos) << message;
+    EXPECT_EQ(message.find(other), std::string::npos) << message;
+    EXPECT_EQ(message.find("did you mean"), std::string::npos) << message;
+  }
 }
 
 TEST(SensorProfile, RefusesWhatNoSensorIs) {

@@ -133,6 +133,20 @@ TEST_F(ReadRoute, CsvLinesAreSetApartByAColumnOrAnEmptyLine) {
   EXPECT_EQ(bare.lines[1].points_world_m[0], Eigen::Vector3d(5.0, 5.0, 2.0));
 }
 
+TEST_F(ReadRoute, CsvInDegreesNeedsAWorldAndNamesIt) {
+  const std::string named = "lat,lon\n48.98,8.390\n48.98,8.391\n";
+  const Error local = failure_of(read("a.csv", named));
+  EXPECT_EQ(local.code, kUnsupportedFormat);
+  EXPECT_NE(local.message.find("route.world: utm:32N"), std::string::npos) << local.message;
+  const Error bare = failure_of(read("b.csv", "8.390,48.98\n8.391,48.98\n"));
+  EXPECT_EQ(bare.code, kUnsupportedFormat);
+  EXPECT_NE(bare.message.find("lat,lon"), std::string::npos) << bare.message;
+  const Route route = value_of(read("c.csv", named, "utm:32N"));
+  const std::vector<Eigen::Vector3d>& points_m = route.lines.at(0).points_world_m;
+  EXPECT_NEAR((points_m[1] - points_m[0]).norm(), 73.2, 0.3) << "a thousandth of a degree";
+  EXPECT_NEAR(points_m[0].x(), 455'370.0, 50.0);
+}
+
 TEST_F(ReadRoute, ATrajectoryKeepsItsHeightsAndEndsWhereItJumps) {
   const Route route =
       value_of(read("poses.tum",
