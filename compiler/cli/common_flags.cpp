@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/console/written.h"
 #include "compiler/cli/file_kind.h"
 
 namespace sightline {
@@ -119,26 +118,6 @@ Flag passphrase_flag(std::string& file) {
           .value = "FILE",
           .help = "The passphrase of the secret key is the first line of this file; - is stdin",
           .target = &file};
-}
-
-void add_result_flags(Verb& verb, ResultFlags& flags, const std::string& json) {
-  verb.flags.push_back({.names = "--format",
-                        .value = "FORMAT",
-                        .help = "Form of the output; json: " + json,
-                        .target = &flags.format,
-                        .choices = {"text", "json"}});
-  verb.flags.push_back(output_flag(flags.output, "Write the result to this file, not to stdout"));
-  verb.flags.push_back(force_flag(flags.is_forced));
-}
-
-Result<void> put_result(const ResultFlags& flags, const std::string& result) {
-  if (flags.output.empty()) {
-    flags.is_json() ? print_data(result) : print_text(result);
-    return {};
-  }
-  SIGHTLINE_TRY(write_file_atomically(flags.output, result, if_exists(flags.is_forced)));
-  print_written(flags.output);
-  return {};
 }
 
 Positional map_positional(std::string& file, const std::string& help) {

@@ -29,23 +29,6 @@ Flag world_flag(std::string& world);
 Flag expires_flag(std::string& time);
 Flag passphrase_flag(std::string& file);
 
-// How a verb prints its result, and where.
-struct ResultFlags {
-  std::string format = "text";  // or json
-  std::string output;           // empty: stdout
-  bool is_forced = false;
-
-  [[nodiscard]] bool is_json() const { return format == "json"; }
-};
-
-// --format text|json, -o and --force. `json` says what the JSON holds, "an array, an object a
-// step".
-void add_result_flags(Verb& verb, ResultFlags& flags, const std::string& json);
-
-// Prints a result that a verb made as text or JSON, or writes it to the file and says so. Errors:
-// those of write_file_atomically.
-Result<void> put_result(const ResultFlags& flags, const std::string& result);
-
 Positional map_positional(std::string& file, const std::string& help);
 
 // Whether a file may be written there, checked before hours of work and not after them: as

@@ -30,9 +30,10 @@ std::string folder_of(const fs::path& path) {
 std::string description(FileKind kind, const std::string& path) {
   switch (kind) {
     case FileKind::kFolder:
-      return concat("a folder. `sightline init ", path,
-                    " -o drive.yaml` writes a configuration for the recordings in it, and `sightline "
-                    "compile drive.yaml -o drive.slmap` makes the map");
+      return concat(
+          "a folder. `sightline init ", path,
+          " -o drive.yaml` writes a configuration for the recordings in it, and `sightline "
+          "compile drive.yaml -o drive.slmap` makes the map");
     case FileKind::kMap:
       return concat("a compiled map: `sightline inspect ", path,
                     "` shows it, `sightline evaluate CONFIG --map ", path, "` judges it");
@@ -45,8 +46,7 @@ std::string description(FileKind kind, const std::string& path) {
     case FileKind::kDelta:
       return "a delta between two maps: `sightline delta apply` updates a map with it";
     case FileKind::kConfiguration:
-      return concat("a configuration: `sightline compile ", path,
-                    " -o drive.slmap` makes its map");
+      return concat("a configuration: `sightline compile ", path, " -o drive.slmap` makes its map");
     case FileKind::kRecording:
       if (holds_many_scans(path)) {
         return concat(

@@ -16,6 +16,8 @@ struct ResultFlags {
 
   // "text" with an output that ends in .json or .csv is that format, if the verb has it.
   [[nodiscard]] std::string chosen_format(const std::vector<std::string>& formats) const;
+  // Of a verb whose formats are text and json.
+  [[nodiscard]] bool is_json() const { return chosen_format({"text", "json"}) == "json"; }
 };
 
 // --format with these choices, -o and --force. `json_help` names the schema: "json as

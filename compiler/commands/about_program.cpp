@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "compiler/cli/common_flags.h"
 #include "compiler/cli/help_text.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/cli/verb.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
@@ -135,7 +135,8 @@ Verb passes_verb() {
                  .help = "Print a commented configuration with every default",
                  .target = &flags->print_config,
                  .excludes = "--schema"}};
-  add_result_flags(verb, flags->result, "an array, one object a pass");
+  add_result_flags(verb, flags->result, {"text", "json"},
+                   "json: one object a pass, as schemas/passes.schema.json describes it");
   verb.run = [flags] { return exit_status_of(run_passes(*flags)); };
   return verb;
 }

@@ -6,6 +6,7 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/compile_to_map.h"
@@ -180,7 +181,8 @@ Verb status_verb() {
   verb.examples = {"sightline cluster status plan/",
                    "sightline cluster status plan/ --format json    # status.schema.json"};
   verb.positionals = {plan_positional(flags->plan)};
-  add_result_flags(verb, flags->result, "an array, one object a step");
+  add_result_flags(verb, flags->result, {"text", "json"},
+                   "json: one object a step, as schemas/status.schema.json describes it");
   verb.run = [flags] { return exit_status_of(status(*flags)); };
   return verb;
 }
