@@ -34,7 +34,7 @@ macro(sightline_debian component package section summary text)
 endmacro()
 set(same "(= ${PROJECT_VERSION})")
 
-sightline_debian(program sightline science "compiler of maps that tell a vehicle how far it must look"
+sightline_debian(program sightline science "compiler of maps with the LiDAR range that a vehicle needs"
   "From recorded LiDAR drives it makes an NDT map that carries, for every metre of
 route, the shortest observation range that keeps the localization error within
 a limit.")
@@ -54,7 +54,7 @@ CMake and pkg-config need.")
 set(CPACK_DEBIAN_READER_PACKAGE_DEPENDS "libsightline-reader0 ${same}, libstdc++-12-dev | libstdc++-dev")
 
 sightline_debian(localizer_library libsightline-localizer0 libs "localizes LiDAR scans in a sightline map or a point cloud"
-  "The matcher whose errors a compiled map foretells, for a vehicle's own program:
+  "The matcher whose errors a compiled map predicts, for a vehicle's own program:
 NDT on compiled maps or point clouds. C interface.")
 set(CPACK_DEBIAN_LOCALIZER_LIBRARY_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_LOCALIZER_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/compiler/package/triggers)
