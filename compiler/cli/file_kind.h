@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-// What a path leads to, as far as its first bytes or its ending tell.
+// What a path leads to, by its first bytes or its ending.
 enum class FileKind { kFolder, kMap, kModel, kPoses, kDelta, kConfiguration, kRecording };
 
 // Whether the ending is that of a recording of many scans: a bag or a capture.
