@@ -84,7 +84,7 @@ std::string meaning_of_word(const std::string& command, const Verb& verb) {
   if (takes_one) {
     return "one configuration is read; several drives are a list under mapping: in it";
   }
-  return concat("`", command, " --help` shows what may stand there");
+  return concat("`", command, " --help` shows the usage");
 }
 
 // The first word too many: a flag that does not exist, or a positional.
@@ -153,7 +153,7 @@ Result<void> split(CLI::App& app, const std::string& command, const Verb& verb,
     return without_value(verb, words);
   } catch (const CLI::ParseError&) {
     return bad_argument(concat("the words behind `", command, "` cannot be read; `", command,
-                               " --help` shows what may stand there"));
+                               " --help` shows the usage"));
   }
   return {};
 }
@@ -203,7 +203,7 @@ Result<int> run_without_verb(const Program& program, const std::string& flag) {
     std::printf("%s %s\n%s", program.name.c_str(), program.version.c_str(), program.build.c_str());
     return 0;
   }
-  return unknown(concat("flag ", flag, " stands before the verb"), flag, {"--help", "--version"},
+  return unknown(concat("flag ", flag, " is before the verb"), flag, {"--help", "--version"},
                  program.name);
 }
 

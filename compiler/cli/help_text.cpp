@@ -188,12 +188,12 @@ std::string exit_statuses() {
   }
   const std::map<int, std::string> meaning = {
       {64, "usage: the command line or the configuration"},
-      {65, "input: recordings, poses, anything that was brought"},
+      {65, "input: recordings, poses and other files of yours"},
       {66, "version: written by a program that this one does not understand"},
       {67, "corrupt: a file of sightline's own, damaged"},
       {68, "signature: a file that is not what was signed, or by a key that is not trusted"},
       {69, "gate: a rule of the gate was broken"},
-      {74, "system: the machine said no"},
+      {74, "system: a file, memory or another resource failed"},
       {75, "incomplete: stopped before the end; what was done is kept"}};
   std::string text = ".TP\n0\nDone.\n";
   for (const auto& [status, what] : meaning) {
@@ -284,8 +284,10 @@ std::string man_page(const Program& program) {
   }
   text += concat(".SH DESCRIPTION\n", roff(program.summary), "\n");
   text +=
-      ".PP\nData goes to stdout, log and progress to stderr. Outputs appear whole or not at all "
-      "and are not overwritten without \\fB\\-\\-force\\fR. Finished passes are cached beside the "
+      ".PP\nResults are written to stdout, log and progress to stderr. A failed run writes no part "
+      "of "
+      "an output. Files are not overwritten without \\fB\\-\\-force\\fR. Finished passes are "
+      "cached beside the "
       "configuration.\n";
   text += ".PP\nBegin with a folder of recordings:\n" + literal_lines(program.first_steps);
   text += ".SH COMMANDS\n";

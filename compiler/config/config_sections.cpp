@@ -29,7 +29,7 @@ ConfigSection drives_section(const std::string& name, const std::string& help,
   ConfigSection section{name, help, option_fields(first)};
   section.fields.push_back(
       text("recordings", recordings,
-           "several drives in place of `scans` or a list: a folder of recordings (in natural order "
+           "several drives instead of `scans` or a list: a folder of recordings (in natural order "
            "of their paths), or a text file with one path per line (and, after a tab, the path of "
            "its poses); poses and stamps are then names of files in or beside the folder of each "
            "recording; the other keys apply to all"));
@@ -61,7 +61,7 @@ ConfigSection localization_section(CompileConfig& config) {
 std::vector<OptionField> option_fields(MapOptions& options) {
   std::vector<OptionField> fields = {
       text("points", options.points,
-           "a finished map in place of the mapping drive: .pcd, .ply or .las, a folder of them, "
+           "a finished map instead of the mapping drive: .pcd, .ply or .las, a folder of them, "
            "Autoware's with pointcloud_map_metadata.yaml, Apollo's NDT map (config.xml and map/), "
            "or a compiled map (.slmap) to annotate again; empty: the mapping drive makes the map"),
       text("name", options.name, "name of the map; empty: the last part of the path `points`")};
@@ -98,7 +98,7 @@ std::vector<OptionField> option_fields(OutsideErrorsOptions& options) {
   return {
       text("file", options.file,
            "CSV with the header \"scan,look,start,error\" and one error per line: errors of your "
-           "localizer on the localization drive, in place of measure-error; empty: none"),
+           "localizer on the localization drive, instead of measure-error; empty: none"),
       text("evaluation_file", options.evaluation_file,
            "CSV of its errors on the evaluation drive; empty: none"),
       text("localizer", options.localizer,
@@ -155,7 +155,7 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
            "something new (choose-scans); empty: all poses are estimated again")},
        .word = "poses"},
       {.name = "map",
-       .help = "A finished map, annotated along `route`, in place of `mapping`; or only its file",
+       .help = "A finished map, annotated along `route`, instead of `mapping`; or only its file",
        .fields = option_fields(config.map),
        .word = "points"},
       {.name = "route",

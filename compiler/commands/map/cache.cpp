@@ -48,15 +48,20 @@ Verb cache_verb() {
   verb.name = "cache";
   verb.summary = "Look into a cache of finished passes, and clear it of what is of no use";
   verb.details =
-      "Of no use are unfinished files of runs that were killed, and objects that are damaged or "
-      "lie in the place of others. Every run removes what it can prove to be left by a killed run "
-      "on its own machine. --prune removes also what other machines and earlier boots left: not "
-      "while another machine is at work in the same folder.\n\n"
-      "What is finished stays, of earlier configurations too, so a cache grows with every change. "
-      "--unused-days asks what no run has found or made for so long, and --prune then removes that "
-      "too; a run that wants it once more makes it anew. Parts stay with the artifact that they "
-      "were made for. Who wants all of the space removes the folder.\n\n"
-      "Who may write to a cache decides what is compiled from it. Compile what you release with "
+      "Of no use are unfinished files of killed runs, and objects that are damaged or have the "
+      "name "
+      "of another. Every run removes unfinished files of killed runs on its own machine. --prune "
+      "also "
+      "removes those of other machines and earlier boots. Do not use it while another machine "
+      "works "
+      "in the same folder.\n\n"
+      "Finished objects are kept, also of earlier configurations, so a cache grows with every "
+      "change. "
+      "--unused-days lists objects that no run has used in that time, and --prune then removes "
+      "them "
+      "too. A later run makes them again if it needs them. Parts are kept with their artifact. To "
+      "free all of the space, remove the folder.\n\n"
+      "Anyone who can write to a cache can change what is compiled from it. Compile a release with "
       "--no-cache, or with a cache that only you can write to.";
   verb.examples = {"sightline cache .sightline-cache", "sightline cache .sightline-cache --prune",
                    "sightline cache .sightline-cache --prune --unused-days 30"};
@@ -64,7 +69,7 @@ Verb cache_verb() {
   verb.flags = {{.names = "--prune", .help = "Remove what is of no use", .target = &flags->prunes},
                 {.names = "--unused-days",
                  .value = "N",
-                 .help = "Also what no run used for so many days",
+                 .help = "Also objects that no run used for N days",
                  .target = &flags->unused_days,
                  .minimum = 0,
                  .maximum = 100000}};

@@ -84,9 +84,7 @@ Verb delta_verb() {
                    "sightline delta apply town-1-to-2.sldelta --to town.slmap"};
   verb.positionals = {
       {.name = "BASE", .help = "The map that vehicles have (.slmap)", .target = &flags->base},
-      {.name = "NEW",
-       .help = "The map that vehicles shall get (.slmap)",
-       .target = &flags->result}};
+      {.name = "NEW", .help = "The map that vehicles get (.slmap)", .target = &flags->result}};
   verb.flags = {
       required_output_flag(flags->out, "The delta to write (.sldelta)"),
       force_flag(flags->is_forced),

@@ -272,9 +272,9 @@ Verb dump_verb() {
   verb.summary = "Print every number of a map or of any step on the way to it";
   verb.details =
       "What is not in the cache is computed from the configuration. Numbers have full precision; "
-      "units stand in the column names. Of nds, --format also takes png and svg, of depth and "
-      "points png, of ranges svg. Tables that tell of observation ranges have a second one, named "
-      "with -looks behind, of the looks that take a sample.";
+      "column names contain the units. For nds, --format also takes png and svg, for depth and "
+      "points png, for ranges svg. A table of observation ranges has a second one with the ending "
+      "-looks, of the looks that take a sample.";
   verb.examples = {
       "sightline dump town.slmap --what ranges --format csv > ranges.csv",
       "sightline dump town.slmap --what ranges-looks --format csv > looks.csv",
@@ -283,7 +283,7 @@ Verb dump_verb() {
       "sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg",
       "sightline dump town.slmap --what ranges --format svg > route.svg    # the tightest limit",
       "sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on",
-      "sightline dump town.yaml --what recordings       # the same of recordings at hand"};
+      "sightline dump town.yaml --what recordings       # SHA-256 of these recordings"};
   verb.flags = {{.names = "--what",
                  .value = "TABLE",
                  .help = "The table to print",

@@ -36,7 +36,7 @@ Verb init_verb() {
   verb.details =
       "Finds folders of scans, bags of ROS 1 and ROS 2 and pcaps up to four folders deep, poses "
       "and times beside them, recognizes the sensor by its beams and checks whether the poses fit "
-      "the scans. A comment above each key says what it was guessed from.";
+      "the scans. A comment above each key names its source.";
   verb.examples = {"sightline init recordings/ -o drive.yaml",
                    "sightline init recordings/ > drive.yaml",
                    "sightline compile drive.yaml -o drive.slmap"};

@@ -64,8 +64,8 @@ Verb recover_verb() {
   verb.name = "recover";
   verb.summary = "Write what a truncated or damaged map still holds as a map of its own";
   verb.details =
-      "Keeps every tile whose digest still holds and says what was lost. The result is another "
-      "map: its version says \"recovered\", and no signature of the original fits it.";
+      "Keeps every tile whose digest is right and lists what was lost. The result is another map: "
+      "its version contains \"recovered\", and signatures of the original are not valid for it.";
   verb.examples = {"sightline recover damaged.slmap -o rest.slmap"};
   verb.positionals = {map_positional(flags->map, "The damaged map")};
   verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),

@@ -74,12 +74,12 @@ Json help_of(const GateRule& rule) {
   const std::string bound = rule.bound == Bound::kAtMost ? "at most" : "at least";
   const std::string usual =
       rule.allowed ? concat("Allowed is ", bound, " ", in_words(*rule.allowed, rule.unit),
-                            " unless the configuration says otherwise.")
-                   : "No bound is set unless the configuration says so.";
+                            " unless the configuration sets another bound.")
+                   : "There is no bound unless the configuration sets one.";
   const std::string how =
       "`sightline inspect MAP --site N` shows why a place has its range, `sightline report` shows "
-      "it. Another bound stands under `gate:` in the configuration; a place that must differ is "
-      "excepted there, with a reason and an end.";
+      "it. To set another bound, or an exception for a place with a reason and an end, use "
+      "`gate:` in the configuration.";
   return {
       {"text", concat(rule.summary, ". ", usual, " ", how)},
       {"markdown", concat("**", rule.id, "**: ", rule.summary, ". ", usual, "\n\n", how,

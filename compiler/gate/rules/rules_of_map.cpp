@@ -196,8 +196,8 @@ std::vector<Found> find_overlap(const GateInput& input, const Threshold&) {
     return not_judged("the map has no overlap of scans: its poses were given");
   }
   const double overlap = trajectory->median_overlap;
-  return of_whole_map(overlap, concat("the median overlap of a scan with what was seen before is ",
-                                      percent(overlap)));
+  return of_whole_map(
+      overlap, concat("the median overlap of a scan with earlier scans is ", percent(overlap)));
 }
 
 using enum Severity;

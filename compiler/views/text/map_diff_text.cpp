@@ -212,7 +212,7 @@ std::string headline(const MapDiff& diff) {
     if (is_street) changed_m += stretch.end_s_m - stretch.begin_s_m;
   }
   return fmt::format(
-      "{}{} of {} sites tell a vehicle something else.",
+      "{}{} of {} sites have other answers.",
       changed_m > 0.0 ? fixed(changed_m, 0) + " m of street changed; " : "No street changed; ",
       diff.sites.size(), diff.after.site_count);
 }

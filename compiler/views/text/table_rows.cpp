@@ -52,7 +52,7 @@ Result<void> keep_box(const std::string& text, Table& table) {
   SIGHTLINE_ASSIGN(const MapBox box, parse_box(text));
   const auto x = std::ranges::find(table.columns, "mean_x_m") - table.columns.begin();
   if (x == static_cast<long>(table.columns.size())) {
-    return Error{ErrorCode::kBadArgument, "--box: only nds lie in boxes"};
+    return Error{ErrorCode::kBadArgument, "--box needs --what nds"};
   }
   const auto column = static_cast<std::size_t>(x);
   std::erase_if(table.rows, [&](const std::vector<Cell>& row) {

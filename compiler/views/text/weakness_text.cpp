@@ -129,7 +129,7 @@ std::string cause_sentence(const ExplainedStretch& one) {
                  "; half a metre or more further it looks nearly the same ({:.2f} of the score).",
                  one.rival_score.value_or(1.0));
     case WeakCause::kDistant:
-      return text + "; what holds it is far.";
+      return text + "; the surfaces that constrain it are far away.";
     case WeakCause::kUnclear:
       return text + "; the geometry alone does not explain it: traffic, change or noise may.";
   }

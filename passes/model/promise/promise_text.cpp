@@ -28,7 +28,7 @@ constexpr std::array<const char*, 5> kWithdrawn = {
     "a cheaper answer is sufficient on the drives that were measured here",
     "the answer for a tighter limit, chosen by the map's own scans, is shorter than the model's",
     "this map was made without scans, and the model was trained on maps made from scans; train it "
-    "on finished maps (map: in place of mapping:) with drives through them"};
+    "on finished maps (map: instead of mapping:) with drives through them"};
 
 // Three digits: "5 %", "99.5 %".
 std::string short_percent(double share) { return fmt::format("{:.3g} %", 100.0 * share); }
