@@ -284,11 +284,9 @@ std::string man_page(const Program& program) {
   }
   text += concat(".SH DESCRIPTION\n", roff(program.summary), "\n");
   text +=
-      ".PP\nResults are written to stdout, log and progress to stderr. A failed run writes no part "
-      "of "
-      "an output. Files are not overwritten without \\fB\\-\\-force\\fR. Finished passes are "
-      "cached beside the "
-      "configuration.\n";
+      ".PP\nResults are written to stdout, log and progress to stderr. A failed run writes no "
+      "part of an output. Files are not overwritten without \\fB\\-\\-force\\fR. Finished passes "
+      "are cached beside the configuration.\n";
   text += ".PP\nBegin with a folder of recordings:\n" + literal_lines(program.first_steps);
   text += ".SH COMMANDS\n";
   for (const Verb& verb : program.verbs) text += verb_text(program, verb);

@@ -49,20 +49,15 @@ Verb cache_verb() {
   verb.summary = "Look into a cache of finished passes, and clear it of what is of no use";
   verb.details =
       "Of no use are unfinished files of killed runs, and objects that are damaged or have the "
-      "name "
-      "of another. Every run removes unfinished files of killed runs on its own machine. --prune "
-      "also "
-      "removes those of other machines and earlier boots. Do not use it while another machine "
-      "works "
-      "in the same folder.\n\n"
+      "name of another. Every run removes unfinished files of killed runs on its own machine. "
+      "--prune also removes those of other machines and earlier boots. Do not use it while "
+      "another machine works in the same folder.\n\n"
       "Finished objects are kept, also of earlier configurations, so a cache grows with every "
-      "change. "
-      "--unused-days lists objects that no run has used in that time, and --prune then removes "
-      "them "
-      "too. A later run makes them again if it needs them. Parts are kept with their artifact. To "
-      "free all of the space, remove the folder.\n\n"
-      "Anyone who can write to a cache can change what is compiled from it. Compile a release with "
-      "--no-cache, or with a cache that only you can write to.";
+      "change. --unused-days lists objects that no run has used in that time, and --prune then "
+      "removes them too. A later run makes them again if it needs them. Parts are kept with their "
+      "artifact. To free all of the space, remove the folder.\n\n"
+      "Anyone who can write to a cache can change what is compiled from it. Compile a release "
+      "with --no-cache, or with a cache that only you can write to.";
   verb.examples = {"sightline cache .sightline-cache", "sightline cache .sightline-cache --prune",
                    "sightline cache .sightline-cache --prune --unused-days 30"};
   verb.positionals = {{.name = "FOLDER", .help = "The cache", .target = &flags->folder}};
