@@ -71,9 +71,9 @@ class AnnotateApolloTest : public testing::Test {
 TEST_F(AnnotateApolloTest, TakesItsNdsInItsZoneAndSaysWhatItLacks) {
   const ProgramResult run = annotate("--sensor generic-16");
   ASSERT_EQ(run.status, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("map apollo holds NDs and no points"));
-  EXPECT_THAT(run.err, HasSubstr("holds no surface"));
-  EXPECT_THAT(run.err, HasSubstr("simulated: no scan was ever seen"));
+  EXPECT_THAT(run.err, HasSubstr("map apollo contains NDs and no points"));
+  EXPECT_THAT(run.err, HasSubstr("contains no surface"));
+  EXPECT_THAT(run.err, HasSubstr("no scan was recorded at"));
   const CompiledMap map = value_of(read_map(output_));
   EXPECT_EQ(map.world, "utm:10N");
   EXPECT_EQ(map.ndt.cell_m, 1.0);

@@ -114,9 +114,9 @@ TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
   EXPECT_THAT(inspected.out, Not(HasSubstr("earned, of the next drive")));
   const ProgramResult site =
       run_sightline("inspect " + town().file("annotated.slmap") + " --site 20");
-  EXPECT_THAT(site.out, HasSubstr("simulated: no scan was ever seen here"));
+  EXPECT_THAT(site.out, HasSubstr("simulated: no scan was recorded here"));
   const ProgramResult by_drive = run_sightline("inspect " + town().file("town.slmap"));
-  EXPECT_THAT(by_drive.out, Not(HasSubstr("no scan was ever seen")));
+  EXPECT_THAT(by_drive.out, Not(HasSubstr("no scan was recorded")));
   const ProgramResult read =
       run_command(std::string(SIGHTLINE_VEHICLE_READER) + " " + town().file("annotated.slmap") +
                   " " + town().file("drive_2/poses.tum"));

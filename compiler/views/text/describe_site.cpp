@@ -78,16 +78,16 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
   const std::string needed = map.ranges.selection == Selection::kMean
                                  ? "a predicted error within the limit"
                                  : fmt::format("p* = {:.3f}", p);
-  return own ? concat("    ", needed, " is first met at ", at_range(map.ranges.looks[*own].range_m),
-                      "\n")
-             : concat("    no range meets ", needed, "\n");
+  return own ? concat("    shortest range with ", needed, ": ",
+                      at_range(map.ranges.looks[*own].range_m), "\n")
+             : concat("    no range has ", needed, "\n");
 }
 
 std::string_view words_of_static(Reason reason) {
-  if (reason == Reason::kSimulation) return "by what was simulated at this site";
+  if (reason == Reason::kSimulation) return "from the simulation at this site";
   if (reason == Reason::kDrives)
-    return "one range where drives were, by the drives left out in turn";
-  return "one range for the street, by what the map's own scans found";
+    return "one range for all driven sites, each drive predicted by the others";
+  return "one range for the street, from the map's own scans";
 }
 
 // The range that this site would have alone, and what made another of it.
@@ -98,18 +98,17 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
   const std::size_t chosen = chosen_range(map, site, limit);
   std::string text = describe_own(map, site, limit);
   if ((flags & kStatic) != 0) {
-    text += concat("    static: ", words_of_static(reason), ", not the model\n");
+    text += concat("    static: ", words_of_static(reason), ", not from the model\n");
   }
   if ((flags & kSimulatedAnswer) != 0) {
-    text += "    simulated: no scan was ever seen here, what simulated scans found decided\n";
+    text += "    simulated: no scan was recorded here, only simulated ones\n";
   }
-  if ((flags & kUnmet) != 0)
-    text += "    unmet: no better range is known, and it is not good enough\n";
+  if ((flags & kUnmet) != 0) text += "    unmet: no range is good enough; this one is the best\n";
   if ((flags & kExtrapolated) != 0) {
     text += "    extrapolated: the place is unlike those that the model was trained on\n";
   }
   if (reason == Reason::kTighterLimit) {
-    return text + "    shorter: the next tighter limit needs no more\n";
+    return text + "    shorter: it is enough for the next tighter limit\n";
   }
   if (!own || *own == chosen || (flags & (kUnmet | kExtrapolated | kStatic)) != 0) return text;
   const auto asks_for_more = [&](std::size_t other) {
@@ -118,10 +117,10 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
   const std::optional<std::size_t> other =
       nearest_along(map, site, map.ranges.dilation_m, asks_for_more);
   if (other) {
-    return text + fmt::format("    longer for the sake of site {}, {:.1f} m away\n", *other,
+    return text + fmt::format("    longer because of site {}, {:.1f} m away\n", *other,
                               apart_m(map, site, *other));
   }
-  return text + "    longer because a neighbour needs it\n";
+  return text + "    longer because of a neighbouring site\n";
 }
 
 std::string describe_better(const CompiledMap& map, std::size_t site, std::size_t limit) {
@@ -130,15 +129,15 @@ std::string describe_better(const CompiledMap& map, std::size_t site, std::size_
   };
   const std::optional<std::size_t> other =
       nearest_along(map, site, std::numeric_limits<double>::infinity(), does_with_less);
-  if (!other) return "    no site of this run does with less\n";
+  if (!other) return "    no site of this run has a shorter range\n";
   const bool is_ahead = map.sites.sites[*other].s_m > map.sites.sites[site].s_m;
-  return fmt::format("    nearest that does with less: site {}, {:.1f} m {}, {:g} m\n", *other,
+  return fmt::format("    nearest site with a shorter range: {}, {:.1f} m {}, {:g} m\n", *other,
                      apart_m(map, site, *other), is_ahead ? "further on" : "back",
                      map.ranges.range_m(*other, limit));
 }
 
 std::string describe_choice(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  return fmt::format("  within {:g} m: look {:g} m\n", map.ranges.promises[limit].limit_m,
+  return fmt::format("  within {:g} m: range {:g} m\n", map.ranges.promises[limit].limit_m,
                      map.ranges.range_m(site, limit)) +
          fmt::format("    reason: {}\n", name_of(map.ranges.reason(site, limit))) +
          describe_reason(map, site, limit) + describe_better(map, site, limit);
@@ -214,7 +213,7 @@ std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t 
   const Answer look = answer_of(map.looks->ranges, map.looks->predicted, site, limit);
   return fmt::format("    look: {}; P {:.1f} %, predicted error {:.1f} cm{}; reason: {}\n",
                      to_text(look.look), 100.0 * look.probability, 100.0 * look.error_m,
-                     (look.flags & kStatic) != 0 ? "; the same everywhere" : "",
+                     (look.flags & kStatic) != 0 ? "; one look for the whole map" : "",
                      name_of(look.reason));
 }
 
@@ -265,7 +264,7 @@ Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& ro
     text += describe_choice(map, site, limit);
     text += describe_look(map, site, limit);
   }
-  if (map.factors.factors.empty()) return text + "  this map holds no factors\n";
+  if (map.factors.factors.empty()) return text + "  this map has no factors\n";
   // What the strictest limit had to look through.
   const std::size_t range = chosen_range(map, site, 0);
   std::vector<std::size_t> described = {0};

@@ -71,7 +71,7 @@ std::vector<std::size_t> shown_stretches(const MapDiff& diff) {
 }
 
 std::string answer_text(const Stretch& stretch, const StretchLimit& limit) {
-  if (stretch.is_of_old_map) return "no longer there";
+  if (stretch.is_of_old_map) return "removed";
   if (stretch.is_new()) return "new";
   std::string text =
       concat(fixed(limit.mean_range_before_m, 1), " -> ", fixed(limit.mean_range_after_m, 1), " m");
@@ -107,10 +107,10 @@ Section stretches_section(const MapDiff& diff) {
   const std::vector<std::size_t> shown = shown_stretches(diff);
   for (const std::size_t i : shown) section.grid.push_back(stretch_row(diff.stretches[i]));
   const std::size_t hidden = diff.stretches.size() - shown.size();
-  section.remark =
-      concat("NDs: + new, - gone, ~ moved by more than ", format_double(diff.options.tolerance_m),
-             " m; where none are listed the place is the same and its ranges are not.");
-  if (hidden > 0) section.remark += fmt::format(" {} lesser stretches not shown.", hidden);
+  section.remark = concat("NDs: + added, - removed, ~ moved by more than ",
+                          format_double(diff.options.tolerance_m),
+                          " m. Where none are listed, only the ranges changed.");
+  if (hidden > 0) section.remark += fmt::format(" {} smaller changes are not listed.", hidden);
   if (diff.nds_scattered > 0) {
     section.remark +=
         fmt::format(" {} changed NDs scattered along the rest of the route.", diff.nds_scattered);
@@ -152,8 +152,8 @@ Section limit_section(const LimitDiff& limit) {
     unmet[3] = signed_number(
         double{1} * limit.after->unmet_count - double{1} * limit.before->unmet_count, 0);
     section.remark =
-        fmt::format("{} sites look farther, {} less far; {} newly unmet, {} no longer.", limit.rose,
-                    limit.fell, limit.newly_unmet, limit.no_longer_unmet);
+        fmt::format("{} sites have a longer range, {} a shorter one; {} newly unmet, {} no longer.",
+                    limit.rose, limit.fell, limit.newly_unmet, limit.no_longer_unmet);
   }
   section.grid.push_back(unmet);
   return section;

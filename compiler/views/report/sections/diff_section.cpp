@@ -75,8 +75,7 @@ std::string stretch_row(const Stretch& stretch) {
                   stretch.nds_added, stretch.nds_removed, stretch.nds_moved);
   for (const StretchLimit& limit : stretch.limits) {
     if (stretch.is_new() || stretch.is_of_old_map) {
-      html += fmt::format("<td>{}</td><td>–</td><td>–</td>",
-                          stretch.is_new() ? "new" : "no longer there");
+      html += fmt::format("<td>{}</td><td>–</td><td>–</td>", stretch.is_new() ? "new" : "removed");
       continue;
     }
     html += fmt::format("<td>{:.1f} → {:.1f}</td><td>{}</td><td>{}</td>", limit.mean_range_before_m,

@@ -84,7 +84,7 @@ TEST(Report, ADiffNamesRouteThatIsNewOrNoLongerThere) {
   sources.diff = &diff;
   const std::string html = diff_section(sources).html;
   EXPECT_THAT(html, HasSubstr("<td>new</td>"));
-  EXPECT_THAT(html, HasSubstr("<td>no longer there</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>removed</td>"));
   EXPECT_THAT(html, HasSubstr("<td>10.0 → 20.0</td><td>+10.0</td>"));
   EXPECT_THAT(html, Not(HasSubstr("0.0 → 0.0")));
 }

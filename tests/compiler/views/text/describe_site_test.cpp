@@ -48,9 +48,9 @@ CompiledMap short_route() {
 
 TEST(DescribeSite, SaysWhichRangeMeetsThePromiseAndWhichFactorsAreFarOff) {
   const std::string text = value_of(describe_site(short_route(), 4));
-  EXPECT_THAT(text, HasSubstr("within 0.1 m: look 20 m"));
-  EXPECT_THAT(text, HasSubstr("p* = 0.800 is first met at 20 m"));
-  EXPECT_THAT(text, HasSubstr("nearest that does with less: site 2, 2.0 m back, 10 m"));
+  EXPECT_THAT(text, HasSubstr("within 0.1 m: range 20 m"));
+  EXPECT_THAT(text, HasSubstr("shortest range with p* = 0.800: 20 m"));
+  EXPECT_THAT(text, HasSubstr("nearest site with a shorter range: 2, 2.0 m back, 10 m"));
   EXPECT_THAT(text, HasSubstr("crlb_max"));
   EXPECT_THAT(text, Not(HasSubstr("feature_count")));
   EXPECT_THAT(text, HasSubstr("weakest along the road: 5 degrees from +x, 5 off the road"));
@@ -58,8 +58,7 @@ TEST(DescribeSite, SaysWhichRangeMeetsThePromiseAndWhichFactorsAreFarOff) {
 }
 
 TEST(DescribeSite, NamesTheNeighbourThatAsksForMore) {
-  EXPECT_THAT(*describe_site(short_route(), 3),
-              HasSubstr("longer for the sake of site 4, 1.0 m away"));
+  EXPECT_THAT(*describe_site(short_route(), 3), HasSubstr("longer because of site 4, 1.0 m away"));
   EXPECT_THAT(*describe_site(short_route(), 3), HasSubstr("    reason: dilation\n"));
   EXPECT_THAT(*describe_site(short_route(), 0), Not(HasSubstr("longer")));
 }
@@ -69,7 +68,7 @@ TEST(DescribeSite, SaysThatATighterLimitNeedsNoMore) {
   map.ranges.range_index[4] = 0;  // its own predictions ask for 20 m
   map.ranges.reasons[4] = Reason::kTighterLimit;
   const std::string text = value_of(describe_site(map, 4));
-  EXPECT_THAT(text, HasSubstr("    shorter: the next tighter limit needs no more\n"));
+  EXPECT_THAT(text, HasSubstr("    shorter: it is enough for the next tighter limit\n"));
   EXPECT_THAT(text, Not(HasSubstr("longer")));
 }
 
@@ -80,9 +79,9 @@ TEST(DescribeSite, SaysWhichStaticAnswerItIs) {
     map.ranges.reasons[4] = reason;
     return value_of(describe_site(map, 4));
   };
-  EXPECT_THAT(text_for(Reason::kSimulation), HasSubstr("static: by what was simulated at this"));
+  EXPECT_THAT(text_for(Reason::kSimulation), HasSubstr("static: from the simulation at this"));
   EXPECT_THAT(text_for(Reason::kDrives),
-              HasSubstr("by the drives left out in turn, not the model"));
+              HasSubstr("each drive predicted by the others, not from the model"));
   EXPECT_THAT(text_for(Reason::kCheaper), HasSubstr("static: one range for the street"));
 }
 
@@ -91,7 +90,7 @@ TEST(DescribeSite, SaysSoWhereNoRangeIsGoodEnough) {
   map.predicted.within_probability[9] = 0.6;  // site 4 at 20 m
   map.ranges.flags[4] = kUnmet | kExtrapolated;
   const std::string text = *describe_site(map, 4);
-  EXPECT_THAT(text, HasSubstr("no range meets p* = 0.800"));
+  EXPECT_THAT(text, HasSubstr("no range has p* = 0.800"));
   EXPECT_THAT(text, HasSubstr("unmet"));
   EXPECT_THAT(text, HasSubstr("extrapolated"));
 }
@@ -100,8 +99,8 @@ TEST(DescribeSite, AsksASiteWithHistoryForItsOwnProbability) {
   CompiledMap map = short_route();
   map.ranges.promises[0].history_threshold = 0.5;
   map.predicted.has_history[4] = 1;
-  EXPECT_THAT(*describe_site(map, 4), HasSubstr("p* = 0.500 is first met at 10 m"));
-  EXPECT_THAT(*describe_site(map, 6), HasSubstr("p* = 0.800 is first met at 10 m"));
+  EXPECT_THAT(*describe_site(map, 4), HasSubstr("shortest range with p* = 0.500: 10 m"));
+  EXPECT_THAT(*describe_site(map, 6), HasSubstr("shortest range with p* = 0.800: 10 m"));
 }
 
 TEST(DescribeSite, ExplainsAnyMapWithAndWithoutFactors) {
@@ -111,7 +110,7 @@ TEST(DescribeSite, ExplainsAnyMapWithAndWithoutFactors) {
       EXPECT_TRUE(describe_site(map, site).has_value());
     }
     map.factors = {};
-    EXPECT_THAT(*describe_site(map, 0), HasSubstr("holds no factors"));
+    EXPECT_THAT(*describe_site(map, 0), HasSubstr("has no factors"));
   }
 }
 
