@@ -31,6 +31,11 @@ Flag required_output_flag(std::string& file, const std::string& help) {
   return flag;
 }
 
+Flag ending_in(const std::string& ending, Flag output) {
+  output.endings = {ending};
+  return output;
+}
+
 Flag force_flag(bool& is_forced) {
   return {.names = "--force", .help = "Replace outputs that exist", .target = &is_forced};
 }

@@ -13,6 +13,8 @@ namespace sightline {
 // `help` names the file and its ending.
 Flag output_flag(std::string& file, const std::string& help);
 Flag required_output_flag(std::string& file, const std::string& help);
+// The same flag for a file that ends so: ".slmap".
+Flag ending_in(const std::string& ending, Flag output);
 
 Flag force_flag(bool& is_forced);
 IfExists if_exists(bool is_forced);

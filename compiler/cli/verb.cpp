@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <sstream>
 
@@ -41,16 +42,32 @@ Result<void> set_number(const Flag& flag, const std::string& called, const std::
   return {};
 }
 
+const std::string* remedy_of(const Flag& flag, const std::string& value) {
+  const auto found =
+      std::ranges::find(flag.remedies, value, &std::pair<std::string, std::string>::first);
+  return found == flag.remedies.end() ? nullptr : &found->second;
+}
+
+Result<void> check_ending(const Flag& flag, const std::string& called, const std::string& word) {
+  const std::string ending = std::filesystem::path(word).extension().string();
+  const bool is_allowed = flag.endings.empty() || ending.empty() || word.starts_with("/dev/") ||
+                          std::ranges::find(flag.endings, ending) != flag.endings.end();
+  if (is_allowed) return {};
+  const std::string* const remedy = remedy_of(flag, ending);
+  return Error{ErrorCode::kBadArgument,
+               concat(called, ": found '", word, "', expected a path that ends in ",
+                      joined(flag.endings, " or "), remedy ? concat("; ", *remedy) : "")};
+}
+
 Result<void> check_choice(const Flag& flag, const std::string& called, const std::string& word) {
   if (flag.choices.empty() || std::ranges::find(flag.choices, word) != flag.choices.end()) {
     return {};
   }
-  const auto remedy =
-      std::ranges::find(flag.remedies, word, &std::pair<std::string, std::string>::first);
+  const std::string* const remedy = remedy_of(flag, word);
   const std::string near = nearest_name(word, flag.choices);
-  const std::string hint = remedy != flag.remedies.end() ? remedy->second
-                           : near.empty()                ? "it is one of " + joined(flag.choices)
-                                                         : concat("did you mean '", near, "'?");
+  const std::string hint = remedy != nullptr ? *remedy
+                           : near.empty()    ? "it is one of " + joined(flag.choices)
+                                             : concat("did you mean '", near, "'?");
   return Error{ErrorCode::kUnknownName, concat(called, ": '", word, "' is not known; ", hint)};
 }
 
@@ -201,6 +218,7 @@ Result<void> set_flag(const Flag& flag, const std::string& called,
   if (is_list(flag.target)) std::get<std::vector<std::string>*>(flag.target)->clear();
   for (const std::string& word : words) {
     SIGHTLINE_TRY(check_choice(flag, called, word));
+    SIGHTLINE_TRY(check_ending(flag, called, word));
     SIGHTLINE_TRY(std::visit(SetTarget{flag, called, word}, flag.target));
   }
   return {};

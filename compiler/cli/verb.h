@@ -33,6 +33,9 @@ struct Flag {
   std::vector<std::string> choices = {};  // the only values allowed; empty: any
   // Of values that are none of the choices: what to do instead, "convert it with ogr2ogr".
   std::vector<std::pair<std::string, std::string>> remedies = {};
+  // Of a path that is written: ".slmap". A path without an ending is taken too. `remedies` are of
+  // other endings.
+  std::vector<std::string> endings = {};
   std::optional<double> minimum = {};  // of a number; both limits are allowed values
   std::optional<double> maximum = {};
   bool is_required = false;

@@ -161,12 +161,12 @@ fs::path absolute_folder(const fs::path& folder) {
   return absolute.has_filename() ? absolute : absolute.parent_path();
 }
 
-Result<Drives> look_at_all(const fs::path& folder) {
+Result<Drives> look_at_all(const fs::path& folder, const std::string& sensor) {
   SIGHTLINE_ASSIGN(ScanSearch search, find_scans(folder));
   std::vector<FoundDrive> found;
   std::vector<PassedOver> passed_over = search.passed_over;
   for (const FoundScans& scans : search.found) {
-    Result<FoundDrive> drive = look_at_drive(scans);
+    Result<FoundDrive> drive = look_at_drive(scans, sensor);
     if (drive) {
       found.push_back(std::move(*drive));
     } else {
@@ -232,7 +232,9 @@ void write_drive(const FoundDrive& drive, const std::string& role, YamlText& yam
   }
 }
 
-void write_head(const fs::path& folder, const fs::path& file, YamlText& yaml) {
+void write_head(const fs::path& folder, const fs::path& file, const std::string& schema,
+                YamlText& yaml) {
+  if (!schema.empty()) yaml.line("# yaml-language-server: $schema=" + schema);
   const std::string name = file.empty() ? "drive.yaml" : file.filename().string();
   yaml.comment(concat("Written by `sightline init` from the files in ", folder.string(),
                       ". A comment gives the reason for each guessed value; check them."));
@@ -276,17 +278,22 @@ std::string summary_of(const FoundDrive& drive, const std::string& role) {
 
 }  // namespace
 
-Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file) {
+Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file,
+                                 const DraftOptions& options) {
   constexpr std::array<const char*, 3> kRoles = {"mapping", "localization", "evaluation"};
   constexpr std::array<const char*, 3> kTasks = {
       "The drive that makes the map.",
       "A second drive that is matched against the map, to measure localization errors.",
       "An independent drive that judges the finished map (sightline evaluate)."};
-  SIGHTLINE_ASSIGN(const Drives drives, look_at_all(folder));
+  const bool is_beams_file = is_sensor_file(options.sensor);
+  if (!options.sensor.empty() && !is_beams_file) SIGHTLINE_TRY(sensor_profile(options.sensor));
+  const std::string sensor =
+      is_beams_file ? absolute_folder(options.sensor).string() : options.sensor;
+  SIGHTLINE_ASSIGN(const Drives drives, look_at_all(folder, sensor));
   if (drives.drives.empty()) return nothing_found(folder, drives.passed_over);
   ConfigDraft draft;
   YamlText yaml(absolute_folder(file.parent_path()));
-  write_head(folder, file, yaml);
+  write_head(folder, file, options.schema, yaml);
   for (std::size_t i = 0; i < drives.drives.size(); ++i) {
     if (i > 0) yaml.line("");
     yaml.comment(kTasks[i]);

@@ -1,11 +1,13 @@
 #include "compiler/init/look_at_drive.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "compiler/init/find_scans.h"
+#include "formats/drive/sensor_profile.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
@@ -64,7 +66,8 @@ void add_columns(const std::vector<PointCloudFile>& samples, FoundDrive& drive) 
 
 void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive& drive) {
   const fs::path file = recording.container ? recording.container->sensor_file() : fs::path();
-  if (!file.empty()) {
+  const bool is_named = guess.reason.starts_with("named by");
+  if (!file.empty() && !is_named) {
     drive.keys.push_back(
         {"sensor", file.string(), "metadata of the sensor that sent these packets"});
   } else if (!guess.profile.empty()) {
@@ -82,6 +85,50 @@ void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive
     drive.keys.push_back({"height_m", format_double(*guess.height_m),
                           "the height above the ground by the returns below the sensor"});
   }
+}
+
+// Letters and digits of a text, small.
+std::string letters_of(const std::string& text) {
+  std::string letters;
+  for (const unsigned char c : text) {
+    if (std::isalnum(c) != 0) letters += static_cast<char>(std::tolower(c));
+  }
+  return letters;
+}
+
+// The profile whose name is the longest in the last folders of a path or in a topic, if its beams
+// fit these scans: several sensors have the same beams. Empty: there is none.
+std::string named_profile(const fs::path& scans, const std::string& topic,
+                          const std::vector<PointCloudFile>& samples) {
+  const fs::path folder = scans.parent_path();
+  const std::string words =
+      letters_of(concat(folder.filename().string(), " ", scans.filename().string(), " ", topic));
+  const std::vector<double> elevations = elevations_deg(samples);
+  std::string best;
+  for (const std::string& name : sensor_profile_names()) {
+    if (words.find(letters_of(name)) == std::string::npos || name.size() <= best.size()) continue;
+    const SensorProfile profile = *sensor_profile(name);
+    if (fit_beams(elevations, profile.beam_elevations_deg).is_crisp()) best = name;
+  }
+  return best;
+}
+
+// A name comes before what fits as well.
+void prefer_named(const std::string& sensor, const FoundScans& found, const std::string& topic,
+                  const std::vector<PointCloudFile>& samples, SensorGuess& guess) {
+  if (!sensor.empty()) {
+    guess.reason =
+        guess.profile.empty() || guess.profile == sensor
+            ? "named by --sensor"
+            : concat("named by --sensor; the scans look like ", guess.profile, ": ", guess.reason);
+    guess.profile = sensor;
+    return;
+  }
+  const std::string named = named_profile(found.scans, topic, samples);
+  if (named.empty() || named == guess.profile) return;
+  guess.reason = concat("the path or the topic names it, and its beams fit as well as those of ",
+                        guess.profile);
+  guess.profile = named;
 }
 
 struct Candidate {
@@ -279,7 +326,7 @@ std::string contents_of(const Recording& recording) {
 
 }  // namespace
 
-Result<FoundDrive> look_at_drive(const FoundScans& found) {
+Result<FoundDrive> look_at_drive(const FoundScans& found, const std::string& sensor_name) {
   FoundDrive drive;
   drive.scans = found.scans;
   RecordingOptions options;
@@ -294,7 +341,8 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   drive.contents = contents_of(recording);
   add_columns(samples, drive);
   choose_stamps(found, options, drive);
-  const SensorGuess sensor = guess_sensor(samples);
+  SensorGuess sensor = guess_sensor(samples);
+  prefer_named(sensor_name, found, options.topic, samples, sensor);
   std::string remarks;
   const std::optional<Candidate> poses =
       choose_poses(found, recording, options, sensor.height_m.value_or(1.8), remarks);

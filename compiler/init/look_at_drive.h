@@ -29,9 +29,10 @@ struct FoundDrive {
   std::string contents;                   // "154 files, 0000000000.pcd to 0000000153.pcd"
 };
 
+// `sensor`: a profile or a file of beams that the user named; empty: it is recognized.
 // Opens scans with each file of poses and times that lies near, keeps what fits them and says why.
 // Errors, where they are no drive that compiles: those of list_recording and read_listed_scan, and
 // unsupported-format (half of the points within 0.5 m of the origin, or beyond 2 km).
-Result<FoundDrive> look_at_drive(const FoundScans& found);
+Result<FoundDrive> look_at_drive(const FoundScans& found, const std::string& sensor = "");
 
 }  // namespace sightline

@@ -228,7 +228,7 @@ Error unknown_key(std::string_view key, std::string_view where,
   if (!near.empty()) {
     message += concat("; did you mean '", near, "'?");
   } else {
-    message += "; known are:";
+    message += "; known keys:";
     for (const std::string& name : known) message += " " + name;
   }
   return {ErrorCode::kUnknownKey, message};

@@ -175,18 +175,18 @@ class JsonLines {
     pass_ = {{"pass", name}, {"step", step + 1}, {"steps", steps}};
     remaining_.start(step);
     begin_ = Clock::now();
-    told_ = {};
-    told_done_ = 0;
+    reported_ = {};
+    reported_done_ = 0;
     write("started", {});
   }
   void update(std::size_t done, std::size_t total) {
     constexpr auto kPause = std::chrono::milliseconds(200);
     const std::lock_guard<std::mutex> lock(mutex_);
     const Clock::time_point now = Clock::now();
-    if (done < told_done_) return;  // a thread that counted earlier and came later
-    if (done < total && now - told_ < kPause) return;
-    told_ = now;
-    told_done_ = done;
+    if (done < reported_done_) return;  // a thread that counted earlier and came later
+    if (done < total && now - reported_ < kPause) return;
+    reported_ = now;
+    reported_done_ = done;
     const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
     Json rest = {{"done", done}, {"total", total}, {"elapsed_s", rounded(elapsed_s)}};
     if (done > 0) {
@@ -230,8 +230,8 @@ class JsonLines {
   RemainingTime remaining_;
   Json pass_ = Json::object();
   Clock::time_point begin_;
-  Clock::time_point told_;
-  std::size_t told_done_ = 0;
+  Clock::time_point reported_;
+  std::size_t reported_done_ = 0;
   bool is_broken_ = false;
 };
 
@@ -363,7 +363,7 @@ std::optional<double> RemainingTime::of_run_s(double step_left_s) const {
   if (step_ >= expected_s_.size()) return std::nullopt;
   double later_s = 0.0;
   for (std::size_t i = step_ + 1; i < expected_s_.size(); ++i) later_s += expected_s_[i];
-  constexpr double kEnough_s = 2.0;  // to tell this machine from the one that was measured
+  constexpr double kEnough_s = 2.0;  // measured on this machine
   const bool is_known = foreseen_s_ > kEnough_s;
   return step_left_s + later_s * (is_known ? std::clamp(taken_s_ / foreseen_s_, 0.1, 10.0) : 1.0);
 }

@@ -289,7 +289,7 @@ Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifa
 
 void add_compile_flags(Verb& verb, CompileFlags& flags) {
   const std::vector<Flag> all = {
-      output_flag(flags.output, "The map to write (.slmap)"),
+      ending_in(".slmap", output_flag(flags.output, "The map to write (.slmap)")),
       force_flag(flags.is_forced),
       {.names = "--model",
        .value = "FILE",

@@ -270,7 +270,7 @@ Result<std::string> format_of_ending(const ExportFlags& flags) {
   std::string known;
   for (const auto& [each, format] : endings()) known += concat(" ", each, " (", format, ")");
   return Error{ErrorCode::kBadArgument,
-               concat("the ending '", ending, "' names no format; known are", known,
+               concat("the ending '", ending, "' names no format; known endings:", known,
                       ", and a folder (csv, autoware); --format names one")};
 }
 

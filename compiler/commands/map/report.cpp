@@ -236,20 +236,21 @@ Verb report_verb() {
                        .help = "The map to show (.slmap); with --map, the YAML configuration that "
                                "made it",
                        .target = &flags->run.config_file}};
-  verb.flags = {{.names = "--map",
-                 .value = "FILE",
-                 .help = "The map to show (.slmap), judged by the configuration's drives",
-                 .target = &flags->map},
-                {.names = "--against",
-                 .value = "FILE",
-                 .help = "An older map (.slmap): show the change too",
-                 .target = &flags->against},
-                {.names = "--gate",
-                 .value = "FILE",
-                 .help = "What `sightline gate --json` wrote for this map: say whether it passed",
-                 .target = &flags->gate},
-                required_output_flag(flags->output, "The page to write (.html)"),
-                force_flag(flags->is_forced)};
+  verb.flags = {
+      {.names = "--map",
+       .value = "FILE",
+       .help = "The map to show (.slmap), judged by the configuration's drives",
+       .target = &flags->map},
+      {.names = "--against",
+       .value = "FILE",
+       .help = "An older map (.slmap): show the change too",
+       .target = &flags->against},
+      {.names = "--gate",
+       .value = "FILE",
+       .help = "What `sightline gate --json` wrote for this map: say whether it passed",
+       .target = &flags->gate},
+      ending_in(".html", required_output_flag(flags->output, "The page to write (.html)")),
+      force_flag(flags->is_forced)};
   add_flags_of_every_run(verb, flags->run);
   verb.run = [flags] { return exit_status_of(write_report(*flags)); };
   return verb;

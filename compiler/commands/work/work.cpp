@@ -197,8 +197,9 @@ Verb link_verb() {
       "the same configuration. If work is missing, the exit status is 75 and it is listed.";
   verb.examples = {"sightline cluster link plan/ -o city.slmap"};
   verb.positionals = {plan_positional(flags->plan)};
-  verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
-                force_flag(flags->is_forced)};
+  verb.flags = {
+      ending_in(".slmap", required_output_flag(flags->output, "The map to write (.slmap)")),
+      force_flag(flags->is_forced)};
   add_flags_of_work(verb, flags->run);
   verb.run = [flags] { return exit_status_of(link(*flags)); };
   return verb;

@@ -161,6 +161,35 @@ TEST(ParseWords, RefusesWithACodeAndTheNearestName) {
   for (const Refusal& refusal : refusals) EXPECT_EQ(error_of(refusal.words), refusal.message);
 }
 
+TEST(ParseWords, RefusesAnotherEndingAndNamesTheRemedyOfAValue) {
+  std::string file;
+  std::string format;
+  Verb verb;
+  verb.flags = {{.names = "--output",
+                 .value = "FILE",
+                 .target = &file,
+                 .remedies = {{".pdf", "print the page"}},
+                 .endings = {".html"}},
+                {.names = "--format",
+                 .value = "F",
+                 .target = &format,
+                 .choices = {"gpkg"},
+                 .remedies = {{"kml", "convert it"}}}};
+  const auto error = [&](const std::vector<std::string>& words) {
+    return outcome_of(parse_words("house paint", verb, words));
+  };
+  EXPECT_EQ(error({"--output", "a.txt"}),
+            "SL1001 bad-argument: --output: found 'a.txt', expected a path that ends in .html");
+  EXPECT_EQ(error({"--output", "a.pdf"}),
+            "SL1001 bad-argument: --output: found 'a.pdf', expected a path that ends in .html; "
+            "print the page");
+  EXPECT_EQ(error({"--format", "kml"}),
+            "SL1007 unknown-name: --format: 'kml' is not known; convert it");
+  for (const char* fine : {"a.html", "folder.d/a", "/dev/stdout"}) {
+    require(parse_words("house paint", verb, {"--output", fine}));
+  }
+}
+
 TEST(ParseWords, RefusesAWordTooMany) {
   PaintFlags flags;
   Verb verb = paint_verb(flags);

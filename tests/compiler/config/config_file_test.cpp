@@ -62,7 +62,7 @@ TEST_F(ConfigFile, SaysLineAndNearestNameOfWhatItCannotRead) {
       {"build-ndt:\n  cel_m: 1.0\n", ErrorCode::kUnknownKey, "line 2", "did you mean 'cell_m'?"},
       {"\nbuild_ndt:\n  cell_m: 1.0\n", ErrorCode::kUnknownKey, "line 2",
        "did you mean 'build-ndt'?"},
-      {"build-ndt:\n  colour: red\n", ErrorCode::kUnknownKey, "line 2", "known are: cell_m"},
+      {"build-ndt:\n  colour: red\n", ErrorCode::kUnknownKey, "line 2", "known keys: cell_m"},
       {"build-ndt:\n  cell_m: two\n", ErrorCode::kBadValue, "line 2", "found 'two'"},
       {"build-ndt:\n  cell_m: {a: 1}\n", ErrorCode::kBadValue, "line 2", "found a map"},
       {"annotation:\n  ranges_m: [[1]]\n", ErrorCode::kBadValue, "line 2", "nested"},

@@ -53,7 +53,7 @@ VERBS = {
              "2030-01-01T00:00:00Z", "-o", ">out.root", "--force"),
     "sign": ("sign", "root.1", "--key", "a.key"),
     "key": ("key", "new"),
-    "init": ("init", "town", "-o", ">out.yaml", "--force"),
+    "init": ("init", "town", "-o", ">out.yaml", "--force", "--no-schema"),
     "admit": ("admit", "--root", "root.1", "--now", "2029-01-01T00:00:00Z", "--new-seen", ">seen", "release"),
     "weak": ("weak", "v1.slmap", "--places", "0", "-o", ">out.txt", "--force"),
     "report": ("report", "v1.slmap", "-o", ">out.html", "--force"),
