@@ -46,7 +46,7 @@ CLI::Option* add_flag(CLI::App& app, const Flag& flag) {
 
 CLI::Option* add_positional(CLI::App& app, const Positional& positional) {
   CLI::Option* const option = app.add_option(positional.name);
-  // A list goes on after flags that stand in between.
+  // A list continues after flags between its words.
   option->allow_extra_args(is_list(positional.target));
   return option->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
@@ -126,7 +126,7 @@ Error without_value(const Verb& verb, const std::vector<std::string>& words) {
     if (flag == nullptr || !takes_value(*flag)) continue;
     return bad_argument(concat(long_name(*flag), " needs a value: ", flag->value));
   }
-  return bad_argument("a flag has no value");
+  return bad_argument("the last flag needs a value");
 }
 
 // "--force=yes"; null where there is no such word.
@@ -152,7 +152,7 @@ Result<void> split(CLI::App& app, const std::string& command, const Verb& verb,
   } catch (const CLI::ArgumentMismatch&) {
     return without_value(verb, words);
   } catch (const CLI::ParseError&) {
-    return bad_argument(concat("the words behind `", command, "` cannot be read; `", command,
+    return bad_argument(concat("the arguments of `", command, "` cannot be read; `", command,
                                " --help` shows the usage"));
   }
   return {};
@@ -188,7 +188,8 @@ Result<void> check_exclusions(const Verb& verb, const std::vector<CLI::Option*>&
     if (flag.excludes.empty() || options[i]->count() == 0) continue;
     const auto other = static_cast<std::size_t>(find_flag(verb, flag.excludes) - &verb.flags[0]);
     if (options[other]->count() == 0) continue;
-    return bad_argument(concat(long_name(flag), " and ", flag.excludes, " exclude each other"));
+    return bad_argument(
+        concat(long_name(flag), " and ", flag.excludes, " cannot be used together"));
   }
   return {};
 }
@@ -203,11 +204,11 @@ Result<int> run_without_verb(const Program& program, const std::string& flag) {
     std::printf("%s %s\n%s", program.name.c_str(), program.version.c_str(), program.build.c_str());
     return 0;
   }
-  return unknown(concat("flag ", flag, " is before the verb"), flag, {"--help", "--version"},
+  return unknown(concat("unknown flag ", flag, " before the verb"), flag, {"--help", "--version"},
                  program.name);
 }
 
-// Every word that a verb may be called by; a second word ("status") stands for its verb.
+// Every word that a verb may be called by; a second word ("status") names its verb.
 Error unknown_verb(const Program& program, const std::string& name) {
   if (name == "version") {
     return bad_argument(concat("unknown verb 'version'; write `", program.name, " --version`"));

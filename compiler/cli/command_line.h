@@ -10,7 +10,7 @@ namespace sightline {
 // Reads the words behind a verb and sets the targets of its flags and positionals. `command` is
 // what stands before them, "sightline compile", for messages. Errors: those of set_flag;
 // bad-argument for a flag that does not exist (with the nearest one), a flag without its value, a
-// switch with one, a word too many, and flags that exclude each other.
+// switch with one, a word too many, and flags that cannot be used together.
 Result<void> parse_words(const std::string& command, const Verb& verb,
                          const std::vector<std::string>& words);
 

@@ -91,7 +91,7 @@ std::vector<Entry> top_entry(const Program& program, std::size_t index) {
   return {{family, found == program.families.end() ? "" : found->summary}};
 }
 
-// Verbs of a group stand together in the program.
+// Verbs of a group are neighbours in the program.
 std::string verbs_by_group(const Program& program) {
   std::size_t width = 0;
   for (const std::string& name : top_names(program)) width = std::max(width, name.size());
@@ -147,7 +147,7 @@ std::string literal_lines(const std::vector<std::string>& lines) {
   return text + ".fi\n.RE\n";
 }
 
-// Facts stand in parentheses behind the help.
+// The help, then its facts in parentheses.
 std::string with_facts(const Flag& flag) {
   const std::string facts = facts_of(flag);
   return roff(flag.help + (facts.empty() ? "" : concat(" (", facts, ")"))) + ".\n";
@@ -188,21 +188,21 @@ std::string exit_statuses() {
   }
   const std::map<int, std::string> meaning = {
       {64, "usage: the command line or the configuration"},
-      {65, "input: recordings, poses and other files of yours"},
-      {66, "version: written by a program that this one does not understand"},
-      {67, "corrupt: a file of sightline's own, damaged"},
-      {68, "signature: a file that is not what was signed, or by a key that is not trusted"},
-      {69, "gate: a rule of the gate was broken"},
-      {74, "system: a file, memory or another resource failed"},
-      {75, "incomplete: stopped before the end; what was done is kept"}};
+      {65, "input: recordings, poses and other files of the user"},
+      {66, "version: a file of a version that this program does not read"},
+      {67, "corrupt: a damaged file of sightline"},
+      {68, "signature: a file that was changed after signing, or a key that is not trusted"},
+      {69, "gate: the map breaks a rule"},
+      {74, "system: the operating system refused a request"},
+      {75, "incomplete: stopped before the end; finished work is kept"}};
   std::string text = ".TP\n0\nDone.\n";
   for (const auto& [status, what] : meaning) {
     text += concat(".TP\n", status, "\n", roff(what), ".\n");
     if (names.contains(status)) text += roff(names[status]) + ".\n";
   }
   return text +
-         ".PP\n\\fBsightline diff\\fR alone exits 0 where maps are the same, 1 where they "
-         "differ, 2 in trouble.\n";
+         ".PP\n\\fBsightline diff\\fR alone exits with 0 if the maps are equal, 1 if they "
+         "differ, 2 after an error.\n";
 }
 
 }  // namespace
@@ -265,11 +265,11 @@ std::string help_text(const Program& program, const Family& family) {
 
 std::string help_text(const Program& program) {
   std::string text = concat(filled(program.summary, 0), "\nUsage: ", program.name,
-                            " VERB [OPTION]...\n\nBegin with a folder of recordings:\n",
+                            " VERB [OPTION]...\n\nFirst steps, with a folder of recordings:\n",
                             indented_lines(program.first_steps), verbs_by_group(program),
                             option_list(flags_without_verb()));
-  text += concat("\n`", program.name, " help VERB` explains a verb with examples, `", program.name,
-                 " man | man -l -` all of them.\n");
+  text += concat("\n`", program.name, " help VERB` explains a verb with examples; `", program.name,
+                 " man | man -l -` shows the manual.\n");
   return text + filled_paragraphs(program.details);
 }
 
@@ -284,25 +284,27 @@ std::string man_page(const Program& program) {
   }
   text += concat(".SH DESCRIPTION\n", roff(program.summary), "\n");
   text +=
-      ".PP\nResults are written to stdout, log and progress to stderr. A failed run writes no "
-      "part of an output. Files are not overwritten without \\fB\\-\\-force\\fR. Finished passes "
-      "are cached beside the configuration.\n";
-  text += ".PP\nBegin with a folder of recordings:\n" + literal_lines(program.first_steps);
+      ".PP\nResults go to stdout, log and progress to stderr. Output files are written completely "
+      "or "
+      "not at all, and are replaced only with \\fB\\-\\-force\\fR. Finished passes are cached "
+      "beside "
+      "the configuration.\n";
+  text += ".PP\nFirst steps, with a folder of recordings:\n" + literal_lines(program.first_steps);
   text += ".SH COMMANDS\n";
   for (const Verb& verb : program.verbs) text += verb_text(program, verb);
   text += ".SH EXIT STATUS\n" + exit_statuses();
   text +=
       ".SH ENVIRONMENT\n"
-      ".TP\nNO_COLOR\nWhere this is set and not empty, nothing is printed in colour.\n"
+      ".TP\nNO_COLOR\nIf set and not empty, no colours are printed.\n"
       ".SH FILES\n"
-      ".TP\n\\fI*.yaml\\fR\nA configuration; its JSON Schema is printed by \\fBsightline passes "
-      "\\-\\-schema\\fR.\n"
+      ".TP\n\\fI*.yaml\\fR\nA configuration; \\fBsightline passes \\-\\-schema\\fR prints its JSON "
+      "Schema.\n"
       ".TP\n\\fI*.slmap\\fR\nA compiled map.\n"
-      ".TP\n\\fI*.slmap.provenance.json\\fR\nHow that map came to be: times, host, command line, "
+      ".TP\n\\fI*.slmap.provenance.json\\fR\nHow the map was made: times, host, command line, "
       "configuration.\n"
       ".TP\n\\fI*.slmodel\\fR\nA trained error model.\n"
-      ".TP\n\\fI.sightline\\-cache/\\fR\nFinished passes, beside the configuration; may be removed "
-      "at any time.\n";
+      ".TP\n\\fI.sightline\\-cache/\\fR\nThe cache of finished passes; may be removed at any "
+      "time.\n";
   return text;
 }
 

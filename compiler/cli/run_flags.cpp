@@ -29,7 +29,7 @@ Result<void> choose_kernel(const std::string& name) {
   return {};
 }
 
-// JSON on stderr stands there alone; on a descriptor of its own beside what people see.
+// JSON on stderr replaces the text there; on another descriptor it is added.
 Result<RunObserver> observer_of(const RunFlags& flags, const std::vector<double>& expected_s) {
   const RunObserver console = console_observer(flags.is_quiet     ? Verbosity::kQuiet
                                                : flags.is_verbose ? Verbosity::kVerbose

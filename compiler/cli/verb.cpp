@@ -212,7 +212,7 @@ Result<void> set_flag(const Flag& flag, const std::string& called,
   }
   if (takes_value(flag) && !is_list(flag.target) && words.size() > 1) {
     return Error{ErrorCode::kBadArgument,
-                 concat(called, " was given ", words.size(), " times, with '", words[0], "' and '",
+                 concat(called, " is given ", words.size(), " times, as '", words[0], "' and '",
                         words[1], "'; it takes one value")};
   }
   if (is_list(flag.target)) std::get<std::vector<std::string>*>(flag.target)->clear();

@@ -294,6 +294,18 @@ std::filesystem::path plan_file_in(const std::filesystem::path& plan) { return p
 
 std::filesystem::path store_in(const std::filesystem::path& plan) { return plan / "store"; }
 
+std::string to_json(const std::vector<StepState>& states) {
+  Json json = Json::array();
+  for (const StepState& state : states) {
+    json.push_back({{"stage", stage_name(state.stage)},
+                    {"step", state.step},
+                    {"is_done", state.is_done},
+                    {"parts_there", state.parts_there},
+                    {"parts", state.parts}});
+  }
+  return json.dump(2) + "\n";
+}
+
 std::string to_json(const PlanFile& plan) {
   Json json = {{"sightline_plan", kVersion},     {"program", "sightline " + program_version()},
                {"folder", plan.folder.string()}, {"configuration", plan.configuration.string()},

@@ -86,6 +86,8 @@ struct StepState {
   std::size_t parts = 0;  // 0: not begun, or it has none
 };
 std::vector<StepState> states_of(const SharedWork& work);
+// As schemas/status.schema.json describes it.
+std::string to_json(const std::vector<StepState>& states);
 
 // What runs a plan: engines that a cluster has anyway.
 struct EngineJob {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "compiler/cli/console/console.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
@@ -18,12 +18,16 @@
 namespace sightline {
 namespace {
 
+const std::vector<std::string> kForms = {"text", "csv", "json", "png", "svg"};
+
 struct DumpFlags {
   RunFlags run;  // config_file is the target: a configuration, a map, a model or an artifact
   std::string what;
-  std::string format = "text";
+  ResultFlags result;
   int site = -1;
   std::string box;  // empty: everything
+
+  [[nodiscard]] std::string format() const { return result.chosen_format(kForms); }
 };
 
 // The plans of a compile from one drive, from several and from a finished map, in which every pass
@@ -51,7 +55,7 @@ std::vector<const ArtifactType*> known_types() {
 }
 
 // Map factors are computed at ranges alone; looks join them with the errors of the map's own scans.
-bool tells_of_looks(const PlannedArtifact& artifact) {
+bool has_looks_table(const PlannedArtifact& artifact) {
   const std::string_view kinds[] = {
       ArtifactTraits<FactorTable>::kName, ArtifactTraits<MeasuredError>::kName,
       ArtifactTraits<PredictedError>::kName, ArtifactTraits<RangeTable>::kName};
@@ -68,7 +72,7 @@ std::vector<std::string> dumpable_names() {
       const std::string& name = plan.artifact(wire).name;
       if (std::ranges::find(names, name) != names.end()) continue;
       names.push_back(name);
-      if (tells_of_looks(plan.artifact(wire))) names.push_back(name + std::string(kLooksSuffix));
+      if (has_looks_table(plan.artifact(wire))) names.push_back(name + std::string(kLooksSuffix));
     }
   }
   for (const std::string& name : dump_names()) {
@@ -83,7 +87,7 @@ Result<Table> table_of_map(const DumpFlags& flags) {
   if (table) return table;
   Error error = table.error();
   error.file = flags.run.config_file;
-  error.message += "; everything else can be dumped from the configuration that compiled it";
+  error.message += "; all other tables are dumped from the configuration that compiled it";
   return error;
 }
 
@@ -91,7 +95,7 @@ Result<Table> table_of_model(const DumpFlags& flags) {
   SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.run.config_file));
   if (flags.what == "model") return dump(model);
   if (flags.what == "recordings") return recordings_table(model.ranges);
-  return Error{ErrorCode::kBadArgument, "--what: a model holds the tables model and recordings",
+  return Error{ErrorCode::kBadArgument, "--what: a model has the tables model and recordings",
                flags.run.config_file};
 }
 
@@ -186,7 +190,7 @@ Result<Table> table_of_artifact(const DumpFlags& flags) {
     error.file = flags.run.config_file;
     return error;
   }
-  return Error{ErrorCode::kUnsupportedFormat, "no pass of this program makes such an artifact",
+  return Error{ErrorCode::kUnsupportedFormat, "no pass of this program makes this type of artifact",
                flags.run.config_file};
 }
 
@@ -202,7 +206,7 @@ Target target_of(const DumpFlags& flags) {
 Result<void> dump_picture(const DumpFlags& flags) {
   PictureRequest request;
   request.what = flags.what;
-  request.format = flags.format == "svg" ? PictureFormat::kSvg : PictureFormat::kPng;
+  request.format = flags.format() == "svg" ? PictureFormat::kSvg : PictureFormat::kPng;
   request.site = flags.site;
   if (!flags.box.empty()) {
     SIGHTLINE_ASSIGN(const MapBox box, parse_box(flags.box));
@@ -213,12 +217,13 @@ Result<void> dump_picture(const DumpFlags& flags) {
   if (!is_drawable || std::ranges::find(drawable, request.what) == drawable.end()) {
     return Error{ErrorCode::kBadArgument,
                  "--format: only depth, nds, points and ranges of a configuration or a map can be "
-                 "drawn"};
+                 "drawn as a picture"};
   }
   SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap
                                                      ? sources_of_map(flags)
                                                      : sources_of_config(flags));
   SIGHTLINE_ASSIGN(const std::string picture, draw_picture(request, sources));
+  if (!flags.result.output.empty()) return put_result(flags.result, picture);
   std::fwrite(picture.data(), 1, picture.size(), stdout);
   return {};
 }
@@ -252,15 +257,15 @@ Result<void> run_dump(const DumpFlags& flags) {
     return Error{ErrorCode::kBadArgument,
                  "--what is required for a map, a model or a configuration"};
   }
-  if (flags.format == "png" || flags.format == "svg") return dump_picture(flags);
-  SIGHTLINE_ASSIGN(const TableFormat format, parse_table_format(flags.format));
+  SIGHTLINE_TRY(try_result(flags.result));
+  if (flags.format() == "png" || flags.format() == "svg") return dump_picture(flags);
+  SIGHTLINE_ASSIGN(const TableFormat format, parse_table_format(flags.format()));
   SIGHTLINE_ASSIGN(Table table, wanted_table(flags));
   Result<void> kept;
   if (flags.site >= 0) kept = keep_site(flags.site, table);
   if (kept && !flags.box.empty()) kept = keep_box(flags.box, table);
   if (!kept) return kept;
-  print_data(format_table(table, format));
-  return {};
+  return put_result(flags.result, format_table(table, format));
 }
 
 }  // namespace
@@ -269,31 +274,25 @@ Verb dump_verb() {
   const auto flags = std::make_shared<DumpFlags>();
   Verb verb;
   verb.name = "dump";
-  verb.summary = "Print every number of a map or of any step on the way to it";
+  verb.summary = "Print any table of a map, or of any step of its compile";
   verb.details =
-      "What is not in the cache is computed from the configuration. Numbers have full precision; "
-      "column names contain the units. For nds, --format also takes png and svg, for depth and "
-      "points png, for ranges svg. A table of observation ranges has a second one with the ending "
-      "-looks, of the looks that take a sample.";
+      "Results that are not in the cache are computed from the configuration. Numbers have full "
+      "precision; column names contain the units. For each table of observation ranges, a second "
+      "one with -looks at the end of its name contains the looks that take a sample.";
   verb.examples = {
-      "sightline dump town.slmap --what ranges --format csv > ranges.csv",
-      "sightline dump town.slmap --what ranges-looks --format csv > looks.csv",
+      "sightline dump town.slmap --what ranges -o ranges.csv",
+      "sightline dump town.slmap --what ranges-looks -o looks.csv",
       "sightline dump town.yaml --what factors --site 40",
-      "sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png",
-      "sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg",
-      "sightline dump town.slmap --what ranges --format svg > route.svg    # the tightest limit",
-      "sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on",
-      "sightline dump town.yaml --what recordings       # SHA-256 of these recordings"};
+      "sightline dump town.yaml --what depth --site 40 -o seen_from_40.png",
+      "sightline dump town.slmap --what nds --box 0,-50,100,50 -o nds.svg",
+      "sightline dump town.slmap --what ranges -o route.svg    # the tightest limit",
+      "sightline dump city.slmodel --what recordings    # SHA-256 of its training recordings",
+      "sightline dump town.yaml --what recordings       # SHA-256 of the recordings named there"};
   verb.flags = {{.names = "--what",
                  .value = "TABLE",
                  .help = "The table to print",
                  .target = &flags->what,
                  .choices = dumpable_names()},
-                {.names = "--format",
-                 .value = "FORMAT",
-                 .help = "Form of the output",
-                 .target = &flags->format,
-                 .choices = {"text", "csv", "json", "png", "svg"}},
                 {.names = "--site",
                  .value = "SITE",
                  .help = "Only the rows of this site, counted from 0",
@@ -303,6 +302,9 @@ Verb dump_verb() {
                  .value = "X0,Y0,X1,Y1",
                  .help = "Only NDs inside, in map coordinates, m",
                  .target = &flags->box}};
+  add_result_flags(
+      verb, flags->result, kForms,
+      "png and svg draw nds, depth (png only), points (png only) and ranges (svg only)");
   add_run_flags(verb, flags->run);
   verb.positionals.front().name = "TARGET";
   verb.positionals.front().help =

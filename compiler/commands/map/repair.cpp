@@ -1,15 +1,15 @@
-#include <cstdio>
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/commands/commands.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/map/repair/repair.h"
 #include "formats/reader/mapped_file.h"
 
-// Verbs that write a map anew without computing anything.
+// Verbs that write a map again without computing anything.
 
 namespace sightline {
 namespace {
@@ -25,8 +25,8 @@ Result<void> strip(const RepairFlags& flags) {
   const Result<Repacked> result = strip_map(file.bytes());
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(write_file_atomically(flags.output, result->file, if_exists(flags.force)));
-  for (const std::string& line : result->actions) print_text(line + "\n");
-  std::printf("%zu bytes, were %zu\n", result->file.size(), file.bytes().size());
+  print_written(flags.output, concat("was ", size_text(file.bytes().size())));
+  for (const std::string& line : result->actions) print_note(line);
   return {};
 }
 
@@ -36,8 +36,10 @@ Result<void> recover(const RepairFlags& flags) {
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(
       write_file_atomically(flags.output, encode_map(result->map), if_exists(flags.force)));
-  for (const std::string& line : result->lost) print_text(concat("lost ", line, "\n"));
-  if (result->lost.empty()) std::printf("nothing was lost\n");
+  const std::size_t count = result->lost.size();
+  print_written(flags.output, count == 0 ? "nothing was lost"
+                                         : concat(count, " parts were lost, see the warnings"));
+  for (const std::string& line : result->lost) print_warning("lost " + line);
   return {};
 }
 
@@ -47,9 +49,11 @@ Verb strip_verb() {
   const auto flags = std::make_shared<RepairFlags>();
   Verb verb;
   verb.name = "strip";
-  verb.summary = "Write a map without what only engineers need; no other digest changes";
+  verb.summary = "Write a map without the parts that vehicles do not need";
   verb.details =
-      "Drops the map factors and the error model. The root digest stays, and so does a signature.";
+      "Removes the map factors and the error model. The root digest is unchanged, so signatures "
+      "stay "
+      "valid.";
   verb.examples = {"sightline strip town.slmap -o town.vehicle.slmap"};
   verb.positionals = {map_positional(flags->map, "The map to read")};
   verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
@@ -62,10 +66,11 @@ Verb recover_verb() {
   const auto flags = std::make_shared<RepairFlags>();
   Verb verb;
   verb.name = "recover";
-  verb.summary = "Write what a truncated or damaged map still holds as a map of its own";
+  verb.summary = "Write the intact parts of a truncated or damaged map as a new map";
   verb.details =
-      "Keeps every tile whose digest is right and lists what was lost. The result is another map: "
-      "its version contains \"recovered\", and signatures of the original are not valid for it.";
+      "Keeps every tile whose digest is right and lists the lost parts. The result is a different "
+      "map: its version contains \"recovered\", and signatures of the original are not valid for "
+      "it.";
   verb.examples = {"sightline recover damaged.slmap -o rest.slmap"};
   verb.positionals = {map_positional(flags->map, "The damaged map")};
   verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),

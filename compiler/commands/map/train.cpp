@@ -1,9 +1,9 @@
-#include <cstdio>
 #include <memory>
 #include <utility>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/config/config_file.h"
@@ -23,6 +23,7 @@ struct TrainFlags {
   std::vector<std::string> configs;
   std::string output;
   bool with_evaluation = false;
+  bool shows_tables = false;
   bool is_forced = false;
 };
 
@@ -41,26 +42,26 @@ Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& fi
   Result<CompileConfig> config = load_compile_config(file, flags.run.overrides);
   if (config && flags.with_evaluation && config->evaluation.scans.empty()) {
     return Error{ErrorCode::kMissingKey,
-                 "evaluation.scans: --with-evaluation asks for a second drive and none is named",
+                 "evaluation.scans: --with-evaluation needs a second drive, and none is named",
                  file};
   }
   if (config && config->has_map() && config->localization.scans.empty()) {
     return Error{ErrorCode::kMissingKey,
-                 "localization.scans: a model learns from what a drive measured, and in this "
-                 "finished map none is named",
+                 "localization.scans: a model learns from the errors of a drive; name one for this "
+                 "finished map",
                  file};
   }
   if (config && flags.with_evaluation && config->imports_errors() != config->imports_evaluation()) {
     return Error{
         ErrorCode::kMissingKey,
-        "import-errors: with --with-evaluation both drives of a place are localized by the "
-        "same localizer; name both files, or none",
+        "import-errors: with --with-evaluation both drives of a place need errors of the same "
+        "localizer; name both files, or none",
         file};
   }
   return config;
 }
 
-// A place whose recordings are open, with what will be computed of it.
+// A place whose recordings are open, and what is computed for it.
 struct OpenPlace {
   CompileConfig config;
   RunFlags run;
@@ -96,15 +97,15 @@ std::vector<AnyWire> wanted_of(const OpenPlace& place) {
   return wanted;
 }
 
-Result<void> run_place(const TrainFlags& flags, OpenPlace& place) {
-  if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", place.run.config_file.c_str());
+Result<void> run_place(OpenPlace& place) {
+  print_note("place " + place.run.config_file);
   SIGHTLINE_TRY(
       run_steps(place.compile.plan, wanted_of(place), place.run, place.config, place.artifacts));
   return {};
 }
 
-Result<MeasuredPlace> measure_place(const TrainFlags& flags, OpenPlace place) {
-  SIGHTLINE_TRY(run_place(flags, place));
+Result<MeasuredPlace> measure_place(OpenPlace place) {
+  SIGHTLINE_TRY(run_place(place));
   const CompilePlan& compile = place.compile;
   const ArtifactSet& artifacts = place.artifacts;
   RecordingCards recordings = recording_cards(compile, artifacts);
@@ -156,7 +157,7 @@ Result<TrainingPlaces> measure_places(const TrainFlags& flags, std::vector<OpenP
   DigestBuilder key;
   const std::vector<std::string> names = place_names(flags.configs);
   for (std::size_t i = 0; i < open.size(); ++i) {
-    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(flags, std::move(open[i])));
+    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(std::move(open[i])));
     visit_families(measured.place, [&](DrivenPlace& place) { place.name = names[i]; });
     key.add(names[i]);
     key.add(measured.key);
@@ -173,10 +174,23 @@ Result<TrainingPlaces> measure_places(const TrainFlags& flags, std::vector<OpenP
 Result<void> run_places(const TrainFlags& flags, std::vector<OpenPlace> open) {
   for (OpenPlace& opened : open) {
     OpenPlace place = std::move(opened);
-    SIGHTLINE_TRY(run_place(flags, place));
+    SIGHTLINE_TRY(run_place(place));
   }
   say_stopped(flags.run, "no model is written");
   return {};
+}
+
+void print_model(const TrainFlags& flags, const CompileConfig& config,
+                 const ByFamily<ErrorModel>& model) {
+  if (flags.run.is_quiet) return;
+  print_written(flags.output, concat("an error model of ", flags.configs.size(), " places"));
+  for (const std::string& promise :
+       promises_of(config.passes.options(kChooseRanges), model.ranges)) {
+    print_text(promise + "\n");
+  }
+  if (flags.shows_tables) return print_text("\n" + to_text(model));
+  print_text(concat("Next: sightline compile CONFIG -o MAP --model ", flags.output,
+                    "; sightline inspect ", flags.output, " shows the model card\n"));
 }
 
 Result<void> train(const TrainFlags& flags) {
@@ -195,13 +209,7 @@ Result<void> train(const TrainFlags& flags) {
   SIGHTLINE_TRY(run_steps(plan, {}, run, config, artifacts));
   const ByFamily<ErrorModel>& model = artifacts.get(learnt);
   SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model), if_exists(flags.is_forced)));
-  if (flags.run.is_quiet) return {};
-  std::string text = to_text(model) + "\nWhat it promises in places like these\n";
-  for (const std::string& promise :
-       promises_of(config.passes.options(kChooseRanges), model.ranges)) {
-    text += promise + "\n";
-  }
-  print_text(text);
+  print_model(flags, config, model);
   return {};
 }
 
@@ -211,32 +219,36 @@ Verb train_verb() {
   const auto flags = std::make_shared<TrainFlags>();
   Verb verb;
   verb.name = "train";
-  verb.summary = "Train an error model on many drives, for maps made elsewhere";
+  verb.summary = "Train an error model on drives of several places, for maps of others";
   verb.details =
-      "Each configuration is one place: its mapping drive makes the map, its localization drive is "
-      "measured in it, or each of a list of them. What a place was measured at is cached, so a "
-      "further place or drive costs its own time alone. The model card on stdout is of places that "
-      "the trees did not see.\n\n"
-      "Of a place that was driven twice or more the model also learns what some drives' "
-      "measurements say of another. With --with-evaluation the evaluation drive of each place is "
-      "measured too. Such a drive can judge no map that this model annotates.\n\n"
-      "A promise is about the next drive. It is earned on drives that the trees did not learn "
-      "from: "
-      "each of two places or more is judged by trees of the others, or, of one place driven twice, "
-      "each drive by trees of the other. Places that share a recording count as one.";
+      "Each configuration is one place: its mapping drive makes the map, and its localization "
+      "drives "
+      "are measured in it. Measurements are cached, so one more place or drive adds only its own "
+      "time. The model card (`sightline inspect`, or --tables) is cross-validated: each place is "
+      "predicted by a model of the others.\n\n"
+      "Of places with two drives or more, the model also learns to predict one drive from the "
+      "measurements of others. --with-evaluation also uses the evaluation drive of each place, "
+      "which "
+      "then cannot judge maps that this model annotates.\n\n"
+      "A promise is about the next drive. It is computed from drives that the model was not "
+      "trained "
+      "on: each place is predicted by a model of the others or, if there is one place with two "
+      "drives, each drive by a model of the other. Places that share a recording count as one.";
   verb.examples = {"sightline train north.yaml south.yaml old-town.yaml -o city.slmodel",
                    "sightline train town-*/town.yaml -o towns.slmodel --with-evaluation",
                    "sightline compile street.yaml -o street.slmap --model city.slmodel",
-                   "sightline inspect city.slmodel    # the model card again"};
+                   "sightline inspect city.slmodel    # the model card"};
   verb.positionals = {{.name = "CONFIG",
-                       .help = "YAML configurations, one for each place",
+                       .help = "YAML configurations, one of each place",
                        .target = &flags->configs}};
   verb.flags = {required_output_flag(flags->output, "The model to write (.slmodel)"),
                 force_flag(flags->is_forced),
                 {.names = "--with-evaluation",
-                 .help = "Learn from each place's evaluation drive as well, and from what one "
-                         "drive says of the other",
-                 .target = &flags->with_evaluation}};
+                 .help = "Also learn from the evaluation drive of each place",
+                 .target = &flags->with_evaluation},
+                {.names = "--tables",
+                 .help = "Also print the model card on stdout",
+                 .target = &flags->shows_tables}};
   add_flags_of_every_run(verb, flags->run);
   verb.run = [flags] { return exit_status_of(train(*flags)); };
   return verb;

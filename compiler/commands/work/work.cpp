@@ -2,7 +2,6 @@
 #include <charconv>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
@@ -77,18 +76,6 @@ std::string to_text(const std::vector<StepState>& states) {
     grid.push_back({std::string(stage_name(state.stage)), state.step, state_text(state)});
   }
   return aligned(grid, FirstColumn::kLeft);
-}
-
-std::string to_json(const std::vector<StepState>& states) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const StepState& state : states) {
-    json.push_back({{"stage", stage_name(state.stage)},
-                    {"step", state.step},
-                    {"is_done", state.is_done},
-                    {"parts_there", state.parts_there},
-                    {"parts", state.parts}});
-  }
-  return json.dump(2) + "\n";
 }
 
 Result<void> status(const StatusFlags& flags) {

@@ -136,8 +136,8 @@ TEST(ParseWords, RefusesWithACodeAndTheNearestName) {
        "SL1001 bad-argument: --output needs a value: FILE; found the flag --force"},
       {{"north", "--force=yes"}, "SL1001 bad-argument: --force takes no value"},
       {{"north", "-o", "a", "--output=b"},
-       "SL1001 bad-argument: --output was given 2 times, with 'a' and 'b'; it takes one value"},
-      {{"north", "-q", "-v"}, "SL1001 bad-argument: --verbose and --quiet exclude each other"},
+       "SL1001 bad-argument: --output is given 2 times, as 'a' and 'b'; it takes one value"},
+      {{"north", "-q", "-v"}, "SL1001 bad-argument: --verbose and --quiet cannot be used together"},
       {{"north", "--coats", "two"},
        "SL1003 bad-value: --coats: found 'two', expected a whole number from 1 to 9"},
       {{"north", "--coats", "2.5"},
@@ -195,8 +195,8 @@ TEST(ParseWords, RefusesAWordTooMany) {
   Verb verb = paint_verb(flags);
   verb.positionals.pop_back();
   EXPECT_EQ(to_string(failure_of(parse_words("house paint", verb, {"north", "south"}))),
-            "SL1001 bad-argument: unexpected word 'south'; `house paint --help` shows what may "
-            "stand there");
+            "SL1001 bad-argument: unexpected word 'south'; `house paint --help` shows the "
+            "usage");
 }
 
 }  // namespace

@@ -113,8 +113,8 @@ void write_kitti(const fs::path& file, const Way& way, const Eigen::Matrix3d& ax
 
 class Init : public TestInFolder {
  protected:
-  CompileConfig draft() {
-    const Result<ConfigDraft> made = draft_config(folder_, folder_ / "drive.yaml");
+  CompileConfig draft(const DraftOptions& options = {}) {
+    const Result<ConfigDraft> made = draft_config(folder_, folder_ / "drive.yaml", options);
     if (!made) {
       ADD_FAILURE() << to_string(made.error());
       return {};
@@ -145,6 +145,30 @@ TEST_F(Init, GivesThreeDrivesTheirRolesAndTheirPoses) {
   EXPECT_EQ(config.evaluation.scans, path("2024-02/scans"));
   EXPECT_THAT(yaml_, HasSubstr("scans: mapping/scans")) << "paths beneath the file are relative";
   EXPECT_TRUE(open_recording(config.mapping).has_value());
+}
+
+// generic-16, vlp-16 and xt16 have the same beams.
+TEST_F(Init, PrefersTheSensorThatIsNamed) {
+  write_scans(folder_ / "xt16" / "scans", Way());
+  EXPECT_EQ(draft().mapping.sensor, "xt16");
+  EXPECT_THAT(yaml_, HasSubstr("the path or the topic names it"));
+  EXPECT_EQ(draft({.sensor = "hdl-32e"}).mapping.sensor, "hdl-32e");
+  EXPECT_THAT(yaml_, HasSubstr("named by --sensor; the scans look like"));
+  EXPECT_EQ(code_of(draft_config(folder_, "", {.sensor = "hdl-33"})), ErrorCode::kUnknownName);
+}
+
+TEST_F(Init, DoesNotPreferANameWhoseBeamsDoNotFit) {
+  write_scans(folder_ / "hdl-32e" / "scans", Way());
+  EXPECT_EQ(draft().mapping.sensor, "vlp-16");
+}
+
+TEST_F(Init, NamesTheSchemaForEditorsInItsFirstLine) {
+  write_scans(folder_ / "scans", Way());
+  draft({.schema = "sightline.schema.json"});
+  EXPECT_TRUE(yaml_.starts_with("# yaml-language-server: $schema=sightline.schema.json\n"))
+      << yaml_;
+  draft();
+  EXPECT_EQ(yaml_.find("yaml-language-server"), std::string::npos);
 }
 
 TEST_F(Init, SplitsASingleDriveAndLeavesItsPosesToTheCompiler) {

@@ -54,6 +54,24 @@ TEST_F(PlanFileTest, KeepsToItsSchema) {
   EXPECT_NE(schema_faults(schema, plan), "");
 }
 
+TEST(StepStates, KeepToTheirSchema) {
+  using Json = nlohmann::json;
+  const Json schema =
+      Json::parse(*read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/status.schema.json"));
+  const std::vector<StepState> states = {{Stage::kDrives, "ingest", true, 0, 0},
+                                         {Stage::kSites, "measure-error", false, 3, 8}};
+  Json json = Json::parse(to_json(states));
+  EXPECT_EQ(schema_faults(schema, json), "");
+  EXPECT_EQ(json[1]["stage"], "sites");
+  EXPECT_EQ(json[1]["parts_there"], 3);
+  for (const std::string_view stage : kStageNames) {
+    json[0]["stage"] = stage;
+    EXPECT_EQ(schema_faults(schema, json), "");
+  }
+  json[0]["stage"] = "elsewhere";
+  EXPECT_NE(schema_faults(schema, json), "");
+}
+
 TEST_F(PlanFileTest, IsRefusedWhereItIsNone) {
   EXPECT_EQ(read_plan_file(folder_).error().code, ErrorCode::kFileNotFound);
   EXPECT_EQ(failure(""), ErrorCode::kMalformedText);
