@@ -284,11 +284,10 @@ std::string man_page(const Program& program) {
   }
   text += concat(".SH DESCRIPTION\n", roff(program.summary), "\n");
   text +=
-      ".PP\nResults go to stdout, log and progress to stderr. Output files are written completely "
-      "or "
+      ".PP\n"
+      "Results go to stdout, log and progress to stderr. Output files are written completely or "
       "not at all, and are replaced only with \\fB\\-\\-force\\fR. Finished passes are cached "
-      "beside "
-      "the configuration.\n";
+      "beside the configuration.\n";
   text += ".PP\nFirst steps, with a folder of recordings:\n" + literal_lines(program.first_steps);
   text += ".SH COMMANDS\n";
   for (const Verb& verb : program.verbs) text += verb_text(program, verb);

@@ -106,8 +106,7 @@ Verb key_verb() {
   verb.details =
       "Both are minisign files; `minisign -G` makes them too. The secret key is readable by its "
       "owner only and is never replaced. If NAME.key exists without NAME.pub, NAME.pub is made "
-      "from "
-      "it. Prints the public key.";
+      "from it. Prints the public key.";
   verb.examples = {"sightline fleet key alice                              # not encrypted",
                    "sightline fleet key alice --passphrase-file phrase     # encrypted"};
   verb.positionals = {{.name = "NAME", .help = "Path without an ending", .target = &flags->name}};
@@ -123,8 +122,7 @@ Verb sign_verb() {
   verb.summary = "Add a signature to a root or release record, in RECORD.minisig";
   verb.details =
       "Signers sign one after the other, each on a machine of their own. `minisign -V` verifies "
-      "the "
-      "first signature of the file; `tail -n +5 RECORD.minisig` removes it, for the second.";
+      "the first signature of the file; `tail -n +5 RECORD.minisig` removes it, for the second.";
   verb.examples = {"sightline fleet sign release --key alice.key",
                    "sightline fleet sign release --key bob.key --passphrase-file -"};
   verb.positionals = {{.name = "RECORD", .help = "The record to sign", .target = &flags->record}};

@@ -67,15 +67,13 @@ Verb cache_verb() {
   verb.summary = "Show what a cache of finished passes contains, and remove useless files";
   verb.details =
       "Useless files are unfinished files of killed runs, and objects that are damaged or "
-      "misplaced. "
-      "Each run removes those of killed runs on its own machine. --prune also removes those of "
-      "other machines and of earlier boots: do not use it while another machine works with the "
-      "same "
-      "folder.\n\n"
-      "Finished results are kept, also those of earlier configurations, so a cache grows with each "
-      "change. --unused-days counts objects that no run has used for that time, and --prune then "
-      "removes them too; a run that needs one again computes it again. To free all space, remove "
-      "the folder.\n\n"
+      "misplaced. Each run removes those of killed runs on its own machine. --prune also removes "
+      "those of other machines and of earlier boots: do not use it while another machine works "
+      "with the same folder.\n\n"
+      "Finished results are kept, also those of earlier configurations, so a cache grows with "
+      "each change. --unused-days counts objects that no run has used for that time, and --prune "
+      "then removes them too; a run that needs one again computes it again. To free all space, "
+      "remove the folder.\n\n"
       "Everybody who can write to a cache can change the maps made from it. Compile releases with "
       "--no-cache, or with a cache that only you can write to.";
   verb.examples = {"sightline cache .sightline-cache", "sightline cache .sightline-cache --prune",

@@ -314,17 +314,16 @@ Verb export_verb() {
   verb.details = concat(
       "From a map (.slmap): gpkg (QGIS, with a style) and geojson contain the route with the "
       "annotation of each site; csv is a folder of tables; cells is a table of the reader's "
-      "answers "
-      "in the cells of a grid; lanelet2 is the Lanelet2 map --lanes (Autoware's lanelet2_map.osm) "
-      "with the answers along each lanelet; ply contains the NDs as coloured ellipsoids "
-      "(CloudCompare); pcd contains their means, with the number of points as intensity.\n\n"
+      "answers in the cells of a grid; lanelet2 is the Lanelet2 map --lanes (Autoware's "
+      "lanelet2_map.osm) with the answers along each lanelet; ply contains the NDs as coloured "
+      "ellipsoids (CloudCompare); pcd contains their means, with the number of points as "
+      "intensity.\n\n"
       "From a configuration (.yaml): autoware is a map directory of 20 m squares; pcd and ply "
       "contain its points; octomap is the space that rays found free or occupied (.bt: octovis, "
       "octomap_server), without moving objects, in voxels of --leaf and up to "
       "remove-moving.carve_range_m from the sensor.\n\n"
       "Without --format the ending of the output decides: .gpkg, .geojson, .osm, .csv (cells), "
-      ".pcd, "
-      ".ply, .bt; a folder is csv or autoware.",
+      ".pcd, .ply, .bt; a folder is csv or autoware.",
       kLanelet2Details,
       "\n\nExports are in the coordinates of the recordings, so positions in an export and in the "
       "reader are equal. Point clouds whose coordinates exceed 100 km (UTM) are shifted by whole "

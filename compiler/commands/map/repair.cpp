@@ -52,8 +52,7 @@ Verb strip_verb() {
   verb.summary = "Write a map without the parts that vehicles do not need";
   verb.details =
       "Removes the map factors and the error model. The root digest is unchanged, so signatures "
-      "stay "
-      "valid.";
+      "stay valid.";
   verb.examples = {"sightline strip town.slmap -o town.vehicle.slmap"};
   verb.positionals = {map_positional(flags->map, "The map to read")};
   verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),

@@ -222,18 +222,16 @@ Verb train_verb() {
   verb.summary = "Train an error model on drives of several places, for maps of others";
   verb.details =
       "Each configuration is one place: its mapping drive makes the map, and its localization "
-      "drives "
-      "are measured in it. Measurements are cached, so one more place or drive adds only its own "
-      "time. The model card (`sightline inspect`, or --tables) is cross-validated: each place is "
-      "predicted by a model of the others.\n\n"
+      "drives are measured in it. Measurements are cached, so one more place or drive adds only "
+      "its own time. The model card (`sightline inspect`, or --tables) is cross-validated: each "
+      "place is predicted by a model of the others.\n\n"
       "Of places with two drives or more, the model also learns to predict one drive from the "
       "measurements of others. --with-evaluation also uses the evaluation drive of each place, "
-      "which "
-      "then cannot judge maps that this model annotates.\n\n"
+      "which then cannot judge maps that this model annotates.\n\n"
       "A promise is about the next drive. It is computed from drives that the model was not "
-      "trained "
-      "on: each place is predicted by a model of the others or, if there is one place with two "
-      "drives, each drive by a model of the other. Places that share a recording count as one.";
+      "trained on: each place is predicted by a model of the others or, if there is one place "
+      "with two drives, each drive by a model of the other. Places that share a recording count "
+      "as one.";
   verb.examples = {"sightline train north.yaml south.yaml old-town.yaml -o city.slmodel",
                    "sightline train town-*/town.yaml -o towns.slmodel --with-evaluation",
                    "sightline compile street.yaml -o street.slmap --model city.slmodel",

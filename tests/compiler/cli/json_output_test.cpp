@@ -53,8 +53,7 @@ TEST_F(JsonOutput, OfACacheKeepsToItsSchema) {
   EXPECT_EQ(schema_faults(schema("cache"), plain), "");
   EXPECT_EQ(plain["objects"], 0);
   EXPECT_FALSE(plain.contains("unused_days"));
-  Json aged =
-      Json::parse(output_of({"cache", cache(), "--format", "json", "--unused-days", "30"}));
+  Json aged = Json::parse(output_of({"cache", cache(), "--format", "json", "--unused-days", "30"}));
   EXPECT_EQ(schema_faults(schema("cache"), aged), "");
   EXPECT_EQ(aged["unused_days"], 30);
   aged["objects"] = -1;
