@@ -98,7 +98,7 @@ Verb verify_verb() {
        .target = &flags->config},
       {.names = "--model",
        .value = "FILE",
-       .help = "Take the error model of this file for --again, as the compile of the map did",
+       .help = "Use the error model of this file for --again, as the compile of the map did",
        .target = &flags->model},
       {.names = "--set",
        .value = "KEY=VALUE",

@@ -293,7 +293,7 @@ void add_compile_flags(Verb& verb, CompileFlags& flags) {
       force_flag(flags.is_forced),
       {.names = "--model",
        .value = "FILE",
-       .help = "Take the error model of this file (.slmodel, of `sightline train`) or map (.slmap) "
+       .help = "Use the error model of this file (.slmodel, of `sightline train`) or map (.slmap) "
                "instead of training one; what the localization drive measures is given to it as "
                "history",
        .target = &flags.model},

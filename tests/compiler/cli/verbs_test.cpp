@@ -95,7 +95,7 @@ TEST(Verbs, ExplainTheEdgeOfACellByTheGrid) {
   const Verb verb = *find_verb(sightline_program(), "export");
   const auto cell = std::ranges::find(verb.flags, "--cell", &Flag::names);
   ASSERT_NE(cell, verb.flags.end());
-  EXPECT_EQ(cell->help, "Of cells: the edge of a cell of the grid");
+  EXPECT_EQ(cell->help, "For cells: edge of the cells of the grid");
 }
 
 TEST(Verbs, MeanTheSameByTheSameFlag) {

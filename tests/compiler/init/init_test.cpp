@@ -235,7 +235,7 @@ TEST_F(Init, LeavesOutPosesThatTheScansContradict) {
   }
   ASSERT_TRUE(write_tum(folder_ / "poses.tum", rows).has_value());
   EXPECT_EQ(draft().mapping.poses, "");
-  EXPECT_THAT(yaml_, HasSubstr("of the returns from upright surfaces overlap other scans"));
+  EXPECT_THAT(yaml_, HasSubstr("the returns from upright surfaces overlap other scans"));
 }
 
 TEST_F(Init, OffersASecondSensorOfTheVehicleButDoesNotGuessWhereItSits) {

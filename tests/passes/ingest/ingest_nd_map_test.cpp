@@ -59,7 +59,7 @@ TEST_F(IngestNdMapTest, LeavesOutWhatIsNoNdAndSaysSo) {
   EXPECT_EQ(map.degenerate_cell_count, 1U);
   EXPECT_THAT(ctx_.warnings, Contains(HasSubstr("map theirs: has seen better days")));
   EXPECT_THAT(ctx_.warnings,
-              Contains(HasSubstr("holds NDs and no points: 1 of its 7 cells of 1 m")));
+              Contains(HasSubstr("contains NDs and no points: 1 of its 7 cells of 1 m")));
   EXPECT_EQ(ingest_nd_map(ctx_, {.min_points = 9}, theirs)->nds.size(), 2U);
 }
 

@@ -35,7 +35,7 @@ TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
   EXPECT_TRUE(validate(surface).has_value());
   EXPECT_EQ(surface.patches.size(), 30U);
   ASSERT_EQ(ctx.warnings.size(), 1U);
-  EXPECT_NE(ctx.warnings[0].find("holds no surface"), std::string::npos);
+  EXPECT_NE(ctx.warnings[0].find("contains no surface"), std::string::npos);
 }
 
 TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {

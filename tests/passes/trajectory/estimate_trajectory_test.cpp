@@ -87,8 +87,8 @@ TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowe
   EstimateTrajectoryOptions options{.mode = PoseMode::kGiven};
   Trajectory trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
   EXPECT_EQ(trajectory.source, PoseSource::kGiven);
-  EXPECT_THAT(ctx.warnings, Contains(AllOf(HasSubstr("scans 0 to 6: given poses move 5.1"),
-                                           HasSubstr("the scans show 4.1"))));
+  EXPECT_THAT(ctx.warnings, Contains(AllOf(HasSubstr("scans 0 to 6: the given poses move 5.1"),
+                                           HasSubstr("the scans 4.1"))));
   options.bad_poses = BadPoses::kRepair;
   trajectory = value_of(estimate_trajectory(ctx, options, test.drive));
   EXPECT_EQ(trajectory.source, PoseSource::kRefined);

@@ -252,7 +252,7 @@ TEST(ChooseFieldSites, RefusesWhatNobodyCouldAnnotate) {
 TEST(ChooseFieldSites, SayThatAPlaceIsOfOneHeadingToASensorThatDoesNotSeeAllRound) {
   const ChosenSites made = chosen(level_street(), {}, 1, 70.4);
   ASSERT_EQ(made.warnings.size(), 2U);
-  EXPECT_NE(made.warnings[1].find("sees 70.4 degrees of a turn"), std::string::npos);
+  EXPECT_NE(made.warnings[1].find("has a view of 70.4 degrees"), std::string::npos);
 }
 
 }  // namespace

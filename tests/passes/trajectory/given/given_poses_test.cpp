@@ -64,7 +64,7 @@ TEST(GivenPoses, OneThatIsFarOffIsRefusedByNameAndRepairedWhenAllowed) {
     TestDrive test = given_drive(random_street(3), 6, 1.0);
     test.drive.scans[3].T_world_vehicle->translation().y() += off_m;
     char words[96];
-    std::snprintf(words, sizeof words, "scan 3 (scan3.pcd) lies %.0f", off_m);
+    std::snprintf(words, sizeof words, "scan 3 (scan3.pcd) is %.0f", off_m);
     expect_refused(test, "scan 3", words);
     const Outcome repaired = run(test.drive, repairing());
     EXPECT_EQ(repaired.trajectory.source, PoseSource::kRefined);
@@ -77,7 +77,7 @@ TEST(GivenPoses, OneThatIsFarOffIsRefusedByNameAndRepairedWhenAllowed) {
 TEST(GivenPoses, AFirstOneThatIsFarOffIsFound) {
   TestDrive test = given_drive(random_street(3), 5, 1.0);
   test.drive.scans[0].T_world_vehicle->translation().x() -= 50.0;
-  expect_refused(test, "scan 0", "1 of 5 given poses of drive test: scan 0 (scan0.pcd) lies");
+  expect_refused(test, "scan 0", "1 of 5 given poses of drive test contradict the scans: scan 0 (scan0.pcd) is");
   EXPECT_LT(largest_off_m(run(test.drive, repairing()).trajectory, test.truth), 0.1);
 }
 
@@ -86,7 +86,7 @@ TEST(GivenPoses, AJumpThatLastsIsFoundInTheShorterPart) {
   for (const std::size_t i : {5U, 6U}) {
     test.drive.scans[i].T_world_vehicle->translation().y() -= 20.0;
   }
-  expect_refused(test, "scan 5", "2 of 7 given poses of drive test: scans 5 to 6, of which scan");
+  expect_refused(test, "scan 5", "2 of 7 given poses of drive test contradict the scans: scans 5 to 6, of which scan");
 }
 
 TEST(GivenPoses, AHeadingTurnedRoundIsRefused) {
