@@ -222,7 +222,8 @@ TEST(CompileConfig, RefusesAListOfLocalizationDrivesThatCannotBe) {
   refused(
       "localization: [{scans: b}, {scans: c}]\n"
       "import-errors: {file: errors.csv, localizer: mine}\n",
-      ErrorCode::kBadValue, "import-errors.file has the errors of one localization drive, and 2 are listed");
+      ErrorCode::kBadValue,
+      "import-errors.file has the errors of one localization drive, and 2 are listed");
 }
 
 void write_map(const std::string& name) {

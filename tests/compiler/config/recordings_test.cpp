@@ -93,8 +93,7 @@ TEST(Recordings, RefusesWhatIsNone) {
   refused("mapping: {recordings: month}\n", ErrorCode::kFileNotFound, "recordings_test/month");
   refused("mapping: {recordings: week/empty}\n", ErrorCode::kEmptyDirectory,
           "mapping.recordings: found no recording in this folder");
-  refused("mapping: {recordings: week/none.txt}\n", ErrorCode::kMalformedText,
-          "the list is empty");
+  refused("mapping: {recordings: week/none.txt}\n", ErrorCode::kMalformedText, "the list is empty");
   refused("mapping: {recordings: week/long.txt}\n", ErrorCode::kMalformedText, "line 1");
   refused("mapping: {recordings: week, poses: track.tum}\n", ErrorCode::kFileNotFound,
           "found no file 'track.tum' in or beside this folder of scans");

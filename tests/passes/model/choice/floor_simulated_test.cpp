@@ -133,7 +133,8 @@ TEST(Floor, OfSimulationRangesDifferByPlaceAndLooksDoNot) {
     EXPECT_EQ(ranges.reason(site, 0), Reason::kSimulation);
     EXPECT_EQ(looks.reason(site, 0), Reason::kNoDrive);
   }
-  EXPECT_NE(ranges.promises[0].statement.find("from 10 m to 20 m are used, by site"), std::string::npos);
+  EXPECT_NE(ranges.promises[0].statement.find("from 10 m to 20 m are used, by site"),
+            std::string::npos);
   EXPECT_NE(looks.promises[0].statement.find("one look is used for the whole map: 100 m"),
             std::string::npos);
 }

@@ -77,7 +77,8 @@ TEST(GivenPoses, OneThatIsFarOffIsRefusedByNameAndRepairedWhenAllowed) {
 TEST(GivenPoses, AFirstOneThatIsFarOffIsFound) {
   TestDrive test = given_drive(random_street(3), 5, 1.0);
   test.drive.scans[0].T_world_vehicle->translation().x() -= 50.0;
-  expect_refused(test, "scan 0", "1 of 5 given poses of drive test contradict the scans: scan 0 (scan0.pcd) is");
+  expect_refused(test, "scan 0",
+                 "1 of 5 given poses of drive test contradict the scans: scan 0 (scan0.pcd) is");
   EXPECT_LT(largest_off_m(run(test.drive, repairing()).trajectory, test.truth), 0.1);
 }
 
@@ -86,7 +87,9 @@ TEST(GivenPoses, AJumpThatLastsIsFoundInTheShorterPart) {
   for (const std::size_t i : {5U, 6U}) {
     test.drive.scans[i].T_world_vehicle->translation().y() -= 20.0;
   }
-  expect_refused(test, "scan 5", "2 of 7 given poses of drive test contradict the scans: scans 5 to 6, of which scan");
+  expect_refused(
+      test, "scan 5",
+      "2 of 7 given poses of drive test contradict the scans: scans 5 to 6, of which scan");
 }
 
 TEST(GivenPoses, AHeadingTurnedRoundIsRefused) {
