@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iterator>
 #include <sstream>
+#include <type_traits>
 
 #include "passes/pass/options.h"
 
@@ -14,11 +15,15 @@ namespace {
 
 Flag help_flag() { return {.names = "-h,--help", .help = "Print this help"}; }
 
-// The shortest text that reads back as the same number.
+// The shortest text that reads back as the same number, without an exponent below 1e15.
 template <class Number>
 std::string number_text(Number number) {
   char text[32];
-  const std::to_chars_result end = std::to_chars(text, text + sizeof text, number);
+  std::to_chars_result end = std::to_chars(text, text + sizeof text, number);
+  if constexpr (std::is_floating_point_v<Number>) {
+    const bool is_short = std::abs(number) < 1e15 && number == std::floor(number);
+    if (is_short) end = std::to_chars(text, text + sizeof text, number, std::chars_format::fixed);
+  }
   return {text, end.ptr};
 }
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 
@@ -226,6 +227,29 @@ std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache
   if (cache_directory.empty()) return text + "disk    only the map: the cache is off\n";
   return concat(text, room_line("disk    ", cost.cache_mib, free_disk_mib(cache_directory)),
                 "        in ", cache_directory.string(), "\n");
+}
+
+std::string to_json(const ExpectedCost& cost) {
+  nlohmann::ordered_json json = {{"drives", nlohmann::ordered_json::array()},
+                                 {"steps", nlohmann::ordered_json::array()},
+                                 {"threads", cost.threads},
+                                 {"memory_mib", cost.memory_mib},
+                                 {"cache_mib", cost.cache_mib}};
+  for (const ExpectedDrive& drive : cost.drives) {
+    json["drives"].push_back({{"role", drive.role},
+                              {"scans", drive.scan_count},
+                              {"points_per_scan", drive.points_per_scan}});
+  }
+  for (const ExpectedStep& step : cost.steps) {
+    json["steps"].push_back(
+        {{"pass", step.name}, {"is_in_cache", step.is_in_cache}, {"wall_s", step.wall_s}});
+  }
+  if (cost.places) {
+    json["places"] = {{"count", cost.places->count},
+                      {"tried", cost.places->tried_count},
+                      {"cpu_s", cost.places->cpu_s}};
+  }
+  return json.dump(2) + "\n";
 }
 
 }  // namespace sightline

@@ -52,4 +52,7 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
 // them.
 std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache_directory);
 
+// As schemas/cost.schema.json describes it.
+std::string to_json(const ExpectedCost& cost);
+
 }  // namespace sightline

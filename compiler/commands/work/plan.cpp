@@ -3,6 +3,7 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/commands/commands.h"
 #include "compiler/config/expected_cost.h"
 #include "compiler/driver/pipelines.h"
@@ -19,6 +20,7 @@ struct PlanFlags {
   std::string output;
   std::string model;
   std::string engine;
+  std::string format = "text";
   std::string map;
   int shares = 4;
   bool is_forced = false;
@@ -34,12 +36,11 @@ Result<void> write_plan(const PlanFlags& flags, const PlanFile& file) {
 }
 
 // Of all stages together, on one thread.
-std::string cost_text(const SharedWork& work) {
+ExpectedCost cost_of(const SharedWork& work) {
   RunOptions options = options_in(work, Stage::kLink);
   options.threads = 1;
-  return to_text(expected_cost(work.compile.plan, reported_artifacts(work.compile), options,
-                               work.config, work.artifacts),
-                 work.store);
+  return expected_cost(work.compile.plan, reported_artifacts(work.compile), options, work.config,
+                       work.artifacts);
 }
 
 std::string next_steps(const PlanFlags& flags) {
@@ -58,7 +59,13 @@ Result<void> plan(const PlanFlags& flags) {
                    new_plan(flags.output, flags.configuration, flags.overrides, flags.model));
   SIGHTLINE_TRY(write_plan(flags, made.file));
   if (flags.engine.empty()) {
-    print_text(cost_text(made.work) + next_steps(flags));
+    const ExpectedCost cost = cost_of(made.work);
+    if (flags.format == "json") {
+      print_data(to_json(cost));
+    } else if (verbosity() != Verbosity::kQuiet) {
+      print_written(plan_file_in(flags.output));
+      print_text(to_text(cost, made.work.store) + next_steps(flags));
+    }
     return {};
   }
   EngineJob job;
@@ -113,6 +120,12 @@ Verb plan_verb() {
        .help = "Print a script that runs the whole plan with this engine",
        .target = &flags->engine,
        .choices = engine_names()},
+      {.names = "--format",
+       .value = "FORMAT",
+       .help = "Form of the estimated cost; json as schemas/cost.schema.json describes it",
+       .target = &flags->format,
+       .choices = {"text", "json"},
+       .excludes = "--emit"},
       {.names = "--shares",
        .value = "N",
        .help = "Number of processes that share a stage, in the script",

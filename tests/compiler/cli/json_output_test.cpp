@@ -60,6 +60,17 @@ TEST_F(JsonOutput, OfACacheKeepsToItsSchema) {
   EXPECT_NE(schema_faults(schema("cache"), aged), "");
 }
 
+TEST_F(JsonOutput, OfEveryTableOfAMapKeepsToItsSchema) {
+  const std::string map = (folder_ / "a.slmap").string();
+  std::filesystem::copy_file(
+      std::filesystem::path(SIGHTLINE_ROOT) / "tests/fuzz/corpus/map/seed_plain", map);
+  for (const char* what : {"sites", "ranges", "nds"}) {
+    const Json table = Json::parse(output_of({"dump", map, "--what", what, "--format", "json"}));
+    EXPECT_EQ(schema_faults(schema("dump"), table), "") << what;
+    for (const Json& row : table["rows"]) ASSERT_EQ(row.size(), table["columns"].size());
+  }
+}
+
 TEST_F(JsonOutput, GoesToAFileWhoseEndingNamesTheFormat) {
   const std::string file = (folder_ / "passes.json").string();
   EXPECT_THAT(output_of({"passes", "-o", file}), HasSubstr("Wrote " + file));
