@@ -174,6 +174,15 @@ TEST(Everyday, InitOfATownCompilesUnchanged) {
   const std::string yaml = (folder / "drive.yaml").string();
   const ProgramResult drafted = run_successfully("init " + small_town().string() + " -o " + yaml);
   EXPECT_THAT(drafted.err, HasSubstr("evaluation: "));
+  EXPECT_THAT(drafted.out, HasSubstr("Wrote " + yaml + " ("));
+  EXPECT_THAT(drafted.out, HasSubstr("Next: sightline compile " + yaml));
+  std::ifstream written(yaml);
+  std::string first;
+  std::getline(written, first);
+  EXPECT_EQ(first, "# yaml-language-server: $schema=sightline.schema.json");
+  const ProgramResult schema = run_successfully("passes --schema");
+  std::ifstream beside(folder / "sightline.schema.json");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(beside), {}), schema.out);
   const std::string map = (folder / "drive.slmap").string();
   run_successfully("compile " + yaml + " -o " + map + kQuick);
   run_successfully("verify " + map);
