@@ -129,7 +129,8 @@ void append_weak(const TwoMaps& maps, std::vector<Printed>& table) {
 
 void append_exports(const TwoMaps& maps, std::vector<Printed>& table) {
   export_to(maps.folder / "route.geojson", maps.map, "--format geojson");
-  for (const Json& feature : Json::parse(bytes_of(maps.folder / "route.geojson")).at("features")) {
+  const Json route = Json::parse(bytes_of(maps.folder / "route.geojson"));
+  for (const Json& feature : route.at("features")) {
     if (!feature.at("properties").contains("site")) continue;
     EXPECT_EQ(feature.at("properties").at("site"), 0);
     table.push_back({"export --format geojson", feature.at("geometry").at("coordinates")});
