@@ -3,6 +3,7 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/file_kind.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/text/map_diff_json.h"
 #include "compiler/views/text/map_diff_text.h"
@@ -16,10 +17,12 @@ constexpr int kSame = 0;
 constexpr int kDifferent = 1;
 constexpr int kTrouble = 2;
 
+const std::vector<std::string> kFormats = {"text", "json", "markdown", "geojson"};
+
 struct DiffFlags {
   std::string before;
   std::string after;
-  std::string format = "text";
+  ResultFlags result;
   std::string world;
   MapDiffOptions options;
   bool is_quiet = false;
@@ -36,12 +39,17 @@ Result<std::string> text_of(const MapDiff& diff, const std::string& format,
 
 Result<bool> diff(const DiffFlags& flags) {
   SIGHTLINE_TRY(named_world(flags.world, kLocalWorld));  // before maps are read
+  SIGHTLINE_TRY(try_result(flags.result));
   SIGHTLINE_ASSIGN(const MapDiff found,
                    diff_maps(std::filesystem::path(flags.before),
                              std::filesystem::path(flags.after), flags.options));
-  if (!flags.is_quiet) {
-    SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags.format, flags.world));
+  if (flags.is_quiet && flags.result.output.empty()) return found.is_same();
+  const std::string format = flags.result.chosen_format(kFormats);
+  SIGHTLINE_ASSIGN(const std::string text, text_of(found, format, flags.world));
+  if (format == "text" && flags.result.output.empty()) {
     print_text(text);
+  } else {
+    SIGHTLINE_TRY(put_result(flags.result, text));
   }
   return found.is_same();
 }
@@ -64,12 +72,7 @@ Verb diff_verb() {
       "sightline diff old.slmap new.slmap --format geojson --world utm:33N > changed.geojson"};
   verb.positionals = {{.name = "BEFORE", .help = "The old map (.slmap)", .target = &flags->before},
                       {.name = "AFTER", .help = "The new map (.slmap)", .target = &flags->after}};
-  verb.flags = {{.names = "--format",
-                 .value = "FORMAT",
-                 .help = "Form of the output",
-                 .target = &flags->format,
-                 .choices = {"text", "json", "markdown", "geojson"}},
-                quiet_flag(flags->is_quiet),
+  verb.flags = {quiet_flag(flags->is_quiet),
                 {.names = "--tolerance-m",
                  .value = "METRES",
                  .help = "An ND whose mean moved no farther stayed",
@@ -86,6 +89,7 @@ Verb diff_verb() {
                  .target = &flags->options.longest_m,
                  .minimum = 0.001},
                 world_flag(flags->world)};
+  add_result_flags(verb, flags->result, kFormats, "json as schemas/diff.schema.json describes it");
   verb.run = [flags]() -> Result<int> {
     const Result<bool> is_same = diff(*flags);
     if (!is_same) report_error(explain_wrong_file(is_same.error()));

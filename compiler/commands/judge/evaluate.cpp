@@ -1,10 +1,12 @@
-#include <cstdio>
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
+#include "compiler/commands/verdict_output.h"
 #include "compiler/config/inputs.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/evaluate_plan.h"
@@ -13,7 +15,9 @@
 #include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
+#include "compiler/views/text/map_summary_text.h"
 #include "compiler/views/text/table_rows.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/annotation/drive_tracks.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/evaluation/evaluation.h"
@@ -22,13 +26,16 @@
 namespace sightline {
 namespace {
 
+const std::vector<std::string> kFormats = {"text", "json", "csv"};
+
 struct EvaluateFlags {
   RunFlags run;
   std::string map;
   std::string json;
   std::string csv;
   std::string svg;  // of promised against observed coverage
-  bool is_forced = false;
+  bool prints_tables = false;
+  ResultFlags result;  // whose is_forced is that of every file
 };
 
 Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
@@ -63,42 +70,87 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
       {flags.svg, chart_file_svg(calibration_chart(evaluation, {}))}};
   for (const auto& [file, text] : files) {
     if (file.empty()) continue;
-    SIGHTLINE_TRY(write_file_atomically(file, text, if_exists(flags.is_forced)));
+    SIGHTLINE_TRY(write_file_atomically(file, text, if_exists(flags.result.is_forced)));
+    if (flags.result.format == "text") print_written(file);
   }
   return {};
 }
 
-// Prints what was found and gathers the same as tables.
-Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& made,
-                                  const ArtifactSet& artifacts) {
+// What was found, as tables for people and for programs.
+struct Found {
+  std::string text;
+  std::vector<Table> tables;
+};
+
+Result<Found> found_in(const CompiledMap& map, const EvaluatePlan& made,
+                       const ArtifactSet& artifacts) {
   const Evaluation& evaluation = artifacts.get(made.evaluation);
   const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
-  std::string text =
-      concat(judged_by(map.model.localizer, judging), to_text(evaluation, map.sites.frame), "\n");
-  std::vector<Table> all = tables(evaluation);
-  all.front().facts.emplace_back("judged_by", to_text(judging));
-  all.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
+  Found found = {
+      concat(judged_by(map.model.localizer, judging), to_text(evaluation, map.sites.frame), "\n"),
+      tables(evaluation)};
+  found.tables.front().facts.emplace_back("judged_by", to_text(judging));
+  found.tables.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
   if (artifacts.has(made.tracks)) {
     const DriveTracks& tracks = artifacts.get(made.tracks);
-    for (Table& table : tables(tracks)) all.push_back(std::move(table));
-    text += to_text(tracks);
+    for (Table& table : tables(tracks)) found.tables.push_back(std::move(table));
+    found.text += to_text(tracks);
   } else {
-    text += "Not replayed scan by scan: that is done by this program's own localizers alone\n";
+    found.text +=
+        "Not replayed scan by scan: that is done by this program's own localizers alone\n";
   }
-  print_text(text);
-  for (Table& table : all) append_world_columns(map.sites.frame, table);
-  if (map.factors.factors.empty()) return all;
+  for (Table& table : found.tables) append_world_columns(map.sites.frame, table);
+  if (map.factors.factors.empty()) return found;
   SIGHTLINE_ASSIGN(const FactorReport factors,
                    factor_report(map.factors, artifacts.get(made.measured).ranges));
-  print_text("\n" + to_text(factors));
-  for (Table& table : tables(factors)) all.push_back(std::move(table));
-  return all;
+  found.text += "\n" + to_text(factors);
+  for (Table& table : tables(factors)) found.tables.push_back(std::move(table));
+  return found;
+}
+
+// The verdict without the promise, which the map has had before, and the answers beside the best
+// constant one: at most 12 lines.
+std::string answers_text(const CompiledMap& map, const EvaluatePlan& made,
+                         const ArtifactSet& artifacts, const EvaluationFigures& figures,
+                         MapJudgement judgement) {
+  const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
+  judgement.promise.clear();
+  std::string text = to_text(judgement);
+  if (judging != map.model.localizer) {
+    text += concat("Judged by ", localizer_title(judging), "; the map is for ",
+                   localizer_title(map.model.localizer), "\n");
+  }
+  return text + answers_table(figures, judgement);
+}
+
+Result<void> put_found(const EvaluateFlags& flags, const CompiledMap& map, const EvaluatePlan& made,
+                       const ArtifactSet& artifacts) {
+  SIGHTLINE_ASSIGN(const Found found, found_in(map, made, artifacts));
+  SIGHTLINE_TRY(write_files(flags, artifacts.get(made.evaluation), found.tables));
+  const std::string format = flags.result.chosen_format(kFormats);
+  if (format != "text") {
+    SIGHTLINE_TRY(put_result(
+        flags.result,
+        joined_tables(found.tables, format == "json" ? TableFormat::kJson : TableFormat::kCsv)));
+    if (flags.result.output.empty()) return {};
+  }
+  const DriveTracks* const tracks =
+      artifacts.has(made.tracks) ? &artifacts.get(made.tracks) : nullptr;
+  const EvaluationFigures figures = figures_of(map, artifacts.get(made.evaluation), tracks);
+  const MapJudgement judgement =
+      judge_map(map, &figures, {.map = flags.map, .config = flags.run.config_file});
+  std::string text = answers_text(map, made, artifacts, figures, judgement);
+  if (flags.prints_tables) text += "\n" + found.text;
+  if (format == "text" && !flags.result.output.empty()) return put_result(flags.result, text);
+  print_behind_verdict(judgement, text);
+  return {};
 }
 
 Result<void> evaluate(const EvaluateFlags& flags) {
   for (const std::string& file : {flags.json, flags.csv, flags.svg}) {
-    SIGHTLINE_TRY(try_output(file, if_exists(flags.is_forced)));
+    SIGHTLINE_TRY(try_output(file, if_exists(flags.result.is_forced)));
   }
+  SIGHTLINE_TRY(try_result(flags.result));
   SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.map));
   SIGHTLINE_ASSIGN(const CompileConfig config, evaluation_config(flags));
   const EvaluatePlan plan = evaluate_plan(config, map);
@@ -113,8 +165,7 @@ Result<void> evaluate(const EvaluateFlags& flags) {
     say_stopped(flags.run, "the map is not judged");
     return {};
   }
-  SIGHTLINE_ASSIGN(const std::vector<Table> all, report(map, plan, artifacts));
-  return write_files(flags, artifacts.get(plan.evaluation), all);
+  return put_found(flags, map, plan, artifacts);
 }
 
 }  // namespace
@@ -126,15 +177,16 @@ Verb evaluate_verb() {
   verb.summary = "Judge a finished map by a drive that it has not seen";
   verb.details =
       "Matches the drive named in the section 'evaluation' against the map at every range, from "
-      "the same starts as the compile did, and prints accuracy against time for the map's ranges, "
-      "both rules, the best static range and the oracle; by type of street, and on the worst "
-      "stretch. Then the drive is replayed as a vehicle localizes: each match starts where the "
-      "poses found before predict, at the map's range for the place, and at every range "
-      "throughout.";
+      "the same starts as the compile did. Then replays the drive as a vehicle localizes: each "
+      "match "
+      "starts where the poses found before predict, by the map's plan, looks and ranges, and by "
+      "each look and range taken everywhere. Prints the verdict on the map, and share within the "
+      "limit, lost tracks and time beside the best constant answer. With --tables it also prints "
+      "the tables of the paper: every rule, types of street, the worst stretch, calibration.";
   verb.examples = {
       "sightline evaluate town.yaml --map town.slmap",
       "sightline evaluate town.yaml --map town.slmap --set evaluation.scans=drive_3/scans \\\n"
-      "      --set evaluation.poses=drive_3/poses.tum --json result.json",
+      "      --set evaluation.poses=drive_3/poses.tum -o evaluation.json",
       "sightline evaluate town.yaml --map town.slmap --calibration-svg curve.svg",
       "sightline evaluate town.yaml --map town.slmap --set measure-error.localizer=pcl-ndt"};
   verb.flags = {
@@ -155,7 +207,9 @@ Verb evaluate_verb() {
        .value = "FILE",
        .help = "Also draw promised against observed coverage to this file",
        .target = &flags->svg},
-      force_flag(flags->is_forced)};
+      {.names = "--tables", .help = "Also print every table", .target = &flags->prints_tables}};
+  add_result_flags(verb, flags->result, kFormats,
+                   "json as schemas/evaluation.schema.json describes it");
   add_run_flags(verb, flags->run);
   verb.run = [flags] { return exit_status_of(evaluate(*flags)); };
   return verb;

@@ -1,8 +1,10 @@
-#include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
@@ -17,8 +19,12 @@
 namespace sightline {
 namespace {
 
+const std::vector<std::string> kFormats = {"text", "json"};
+
 struct VerifyFlags {
   std::string map;
+  ResultFlags result;
+  bool prints_tables = false;
   bool is_deep = false;
   std::string config;  // empty: not compiled again
   std::string model;
@@ -46,10 +52,7 @@ Result<void> check_against_drives(const VerifyFlags& flags) {
   SIGHTLINE_ASSIGN(const MapFile again, compile_again(flags));
   SIGHTLINE_ASSIGN(const std::vector<std::byte> found, read_file(flags.map));
   SIGHTLINE_ASSIGN(const std::vector<std::byte> expected, again.bytes.read(0, again.bytes.size()));
-  if (found == expected) {
-    std::printf("compiled again it is the same, bit for bit\n");
-    return {};
-  }
+  if (found == expected) return {};
   return Error{ErrorCode::kDigestMismatch,
                concat("compiled again without a cache it is another map, of SHA-256 ",
                       to_hex(sha256(expected)),
@@ -58,17 +61,75 @@ Result<void> check_against_drives(const VerifyFlags& flags) {
                flags.map};
 }
 
-Result<void> verify(const VerifyFlags& flags) {
-  SIGHTLINE_ASSIGN(const MapSummary checked, verify_map(flags.map));
-  print_text(describe(checked));
-  if (!flags.config.empty()) SIGHTLINE_TRY(check_against_drives(flags));
-  if (!flags.is_deep) return {};
+// "town.slmap: checked every digest, checksum, bound and order of 12 tiles, 601 sites and ..."
+std::string checked_text(const VerifyFlags& flags, const MapSummary& summary) {
+  std::uint64_t blocks = 2;  // manifest and directory
+  for (const MapSummary::Blocks& each : summary.blocks) blocks += each.block_count;
+  return concat(flags.map, ": checked every digest, checksum, bound and order in ", blocks,
+                " blocks of ", summary.tile_count, " tiles (", size_text(summary.file_size),
+                ", format ", summary.format, "): no fault\n");
+}
+
+// In the order in which it was checked.
+struct Checked {
+  MapSummary summary;
+  bool is_compiled_again = false;
+  std::optional<AnnotationProof> proof;
+};
+
+std::string text_of(const VerifyFlags& flags, const Checked& checked) {
+  std::string text = checked_text(flags, checked.summary);
+  if (checked.is_compiled_again) text += "compiled again it is the same, bit for bit\n";
+  if (checked.proof) text += to_text(*checked.proof);
+  return flags.prints_tables ? text + describe(checked.summary) : text;
+}
+
+std::string json_of(const VerifyFlags& flags, const Checked& checked) {
+  using Json = nlohmann::ordered_json;
+  Json blocks = Json::array();
+  for (const MapSummary::Blocks& each : checked.summary.blocks) {
+    blocks.push_back({{"name", each.name},
+                      {"blocks", each.block_count},
+                      {"rows", each.row_count},
+                      {"raw_size", each.raw_size},
+                      {"stored_size", each.stored_size}});
+  }
+  const Json json = {{"schema", 1},
+                     {"file", flags.map},
+                     {"format", checked.summary.format},
+                     {"size", checked.summary.file_size},
+                     {"root_digest", to_hex(checked.summary.root_digest)},
+                     {"tiles", checked.summary.tile_count},
+                     {"is_compiled_again", checked.is_compiled_again},
+                     {"proven_sites", checked.proof ? Json(checked.proof->site_count) : Json()},
+                     {"blocks", blocks}};
+  return json.dump(2) + "\n";
+}
+
+Result<AnnotationProof> prove(const VerifyFlags& flags) {
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.map));
   PassContext ctx;
   ctx.threads = 0;
-  const Result<AnnotationProof> proof = prove_annotation(ctx, map);
+  Result<AnnotationProof> proof = prove_annotation(ctx, map);
   if (!proof) return in_file(proof.error(), flags.map);
-  print_text(to_text(*proof));
+  return proof;
+}
+
+Result<void> verify(const VerifyFlags& flags) {
+  SIGHTLINE_TRY(try_result(flags.result));
+  Checked checked;
+  SIGHTLINE_ASSIGN(checked.summary, verify_map(flags.map));
+  if (!flags.config.empty()) {
+    SIGHTLINE_TRY(check_against_drives(flags));
+    checked.is_compiled_again = true;
+  }
+  if (flags.is_deep) {
+    SIGHTLINE_ASSIGN(checked.proof, prove(flags));
+  }
+  const bool is_json = flags.result.chosen_format(kFormats) == "json";
+  if (is_json) return put_result(flags.result, json_of(flags, checked));
+  if (!flags.result.output.empty()) return put_result(flags.result, text_of(flags, checked));
+  print_text(text_of(flags, checked));
   return {};
 }
 
@@ -103,7 +164,12 @@ Verb verify_verb() {
       {.names = "--set",
        .value = "KEY=VALUE",
        .help = "Override one value of the configuration for --again, as the compile of the map did",
-       .target = &flags->overrides}};
+       .target = &flags->overrides},
+      {.names = "--tables",
+       .help = "Also print the parts of the file with their sizes",
+       .target = &flags->prints_tables}};
+  add_result_flags(verb, flags->result, kFormats,
+                   "json as schemas/verify.schema.json describes it");
   verb.run = [flags] { return exit_status_of(verify(*flags)); };
   return verb;
 }

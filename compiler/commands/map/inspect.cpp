@@ -1,47 +1,102 @@
-#include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
+#include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/commands/commands.h"
+#include "compiler/commands/verdict_output.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/describe_site.h"
+#include "compiler/views/text/map_summary_text.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {
 namespace {
 
+const std::vector<std::string> kFormats = {"text", "json"};
+
 struct InspectFlags {
   std::string file;
-  int site = -1;  // below 0: the map as a whole
+  std::string evaluation;  // JSON of evaluate; empty: none
+  int site = -1;           // below 0: the map as a whole
+  bool prints_all = false;
+  ResultFlags result;
 };
 
-Result<void> inspect_model(const InspectFlags& flags) {
-  if (flags.site >= 0) {
-    return Error{ErrorCode::kBadArgument, "--site: a model annotates no sites, a map does",
-                 flags.file};
-  }
-  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.file));
-  print_text(describe(model));
+bool is_json(const InspectFlags& flags) { return flags.result.chosen_format(kFormats) == "json"; }
+
+Result<void> put_text(const InspectFlags& flags, const std::string& text) {
+  if (!flags.result.output.empty()) return put_result(flags.result, text);
+  print_text(text);
   return {};
 }
 
-Result<void> inspect_map(const InspectFlags& flags) {
-  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.file));
-  if (flags.site >= 0) {
-    SIGHTLINE_ASSIGN(const std::string text,
-                     describe_site(map, static_cast<std::size_t>(flags.site)));
-    print_text(text);
-    return {};
+nlohmann::ordered_json model_json(const ByFamily<ErrorModel>& model) {
+  const ModelRecord record = record_of(model);
+  nlohmann::ordered_json card = nlohmann::ordered_json::object();
+  for (const auto& [name, value] : record.card) card[name] = value;
+  return {{"schema", 1},
+          {"model",
+           {{"sha256", to_hex(record.digest)},
+            {"encoding", record.encoding_version},
+            {"localizer", to_text(record.localizer)},
+            {"card", card}}}};
+}
+
+Result<void> inspect_model(const InspectFlags& flags) {
+  if (flags.site >= 0 || !flags.evaluation.empty()) {
+    return Error{ErrorCode::kBadArgument,
+                 "--site and --evaluation belong to a map (.slmap); this file is a model",
+                 flags.file};
   }
-  SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.file));
-  print_text(describe(map));
-  print_text(describe(summary));
+  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.file));
+  if (is_json(flags)) return put_result(flags.result, model_json(model).dump(2) + "\n");
+  return put_text(flags, describe(model));
+}
+
+Result<void> inspect_site(const InspectFlags& flags) {
+  if (is_json(flags)) {
+    return Error{ErrorCode::kBadArgument,
+                 "--site has no JSON: use `sightline dump MAP --what predicted --format json`"};
+  }
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.file));
+  SIGHTLINE_ASSIGN(const std::string text,
+                   describe_site(map, static_cast<std::size_t>(flags.site)));
+  return put_text(flags, text);
+}
+
+// The summary, or all that there is to say, behind the same verdict.
+Result<std::string> text_of(const InspectFlags& flags, const InspectedMap& inspected) {
+  if (!flags.prints_all) return summary_text(inspected);
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.file));
+  std::string text = to_text(inspected.judgement) + "\n";
+  if (inspected.evaluation != nullptr) {
+    text += answers_table(*inspected.evaluation, inspected.judgement) + "\n";
+  }
+  return text + describe(map) + describe(inspected.summary);
+}
+
+Result<void> inspect_map(const InspectFlags& flags) {
+  if (flags.site >= 0) return inspect_site(flags);
+  SIGHTLINE_ASSIGN(const CheckedMap checked, read_map_without_nds(flags.file));
+  SIGHTLINE_ASSIGN(const std::optional<EvaluationFigures> figures,
+                   figures_in(flags.evaluation, checked.map));
+  const EvaluationFigures* const evaluation = figures ? &*figures : nullptr;
+  const MapJudgement judgement = judge_map(checked.map, evaluation, {.map = flags.file});
+  const InspectedMap inspected = {flags.file, checked.map, checked.summary, judgement, evaluation};
+  if (is_json(flags)) return put_result(flags.result, to_json(inspected).dump(2) + "\n");
+  SIGHTLINE_ASSIGN(const std::string text, text_of(flags, inspected));
+  if (!flags.result.output.empty()) return put_result(flags.result, text);
+  print_behind_verdict(judgement, text);
   return {};
 }
 
 Result<void> inspect(const InspectFlags& flags) {
+  SIGHTLINE_TRY(try_result(flags.result));
   const bool is_model = std::filesystem::path(flags.file).extension() == ".slmodel";
   return is_model ? inspect_model(flags) : inspect_map(flags);
 }
@@ -52,8 +107,13 @@ Verb inspect_verb() {
   const auto flags = std::make_shared<InspectFlags>();
   Verb verb;
   verb.name = "inspect";
-  verb.summary = "Say in words what a map or a model holds: sites, ranges, promises, model card";
+  verb.summary = "Show the verdict on a map and its main figures; of a model its card";
+  verb.details =
+      "The verdict is good, partly, bad or not judged (schemas/gate_rules.md): by the evaluation "
+      "file, else by the map's own localization drive.";
   verb.examples = {"sightline inspect town.slmap",
+                   "sightline inspect town.slmap --evaluation evaluation.json",
+                   "sightline inspect town.slmap --all        # promises, histograms, model, sizes",
                    "sightline inspect town.slmap --site 40    # why is the range long here?",
                    "sightline inspect city.slmodel            # what was it trained on?"};
   verb.positionals = {
@@ -62,7 +122,16 @@ Verb inspect_verb() {
                  .value = "SITE",
                  .help = "Explain the choice at this site, counted from 0, instead",
                  .target = &flags->site,
-                 .minimum = 0}};
+                 .minimum = 0},
+                {.names = "--evaluation",
+                 .value = "FILE",
+                 .help = "The JSON of `sightline evaluate` for this map, for the verdict",
+                 .target = &flags->evaluation},
+                {.names = "--all",
+                 .help = "Print also promises, histograms, the model card and sizes",
+                 .target = &flags->prints_all}};
+  add_result_flags(verb, flags->result, kFormats,
+                   "json as schemas/inspect.schema.json describes it");
   verb.run = [flags] { return exit_status_of(inspect(*flags)); };
   return verb;
 }

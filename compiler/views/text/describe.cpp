@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "compiler/views/text/map_summary_text.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {
@@ -17,16 +18,6 @@ std::string percent_of(std::size_t part, std::size_t whole) {
 
 std::string field(const char* name, const std::string& value) {
   return fmt::format("  {:22} {}\n", name, value);
-}
-
-double route_m(const Sites& sites) {
-  double length_m = 0.0;
-  for (std::size_t i = 1; i < sites.sites.size(); ++i) {
-    if (sites.sites[i].run == sites.sites[i - 1].run) {
-      length_m += sites.sites[i].s_m - sites.sites[i - 1].s_m;
-    }
-  }
-  return length_m;
 }
 
 // Whom the sites' answers come from where no scan was ever seen; nothing of a map that scans made.
@@ -55,7 +46,7 @@ std::string describe_map(const CompiledMap& map) {
                                map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count)),
       field("sites",
             fmt::format("{}, every {:g} m, in {} runs of {:.0f} m together", map.sites.sites.size(),
-                        map.sites.spacing_m, runs, route_m(map.sites))),
+                        map.sites.spacing_m, runs, route_length_m(map.sites))),
       field("reach", fmt::format("{:g} m around a site", map.reach_m)), describe_simulated(map));
 }
 

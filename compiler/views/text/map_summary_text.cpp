@@ -1,0 +1,292 @@
+#include "compiler/views/text/map_summary_text.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "compiler/views/verdict/verdict_text.h"
+#include "formats/text/numbers.h"
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kNameWidth = 11;
+constexpr std::size_t kShownLimits = 4;  // of a table: more are wider than a screen
+
+std::string field(const std::string& name, const std::string& value) {
+  return wrapped(fmt::format("{}: {}", name, value), 120, kNameWidth);
+}
+
+std::string centimetres(double limit_m) {
+  return format_double(std::round(1e6 * limit_m) / 1e4) + " cm";
+}
+
+std::size_t run_count(const Sites& sites) {
+  return sites.sites.empty() ? 0 : sites.sites.back().run + std::size_t{1};
+}
+
+std::uint64_t rows_of(const MapSummary& summary, const std::string& block) {
+  const auto found = std::ranges::find(summary.blocks, block, &MapSummary::Blocks::name);
+  return found == summary.blocks.end() ? 0 : found->row_count;
+}
+
+std::string_view source_name(PoseSource source) {
+  static constexpr std::array<std::string_view, 3> kNames = {"given", "refined", "estimated"};
+  return kNames[static_cast<std::size_t>(source)];
+}
+
+std::string drives_text(const MeasurementCard& card) {
+  if (card.reference == ErrorReference::kSimulated) {
+    return card.mapping_drive + " was a finished map; no drive was localized, errors are simulated";
+  }
+  return fmt::format("{} ({} scans) made the map, {} ({} scans) was localized in it, against {}",
+                     card.mapping_drive, card.mapping_scans, card.localization_drive,
+                     card.localization_scans, reference_text(card.reference));
+}
+
+std::string poses_text(const TrajectoryQuality& trajectory) {
+  std::string text(source_name(trajectory.source));
+  if (trajectory.pieces.size() > 1) {
+    text += fmt::format(", in {} pieces that are not connected", trajectory.pieces.size());
+  }
+  if (trajectory.odometry_edges == 0) return text;
+  return text + fmt::format(", pose graph of {} steps and {} loops", trajectory.odometry_edges,
+                            trajectory.loop_edges);
+}
+
+std::string facts_text(const InspectedMap& inspected) {
+  const CompiledMap& map = inspected.map;
+  const MapSummary& summary = inspected.summary;
+  const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
+  std::string text = field(
+      "Map", fmt::format("{}, {} bytes, format {}, version {}, release {}", inspected.file.string(),
+                         summary.file_size, summary.format, map.version, map.release));
+  text += field("Route", fmt::format("{}, a place every {:g} m, in {} runs",
+                                     extent_text(map.sites), map.sites.spacing_m,
+                                     run_count(map.sites)));
+  text += field("Content", fmt::format("{} NDs of {:g} m in {} tiles; factors {}, model {}",
+                                       rows_of(summary, "ndt"), map.ndt.cell_m, summary.tile_count,
+                                       map.factors.factors.empty() ? "stripped" : "included",
+                                       map.model.bytes.empty() ? "stripped" : "included"));
+  text += field("World", fmt::format("{}, origin ({:.15g}, {:.15g}, {:.15g}) m",
+                                     map.world == kLocalWorld ? "the recording's own coordinates"
+                                                              : map.world,
+                                     origin_m.x(), origin_m.y(), origin_m.z()));
+  text += field("Drives", drives_text(map.measurement));
+  if (map.trajectory) text += field("Poses", poses_text(*map.trajectory));
+  text += field("Sensor", fmt::format("{}, {} beams", map.sensor.name, map.sensor.ring_count()));
+  text += field("Localizer", localizer_title(map.model.localizer) +
+                                 ": ranges, looks and probabilities are for it alone");
+  if (map.looks && map.looks->ranges.plan) {
+    text += field("Plan", to_text(*map.looks->ranges.plan));
+  }
+  return text;
+}
+
+std::string share_cell(const CompiledMap& map, std::uint32_t count) {
+  const std::size_t sites = std::max<std::size_t>(1, map.sites.sites.size());
+  return percent(1.0 - static_cast<double>(count) / static_cast<double>(sites));
+}
+
+void append_quality(const CompiledMap& map, const std::vector<LimitQuality>& quality,
+                    std::vector<std::string>& row) {
+  for (std::size_t limit = 0; limit < std::min(quality.size(), kShownLimits); ++limit) {
+    row.push_back(share_cell(map, quality[limit].unmet_count));
+    row.push_back(percent(quality[limit].expected_coverage));
+    if (map.measurement.measured_site_count > 0) {
+      row.push_back(percent(quality[limit].measured_coverage));
+    }
+  }
+}
+
+// What the map itself says of its answers.
+std::string map_table(const CompiledMap& map) {
+  TextGrid grid = {{"places"}};
+  for (std::size_t limit = 0; limit < std::min(map.quality.size(), kShownLimits); ++limit) {
+    grid[0].push_back(centimetres(map.ranges.promises[limit].limit_m) + ": answered");
+    grid[0].emplace_back("predicted");
+    if (map.measurement.measured_site_count > 0) grid[0].emplace_back("own drive");
+  }
+  if (map.looks) append_quality(map, map.looks->quality, grid.emplace_back(1, "look"));
+  append_quality(map, map.quality, grid.emplace_back(1, "range"));
+  std::string text = aligned(grid) + "Mean range: ";
+  for (std::size_t limit = 0; limit < std::min(map.quality.size(), kShownLimits); ++limit) {
+    text += concat(limit > 0 ? ", " : "", fixed(map.quality[limit].mean_range_m, 1), " m for ",
+                   centimetres(map.ranges.promises[limit].limit_m));
+  }
+  return text + "\n";
+}
+
+std::string lost_cell(const std::optional<std::uint32_t>& count) {
+  return count ? std::to_string(*count) : "-";
+}
+
+std::string kind_title(AnswerKind kind) { return concat("the map's ", name_of(kind)); }
+
+// Cells of one kind of answer; "-" where it was not judged.
+std::vector<std::string> answer_row(const EvaluationFigures& evaluation, AnswerKind kind,
+                                    std::size_t limits) {
+  std::vector<std::string> row = {kind_title(kind)};
+  for (std::size_t i = 0; i < limits; ++i) {
+    const std::vector<AnswerScore>& answers = evaluation.limits[i].answers;
+    const auto score = std::ranges::find(answers, kind, &AnswerScore::kind);
+    if (score == answers.end()) {
+      row.insert(row.end(), {"-", "-", "-"});
+    } else {
+      row.insert(row.end(), {percent(score->coverage), lost_cell(score->lost_count),
+                             fixed(score->time_ratio, 3)});
+    }
+  }
+  return row;
+}
+
+bool is_judged(const EvaluationFigures& evaluation, AnswerKind kind) {
+  return std::ranges::any_of(evaluation.limits, [&](const LimitFigures& limit) {
+    return std::ranges::find(limit.answers, kind, &AnswerScore::kind) != limit.answers.end();
+  });
+}
+
+Json quality_json(const CompiledMap& map, const RangeTable& table, const LimitQuality& quality,
+                  std::size_t limit) {
+  const LimitPromise& promise = table.promises[limit];
+  const std::size_t sites = std::max<std::size_t>(1, map.sites.sites.size());
+  Json json = {
+      {"answered_share",
+       1.0 - static_cast<double>(quality.unmet_count) / static_cast<double>(sites)},
+      {"extrapolated_share",
+       static_cast<double>(quality.extrapolated_count) / static_cast<double>(sites)},
+      {"expected_coverage", quality.expected_coverage},
+      {"measured_coverage", nullptr},
+      {"mean_range_m", quality.mean_range_m},
+      {"promise",
+       {{"is_earned", promise.is_earned},
+        {"alpha", promise.alpha},
+        {"method", promise.method},
+        {"statement", promise.statement}}}};
+  if (map.measurement.measured_site_count > 0) {
+    json["measured_coverage"] = quality.measured_coverage;
+  }
+  return json;
+}
+
+Json limits_json(const CompiledMap& map) {
+  Json limits = Json::array();
+  for (std::size_t i = 0; i < map.ranges.promises.size(); ++i) {
+    Json limit = {{"limit_m", map.ranges.promises[i].limit_m},
+                  {"range", quality_json(map, map.ranges, map.quality[i], i)},
+                  {"look", nullptr}};
+    if (map.looks) {
+      limit["look"] = quality_json(map, map.looks->ranges, map.looks->quality[i], i);
+    }
+    limits.push_back(std::move(limit));
+  }
+  return limits;
+}
+
+Json trajectory_json(const CompiledMap& map) {
+  if (!map.trajectory) return {};
+  return {{"source", source_name(map.trajectory->source)},
+          {"pieces", map.trajectory->pieces.size()},
+          {"odometry_edges", map.trajectory->odometry_edges},
+          {"loop_edges", map.trajectory->loop_edges}};
+}
+
+Json drives_json(const MeasurementCard& card) {
+  return {{"mapping", card.mapping_drive},
+          {"localization", card.localization_drive},
+          {"reference", name_of(card.reference)},
+          {"measured_site_count", card.measured_site_count}};
+}
+
+}  // namespace
+
+double route_length_m(const Sites& sites) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < sites.sites.size(); ++i) {
+    if (sites.sites[i].run == sites.sites[i - 1].run) {
+      length_m += sites.sites[i].s_m - sites.sites[i - 1].s_m;
+    }
+  }
+  return length_m;
+}
+
+std::string extent_text(const Sites& sites) {
+  return fmt::format("{} places, {:.0f} m of route", sites.sites.size(), route_length_m(sites));
+}
+
+std::string summary_text(const InspectedMap& inspected) {
+  const CompiledMap& map = inspected.map;
+  std::string text = to_text(inspected.judgement) + "\n" + facts_text(inspected);
+  if (!map.quality.empty()) text += "\n" + map_table(map);
+  if (inspected.evaluation != nullptr) {
+    text += "\n" + answers_table(*inspected.evaluation, inspected.judgement);
+  }
+  return text + "\nMore: --all prints promises, histograms, model and sizes; --site N explains one "
+                "site\n";
+}
+
+Json to_json(const InspectedMap& inspected) {
+  const CompiledMap& map = inspected.map;
+  const MapSummary& summary = inspected.summary;
+  const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
+  return {{"schema", 1},
+          {"file",
+           {{"path", inspected.file.string()},
+            {"size", summary.file_size},
+            {"format", summary.format},
+            {"root_digest", to_hex(summary.root_digest)},
+            {"tiles", summary.tile_count}}},
+          {"map",
+           {{"id", map.map_id},
+            {"version", map.version},
+            {"release", map.release},
+            {"writer", map.writer},
+            {"world", map.world},
+            {"origin_world_m", {origin_m.x(), origin_m.y(), origin_m.z()}}}},
+          {"sites",
+           {{"count", map.sites.sites.size()},
+            {"spacing_m", map.sites.spacing_m},
+            {"runs", run_count(map.sites)},
+            {"route_m", route_length_m(map.sites)}}},
+          {"nds", {{"count", rows_of(summary, "ndt")}, {"cell_m", map.ndt.cell_m}}},
+          {"sensor", map.sensor.name},
+          {"localizer", to_text(map.model.localizer)},
+          {"drives", drives_json(map.measurement)},
+          {"trajectory", trajectory_json(map)},
+          {"limits", limits_json(map)},
+          {"plan", map.looks && map.looks->ranges.plan ? Json(to_text(*map.looks->ranges.plan))
+                                                       : Json()},
+          {"verdict", to_json(inspected.judgement)}};
+}
+
+std::string answers_table(const EvaluationFigures& evaluation, const MapJudgement& judgement) {
+  const std::size_t limits = std::min(evaluation.limits.size(), kShownLimits);
+  TextGrid grid = {{evaluation.scan_count > 0 ? "share of scans" : "share of sites"}};
+  std::vector<std::string> constant = {"best constant answer"};
+  std::string looks;
+  for (std::size_t i = 0; i < limits; ++i) {
+    const std::string limit = "within " + centimetres(evaluation.limits[i].limit_m);
+    grid[0].insert(grid[0].end(), {limit, "lost", "time"});
+    const std::optional<ConstantScore>& best = judgement.limits[i].constant;
+    if (!best) {
+      constant.insert(constant.end(), {"-", "-", "-"});
+      continue;
+    }
+    constant.insert(constant.end(), {percent(best->coverage), lost_cell(best->lost_count),
+                                     fixed(best->time_ratio, 3)});
+    looks += concat(looks.empty() ? "" : "; ", limit, ": ", best->look);
+  }
+  for (const AnswerKind kind : {AnswerKind::kPlan, AnswerKind::kLook, AnswerKind::kRange}) {
+    if (is_judged(evaluation, kind)) grid.push_back(answer_row(evaluation, kind, limits));
+  }
+  grid.push_back(constant);
+  const std::string legend = "Time 1 is the longest range everywhere. Best constant answer ";
+  return aligned(grid) + wrapped(legend + looks);
+}
+
+}  // namespace sightline
