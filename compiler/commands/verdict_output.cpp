@@ -6,28 +6,16 @@
 namespace sightline {
 namespace {
 
-TextColour terminal_colour(MapVerdict verdict) {
-  static constexpr TextColour kColours[] = {TextColour::kGreen, TextColour::kYellow,
-                                            TextColour::kRed, TextColour::kGrey};
-  return kColours[static_cast<std::size_t>(verdict)];
+Tone tone_of(MapVerdict verdict) {
+  static constexpr Tone kTones[] = {Tone::kGood, Tone::kWarning, Tone::kBad, Tone::kFaint};
+  return kTones[static_cast<std::size_t>(verdict)];
 }
 
 }  // namespace
 
-void print_behind_verdict(const MapJudgement& judgement, const std::string& text) {
+std::string with_toned_verdict(const MapJudgement& judgement, const std::string& text) {
   const std::string head = verdict_head(judgement);
-  print_coloured(terminal_colour(judgement.verdict), head);
-  print_text(std::string_view(text).substr(head.size()));
-}
-
-void print_verdict(const MapJudgement& judgement) {
-  print_behind_verdict(judgement, to_text(judgement));
-}
-
-void print_short_verdict(const MapJudgement& judgement) {
-  MapJudgement without_promise = judgement;
-  without_promise.promise.clear();
-  print_verdict(without_promise);
+  return toned(tone_of(judgement.verdict), head) + text.substr(head.size());
 }
 
 Result<std::optional<EvaluationFigures>> figures_in(const std::string& file,

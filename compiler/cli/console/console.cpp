@@ -306,14 +306,6 @@ void print_text(std::string_view text) {
   (void)std::fwrite(shown.data(), 1, shown.size(), stdout);
 }
 
-void print_coloured(TextColour colour, std::string_view text) {
-  static constexpr const char* kCodes[] = {"\033[1;32m", "\033[1;33m", "\033[1;31m", "\033[1;90m"};
-  const bool has_colour = allows_color(STDOUT_FILENO);
-  if (has_colour) (void)std::fputs(kCodes[static_cast<std::size_t>(colour)], stdout);
-  print_text(text);
-  if (has_colour) (void)std::fputs("\033[0m", stdout);
-}
-
 void print_data(std::string_view data) {
   if (::isatty(STDOUT_FILENO) == 1) return print_text(data);
   (void)std::fwrite(data.data(), 1, data.size(), stdout);

@@ -78,11 +78,6 @@ void print_text(std::string_view text);
 // On stdout as it is, unless that is a terminal: then as print_text().
 void print_data(std::string_view data);
 
-// Colours that words have at a terminal, which the words themselves say too.
-enum class TextColour { kGreen, kYellow, kRed, kGrey };
-// As print_text(), in bold and colour where stdout is a terminal and NO_COLOR is absent or empty.
-void print_coloured(TextColour colour, std::string_view text);
-
 // "SL2006 truncated-scan: ..." on stderr; returns the exit status that belongs to it.
 int report_error(const Error& error);
 

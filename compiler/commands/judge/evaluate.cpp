@@ -2,8 +2,8 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/console/written.h"
 #include "compiler/cli/result_flags.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/verdict_output.h"
@@ -128,10 +128,10 @@ Result<void> put_found(const EvaluateFlags& flags, const CompiledMap& map, const
   SIGHTLINE_ASSIGN(const Found found, found_in(map, made, artifacts));
   SIGHTLINE_TRY(write_files(flags, artifacts.get(made.evaluation), found.tables));
   const std::string format = flags.result.chosen_format(kFormats);
-  if (format != "text") {
-    SIGHTLINE_TRY(put_result(
-        flags.result,
-        joined_tables(found.tables, format == "json" ? TableFormat::kJson : TableFormat::kCsv)));
+  const bool is_text = format == "text";
+  if (!is_text) {
+    const TableFormat form = format == "json" ? TableFormat::kJson : TableFormat::kCsv;
+    SIGHTLINE_TRY(put_result(flags.result, joined_tables(found.tables, form)));
     if (flags.result.output.empty()) return {};
   }
   const DriveTracks* const tracks =
@@ -141,8 +141,8 @@ Result<void> put_found(const EvaluateFlags& flags, const CompiledMap& map, const
       judge_map(map, &figures, {.map = flags.map, .config = flags.run.config_file});
   std::string text = answers_text(map, made, artifacts, figures, judgement);
   if (flags.prints_tables) text += "\n" + found.text;
-  if (format == "text" && !flags.result.output.empty()) return put_result(flags.result, text);
-  print_behind_verdict(judgement, text);
+  if (is_text && !flags.result.output.empty()) return put_result(flags.result, text);
+  print_text(with_toned_verdict(judgement, text));
   return {};
 }
 
@@ -208,8 +208,7 @@ Verb evaluate_verb() {
        .help = "Also draw promised against observed coverage to this file",
        .target = &flags->svg},
       {.names = "--tables", .help = "Also print every table", .target = &flags->prints_tables}};
-  add_result_flags(verb, flags->result, kFormats,
-                   "json as schemas/evaluation.schema.json describes it");
+  add_result_flags(verb, flags->result, kFormats, "json as schemas/evaluation.schema.json describes it");
   add_run_flags(verb, flags->run);
   verb.run = [flags] { return exit_status_of(evaluate(*flags)); };
   return verb;

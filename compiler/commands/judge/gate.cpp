@@ -93,9 +93,9 @@ void print_for_people(const GateFlags& flags, const GateReport& report) {
   const std::string text = flags.prints_all ? to_text(report) : to_summary(report);
   const std::string head = "\n" + gate_head(report);
   const std::size_t at = text.find(head);
-  print_behind_verdict(report.verdict, text.substr(0, at + 1));
-  print_coloured(report.passes() ? TextColour::kGreen : TextColour::kRed, gate_head(report));
-  print_text(std::string_view(text).substr(at + head.size()));
+  const Tone tone = report.passes() ? Tone::kGood : Tone::kBad;
+  print_text(with_toned_verdict(report.verdict, text.substr(0, at + 1)) +
+             toned(tone, gate_head(report)) + text.substr(at + head.size()));
 }
 
 void print_forms(const GateFlags& flags, const GateReport& report) {

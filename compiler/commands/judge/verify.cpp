@@ -3,8 +3,8 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/console/written.h"
 #include "compiler/cli/result_flags.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
@@ -18,8 +18,6 @@
 
 namespace sightline {
 namespace {
-
-const std::vector<std::string> kFormats = {"text", "json"};
 
 struct VerifyFlags {
   std::string map;
@@ -126,11 +124,8 @@ Result<void> verify(const VerifyFlags& flags) {
   if (flags.is_deep) {
     SIGHTLINE_ASSIGN(checked.proof, prove(flags));
   }
-  const bool is_json = flags.result.chosen_format(kFormats) == "json";
-  if (is_json) return put_result(flags.result, json_of(flags, checked));
-  if (!flags.result.output.empty()) return put_result(flags.result, text_of(flags, checked));
-  print_text(text_of(flags, checked));
-  return {};
+  return put_result(flags.result,
+                    flags.result.is_json() ? json_of(flags, checked) : text_of(flags, checked));
 }
 
 }  // namespace
@@ -168,8 +163,7 @@ Verb verify_verb() {
       {.names = "--tables",
        .help = "Also print the parts of the file with their sizes",
        .target = &flags->prints_tables}};
-  add_result_flags(verb, flags->result, kFormats,
-                   "json as schemas/verify.schema.json describes it");
+  add_result_flags(verb, flags->result, {"text", "json"}, "json as schemas/verify.schema.json describes it");
   verb.run = [flags] { return exit_status_of(verify(*flags)); };
   return verb;
 }

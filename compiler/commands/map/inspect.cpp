@@ -17,8 +17,6 @@
 namespace sightline {
 namespace {
 
-const std::vector<std::string> kFormats = {"text", "json"};
-
 struct InspectFlags {
   std::string file;
   std::string evaluation;  // JSON of evaluate; empty: none
@@ -26,14 +24,6 @@ struct InspectFlags {
   bool prints_all = false;
   ResultFlags result;
 };
-
-bool is_json(const InspectFlags& flags) { return flags.result.chosen_format(kFormats) == "json"; }
-
-Result<void> put_text(const InspectFlags& flags, const std::string& text) {
-  if (!flags.result.output.empty()) return put_result(flags.result, text);
-  print_text(text);
-  return {};
-}
 
 nlohmann::ordered_json model_json(const ByFamily<ErrorModel>& model) {
   const ModelRecord record = record_of(model);
@@ -54,19 +44,19 @@ Result<void> inspect_model(const InspectFlags& flags) {
                  flags.file};
   }
   SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.file));
-  if (is_json(flags)) return put_result(flags.result, model_json(model).dump(2) + "\n");
-  return put_text(flags, describe(model));
+  if (flags.result.is_json()) return put_result(flags.result, model_json(model).dump(2) + "\n");
+  return put_result(flags.result, describe(model));
 }
 
 Result<void> inspect_site(const InspectFlags& flags) {
-  if (is_json(flags)) {
+  if (flags.result.is_json()) {
     return Error{ErrorCode::kBadArgument,
                  "--site has no JSON: use `sightline dump MAP --what predicted --format json`"};
   }
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.file));
   SIGHTLINE_ASSIGN(const std::string text,
                    describe_site(map, static_cast<std::size_t>(flags.site)));
-  return put_text(flags, text);
+  return put_result(flags.result, text);
 }
 
 // The summary, or all that there is to say, behind the same verdict.
@@ -88,11 +78,10 @@ Result<void> inspect_map(const InspectFlags& flags) {
   const EvaluationFigures* const evaluation = figures ? &*figures : nullptr;
   const MapJudgement judgement = judge_map(checked.map, evaluation, {.map = flags.file});
   const InspectedMap inspected = {flags.file, checked.map, checked.summary, judgement, evaluation};
-  if (is_json(flags)) return put_result(flags.result, to_json(inspected).dump(2) + "\n");
+  if (flags.result.is_json()) return put_result(flags.result, to_json(inspected).dump(2) + "\n");
   SIGHTLINE_ASSIGN(const std::string text, text_of(flags, inspected));
-  if (!flags.result.output.empty()) return put_result(flags.result, text);
-  print_behind_verdict(judgement, text);
-  return {};
+  const bool is_for_people = flags.result.output.empty();
+  return put_result(flags.result, is_for_people ? with_toned_verdict(judgement, text) : text);
 }
 
 Result<void> inspect(const InspectFlags& flags) {
@@ -130,8 +119,7 @@ Verb inspect_verb() {
                 {.names = "--all",
                  .help = "Print also promises, histograms, the model card and sizes",
                  .target = &flags->prints_all}};
-  add_result_flags(verb, flags->result, kFormats,
-                   "json as schemas/inspect.schema.json describes it");
+  add_result_flags(verb, flags->result, {"text", "json"}, "json as schemas/inspect.schema.json describes it");
   verb.run = [flags] { return exit_status_of(inspect(*flags)); };
   return verb;
 }

@@ -66,17 +66,16 @@ std::string facts_text(const InspectedMap& inspected) {
   std::string text = field(
       "Map", fmt::format("{}, {} bytes, format {}, version {}, release {}", inspected.file.string(),
                          summary.file_size, summary.format, map.version, map.release));
-  text += field("Route", fmt::format("{}, a place every {:g} m, in {} runs",
-                                     extent_text(map.sites), map.sites.spacing_m,
-                                     run_count(map.sites)));
+  text += field("Route", fmt::format("{}, a place every {:g} m, in {} runs", extent_text(map.sites),
+                                     map.sites.spacing_m, run_count(map.sites)));
   text += field("Content", fmt::format("{} NDs of {:g} m in {} tiles; factors {}, model {}",
                                        rows_of(summary, "ndt"), map.ndt.cell_m, summary.tile_count,
                                        map.factors.factors.empty() ? "stripped" : "included",
                                        map.model.bytes.empty() ? "stripped" : "included"));
-  text += field("World", fmt::format("{}, origin ({:.15g}, {:.15g}, {:.15g}) m",
-                                     map.world == kLocalWorld ? "the recording's own coordinates"
-                                                              : map.world,
-                                     origin_m.x(), origin_m.y(), origin_m.z()));
+  text += field(
+      "World", fmt::format("{}, origin ({:.15g}, {:.15g}, {:.15g}) m",
+                           map.world == kLocalWorld ? "the recording's own coordinates" : map.world,
+                           origin_m.x(), origin_m.y(), origin_m.z()));
   text += field("Drives", drives_text(map.measurement));
   if (map.trajectory) text += field("Poses", poses_text(*map.trajectory));
   text += field("Sensor", fmt::format("{}, {} beams", map.sensor.name, map.sensor.ring_count()));
@@ -155,19 +154,18 @@ Json quality_json(const CompiledMap& map, const RangeTable& table, const LimitQu
                   std::size_t limit) {
   const LimitPromise& promise = table.promises[limit];
   const std::size_t sites = std::max<std::size_t>(1, map.sites.sites.size());
-  Json json = {
-      {"answered_share",
-       1.0 - static_cast<double>(quality.unmet_count) / static_cast<double>(sites)},
-      {"extrapolated_share",
-       static_cast<double>(quality.extrapolated_count) / static_cast<double>(sites)},
-      {"expected_coverage", quality.expected_coverage},
-      {"measured_coverage", nullptr},
-      {"mean_range_m", quality.mean_range_m},
-      {"promise",
-       {{"is_earned", promise.is_earned},
-        {"alpha", promise.alpha},
-        {"method", promise.method},
-        {"statement", promise.statement}}}};
+  Json json = {{"answered_share",
+                1.0 - static_cast<double>(quality.unmet_count) / static_cast<double>(sites)},
+               {"extrapolated_share",
+                static_cast<double>(quality.extrapolated_count) / static_cast<double>(sites)},
+               {"expected_coverage", quality.expected_coverage},
+               {"measured_coverage", nullptr},
+               {"mean_range_m", quality.mean_range_m},
+               {"promise",
+                {{"is_earned", promise.is_earned},
+                 {"alpha", promise.alpha},
+                 {"method", promise.method},
+                 {"statement", promise.statement}}}};
   if (map.measurement.measured_site_count > 0) {
     json["measured_coverage"] = quality.measured_coverage;
   }
@@ -226,8 +224,9 @@ std::string summary_text(const InspectedMap& inspected) {
   if (inspected.evaluation != nullptr) {
     text += "\n" + answers_table(*inspected.evaluation, inspected.judgement);
   }
-  return text + "\nMore: --all prints promises, histograms, model and sizes; --site N explains one "
-                "site\n";
+  return text +
+         "\nMore: --all prints promises, histograms, model and sizes; --site N explains one "
+         "site\n";
 }
 
 Json to_json(const InspectedMap& inspected) {
@@ -259,8 +258,8 @@ Json to_json(const InspectedMap& inspected) {
           {"drives", drives_json(map.measurement)},
           {"trajectory", trajectory_json(map)},
           {"limits", limits_json(map)},
-          {"plan", map.looks && map.looks->ranges.plan ? Json(to_text(*map.looks->ranges.plan))
-                                                       : Json()},
+          {"plan",
+           map.looks && map.looks->ranges.plan ? Json(to_text(*map.looks->ranges.plan)) : Json()},
           {"verdict", to_json(inspected.judgement)}};
 }
 
