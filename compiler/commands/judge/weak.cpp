@@ -2,6 +2,7 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/exports/weakness_json.h"
 #include "compiler/views/text/weakness_text.h"
@@ -47,7 +48,9 @@ Result<void> weak(WeakFlags flags) {
   SIGHTLINE_ASSIGN(const Weakness weakness, find_weakness(ctx, flags.options, map));
   SIGHTLINE_ASSIGN(const std::string text, text_of(weakness, map, flags));
   if (!flags.output.empty()) {
-    return write_file_atomically(flags.output, text, if_exists(flags.is_forced));
+    SIGHTLINE_TRY(write_file_atomically(flags.output, text, if_exists(flags.is_forced)));
+    print_written(flags.output);
+    return {};
   }
   flags.format == "text" ? print_text(text) : print_data(text);
   return {};

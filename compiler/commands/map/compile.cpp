@@ -59,9 +59,9 @@ Verb compile_verb() {
   verb.name = "compile";
   verb.summary = "Compile drives into an annotated map";
   verb.details =
-      "The tables on stdout are judged on the localization drive by models that never saw the "
-      "place. Finished passes are cached: after an interruption or a change only what is affected "
-      "runs again.\n\n"
+      "Prints which map was written, the verdict on it, what it promises, and the next command. "
+      "Finished passes are cached: after an interruption or a change only what is affected runs "
+      "again.\n\n"
       "Ranges and probabilities are for the localizer whose errors were measured: one of this "
       "program's own, PCL's NDT (measure-error.localizer), or any other whose errors the section "
       "import-errors names, as CSV: a line \"scan,look,start,error\", then one error a line.";

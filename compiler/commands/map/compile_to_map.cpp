@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -11,6 +12,8 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
+#include "compiler/commands/verdict_output.h"
 #include "compiler/config/expected_cost.h"
 #include "compiler/config/inputs.h"
 #include "compiler/driver/pipelines.h"
@@ -22,10 +25,13 @@
 #include "compiler/pipeline/schedule.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
+#include "compiler/views/text/map_summary_text.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/statistics.h"
 #include "formats/evaluation/evaluation.h"
 #include "formats/map/map_file.h"
+#include "formats/map/map_reader.h"
 #include "formats/surroundings/sharpness.h"
 #include "passes/rays/site_blocks.h"
 
@@ -59,8 +65,8 @@ Result<void> write_poses(const std::filesystem::path& file, IfExists if_exists,
   return write_file_atomically(file, to_bytes(artifacts.get(compile.released)), if_exists);
 }
 
-// What the compile found, as text.
-Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& artifacts) {
+// What the compile found on the localization drive.
+Result<std::string> tables_text(const CompilePlan& made, const ArtifactSet& artifacts) {
   const LocalizerProfile& of_map = artifacts.get(made.map).predicted_localizer;
   const LocalizerProfile& measured = artifacts.get(made.measured).ranges.matching.localizer;
   const bool is_simulated =
@@ -262,7 +268,7 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   const Result<void> written =
       write_compiled(flags.output, if_exists(flags.is_forced), config, compile, artifacts, reports);
   if (!written || flags.run.is_quiet) return written;
-  return print_summary(compile, artifacts);
+  return print_summary(flags.summary, flags.output, flags.run.config_file, compile, artifacts);
 }
 
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,
@@ -281,10 +287,38 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
   return write_poses(poses_beside(output), if_exists, compile, artifacts);
 }
 
-Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts) {
-  SIGHTLINE_ASSIGN(const std::string summary, summary_text(compile, artifacts));
-  print_text(summary);
+Result<void> print_summary(const SummaryFlags& flags, const std::string& output,
+                           const std::string& config_file, const CompilePlan& compile,
+                           const ArtifactSet& artifacts) {
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(output, failure)) return {};
+  SIGHTLINE_ASSIGN(const CheckedMap written, read_map_without_nds(output));
+  VerdictFiles files = {.map = output};
+  if (!config_file.empty()) files.config = config_file;
+  const MapJudgement judgement = judge_map(written.map, nullptr, files);
+  if (flags.format == "json") {
+    print_data(to_json({output, written.map, written.summary, judgement}).dump(2) + "\n");
+    return {};
+  }
+  print_written(output, extent_text(written.map.sites));
+  print_text(with_toned_verdict(judgement, to_text(judgement)));
+  if (!flags.prints_tables) return {};
+  SIGHTLINE_ASSIGN(const std::string tables, tables_text(compile, artifacts));
+  print_text("\n" + tables);
   return {};
+}
+
+void add_summary_flags(Verb& verb, SummaryFlags& flags) {
+  verb.flags.push_back({.names = "--format",
+                        .value = "FORMAT",
+                        .help = "Form of what is printed of the map; json: as "
+                                "schemas/inspect.schema.json describes it",
+                        .target = &flags.format,
+                        .choices = {"text", "json"}});
+  verb.flags.push_back({.names = "--tables",
+                        .help = "Also print the tables of errors and times at each range, judged "
+                                "on the localization drive by models that never saw the place",
+                        .target = &flags.prints_tables});
 }
 
 void add_compile_flags(Verb& verb, CompileFlags& flags) {
@@ -319,6 +353,7 @@ void add_compile_flags(Verb& verb, CompileFlags& flags) {
        .help = "Also write what the map depends on to this file, as Make and Ninja read it",
        .target = &flags.depfile}};
   verb.flags.insert(verb.flags.end(), all.begin(), all.end());
+  add_summary_flags(verb, flags.summary);
 }
 
 }  // namespace sightline

@@ -14,6 +14,12 @@
 
 namespace sightline {
 
+// What is printed of a map that was written.
+struct SummaryFlags {
+  std::string format = "text";  // or json, as `inspect` prints it
+  bool prints_tables = false;   // of the evaluation, behind the summary
+};
+
 struct CompileFlags {
   RunFlags run;
   std::string output;
@@ -23,10 +29,11 @@ struct CompileFlags {
   bool lists_inputs = false;
   bool is_dry = false;  // estimates what it would take
   bool is_forced = false;
+  SummaryFlags summary;
 };
 
 // -o, --force, --model, --risk, --strict, --list-inputs, --dry-run,
-// --depfile.
+// --depfile, --format, --tables.
 void add_compile_flags(Verb& verb, CompileFlags& flags);
 
 // Makes the map of a configuration, writes it with its provenance and prints what it found.
@@ -40,7 +47,13 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
 // Whether the poses could be written there; before hours of work.
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,
                               const CompilePlan& compile);
-// Prints what the compile found; the reported_artifacts() are in `artifacts`.
-Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts);
+// Of a map that was written: its path, size and extent, the verdict, the promise, the next command.
+// `config_file`: that of the next command; empty: none. The reported_artifacts() are in
+// `artifacts`. Errors: those of reading the map and the artifacts.
+Result<void> print_summary(const SummaryFlags& flags, const std::string& output,
+                           const std::string& config_file, const CompilePlan& compile,
+                           const ArtifactSet& artifacts);
+// --format and --tables.
+void add_summary_flags(Verb& verb, SummaryFlags& flags);
 
 }  // namespace sightline

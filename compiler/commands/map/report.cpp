@@ -5,14 +5,19 @@
 #include <optional>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
+#include "compiler/commands/verdict_output.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/evaluate_plan.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/report/report.h"
+#include "compiler/views/text/map_summary_text.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/diff/diff_maps.h"
 #include "formats/map/map_reader.h"
@@ -21,10 +26,11 @@ namespace sightline {
 namespace {
 
 struct ReportFlags {
-  RunFlags run;         // its configuration is the positional where --map names the map
-  std::string map;      // empty: the positional is the map
-  std::string against;  // an older map; empty: none
-  std::string gate;     // what `gate --json` wrote; empty: none
+  RunFlags run;            // its configuration is the positional where --map names the map
+  std::string map;         // empty: the positional is the map
+  std::string against;     // an older map; empty: none
+  std::string gate;        // what `gate --json` wrote; empty: none
+  std::string evaluation;  // JSON of `evaluate`, for the verdict; empty: none
   std::string output;
   bool is_forced = false;
 
@@ -113,6 +119,7 @@ struct Loaded {
   std::optional<MapDiff> diff;
   std::optional<GateResult> gate;
   std::optional<Weakness> weakness;  // none of a map without sites
+  std::optional<EvaluationFigures> evaluation;
 };
 
 Result<Weakness> weakness_of(const ReportFlags& flags, const CompiledMap& map) {
@@ -134,6 +141,7 @@ Result<Loaded> load(const ReportFlags& flags) {
   if (!loaded.map.sites.sites.empty() && !loaded.map.ranges.promises.empty()) {
     SIGHTLINE_ASSIGN(loaded.weakness, weakness_of(flags, loaded.map));
   }
+  SIGHTLINE_ASSIGN(loaded.evaluation, figures_in(flags.evaluation, loaded.map));
   if (!flags.gate.empty()) {
     SIGHTLINE_ASSIGN(loaded.gate, read_gate_result(flags.gate));
   }
@@ -150,12 +158,19 @@ ReportSources sources_of(const ReportFlags& flags, const Loaded& loaded) {
   sources.old_map_file = std::filesystem::path(flags.against).filename();
   sources.weakness = loaded.weakness ? &*loaded.weakness : nullptr;
   sources.gate = loaded.gate ? &*loaded.gate : nullptr;
+  sources.figures = loaded.evaluation ? &*loaded.evaluation : nullptr;
   return sources;
 }
 
 Result<void> write_page(const ReportFlags& flags, const ReportSources& sources) {
   SIGHTLINE_ASSIGN(const std::string html, report_html(sources));
-  return write_file_atomically(flags.output, html, if_exists(flags.is_forced));
+  SIGHTLINE_TRY(write_file_atomically(flags.output, html, if_exists(flags.is_forced)));
+  if (flags.run.is_quiet) return {};
+  print_written(flags.output, extent_text(sources.map->sites));
+  MapJudgement verdict = judge_map(*sources.map, sources.figures, {});
+  verdict.next = concat("open ", flags.output, " in a browser");
+  print_text(with_toned_verdict(verdict, to_text(verdict)));
+  return {};
 }
 
 // The drives add what was measured, and what the compile made on its way to the map.
@@ -170,6 +185,12 @@ Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& load
   sources.evaluation = &judged.artifacts.get(judged.plan.evaluation);
   if (judged.artifacts.has(judged.plan.tracks)) {
     sources.tracks = &judged.artifacts.get(judged.plan.tracks);
+  }
+  // The verdict is by the evaluation file, else by the evaluation drive.
+  std::optional<EvaluationFigures> figures;
+  if (sources.figures == nullptr && !config.evaluation.scans.empty()) {
+    figures = figures_of(loaded.map, *sources.evaluation, sources.tracks);
+    sources.figures = &*figures;
   }
   if (made.plan.trajectory.is_connected()) {
     sources.trajectory = &made.artifacts.get(made.plan.trajectory);
@@ -247,8 +268,12 @@ Verb report_verb() {
        .target = &flags->against},
       {.names = "--gate",
        .value = "FILE",
-       .help = "What `sightline gate --json` wrote for this map: say whether it passed",
+       .help = "What `sightline gate --json` wrote for this map: show its result",
        .target = &flags->gate},
+      {.names = "--evaluation",
+       .value = "FILE",
+       .help = "The JSON of `sightline evaluate` for this map, for the verdict",
+       .target = &flags->evaluation},
       ending_in(".html", required_output_flag(flags->output, "The page to write (.html)")),
       force_flag(flags->is_forced)};
   add_flags_of_every_run(verb, flags->run);

@@ -88,6 +88,7 @@ struct LinkFlags {
   std::string plan;
   std::string output;
   bool is_forced = false;
+  SummaryFlags summary;
   RunFlags run;
 };
 
@@ -103,7 +104,8 @@ Result<void> link(const LinkFlags& flags) {
                              options, work.config, work.artifacts));
   SIGHTLINE_TRY(write_compiled(output, if_exists(flags.is_forced), work.config, work.compile,
                                work.artifacts, reports));
-  return flags.run.is_quiet ? Result<void>() : print_summary(work.compile, work.artifacts);
+  if (flags.run.is_quiet) return {};
+  return print_summary(flags.summary, output, "", work.compile, work.artifacts);
 }
 
 Positional plan_positional(std::string& folder) {
@@ -187,6 +189,7 @@ Verb link_verb() {
   verb.flags = {
       ending_in(".slmap", required_output_flag(flags->output, "The map to write (.slmap)")),
       force_flag(flags->is_forced)};
+  add_summary_flags(verb, flags->summary);
   add_flags_of_work(verb, flags->run);
   verb.run = [flags] { return exit_status_of(link(*flags)); };
   return verb;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "compiler/views/verdict/evaluation_figures.h"
 #include "formats/annotation/drive_tracks.h"
 #include "formats/base/result.h"
 #include "formats/drive/trajectory.h"
@@ -57,7 +58,8 @@ struct ReportSources {
   const MapDiff* diff = nullptr;  // from an older map to this one
   std::string old_map_file;       // of the older map, as the user named it; empty: no diff
   const GateResult* gate = nullptr;
-  const Weakness* weakness = nullptr;  // of the tightest limit
+  const EvaluationFigures* figures = nullptr;  // of the evaluation that the verdict is by
+  const Weakness* weakness = nullptr;          // of the tightest limit
 };
 
 }  // namespace sightline

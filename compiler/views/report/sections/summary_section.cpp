@@ -4,91 +4,83 @@
 
 #include "compiler/views/report/page/page_data.h"
 #include "compiler/views/report/sections/sections.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/text/quoted_text.h"
 
-// The first screen: for each limit what is promised and what came of it, then what the gate said.
+// The first screen: the verdict, what it is made of at each limit, and the result of the gate.
 
 namespace sightline {
 namespace {
 
 constexpr std::size_t kMostViolations = 8;  // shown; the gate lists them all
 
-enum class Sign { kGood, kOpen, kBad };
+// The style of each verdict; words say it too: the colour alone never does.
+std::string style_of(MapVerdict verdict) {
+  static constexpr const char* kStyles[] = {"is-good", "is-partly", "is-bad", "is-not-judged"};
+  return kStyles[static_cast<std::size_t>(verdict)];
+}
 
-// Words say it too: the colour alone never does.
-std::string status(Sign sign, const std::string& words) {
-  const char* name = sign == Sign::kGood ? "good" : sign == Sign::kBad ? "bad" : "open";
-  return concat("<p class=\"status is-", name, "\">", xml_text(words), "</p>\n");
+std::string status(MapVerdict verdict, const std::string& words) {
+  return concat("<p class=\"status ", style_of(verdict), "\">", xml_text(words), "</p>\n");
+}
+
+std::string why(const std::string& text) {
+  return text.empty() ? "" : concat("<p class=\"why\">", xml_text(text), "</p>\n");
 }
 
 std::string card(const std::string& title, const std::string& html) {
   return concat("<div class=\"verdict\">\n<h3>", xml_text(title), "</h3>\n", html, "</div>\n");
 }
 
-std::string promise_status(const CompiledMap& map, const LimitPromise& promise) {
-  if (promise.is_earned) {
-    return status(Sign::kGood, concat("Promised: at least ", in_percent(1.0 - promise.alpha),
-                                      " % of the next drive"));
-  }
-  if (map.measurement.reference == ErrorReference::kSimulated) {
-    return status(Sign::kOpen, "No promise: no drive was here, errors were simulated");
-  }
-  return status(Sign::kOpen, promise.scope == PromiseScope::kNextDrive
-                                 ? "No promise: it was not earned"
-                                 : "No promise: learned from this drive alone");
+// The verdict on the map in the words that every verb prints.
+std::string overall(const MapJudgement& judgement) {
+  std::string sentences = judgement.reason;
+  if (!sentences.empty() && !judgement.figures.empty()) sentences += " ";
+  return concat("<div class=\"overall ", style_of(judgement.verdict), "\">\n<p class=\"word\">",
+                verdict_head(judgement), "</p>\n<p>", xml_text(sentences + judgement.figures),
+                "</p>\n", why(judgement.promise), "</div>\n");
 }
 
-std::string asked_words(const LimitPromise& promise) {
-  return promise.alpha > 0.0 ? concat("; asked: ", in_percent(1.0 - promise.alpha), " %") : "";
+std::string share_status(const MapJudgement& judgement, const LimitVerdict& limit) {
+  if (!limit.score) {
+    return status(MapVerdict::kNotJudged,
+                  concat("Predicted: ", percent(limit.expected_coverage), " of the places"));
+  }
+  return status(limit.verdict,
+                concat("By ", name_of(limit.score->kind), ": ", percent(limit.score->coverage),
+                       " of ", judgement.judged_count, judgement.is_replayed ? " scans" : " sites",
+                       judgement.evidence == Evidence::kOwnDrive ? " of its own drive" : "",
+                       "; target: ", percent(limit.target)));
 }
 
-// "96.7 % of 151 judged sites; asked: 95.0 %", and whether that is enough.
-std::string share_status(const ReportSources& sources, std::size_t limit) {
-  const LimitPromise& promise = sources.map->ranges.promises[limit];
-  const std::string within = " within " + limit_text(promise.limit_m);
-  const auto not_judged = [&](const std::string& share) {
-    return status(Sign::kOpen, concat(share, " of the sites", asked_words(promise),
-                                      ". No drive has judged the map here"));
-  };
-  if (!sources.evaluation) {
-    const double expected = sources.map->quality[limit].expected_coverage;
-    return not_judged(concat("Expected", within, ": ", in_percent(expected), " %"));
-  }
-  const double coverage = sources.evaluation->score(limit, Rule::kMap).coverage;
-  if (sources.evaluation->reference == ErrorReference::kSimulated) {
-    return not_judged(concat("In simulation", within, ": ", percent(coverage)));
-  }
-  const bool is_enough = coverage >= 1.0 - promise.alpha;
-  return status(is_enough ? Sign::kGood : Sign::kBad,
-                fmt::format("{}: {} % of {} judged sites{}{}",
-                            is_enough ? "Reached" : "Not reached", in_percent(coverage),
-                            sources.evaluation->sites.size(), within, asked_words(promise)));
+std::string lost_status(const LimitVerdict& limit) {
+  if (!limit.score || !limit.score->lost_count) return "";
+  const std::uint32_t lost = *limit.score->lost_count;
+  const std::uint32_t least = limit.constant ? limit.constant->lost_count.value_or(0) : 0;
+  return status(lost > least ? MapVerdict::kBad : MapVerdict::kGood,
+                concat("Tracks lost: ", lost, "; best constant answer: ", least));
 }
 
-// Of the map's own rules at this limit: "the map's range 0, the map's look 1".
-std::string lost_status(const DriveTracks& tracks, double limit_m) {
-  std::uint32_t most = 0;
-  std::string words;
-  for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
-    const TrackRule& each = tracks.rules[rule];
-    if (each.is_static() || !is_judged_at(each, limit_m)) continue;
-    const std::uint32_t lost = score_track(tracks, rule, limit_m).lost_count;
-    most = std::max(most, lost);
-    words += concat((words.empty() ? "" : ", "), name_of(each), " ", lost);
-  }
-  if (words.empty()) return "";
-  return status(most == 0 ? Sign::kGood : Sign::kBad,
-                concat("Tracks lost over ", tracks.scans.size(), " scans: ", words));
+std::string answered_status(const LimitVerdict& limit) {
+  const bool is_enough = limit.answered_share >= VerdictThresholds::kLeastAnswered &&
+                         limit.unmet_m < VerdictThresholds::kUnmetStretch_m;
+  return status(is_enough ? MapVerdict::kGood : MapVerdict::kPartly,
+                concat(percent(limit.answered_share), " of the places have an answer"));
 }
 
-std::string limit_card(const ReportSources& sources, std::size_t limit) {
-  const LimitPromise& promise = sources.map->ranges.promises[limit];
-  std::string html = promise_status(*sources.map, promise) + share_status(sources, limit);
-  if (sources.tracks) html += lost_status(*sources.tracks, promise.limit_m);
-  if (!promise.statement.empty()) {
-    html += concat("<p class=\"why\">", xml_text(promise.statement), "</p>\n");
-  }
-  return card("Within " + limit_text(promise.limit_m), html);
+std::string promise_status(const LimitPromise& promise) {
+  if (!promise.is_earned) return status(MapVerdict::kNotJudged, "No promise for the next drive");
+  return status(MapVerdict::kGood,
+                concat("Promised: at least ", percent(1.0 - promise.alpha), " of the next drive"));
+}
+
+std::string limit_card(const CompiledMap& map, const MapJudgement& judgement, std::size_t index) {
+  const LimitVerdict& limit = judgement.limits[index];
+  const bool goes_by_looks = map.looks && limit.recommended != AnswerKind::kRange;
+  const LimitPromise& promise = (goes_by_looks ? map.looks->ranges : map.ranges).promises[index];
+  return card("Within " + limit_text(limit.limit_m),
+              share_status(judgement, limit) + lost_status(limit) + answered_status(limit) +
+                  promise_status(promise) + why(promise.statement));
 }
 
 std::string violations_of(const GateResult& gate) {
@@ -114,7 +106,7 @@ std::string violations_of(const GateResult& gate) {
 std::string gate_card(const GateResult& gate) {
   const std::string counts = fmt::format("{} errors, {} warnings, {} notes, {} excepted",
                                          gate.errors, gate.warnings, gate.notes, gate.excepted);
-  return card("Gate", status(gate.passed ? Sign::kGood : Sign::kBad,
+  return card("Gate", status(gate.passed ? MapVerdict::kGood : MapVerdict::kBad,
                              (gate.passed ? "Passed: " : "Failed: ") + counts) +
                           violations_of(gate));
 }
@@ -147,9 +139,10 @@ std::string tiles_of_limit(const ReportSources& sources, std::size_t limit) {
 
 Section summary_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
-  Section section = {"summary", "Verdict", "<div class=\"verdicts\">\n"};
-  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    section.html += limit_card(sources, limit);
+  const MapJudgement judgement = judge_map(map, sources.figures, {});
+  Section section = {"summary", "Verdict", overall(judgement) + "<div class=\"verdicts\">\n"};
+  for (std::size_t limit = 0; limit < judgement.limits.size(); ++limit) {
+    section.html += limit_card(map, judgement, limit);
   }
   if (sources.gate) section.html += gate_card(*sources.gate);
   section.html += "</div>\n<div class=\"tiles\">\n" + tiles_of_map(map);
