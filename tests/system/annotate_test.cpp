@@ -104,10 +104,10 @@ TEST(Annotate, NdsAreThoseOfTheDriveThatMadeThePoints) {
 }
 
 TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
-  EXPECT_THAT(town().annotated.out, HasSubstr("Simulated: no drive was here"));
+  EXPECT_THAT(town().annotated.out, HasSubstr("Verdict: not judged. No drive has judged this map"));
   EXPECT_THAT(town().annotated.out, HasSubstr("No promise"));
   EXPECT_THAT(town().annotated.err, HasSubstr("no scan was recorded at"));
-  const ProgramResult inspected = run_successfully("inspect " + town().file("annotated.slmap"));
+  const ProgramResult inspected = run_successfully("inspect --all " + town().file("annotated.slmap"));
   EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was ever seen there"));
   EXPECT_THAT(inspected.out, HasSubstr("no drive was here"));
   EXPECT_THAT(inspected.out, Not(HasSubstr("coverage measured")));
@@ -115,7 +115,7 @@ TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
   const ProgramResult site =
       run_sightline("inspect " + town().file("annotated.slmap") + " --site 20");
   EXPECT_THAT(site.out, HasSubstr("simulated: no scan was recorded here"));
-  const ProgramResult by_drive = run_sightline("inspect " + town().file("town.slmap"));
+  const ProgramResult by_drive = run_sightline("inspect --all " + town().file("town.slmap"));
   EXPECT_THAT(by_drive.out, Not(HasSubstr("no scan was recorded")));
   const ProgramResult read =
       run_command(std::string(SIGHTLINE_VEHICLE_READER) + " " + town().file("annotated.slmap") +
@@ -173,7 +173,7 @@ TEST(Annotate, ADriveAddedLaterIsMeasuredWhereItPassed) {
                    " --set localization.scans=" + town().file("drive_1/scans") +
                    " --set localization.poses=" + town().file("drive_1/poses.tum") +
                    " --set measure-error.reference=known");
-  const ProgramResult inspected = run_sightline("inspect " + town().file("driven.slmap"));
+  const ProgramResult inspected = run_sightline("inspect --all " + town().file("driven.slmap"));
   EXPECT_THAT(inspected.out, HasSubstr("coverage measured"));
   EXPECT_THAT(inspected.out, Not(HasSubstr("100.0 % of sites: no scan")));
 }

@@ -16,14 +16,16 @@
 namespace sightline {
 namespace {
 
+nlohmann::json schema(const std::string& name) {
+  return nlohmann::json::parse(*read_text_file(std::filesystem::path(SIGHTLINE_ROOT) / "schemas" /
+                                               (name + ".schema.json")));
+}
+
 // What is wrong with the tables of `evaluate --json`; empty: nothing.
 std::string fault_of_evaluation(const std::string& json_text) {
   const nlohmann::json document = nlohmann::json::parse(json_text, nullptr, false);
   if (document.is_discarded()) return "no JSON";
-  const std::filesystem::path file =
-      std::filesystem::path(SIGHTLINE_ROOT) / "schemas/evaluation.schema.json";
-  const nlohmann::json published = nlohmann::json::parse(*read_text_file(file));
-  return schema_faults(published, document);
+  return schema_faults(schema("evaluation"), document);
 }
 
 // A schema that takes anything would prove nothing.
@@ -36,11 +38,34 @@ TEST(Evaluate, TheSchemaRefusesATableThatIsNoneAndAColumnTooMany) {
 
 std::string config() { return (small_town() / "town.yaml").string(); }
 
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// At most so many lines, none too wide for a terminal.
+void expect_lines(const std::string& text, std::size_t most) {
+  const std::vector<std::string> lines = lines_of(text);
+  EXPECT_LE(lines.size(), most) << text;
+  for (const std::string& line : lines) EXPECT_LE(line.size(), 120U) << line;
+}
+
+// What a verb prints that wrote a map or a page.
+void expect_summary(const std::string& text, const std::string& file) {
+  EXPECT_EQ(text.rfind("Wrote " + file + " (", 0), 0U) << text;
+  EXPECT_NE(text.find(" places, "), std::string::npos) << text;
+  EXPECT_NE(text.find("\nVerdict: "), std::string::npos) << text;
+  EXPECT_NE(text.find("\nNext: "), std::string::npos) << text;
+  EXPECT_LE(lines_of(text).size(), 6U) << text;
+}
+
 const std::filesystem::path& compiled_map() {
   static const std::filesystem::path kMap = [] {
     const std::filesystem::path map = small_town() / "town.slmap";
     const ProgramResult run = run_successfully("compile " + config() + " -o " + map.string());
-    EXPECT_NE(run.out.find("Table I."), std::string::npos) << run.out;
+    expect_summary(run.out, map.string());
     return map;
   }();
   return kMap;
@@ -185,8 +210,30 @@ TEST(Verify, ProvesTheAnnotationFromTheMapAlone) {
   EXPECT_NE(run.out.find("sites verified"), std::string::npos) << run.out;
 }
 
-TEST(Inspect, SaysSitesRangesPromiseAndModel) {
+TEST(Verify, SaysOnOneLineWhatWasChecked) {
+  const ProgramResult run = run_successfully("verify " + compiled_map().string());
+  EXPECT_EQ(lines_of(run.out).size(), 1U) << run.out;
+  EXPECT_NE(run.out.find("checked every digest, checksum, bound and order"), std::string::npos);
+  EXPECT_NE(run_successfully("verify --tables " + compiled_map().string()).out.find("manifest"),
+            std::string::npos);
+  const nlohmann::json json = nlohmann::json::parse(
+      run_successfully("verify --format json " + compiled_map().string()).out);
+  EXPECT_EQ(schema_faults(schema("verify"), json), "");
+}
+
+TEST(Inspect, FitsOnAScreenAndGivesTheVerdict) {
   const ProgramResult run = run_successfully("inspect " + compiled_map().string());
+  EXPECT_EQ(run.out.rfind("Verdict: ", 0), 0U) << run.out;
+  expect_lines(run.out.substr(0, run.out.find("\nNext: ")), 40);
+  EXPECT_LE(lines_of(run.out).size(), 40U) << run.out;
+  const nlohmann::json json = nlohmann::json::parse(
+      run_successfully("inspect --format json " + compiled_map().string()).out);
+  EXPECT_EQ(schema_faults(schema("inspect"), json), "");
+  EXPECT_EQ(run.out.rfind("Verdict: " + json.at("verdict").at("word").get<std::string>(), 0), 0U);
+}
+
+TEST(Inspect, SaysSitesRangesPromiseAndModel) {
+  const ProgramResult run = run_successfully("inspect --all " + compiled_map().string());
   for (const char* word : {"sites", "0.1 m", "0.25 m", "coverage", "tree_count", "R^2 at 10 m"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }
@@ -252,13 +299,49 @@ TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
   const std::filesystem::path folder = fresh_folder();
   const ProgramResult run =
       run_successfully("evaluate " + config() + " --map " + compiled_map().string() + " --json " +
-                       (folder / "e.json").string() + " --csv " + (folder / "e.csv").string());
+                       (folder / "e.json").string() + " --csv " + (folder / "e.csv").string() +
+                       " --tables");
   for (const char* word : {"Table I.", "Table II.", "oracle", "coverage", "by type of street",
                            "Calibration", "Continuous localization"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }
   EXPECT_EQ(fault_of_evaluation(bytes_of(folder / "e.json")), "");
   EXPECT_GT(bytes_of(folder / "e.csv").size(), 500U);
+}
+
+// The verdict by the evaluation is the same in every verb that has it.
+TEST(Evaluate, PrintsTwelveLinesAndItsVerdictIsThatOfInspectGateAndReport) {
+  const std::filesystem::path folder = fresh_folder();
+  const std::string map = compiled_map().string();
+  const std::string file = (folder / "evaluation.json").string();
+  const ProgramResult run = run_successfully("evaluate " + config() + " -q --map " + map);
+  EXPECT_LE(lines_of(run.out).size(), 12U) << run.out;
+  EXPECT_NE(run.out.find("best fixed choice"), std::string::npos) << run.out;
+  run_successfully("evaluate " + config() + " -q --map " + map + " -o " + file);
+  EXPECT_EQ(fault_of_evaluation(bytes_of(file)), "");
+  // Times of two evaluations differ; the sentence without them does not.
+  const std::string first = run.out.substr(0, run.out.find_first_of(";,"));
+  const std::string evaluation = map + " --evaluation " + file;
+  EXPECT_EQ(run_successfully("inspect " + evaluation).out.rfind(first, 0), 0U) << first;
+  const ProgramResult gate = run_sightline("gate " + evaluation);
+  EXPECT_EQ(gate.out.rfind(first, 0), 0U) << gate.out;
+  EXPECT_LE(lines_of(gate.out).size(), 12U) << gate.out;
+  const std::string page = (folder / "town.html").string();
+  const ProgramResult report = run_successfully("report " + evaluation + " -o " + page);
+  expect_summary(report.out, page);
+  EXPECT_NE(report.out.find("\n" + first), std::string::npos) << report.out;
+}
+
+TEST(Compile, PrintsTheTablesThatAreAskedForAndJson) {
+  const std::string map = (fresh_folder() / "town.slmap").string();
+  const std::string compile = "compile " + config() + " -q -o " + map;
+  compiled_map();
+  EXPECT_EQ(run_successfully(compile).out, "");
+  const std::string again = "compile " + config() + " --force -o " + map;
+  EXPECT_NE(run_successfully(again + " --tables").out.find("Table I."), std::string::npos);
+  const nlohmann::json json =
+      nlohmann::json::parse(run_successfully(again + " --format json").out);
+  EXPECT_EQ(schema_faults(schema("inspect"), json), "");
 }
 
 TEST(Evaluate, AddsWorldCoordinatesToEveryPlace) {
@@ -328,11 +411,11 @@ TEST(ImportErrors, MakeAMapForTheLocalizerThatMadeThemAndForNoOther) {
   EXPECT_EQ(dumped(imports, "measured", "mean_m"), dumped(config(), "measured", "mean_m"));
   const std::string map = (folder / "town.slmap").string();
   const ProgramResult compiled = run_successfully("compile " + imports + "-o " + map);
-  EXPECT_NE(compiled.out.find("to a vehicle that localizes with my-ndt v2"), std::string::npos);
+  EXPECT_EQ(compiled.out.rfind("Wrote " + map, 0), 0U) << compiled.out;
   EXPECT_EQ(dumped(map, "predicted", "mean_error_m"),
             dumped(compiled_map().string(), "predicted", "mean_error_m"))
       << "the same errors teach the same";
-  const ProgramResult inspected = run_sightline("inspect " + map);
+  const ProgramResult inspected = run_sightline("inspect --all " + map);
   EXPECT_NE(inspected.out.find("my-ndt v2: ranges and probabilities are for it alone"),
             std::string::npos)
       << inspected.out;

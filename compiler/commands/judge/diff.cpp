@@ -2,8 +2,8 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/result_flags.h"
 #include "compiler/cli/file_kind.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/text/map_diff_json.h"
 #include "compiler/views/text/map_diff_text.h"
@@ -44,7 +44,8 @@ Result<bool> diff(const DiffFlags& flags) {
                    diff_maps(std::filesystem::path(flags.before),
                              std::filesystem::path(flags.after), flags.options));
   if (flags.is_quiet && flags.result.output.empty()) return found.is_same();
-  SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags.result.chosen_format(kFormats), flags.world));
+  SIGHTLINE_ASSIGN(const std::string text,
+                   text_of(found, flags.result.chosen_format(kFormats), flags.world));
   SIGHTLINE_TRY(put_result(flags.result, text));
   return found.is_same();
 }

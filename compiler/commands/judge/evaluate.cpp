@@ -2,8 +2,8 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/result_flags.h"
 #include "compiler/cli/console/written.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/verdict_output.h"
@@ -181,7 +181,7 @@ Verb evaluate_verb() {
       "match "
       "starts where the poses found before predict, by the map's plan, looks and ranges, and by "
       "each look and range taken everywhere. Prints the verdict on the map, and share within the "
-      "limit, lost tracks and time beside the best constant answer. With --tables it also prints "
+      "limit, lost tracks and time beside the best fixed choice. With --tables it also prints "
       "the tables of the paper: every rule, types of street, the worst stretch, calibration.";
   verb.examples = {
       "sightline evaluate town.yaml --map town.slmap",
@@ -208,7 +208,8 @@ Verb evaluate_verb() {
        .help = "Also draw promised against observed coverage to this file",
        .target = &flags->svg},
       {.names = "--tables", .help = "Also print every table", .target = &flags->prints_tables}};
-  add_result_flags(verb, flags->result, kFormats, "json as schemas/evaluation.schema.json describes it");
+  add_result_flags(verb, flags->result, kFormats,
+                   "json as schemas/evaluation.schema.json describes it");
   add_run_flags(verb, flags->run);
   verb.run = [flags] { return exit_status_of(evaluate(*flags)); };
   return verb;

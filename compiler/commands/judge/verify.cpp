@@ -3,8 +3,8 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
-#include "compiler/cli/result_flags.h"
 #include "compiler/cli/console/written.h"
+#include "compiler/cli/result_flags.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
@@ -163,7 +163,8 @@ Verb verify_verb() {
       {.names = "--tables",
        .help = "Also print the parts of the file with their sizes",
        .target = &flags->prints_tables}};
-  add_result_flags(verb, flags->result, {"text", "json"}, "json as schemas/verify.schema.json describes it");
+  add_result_flags(verb, flags->result, {"text", "json"},
+                   "json as schemas/verify.schema.json describes it");
   verb.run = [flags] { return exit_status_of(verify(*flags)); };
   return verb;
 }

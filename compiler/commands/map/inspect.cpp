@@ -119,7 +119,8 @@ Verb inspect_verb() {
                 {.names = "--all",
                  .help = "Print also promises, histograms, the model card and sizes",
                  .target = &flags->prints_all}};
-  add_result_flags(verb, flags->result, {"text", "json"}, "json as schemas/inspect.schema.json describes it");
+  add_result_flags(verb, flags->result, {"text", "json"},
+                   "json as schemas/inspect.schema.json describes it");
   verb.run = [flags] { return exit_status_of(inspect(*flags)); };
   return verb;
 }

@@ -266,7 +266,7 @@ Json to_json(const InspectedMap& inspected) {
 std::string answers_table(const EvaluationFigures& evaluation, const MapJudgement& judgement) {
   const std::size_t limits = std::min(evaluation.limits.size(), kShownLimits);
   TextGrid grid = {{evaluation.scan_count > 0 ? "share of scans" : "share of sites"}};
-  std::vector<std::string> constant = {"best constant answer"};
+  std::vector<std::string> constant = {"best fixed choice"};
   std::string looks;
   for (std::size_t i = 0; i < limits; ++i) {
     const std::string limit = "within " + centimetres(evaluation.limits[i].limit_m);
@@ -284,7 +284,7 @@ std::string answers_table(const EvaluationFigures& evaluation, const MapJudgemen
     if (is_judged(evaluation, kind)) grid.push_back(answer_row(evaluation, kind, limits));
   }
   grid.push_back(constant);
-  const std::string legend = "Time 1 is the longest range everywhere. Best constant answer ";
+  const std::string legend = "Time 1 is the longest range everywhere. Best fixed choice ";
   return aligned(grid) + wrapped(legend + looks);
 }
 

@@ -120,7 +120,7 @@ std::vector<Trial> trials_of(const CompiledMap& map, const EvaluationFigures* ev
 
 std::string why_missed(const Trial& trial, const LimitVerdict& verdict) {
   if (trial.loses_more()) {
-    return fmt::format("The map's {} lost {} tracks, the best constant answer {}",
+    return fmt::format("The map's {} lost {} tracks, the best fixed choice {}",
                        subject(trial.score.kind), *trial.score.lost_count,
                        trial.constant->lost_count.value_or(0));
   }
@@ -213,10 +213,10 @@ Evidence evidence_of(const CompiledMap& map, const EvaluationFigures* evaluation
   return is_measured ? Evidence::kOwnDrive : Evidence::kNone;
 }
 
-// "in 27 % of the time of the best constant answer (97.9 % within 10 cm, 3 tracks lost)"
+// "in 27 % of the time of the best fixed choice (97.9 % within 10 cm, 3 tracks lost)"
 std::string compared(const AnswerScore& score, const ConstantScore& constant) {
   if (constant.time_ratio <= 0.0) return "";
-  std::string text = fmt::format(", in {:.0f} % of the time of the best constant answer",
+  std::string text = fmt::format(", in {:.0f} % of the time of the best fixed choice",
                                  100.0 * score.time_ratio / constant.time_ratio);
   const bool keeps_less = constant.coverage < score.coverage - kSlack;
   const bool loses_more = constant.lost_count.value_or(0) > score.lost_count.value_or(0);
@@ -226,8 +226,7 @@ std::string compared(const AnswerScore& score, const ConstantScore& constant) {
 }
 
 std::string answered_words(const LimitVerdict& limit) {
-  return fmt::format("{} of the places have an answer that is good enough",
-                     percent(limit.answered_share));
+  return percent(limit.answered_share) + " of the places are answered";
 }
 
 std::string figures_text(const MapJudgement& judgement, const LimitVerdict& limit) {

@@ -1,5 +1,6 @@
 #include "compiler/views/verdict/verdict_text.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -49,7 +50,7 @@ Json limit_json(const LimitVerdict& limit) {
                {"longest_unmet_m", limit.unmet_m},
                {"reason", limit.reason},
                {"score", nullptr},
-               {"best_constant", nullptr}};
+               {"best_fixed", nullptr}};
   if (limit.score) {
     json["score"] = {{"of", name_of(limit.score->kind)},
                      {"coverage", limit.score->coverage},
@@ -58,12 +59,27 @@ Json limit_json(const LimitVerdict& limit) {
                      {"lost_count", lost_of(limit.score->lost_count)}};
   }
   if (limit.constant) {
-    json["best_constant"] = {{"look", limit.constant->look},
+    json["best_fixed"] = {{"look", limit.constant->look},
                              {"coverage", limit.constant->coverage},
                              {"time_ratio", limit.constant->time_ratio},
                              {"lost_count", lost_of(limit.constant->lost_count)}};
   }
   return json;
+}
+
+std::size_t line_count(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count(text, '\n'));
+}
+
+// As many clauses of the promise as fit on two lines; the whole is in `inspect --all` and JSON.
+std::string shortened(const std::string& promise) {
+  std::string text = promise;
+  while (line_count(wrapped(text)) > 2) {
+    const std::size_t end = text.rfind("; ");
+    if (end == std::string::npos) break;
+    text = text.substr(0, end) + ".";
+  }
+  return wrapped(text);
 }
 
 }  // namespace
@@ -81,7 +97,7 @@ std::string verdict_rest(const MapJudgement& judgement) {
 
 std::string to_text(const MapJudgement& judgement) {
   std::string text = wrapped(verdict_head(judgement) + verdict_rest(judgement));
-  if (!judgement.promise.empty()) text += wrapped(judgement.promise);
+  if (!judgement.promise.empty()) text += shortened(judgement.promise);
   return text + "Next: " + judgement.next + "\n";
 }
 

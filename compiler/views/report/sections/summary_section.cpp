@@ -58,7 +58,7 @@ std::string lost_status(const LimitVerdict& limit) {
   const std::uint32_t lost = *limit.score->lost_count;
   const std::uint32_t least = limit.constant ? limit.constant->lost_count.value_or(0) : 0;
   return status(lost > least ? MapVerdict::kBad : MapVerdict::kGood,
-                concat("Tracks lost: ", lost, "; best constant answer: ", least));
+                concat("Tracks lost: ", lost, "; best fixed choice: ", least));
 }
 
 std::string answered_status(const LimitVerdict& limit) {
