@@ -35,6 +35,16 @@ Result<void> validate_order(const Sites& sites, std::size_t i) {
 
 }  // namespace
 
+double route_length_m(const Sites& sites) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < sites.sites.size(); ++i) {
+    if (sites.sites[i].run == sites.sites[i - 1].run) {
+      length_m += sites.sites[i].s_m - sites.sites[i - 1].s_m;
+    }
+  }
+  return length_m;
+}
+
 std::vector<Eigen::Vector3d> positions_m(const Sites& sites) {
   std::vector<Eigen::Vector3d> found_m;
   for (const Site& site : sites.sites) found_m.push_back(site.p_map_m);

@@ -30,6 +30,9 @@ SIGHTLINE_ARTIFACT(Sites, "sites", 1)
 // The sensor's origin at each site, in the map frame.
 std::vector<Eigen::Vector3d> positions_m(const Sites& sites);
 
+// Length of all runs together.
+double route_length_m(const Sites& sites);
+
 // Degrees between a line of this heading (from map +x, either way along it) and the way the vehicle
 // points at the site, in the plane: 0 to 90.
 double off_road_deg(const Site& site, double heading_deg);

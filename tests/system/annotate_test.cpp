@@ -107,7 +107,8 @@ TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
   EXPECT_THAT(town().annotated.out, HasSubstr("Verdict: not judged. No drive has judged this map"));
   EXPECT_THAT(town().annotated.out, HasSubstr("No promise"));
   EXPECT_THAT(town().annotated.err, HasSubstr("no scan was recorded at"));
-  const ProgramResult inspected = run_successfully("inspect --all " + town().file("annotated.slmap"));
+  const ProgramResult inspected =
+      run_successfully("inspect --all " + town().file("annotated.slmap"));
   EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was ever seen there"));
   EXPECT_THAT(inspected.out, HasSubstr("no drive was here"));
   EXPECT_THAT(inspected.out, Not(HasSubstr("coverage measured")));

@@ -17,8 +17,8 @@ namespace sightline {
 namespace {
 
 nlohmann::json schema(const std::string& name) {
-  return nlohmann::json::parse(*read_text_file(std::filesystem::path(SIGHTLINE_ROOT) / "schemas" /
-                                               (name + ".schema.json")));
+  return nlohmann::json::parse(
+      *read_text_file(std::filesystem::path(SIGHTLINE_ROOT) / "schemas" / (name + ".schema.json")));
 }
 
 // What is wrong with the tables of `evaluate --json`; empty: nothing.
@@ -297,10 +297,9 @@ TEST(Dump, SaysTheSameOfTheMapAsOfTheArtifact) {
 
 TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
   const std::filesystem::path folder = fresh_folder();
-  const ProgramResult run =
-      run_successfully("evaluate " + config() + " --map " + compiled_map().string() + " --json " +
-                       (folder / "e.json").string() + " --csv " + (folder / "e.csv").string() +
-                       " --tables");
+  const ProgramResult run = run_successfully(
+      "evaluate " + config() + " --map " + compiled_map().string() + " --json " +
+      (folder / "e.json").string() + " --csv " + (folder / "e.csv").string() + " --tables");
   for (const char* word : {"Table I.", "Table II.", "oracle", "coverage", "by type of street",
                            "Calibration", "Continuous localization"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
@@ -339,8 +338,7 @@ TEST(Compile, PrintsTheTablesThatAreAskedForAndJson) {
   EXPECT_EQ(run_successfully(compile).out, "");
   const std::string again = "compile " + config() + " --force -o " + map;
   EXPECT_NE(run_successfully(again + " --tables").out.find("Table I."), std::string::npos);
-  const nlohmann::json json =
-      nlohmann::json::parse(run_successfully(again + " --format json").out);
+  const nlohmann::json json = nlohmann::json::parse(run_successfully(again + " --format json").out);
   EXPECT_EQ(schema_faults(schema("inspect"), json), "");
 }
 

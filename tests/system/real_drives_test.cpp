@@ -42,7 +42,8 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
                                     ", sensor: hdl-64e, poses_of: sensor}\n");
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_NE(run.err.find("too short"), std::string::npos) << "71 m promise nothing";
-  const ProgramResult inspected = run_successfully("inspect --all " + (folder_ / "drive.slmap").string());
+  const ProgramResult inspected =
+      run_successfully("inspect --all " + (folder_ / "drive.slmap").string());
   for (const char* word : {"sites                  71", "limit 0.1 m", "limit 0.25 m", "coverage",
                            "error model", "not earned"}) {
     EXPECT_NE(inspected.out.find(word), std::string::npos) << word << " in\n" << inspected.out;
@@ -102,7 +103,8 @@ TEST_F(RealDrive, TooShortToTrainOnTakesItsOwnStaticAnswerOrAModelTrainedElsewhe
   const ProgramResult alone = compile(yaml);
   EXPECT_EQ(alone.status, 0) << alone.err;
   EXPECT_NE(alone.err.find("too little data to train on"), std::string::npos) << alone.err;
-  const ProgramResult inspected = run_sightline("inspect --all " + (folder_ / "drive.slmap").string());
+  const ProgramResult inspected =
+      run_sightline("inspect --all " + (folder_ / "drive.slmap").string());
   EXPECT_NE(inspected.out.find("the drive is too short to learn from; everywhere it takes"),
             std::string::npos)
       << inspected.out;

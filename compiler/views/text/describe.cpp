@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "compiler/views/text/map_summary_text.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {

@@ -203,16 +203,6 @@ Json drives_json(const MeasurementCard& card) {
 
 }  // namespace
 
-double route_length_m(const Sites& sites) {
-  double length_m = 0.0;
-  for (std::size_t i = 1; i < sites.sites.size(); ++i) {
-    if (sites.sites[i].run == sites.sites[i - 1].run) {
-      length_m += sites.sites[i].s_m - sites.sites[i - 1].s_m;
-    }
-  }
-  return length_m;
-}
-
 std::string extent_text(const Sites& sites) {
   return fmt::format("{} places, {:.0f} m of route", sites.sites.size(), route_length_m(sites));
 }

@@ -11,8 +11,6 @@
 
 namespace sightline {
 
-// Length of all runs together, m.
-double route_length_m(const Sites& sites);
 // "601 places, 600 m of route"
 std::string extent_text(const Sites& sites);
 

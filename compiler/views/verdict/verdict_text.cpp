@@ -60,9 +60,9 @@ Json limit_json(const LimitVerdict& limit) {
   }
   if (limit.constant) {
     json["best_fixed"] = {{"look", limit.constant->look},
-                             {"coverage", limit.constant->coverage},
-                             {"time_ratio", limit.constant->time_ratio},
-                             {"lost_count", lost_of(limit.constant->lost_count)}};
+                          {"coverage", limit.constant->coverage},
+                          {"time_ratio", limit.constant->time_ratio},
+                          {"lost_count", lost_of(limit.constant->lost_count)}};
   }
   return json;
 }

@@ -1,0 +1,253 @@
+#include "compiler/views/verdict/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <algorithm>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "compiler/gate/forms/gate_text.h"
+#include "compiler/gate/gate.h"
+#include "compiler/views/report/report.h"
+#include "compiler/views/text/map_summary_text.h"
+#include "compiler/views/verdict/verdict_text.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/text/quoted_text.h"
+#include "tests/compiler/gate/route_map.h"
+#include "tests/support/json_schema.h"
+#include "tests/support/value_of.h"
+
+namespace sightline {
+namespace {
+
+using testing::HasSubstr;
+using enum MapVerdict;
+
+constexpr int kSites = 60;
+
+// A road of 59 m of ranges alone, all of it measured by its own drive and within the limit.
+CompiledMap good_map() {
+  CompiledMap map = route_map(kSites);
+  map.looks.reset();
+  map.trajectory->pieces.resize(1);
+  map.measurement.reference = ErrorReference::kKnownPose;
+  return map;
+}
+
+CompiledMap with_own_coverage(double coverage) {
+  CompiledMap map = good_map();
+  for (LimitQuality& quality : map.quality) quality.measured_coverage = coverage;
+  return map;
+}
+
+CompiledMap with_unmet(std::size_t from, std::size_t to) {
+  CompiledMap map = good_map();
+  for (std::size_t site = from; site <= to; ++site) set_site(map, site, {2, 0.2, 0.1, kUnmet});
+  sum_up(map);
+  return map;
+}
+
+CompiledMap simulated() {
+  CompiledMap map = good_map();
+  map.measurement.reference = ErrorReference::kSimulated;
+  map.measurement.measured_site_count = 0;
+  return map;
+}
+
+CompiledMap in_pieces() {
+  CompiledMap map = good_map();
+  map.trajectory->pieces.resize(3);
+  return map;
+}
+
+// Of a replayed drive: every answer beside two constant ones.
+EvaluationFigures replayed(double coverage, std::uint32_t lost, std::uint32_t judged = kSites) {
+  EvaluationFigures figures;
+  figures.drive = "evening";
+  figures.site_count = kSites;
+  figures.judged_count = judged;
+  figures.scan_count = 100;
+  for (const double limit_m : {0.1, 0.25}) {
+    figures.limits.push_back({limit_m,
+                              {{AnswerKind::kRange, coverage, coverage, 0.2, lost}},
+                              {{"15 m", 0.99, 0.5, 0}, {"50 m", 1.0, 1.0, 0}}});
+  }
+  return figures;
+}
+
+struct Case {
+  const char* name;
+  CompiledMap map;
+  std::optional<EvaluationFigures> evaluation;
+  MapVerdict expected;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  all.push_back({"own drive within the limit", good_map(), {}, kGood});
+  all.push_back({"evaluation within the limit", good_map(), replayed(0.98, 0), kGood});
+  all.push_back({"simulated, then evaluated", simulated(), replayed(0.99, 0), kGood});
+  all.push_back({"own drive a little below the target", with_own_coverage(0.93), {}, kPartly});
+  all.push_back({"20 m unmet", with_unmet(20, 40), {}, kPartly});
+  all.push_back({"a third evaluated", good_map(), replayed(0.98, 0, kSites / 3), kPartly});
+  all.push_back({"evaluated, 20 m unmet", with_unmet(20, 40), replayed(0.99, 0), kPartly});
+  all.push_back({"own drive far below the target", with_own_coverage(0.8), {}, kBad});
+  all.push_back({"evaluation far below the target", good_map(), replayed(0.85, 0), kBad});
+  all.push_back({"tracks lost", good_map(), replayed(0.98, 3), kBad});
+  all.push_back({"three pieces", in_pieces(), replayed(0.98, 0), kBad});
+  all.push_back({"simulated", simulated(), {}, kNotJudged});
+  all.push_back({"no site measured", simulated(), {}, kNotJudged});
+  all.back().map.measurement.reference = ErrorReference::kKnownPose;
+  return all;
+}
+
+const EvaluationFigures* figures_of(const Case& each) {
+  return each.evaluation ? &*each.evaluation : nullptr;
+}
+
+MapJudgement judgement_of(const Case& each) { return judge_map(each.map, figures_of(each), {}); }
+
+TEST(Verdict, IsAsItsThresholdsSay) {
+  for (const Case& each : cases()) {
+    const MapJudgement judgement = judgement_of(each);
+    EXPECT_EQ(judgement.verdict, each.expected) << each.name << ": " << to_text(judgement);
+    const bool has_reason = each.expected == kPartly || each.expected == kBad;
+    EXPECT_EQ(!judgement.reason.empty(), has_reason) << each.name;
+  }
+}
+
+TEST(Verdict, TheCasesHaveTwoOfEachVerdict) {
+  const std::vector<Case> all = cases();
+  EXPECT_GE(all.size(), 10U);
+  for (const MapVerdict verdict : {kGood, kPartly, kBad, kNotJudged}) {
+    EXPECT_GE(std::ranges::count(all, verdict, &Case::expected), 2) << word_of(verdict);
+  }
+}
+
+GateReport gate_of(const Case& each) {
+  MapSummary summary;
+  summary.format = "1.0";
+  const GateMap map{"road.slmap", each.map, summary};
+  return value_of(
+      judge({map, nullptr, nullptr, figures_of(each)}, default_gate_settings(), "2026-06-15"));
+}
+
+// The texts wrap where the lines end.
+std::string on_one_line(std::string text) {
+  std::ranges::replace(text, '\n', ' ');
+  const std::string gap = "   ";
+  for (std::size_t at = text.find(gap); at != std::string::npos; at = text.find(gap)) {
+    text.replace(at, gap.size(), " ");
+  }
+  return text;
+}
+
+TEST(Verdict, IsTheSameInEveryForm) {
+  for (const Case& each : cases()) {
+    const MapJudgement judgement = judgement_of(each);
+    const std::string words = verdict_head(judgement) + verdict_rest(judgement);
+    MapSummary summary;
+    const std::string inspected =
+        summary_text({"road.slmap", each.map, summary, judgement, figures_of(each)});
+    EXPECT_THAT(on_one_line(inspected), HasSubstr(words)) << each.name;
+    const GateReport gate = gate_of(each);
+    EXPECT_THAT(on_one_line(to_summary(gate)), HasSubstr(words)) << each.name;
+    EXPECT_THAT(on_one_line(to_text(gate)), HasSubstr(words)) << each.name;
+    EXPECT_THAT(to_markdown(gate), HasSubstr(to_markdown(judgement))) << each.name;
+    ReportSources sources;
+    sources.map = &each.map;
+    sources.figures = figures_of(each);
+    const std::string page = value_of(report_html(sources));
+    EXPECT_THAT(page, HasSubstr(">" + verdict_head(judgement) + "<")) << each.name;
+    EXPECT_THAT(page, HasSubstr(xml_text(judgement.figures))) << each.name;
+    EXPECT_THAT(page, HasSubstr(xml_text(judgement.reason))) << each.name;
+  }
+}
+
+TEST(Verdict, HasTheColourOfItsWordOnPageAndInMarkdown) {
+  const char* const styles[] = {"is-good", "is-partly", "is-bad", "is-not-judged"};
+  const char* const signs[] = {"\U0001F7E2 good", "\U0001F7E1 partly", "\U0001F534 bad",
+                               "\u26AA not judged"};
+  for (const Case& each : cases()) {
+    const auto index = static_cast<std::size_t>(each.expected);
+    ReportSources sources;
+    sources.map = &each.map;
+    sources.figures = figures_of(each);
+    EXPECT_THAT(value_of(report_html(sources)),
+                HasSubstr(std::string("<div class=\"overall ") + styles[index] + "\">"))
+        << each.name;
+    EXPECT_THAT(to_markdown(judgement_of(each)), HasSubstr(signs[index])) << each.name;
+  }
+}
+
+TEST(Verdict, InspectFitsOnAScreenAndItsJsonIsAsTheSchemaSays) {
+  const nlohmann::json schema = nlohmann::json::parse(value_of(
+      read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/inspect.schema.json")));
+  for (const Case& each : cases()) {
+    const MapJudgement judgement = judgement_of(each);
+    MapSummary summary;
+    const InspectedMap inspected = {"road.slmap", each.map, summary, judgement, figures_of(each)};
+    const std::string text = summary_text(inspected);
+    EXPECT_LE(std::ranges::count(text, '\n'), 40) << text;
+    EXPECT_LE(std::ranges::count(to_text(judgement), '\n'), 5) << text;
+    EXPECT_EQ(schema_faults(schema, to_json(inspected)), "") << each.name;
+    EXPECT_EQ(to_json(judgement).at("word"), word_of(each.expected));
+  }
+}
+
+// Ranges that miss, looks that do not.
+TEST(Verdict, RecommendsTheFirstAnswerThatReachesTheTarget) {
+  CompiledMap map = good_map();
+  map.looks.emplace();
+  map.looks->ranges = map.ranges;
+  map.looks->quality = map.quality;
+  LookPlan plan;
+  plan.limit_m = 0.1;
+  map.looks->ranges.plan = plan;
+  EvaluationFigures figures = replayed(0.99, 0);
+  for (LimitFigures& limit : figures.limits) {
+    limit.answers = {{AnswerKind::kPlan, 0.998, 0.998, 0.08, 0},
+                     {AnswerKind::kLook, 0.97, 0.97, 0.1, 2},
+                     {AnswerKind::kRange, 0.96, 0.96, 0.3, 0}};
+  }
+  MapJudgement judgement = judge_map(map, &figures, {});
+  EXPECT_EQ(judgement.verdict, kGood);
+  EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kPlan);
+  EXPECT_THAT(judgement.figures,
+              HasSubstr("the map's plan keeps 99.8 % of 100 scans within 10 cm and no track is "
+                        "lost, in 8 % of the time of the best fixed choice"));
+  for (LimitFigures& limit : figures.limits) limit.answers[0].lost_count = 4;
+  judgement = judge_map(map, &figures, {});
+  EXPECT_EQ(judgement.verdict, kPartly) << "the ranges still reach the target";
+  EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kRange);
+  EXPECT_THAT(judgement.reason, HasSubstr("The map's plan lost 4 tracks"));
+}
+
+TEST(Verdict, ComparesWithTheCheapestConstantAnswerThatIsAsGood) {
+  const LimitFigures figures = {0.1,
+                                {},
+                                {{"10 m", 0.90, 0.1, 0},
+                                 {"20 m", 0.97, 0.3, 1},
+                                 {"30 m", 0.98, 0.5, 0},
+                                 {"50 m", 0.99, 1.0, 0}}};
+  const auto beside = [&](double coverage, std::uint32_t lost) {
+    return best_constant(figures, {AnswerKind::kRange, coverage, coverage, 0.2, lost})->look;
+  };
+  EXPECT_EQ(beside(0.96, 1), "20 m");
+  EXPECT_EQ(beside(0.96, 0), "30 m") << "20 m loses a track";
+  EXPECT_EQ(beside(0.999, 0), "50 m") << "none is as good: the one that keeps most";
+}
+
+TEST(Verdict, PromisesOfManyClausesAreShortened) {
+  CompiledMap map = good_map();
+  for (LimitPromise& promise : map.ranges.promises) {
+    promise.statement = "No promise yet";
+    for (int i = 0; i < 20; ++i) promise.statement += "; it needs more route, of more drives";
+  }
+  const MapJudgement judgement = judge_map(map, nullptr, {});
+  EXPECT_LE(std::ranges::count(to_text(judgement), '\n'), 5);
+  EXPECT_GT(judgement.promise.size(), 500U) << "the whole of it is in the JSON";
+}
+
+}  // namespace
+}  // namespace sightline
