@@ -101,7 +101,7 @@ Error unexpected(const std::string& command, const Verb& verb, const std::string
   return unknown("unknown flag " + name, name, known, command);
 }
 
-// A map in place of the configuration, of a verb that takes it behind --map.
+// A map in place of the configuration, of a verb that takes the map by --map.
 Result<void> check_swapped(const std::string& command, const Verb& verb,
                            const std::vector<CLI::Option*>& options) {
   const Flag* const map = find_flag(verb, "--map");

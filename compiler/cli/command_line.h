@@ -7,14 +7,14 @@
 
 namespace sightline {
 
-// Reads the words behind a verb and sets the targets of its flags and positionals. `command` is
-// what stands before them, "sightline compile", for messages. Errors: those of set_flag;
+// Reads the words after a verb and sets the targets of its flags and positionals. `command` is
+// the words before them, "sightline compile", for messages. Errors: those of set_flag;
 // bad-argument for a flag that does not exist (with the nearest one), a flag without its value, a
 // switch with one, a word too many, and flags that cannot be used together.
 Result<void> parse_words(const std::string& command, const Verb& verb,
                          const std::vector<std::string>& words);
 
-// Whether --help or -h stands among these words, before "--".
+// Whether --help or -h is among these words, before "--".
 bool asks_for_help(const std::vector<std::string>& words);
 
 // Runs the verb that `words` begin with; returns the exit status of the process. Errors are printed

@@ -6,7 +6,7 @@
 #include "compiler/cli/verb.h"
 #include "formats/base/files/atomic_file.h"
 
-// Flags that stand at several verbs. They are made here so that each means the same everywhere.
+// Flags of several verbs. They are made here so that each has one meaning.
 
 namespace sightline {
 

@@ -99,7 +99,8 @@ std::string nearest_entry(const fs::path& folder, const std::string& name) {
 // Why a path may lead nowhere.
 std::string hint_of_missing(const fs::path& path) {
   std::error_code ignored;
-  if (fs::exists(fs::symlink_status(path, ignored))) return "";  // a link to nowhere says so itself
+  if (fs::exists(fs::symlink_status(path, ignored)))
+    return "";  // a broken link has its own message
   const std::string text = path.string();
   if (text == "-") return "; a configuration is a file, since its paths are relative to it";
   for (const char* scheme : {"http:/", "https:/", "ftp:/", "s3:/", "gs:/", "file:/"}) {

@@ -17,9 +17,9 @@ bool holds_many_scans(const std::filesystem::path& path);
 std::optional<FileKind> kind_of_file(const std::filesystem::path& path);
 
 // The same error; where its file was not understood because it is of another kind than was wanted,
-// it says what the file is and which verb takes it, in place of what a reader of the wrong kind saw
-// in it. Where there is no such file, it adds why: the nearest name in its folder, a backslash, a
-// pattern, ~ or $.
+// its message names the kind of the file and the verb that takes it, and replaces the message of
+// the reader of the wrong kind. Where there is no such file, it adds why: the nearest name in its
+// folder, a backslash, a pattern, ~ or $.
 Error explain_wrong_file(Error error);
 
 }  // namespace sightline

@@ -15,7 +15,7 @@ std::string help_text(const Program& program);
 std::string help_text(const Program& program, const Family& family);
 
 // What `sightline VERB --help` prints. `command` is "sightline VERB". No line of prose is longer
-// than kHelpColumns; examples stay as they are written.
+// than kHelpColumns; examples are not broken.
 std::string help_text(const std::string& command, const Verb& verb);
 
 // "-o, --output FILE", "--json-progress[=N]"

@@ -26,7 +26,7 @@ struct RunFlags {
   std::string kernel = "fastest";  // hidden: the matcher's inner loop, which changes no result
 };
 
-// The positional CONFIG, and the flags behind those that the verb has already.
+// The positional CONFIG, and the flags, after those that the verb has.
 void add_run_flags(Verb& verb, RunFlags& flags);
 // The flags alone, for a verb that takes several configurations.
 void add_flags_of_every_run(Verb& verb, RunFlags& flags);

@@ -14,8 +14,8 @@
 
 namespace sightline {
 
-// Takes a value, "true" of a switch. It may refuse: its message then says why, without the name of
-// the flag. Setters are called after all other targets are set.
+// Takes a value, "true" of a switch. It may refuse: its message then gives the reason, without the
+// name of the flag. Setters are called after all other targets are set.
 using Setter = std::function<Result<void>(const std::string&)>;
 
 // Where a value from the command line goes. Pointers must live as long as the verb: point into what
@@ -39,7 +39,7 @@ struct Flag {
   std::optional<double> minimum = {};  // of a number; both limits are allowed values
   std::optional<double> maximum = {};
   bool is_required = false;
-  std::string excludes = {};    // the long name of a flag that must not stand beside this one
+  std::string excludes = {};    // the long name of a flag that cannot be used with this one
   std::string bare_value = {};  // what the flag means without a value; with one: --name=VALUE
   bool is_hidden = false;       // from help, the manual page and completion
 };
@@ -106,7 +106,7 @@ bool is_list(const FlagTarget& target);
 
 // The flags that people are shown: all that are not hidden, and --help.
 std::vector<Flag> shown_flags(const Verb& verb);
-// --help and --version, which stand where no verb does.
+// --help and --version, which need no verb.
 std::vector<Flag> flags_without_verb();
 
 // First words of all verbs in the order of the program, each once: "init", "cluster", ...
@@ -123,7 +123,7 @@ Called find_called(const Program& program, const std::vector<std::string>& words
 // Sets the target of a flag from the words that the command line has for it, which may be none.
 // `called` is the flag's name in messages: "--threads" or "MAP".
 // Errors: unknown-name for a value that is none of the choices, with the nearest one; bad-value for
-// what is no number or lies outside the limits; bad-argument for a flag that is missing or
+// what is no number or is outside the limits; bad-argument for a flag that is missing or
 // repeated.
 Result<void> set_flag(const Flag& flag, const std::string& called,
                       const std::vector<std::string>& words);

@@ -39,7 +39,7 @@ Verb completion_verb();
 Verb man_verb();
 Verb help_verb();
 
-// The whole command line, made anew at each call, so that two parses share no values.
+// The whole command line, made again at each call, so that two parses share no values.
 Program sightline_program();
 
 // The lines of --version after the first: commit; versions of the formats that are written, that of

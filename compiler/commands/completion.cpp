@@ -52,7 +52,7 @@ std::string family_pattern(const Program& program) {
   return joined(names, "|");
 }
 
-// What may stand behind a flag that takes a value, as branches over the word before.
+// Values of flags, as branches over the word before.
 std::string bash_values(const Verb& verb) {
   std::string text;
   for (const Flag& flag : shown_flags(verb)) {
@@ -151,11 +151,11 @@ std::string zsh_flag(const Flag& flag) {
   if (!flag.bare_value.empty()) {
     return shell_word(concat(long_name(flag), "=-", help, ":", zsh_values(flag)));
   }
-  const std::string behind = help + zsh_values(flag);
-  if (is_list(flag.target)) return shell_word(concat("*", long_name(flag), behind));
-  if (names.size() == 1) return shell_word(long_name(flag) + behind);
+  const std::string value = help + zsh_values(flag);
+  if (is_list(flag.target)) return shell_word(concat("*", long_name(flag), value));
+  if (names.size() == 1) return shell_word(long_name(flag) + value);
   return concat(shell_word("(" + joined(names, " ") + ")"), "{", joined(names, ","), "}",
-                shell_word(behind));
+                shell_word(value));
 }
 
 std::string zsh_branch(const Program& program, const Verb& verb) {

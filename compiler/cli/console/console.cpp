@@ -153,10 +153,10 @@ std::string_view origin(const StepReport& report) {
 template <bool kHasCache>
 void on_interrupt(int /*signal*/) {
   constexpr std::string_view kText =
-      kHasCache ? "\nSL7001 interrupted: finished passes are in the cache; the same command goes "
-                  "on from there\n"
+      kHasCache ? "\nSL7001 interrupted: finished passes are in the cache; the same command "
+                  "continues from there\n"
                 : "\nSL7001 interrupted: nothing is kept without a cache; leave out --no-cache to "
-                  "go on from finished passes\n";
+                  "continue from finished passes\n";
   (void)!::write(STDERR_FILENO, kText.data(), kText.size());
   ::_exit(exit_status(ErrorCode::kInterrupted));
 }

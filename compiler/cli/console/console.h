@@ -10,7 +10,7 @@
 #include "formats/base/error.h"
 #include "formats/base/result.h"
 
-// What people see while a command runs: data goes to stdout and nothing else does; log, warnings
+// What people see while a command runs: only data is written to stdout; log, warnings
 // and progress go to stderr.
 
 namespace sightline {
@@ -35,7 +35,7 @@ class RemainingTime {
   double foreseen_s_ = 0.0;  // of these
 };
 
-// Of a step that has done so much in this time, if it goes on like this; `done` above 0.
+// Of a step that has done this share in this time, at the same speed; `done` above 0.
 double seconds_left(double elapsed_s, std::size_t done, std::size_t total);
 
 // "1:05", "2:03:00"
@@ -87,7 +87,7 @@ std::string time_table(const std::vector<StepReport>& reports);
 // Why each step ran or did not, for --explain.
 std::string explanation(const std::vector<StepReport>& reports);
 
-// From here on Ctrl-C says whether finished passes are kept and ends with the status of an
+// From here on Ctrl-C prints whether finished passes are kept and ends with the status of an
 // incomplete run; unfinished files are removed by the next run.
 void explain_interruption(bool has_cache);
 

@@ -16,7 +16,7 @@ namespace sightline {
 namespace {
 
 // A counter that is far ahead by mistake can only be followed by greater ones. Dates as counters
-// stay within: from 20261231 to 20270101 it is 8870.
+// keep within: from 20261231 to 20270101 it is 8870.
 constexpr std::uint64_t kLargestStep = 100'000;
 
 struct ReleaseFlags {

@@ -174,7 +174,7 @@ Result<PictureSources> sources_of_map(const DumpFlags& flags) {
   return sources;
 }
 
-// An artifact file of the cache says itself what it is.
+// An artifact file of the cache names its type.
 Result<Table> table_of_artifact(const DumpFlags& flags) {
   SIGHTLINE_ASSIGN(RegularFile file, open_regular_file(flags.run.config_file));
   const std::uint64_t size = file.size;

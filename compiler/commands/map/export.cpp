@@ -86,7 +86,7 @@ Result<void> write_rows(Table table, const ByteSink& sink) {
   return {};
 }
 
-// A table whose first line names its columns; what is true of all of it goes to `facts`.
+// A table whose first line names its columns; facts of the whole table are added to `facts`.
 Result<void> export_rows(const ExportFlags& flags, Table table, Table& facts) {
   for (const auto& [fact, value] : table.facts) facts.rows.push_back({table.name, fact, value});
   const fs::path file = fs::path(flags.answers.output) / (table.name + ".csv");

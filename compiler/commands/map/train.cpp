@@ -133,7 +133,7 @@ Result<MeasuredPlace> measure_place(OpenPlace place) {
 }
 
 // All places, a key that names everything they were made of, and the first configuration, which
-// says how to learn from them.
+// sets how the model is trained.
 struct TrainingPlaces {
   ByFamily<DrivenPlaces> places;
   Digest key{};

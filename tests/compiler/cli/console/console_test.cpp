@@ -71,5 +71,25 @@ TEST(RemainingTime, IsShownInMinutesAndHours) {
   EXPECT_EQ(clock_text(7380.0), "2:03:00");
 }
 
+TEST(Toned, LeavesTextAsItIsWhereStdoutIsNoTerminal) {
+  EXPECT_EQ(toned(Tone::kGood, "good"), "good");
+  ::testing::internal::CaptureStdout();
+  print_text(toned(Tone::kBad, "bad") + " \033[31mred\033[0m\n");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "bad \\x1b[31mred\\x1b[0m\n");
+}
+
+TEST(Verbosity, SilencesNotesAndNoWarnings) {
+  ::testing::internal::CaptureStderr();
+  set_verbosity(Verbosity::kQuiet);
+  print_note("a note");
+  print_warning("a warning");
+  set_verbosity(Verbosity::kNormal);
+  print_note("another note");
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(text.find("a note"), std::string::npos);
+  EXPECT_NE(text.find("warning a warning"), std::string::npos) << text;
+  EXPECT_NE(text.find("another note\n"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace sightline
