@@ -109,10 +109,10 @@ TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
   EXPECT_THAT(town().annotated.err, HasSubstr("no scan was recorded at"));
   const ProgramResult inspected =
       run_successfully("inspect --all " + town().file("annotated.slmap"));
-  EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was ever seen there"));
+  EXPECT_THAT(inspected.out, HasSubstr("100.0 % of sites: no scan was recorded there"));
   EXPECT_THAT(inspected.out, HasSubstr("no drive was here"));
   EXPECT_THAT(inspected.out, Not(HasSubstr("coverage measured")));
-  EXPECT_THAT(inspected.out, Not(HasSubstr("earned, of the next drive")));
+  EXPECT_THAT(inspected.out, Not(HasSubstr("coverage promised")));
   const ProgramResult site =
       run_sightline("inspect " + town().file("annotated.slmap") + " --site 20");
   EXPECT_THAT(site.out, HasSubstr("simulated: no scan was recorded here"));

@@ -45,7 +45,7 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
   const ProgramResult inspected =
       run_successfully("inspect --all " + (folder_ / "drive.slmap").string());
   for (const char* word : {"sites                  71", "limit 0.1 m", "limit 0.25 m", "coverage",
-                           "error model", "not earned"}) {
+                           "error model", "none: figures of this drive"}) {
     EXPECT_NE(inspected.out.find(word), std::string::npos) << word << " in\n" << inspected.out;
   }
 }

@@ -58,10 +58,11 @@ Verb diff_verb() {
   verb.name = "diff";
   verb.summary = "Show what changed between two maps: streets, ranges, promises, definitions";
   verb.details =
-      "Exit status: 0 the maps are the same, 1 they differ, 2 trouble (64 an unknown flag).\n\n"
-      "Sites are matched by place: the old map is asked where each site of the new one lies, as a "
-      "vehicle would ask. Tiles with equal digests are not read. Form markdown is for a pull "
-      "request, geojson for a GIS; json is described in schemas/diff.schema.json.";
+      "Exit status: 0 the maps are the same, 1 they differ, 2 failed (64 an unknown flag).\n\n"
+      "The answer of the old map at each site of the new one is compared with the new answer. "
+      "Tiles "
+      "with equal digests are not read. Use the form markdown for a pull request and geojson for a "
+      "GIS; json is described in schemas/diff.schema.json.";
   verb.examples = {
       "sightline diff old.slmap new.slmap", "sightline diff old.slmap new.slmap -q || echo changed",
       "sightline diff old.slmap new.slmap --format markdown >> \"$GITHUB_STEP_SUMMARY\"",

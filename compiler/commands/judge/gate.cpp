@@ -190,7 +190,7 @@ Verb gate_verb() {
        .target = &flags->evaluation},
       {.names = "--today",
        .value = "DATE",
-       .help = "The day on which exceptions end, as 2026-12-01, in place of today (UTC)",
+       .help = "Day for the expiry of exceptions, such as 2026-12-01; default: today (UTC)",
        .target = &flags->today},
       {.names = "--format",
        .value = "FORMAT",

@@ -136,10 +136,11 @@ Verb verify_verb() {
   verb.name = "verify";
   verb.summary = "Check every digest, checksum, bound and order of a map; names the first fault";
   verb.details =
-      "With --deep the annotation is made again from the map's own factors and forest, and every "
-      "prediction, range, flag and promise must be the same, bit for bit. What it was made of is "
-      "taken as it stands: with --again the whole map is compiled anew from the drives, without a "
-      "cache, and must be the same. That finds also what somebody put into a cache.";
+      "--deep computes the annotation again from the map's own factors and forest, and every "
+      "prediction, range, flag and promise must be the same, bit for bit. --again compiles the "
+      "whole map again from the drives, without a cache, and it must be the same. This also "
+      "detects "
+      "a cache that another user changed.";
   verb.examples = {"sightline verify town.slmap && cp town.slmap /srv/maps/",
                    "sightline verify town.slmap --deep",
                    "sightline verify town.slmap --again town.yaml"};

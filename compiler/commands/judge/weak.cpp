@@ -65,17 +65,20 @@ Verb weak_verb() {
   verb.name = "weak";
   verb.summary = "Find where a map is weak, in which direction, why, and what would help";
   verb.details =
-      "Of the map alone, also of one without drives. A site is unmet where no range and no look is "
-      "good enough, thin where the predicted error of the best of them leaves less than --margin "
-      "of the limit. Weak sites of a run that are near are one stretch; the worst come "
-      "first.\n\nOf each stretch: the direction that the match holds least, the cause in a word "
-      "(empty: few upright surfaces in sight; one-sided: all of them face one way; repeated: it "
-      "looks the same half a metre further; distant: what holds it is far; unclear), and the "
-      "places beside the road where one flat upright board would make that direction's standard "
-      "deviation smallest. The board is simulated: its returns, the beams that it stops, and the "
-      "NDs that it would make in the map. Gains rank places; what a drive then measures is another "
-      "number.\n\nThe map holds no lanes: a place is so far from the driven line, on known ground "
-      "and clear of what stands there, and may be in another lane.";
+      "Needs only the map, also one made without drives. A site is unmet if no range and no look "
+      "is "
+      "good enough. It is thin if the predicted error of the best one leaves less than --margin of "
+      "the limit. Weak sites of a run that are near each other form one stretch. The worst "
+      "stretches are listed first.\n\nFor each stretch, the least constrained direction and the "
+      "cause are printed: empty (few upright surfaces in sight), one-sided (all of them face one "
+      "way), repeated (the scene is nearly the same half a metre further), distant (the surfaces "
+      "that constrain it are far away) or unclear. Then places beside the road are listed where "
+      "one "
+      "flat upright board would reduce the standard deviation of that direction most. The board is "
+      "simulated: its returns, the beams that it stops, and its NDs in the map. The gain ranks "
+      "places; a later drive can measure another gain.\n\nThe map has no lanes. A place for a "
+      "board "
+      "is on known, free ground at a distance from the driven line, and may be in another lane.";
   verb.examples = {
       "sightline weak town.slmap",
       "sightline weak town.slmap --margin 0.7 --board-width 2        # more stretches, larger "
@@ -86,19 +89,19 @@ Verb weak_verb() {
   verb.flags = {
       {.names = "--limit",
        .value = "METRES",
-       .help = "The limit to judge by, one of the map's; 0: the tightest",
+       .help = "One of the map's limits; 0: the tightest",
        .target = &flags->limit_m,
        .minimum = 0.0},
       {.names = "--margin",
        .value = "SHARE",
-       .help = "Of the limit, which the best look must leave over; 0: unmet sites and those whose "
-               "error is beyond the limit, 1: every site",
+       .help = "Share of the limit that the best look must leave; 0: only unmet sites and those "
+               "whose error exceeds the limit, 1: every site",
        .target = &flags->options.stretches.least_margin,
        .minimum = 0.0,
        .maximum = 1.0},
       {.names = "--join-m",
        .value = "METRES",
-       .help = "No farther apart along the route, weak sites are one stretch",
+       .help = "Largest distance along the route between weak sites of one stretch",
        .target = &flags->options.stretches.join_m,
        .minimum = 0.0},
       {.names = "--longest-m",
@@ -114,7 +117,7 @@ Verb weak_verb() {
        .maximum = 1000},
       {.names = "--places",
        .value = "COUNT",
-       .help = "Places for a board to name of each stretch; 0: none is simulated",
+       .help = "Places for a board to list for each stretch; 0: none is simulated",
        .target = &flags->advice,
        .minimum = 0,
        .maximum = 20},
@@ -132,13 +135,13 @@ Verb weak_verb() {
        .maximum = 20.0},
       {.names = "--nearest",
        .value = "METRES",
-       .help = "No place is nearer to the driven line than this",
+       .help = "Least distance of a board from the driven line",
        .target = &advice.nearest_m,
        .minimum = 1.0,
        .maximum = 50.0},
       {.names = "--farthest",
        .value = "METRES",
-       .help = "And none farther from it",
+       .help = "Largest distance of a board from the driven line",
        .target = &advice.farthest_m,
        .minimum = 1.0,
        .maximum = 50.0},

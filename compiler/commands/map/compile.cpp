@@ -59,7 +59,7 @@ Verb compile_verb() {
   verb.name = "compile";
   verb.summary = "Compile drives into an annotated map";
   verb.details =
-      "Prints which map was written, the verdict on it, what it promises, and the next command. "
+      "Prints which map was written, the verdict on it, its promise, and the next command. "
       "Finished passes are cached: after an interruption or a change only what is affected runs "
       "again.\n\n"
       "Ranges and probabilities are for the localizer whose errors were measured: one of this "
@@ -79,8 +79,8 @@ Verb compile_verb() {
   add_compile_flags(verb, *flags);
   verb.flags.push_back(
       {.names = "--resolve",
-       .help = "Find the poses of all mapping drives anew, also where base names those of an "
-               "earlier map (base.poses)",
+       .help = "Estimate the poses of all mapping drives again, also if base.poses names those of "
+               "an earlier map",
        .target = Setter([flags](const std::string& /*value*/) -> Result<void> {
          flags->run.overrides.emplace_back("base.poses=");
          return {};
@@ -102,26 +102,26 @@ Verb annotate_verb() {
   verb.name = "annotate";
   verb.summary = "Annotate a finished map along a route or everywhere, without any drive";
   verb.details =
-      "The same as `sightline compile` with a configuration of the sections map and route. NDs and "
-      "the surface come from the points of the map. What was not measured is simulated: scans of "
-      "the sensor named are cast in the map, disturbed and localized there, and the map says "
-      "\"simulated\" at every place where that decided.\n\n"
-      "With --model an error model of other places judges what was simulated. Without one "
-      "simulation alone decides, each simulated error taken twice: every place takes the one look "
-      "that is enough at 95 % of the places, and the range that is enough there and 3 m around it, "
-      "between those that are enough at 80 and at 95 % of the places. Judge such a map by a drive "
-      "(`sightline evaluate`) before a vehicle relies on it. A promise is made by a model alone "
-      "that was trained on finished maps with drives through them.\n\n"
-      "Drives that come later are named with --set localization.scans=...: where they passed, the "
-      "map then goes by what they measured.\n\n"
-      "--route everywhere takes every place of a grid of 2 m that a vehicle can reach on the "
-      "ground of the map, walls and what hangs low avoided: by geometry alone, lawns and car parks "
-      "included, whatever is allowed there (options: section choose-field-sites).\n\n"
-      "A map that was compiled before (.slmap) is annotated anew, for another sensor, route or "
-      "model: its NDs stay as they are, and so do frame and world. It holds no surface, so that "
-      "rays are cast on its NDs, which is rougher; where its points are at hand, take them. "
-      "The same is done with Apollo's NDT map (the folder of config.xml and map/): its cells are "
-      "taken as NDs, in the zone of UTM that it names.";
+      "Does the same as `sightline compile` with the sections map and route in the configuration. "
+      "NDs and the surface are computed from the points of the map. Scans of the named sensor are "
+      "simulated in the map, disturbed and localized there. Places whose answers are from "
+      "simulated scans are marked \"simulated\" in the map.\n\n"
+      "With --model, an error model of other places predicts the errors. Without one, twice the "
+      "simulated error counts: every place has the one look that is enough at 95 % of the places, "
+      "and the range that is enough there and 3 m around it, between those that are enough at 80 "
+      "and at 95 % of the places. Judge such a map by a drive (`sightline evaluate`) before a "
+      "vehicle uses it. Only a model that was trained on finished maps with drives through them "
+      "gives a promise.\n\n"
+      "Name later drives with --set localization.scans=... to use their measurements.\n\n"
+      "--route everywhere annotates every place of a grid of 2 m that a vehicle can reach on the "
+      "ground of the map, free of walls and low obstacles. Only the geometry counts, so lawns and "
+      "car parks are included (options: section choose-field-sites).\n\n"
+      "A compiled map (.slmap) can be annotated again, for another sensor, route or model. Its "
+      "NDs, "
+      "frame and world do not change. It contains no surface, so rays are cast on its NDs, which "
+      "is "
+      "less exact; use the points of the map if you have them. In Apollo's NDT map (the folder of "
+      "config.xml and map/), cells are used as NDs, in the UTM zone that the map names.";
   verb.examples = {
       "sightline annotate autoware_map/ --route lanelet2_map.osm --sensor vlp-16 -o city.slmap",
       ("sightline annotate city.las --route lanes.geojson --world utm:32N --sensor hdl-64e \\\n"
@@ -135,7 +135,7 @@ Verb annotate_verb() {
   verb.positionals = {{.name = "MAP",
                        .help = "The finished map: .pcd, .ply or .las, a folder of them, Autoware's "
                                "or Apollo's map folder, or a compiled map (.slmap) to annotate "
-                               "anew",
+                               "again",
                        .target = &flags->map}};
   verb.flags = {{.names = "--route",
                  .value = "FILE",

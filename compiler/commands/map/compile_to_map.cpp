@@ -71,12 +71,12 @@ Result<std::string> tables_text(const CompilePlan& made, const ArtifactSet& arti
   const LocalizerProfile& measured = artifacts.get(made.measured).ranges.matching.localizer;
   const bool is_simulated =
       artifacts.get(made.measured).ranges.reference == ErrorReference::kSimulated;
-  std::string text = is_simulated ? "Simulated: no drive was here. What follows is what scans "
-                                    "found that were simulated in the map itself.\n\n"
+  std::string text = is_simulated ? "Simulated: no drive was here. The figures are of scans "
+                                    "that were simulated in the map itself.\n\n"
                                   : "";
   text += concat(judged_by(of_map, measured),
                  to_text(artifacts.get(made.evaluation), artifacts.get(made.sites).frame),
-                 "\nWhat the map promises, to a vehicle that localizes with ",
+                 "\nPromises of the map, for a vehicle that localizes with ",
                  localizer_title(of_map), "\n");
   for (const LimitPromise& promise : artifacts.get(made.ranges).ranges.promises) {
     text += promise.statement + "\n";
@@ -315,10 +315,11 @@ void add_summary_flags(Verb& verb, SummaryFlags& flags) {
                                 "schemas/inspect.schema.json describes it",
                         .target = &flags.format,
                         .choices = {"text", "json"}});
-  verb.flags.push_back({.names = "--tables",
-                        .help = "Also print the tables of errors and times at each range, judged "
-                                "on the localization drive by models that never saw the place",
-                        .target = &flags.prints_tables});
+  verb.flags.push_back(
+      {.names = "--tables",
+       .help = "Also print the tables of errors and times at each range, judged "
+               "on the localization drive by models that were not trained on the place",
+       .target = &flags.prints_tables});
 }
 
 void add_compile_flags(Verb& verb, CompileFlags& flags) {
@@ -328,18 +329,17 @@ void add_compile_flags(Verb& verb, CompileFlags& flags) {
       {.names = "--model",
        .value = "FILE",
        .help = "Use the error model of this file (.slmodel, of `sightline train`) or map (.slmap) "
-               "instead of training one; what the localization drive measures is given to it as "
-               "history",
+               "instead of training one; errors of the localization drive are its inputs",
        .target = &flags.model},
       {.names = "--risk",
        .value = "SHARE",
-       .help =
-           "Share of the route that may miss its limit on the next drive; 0: the strictest that is "
-           "earned (choose-ranges.alpha)",
+       .help = "Share of the route that may miss its limit on the next drive; 0: the strictest "
+               "that the calibration supports (choose-ranges.alpha)",
        .target = risk_setter(flags)},
       {.names = "--strict",
-       .help = "Promise it with confidence 1 - choose-ranges.delta rather than on average; needs "
-               "more route",
+       .help =
+           "Guarantee it with confidence 1 - choose-ranges.delta instead of in expectation; needs "
+           "more route",
        .target = strict_setter(flags)},
       {.names = "--list-inputs",
        .help = "Print every file that this compile would read, one a line, and end",

@@ -211,10 +211,10 @@ Result<void> check_flags(const ReportFlags& flags) {
   }
   if (!flags.is_of_map_alone()) return {};
   if (kind_of_file(flags.run.config_file) == FileKind::kConfiguration) {
-    return Error{ErrorCode::kBadArgument,
-                 "a configuration says nothing about which map to show; add --map FILE, or give "
-                 "the map alone",
-                 flags.run.config_file};
+    return Error{
+        ErrorCode::kBadArgument,
+        "a configuration does not name the map to show; add --map FILE, or give only the map",
+        flags.run.config_file};
   }
   if (flags.run.overrides.empty()) return {};
   return Error{ErrorCode::kBadArgument,
@@ -227,7 +227,7 @@ Result<void> write_report(const ReportFlags& flags) {
   if (!has_page_scripts()) {
     std::fputs(
         "warning: this program was built without the page's scripts (npm was missing or could not "
-        "install its packages): the page has still pictures alone\n",
+        "install its packages): its pictures are static\n",
         stderr);
   }
   SIGHTLINE_ASSIGN(const Loaded loaded, load(flags));
@@ -245,14 +245,14 @@ Verb report_verb() {
   verb.details =
       "From the map alone the page holds its verdict, the map itself with errors, probabilities "
       "and factors of every site, what is promised, and how the map was made; with --against also "
-      "what changed. A configuration and --map add what its drives tell: the paper's tables and "
+      "what changed. A configuration and --map add results of its drives: the paper's tables and "
       "figures for this map, its surroundings and depth images, and continuous localization. The "
       "map is then judged by the drive in the section 'evaluation', else by the localization "
       "drive; what compile and evaluate left in the cache is not computed again.";
   verb.examples = {
       "sightline report town.slmap -o town.html",
       "sightline report town.slmap --against released.slmap --gate gate.json -o change.html",
-      "sightline report town.yaml --map town.slmap -o town.html    # with what the drives tell"};
+      "sightline report town.yaml --map town.slmap -o town.html    # with results of the drives"};
   verb.positionals = {{.name = "MAP-OR-CONFIG",
                        .help = "The map to show (.slmap); with --map, the YAML configuration that "
                                "made it",

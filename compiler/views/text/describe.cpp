@@ -19,13 +19,12 @@ std::string field(const char* name, const std::string& value) {
   return fmt::format("  {:22} {}\n", name, value);
 }
 
-// Whom the sites' answers come from where no scan was ever seen; nothing of a map that scans made.
+// Share of the sites with answers from simulated scans; empty if there are none.
 std::string describe_simulated(const CompiledMap& map) {
   const std::uint32_t count = simulated_site_count(map.ranges);
   if (count == 0) return "";
   return field("simulated", percent_of(count, map.sites.sites.size()) +
-                                " of sites: no scan was ever seen there, what scans found that "
-                                "were simulated in the map decided");
+                                " of sites: no scan was recorded there, only simulated ones");
 }
 
 std::string describe_map(const CompiledMap& map) {
@@ -57,8 +56,8 @@ std::string describe_localizer(const CompiledMap& map) {
   const std::string parameters = parameters_text(of_map);
   if (!parameters.empty()) text += field("", parameters);
   if (map.measurement.localizer == of_map) return text;
-  return text + field("measured here", concat("by ", to_text(map.measurement.localizer),
-                                              ", which is not the one above"));
+  return text + field("measured here",
+                      concat("by ", to_text(map.measurement.localizer), ", not the one above"));
 }
 
 // Nothing of a trajectory of one piece that was given.
@@ -66,20 +65,20 @@ std::string describe_pieces(const TrajectoryQuality& trajectory, const MapFrame&
   std::string text;
   const std::size_t count = trajectory.pieces.size();
   if (count > 1) {
-    text += field("pieces", fmt::format("{}; how they lie to each other is not known", count));
+    text += field("pieces", fmt::format("{}; their relative poses are unknown", count));
   }
   for (std::size_t i = 0; count > 1 && i < count; ++i) {
     const TrajectoryPiece& piece = trajectory.pieces[i];
     const Eigen::Vector3d begin_m = frame.world_m(piece.begin_map_m);
     text += field(
-        "", fmt::format("{}: from scan {} at {:.3f} s, {} scans, {:.1f} m of way from ({:.1f}, "
+        "", fmt::format("{}: from scan {} at {:.3f} s, {} scans, {:.1f} m long, from ({:.1f}, "
                         "{:.1f}, {:.1f}) m in the world",
                         i, piece.first_scan, 1e-9 * static_cast<double>(piece.stamp_ns),
                         piece.scan_count, piece.way_m, begin_m.x(), begin_m.y(), begin_m.z()));
   }
   if (trajectory.overlap_count == 0) return text;
   return text +
-         field("overlap", fmt::format("median {:.0f} %, least {:.0f} % of what {} scans saw",
+         field("overlap", fmt::format("median {:.0f} %, least {:.0f} % of {} scans",
                                       100.0 * trajectory.median_overlap,
                                       100.0 * trajectory.least_overlap, trajectory.overlap_count));
 }
@@ -89,11 +88,12 @@ std::string describe_trajectory(const TrajectoryQuality& trajectory, const MapFr
   std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]) +
                      describe_pieces(trajectory, frame);
   if (trajectory.odometry_edges == 0) return text;
-  return text + field("pose graph",
-                      fmt::format("{} steps, {} loops; off by {:.1f} cm and {:.3f} degrees (RMS)",
-                                  trajectory.odometry_edges, trajectory.loop_edges,
-                                  100.0 * trajectory.rms_translation_residual_m,
-                                  trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
+  return text +
+         field("pose graph",
+               fmt::format("{} steps, {} loops; residuals {:.1f} cm and {:.3f} degrees (RMS)",
+                           trajectory.odometry_edges, trajectory.loop_edges,
+                           100.0 * trajectory.rms_translation_residual_m,
+                           trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
 }
 
 std::string describe_sensor(const SensorProfile& sensor) {
@@ -105,7 +105,7 @@ std::string describe_sensor(const SensorProfile& sensor) {
 std::string describe_measurement(const CompiledMap& map) {
   const MeasurementCard& card = map.measurement;
   if (card.reference == ErrorReference::kSimulated) {
-    return concat("simulated error\n", field("map", card.mapping_drive + ", finished before"),
+    return concat("simulated error\n", field("map", card.mapping_drive + ", a finished map"),
                   field("localization", "no drive was here"), describe_localizer(map),
                   field("offsets", fmt::format("{} starts at every site", card.offsets.size())),
                   field("sensor", describe_sensor(map.sensor)));
@@ -118,7 +118,7 @@ std::string describe_measurement(const CompiledMap& map) {
       field("reference", is_known ? "known poses" : "match at the sensor's full range"),
       describe_localizer(map),
       field("offsets", card.offsets.empty()
-                           ? "imported with the errors, not known here"
+                           ? "unknown: the errors were imported"
                            : fmt::format("{} starts at every site", card.offsets.size())),
       field("measured sites",
             fmt::format("{} of {}", card.measured_site_count, map.sites.sites.size())),
@@ -127,10 +127,10 @@ std::string describe_measurement(const CompiledMap& map) {
 
 std::string describe_promise(const LimitPromise& promise, bool is_simulated) {
   const bool is_of_next_drive = promise.scope == PromiseScope::kNextDrive;
-  std::string text = field("promise", promise.is_earned  ? "earned, of the next drive"
-                                      : is_of_next_drive ? "not earned"
-                                      : is_simulated     ? "not earned: figures of simulated scans"
-                                                         : "not earned: figures of this drive");
+  std::string text = field("promise", promise.is_earned  ? "for the next drive"
+                                      : is_of_next_drive ? "none for the next drive"
+                                      : is_simulated     ? "none: figures of simulated scans"
+                                                         : "none: figures of this drive");
   if (!promise.statement.empty()) text += field("", promise.statement);
   if (promise.is_earned) text += field("coverage promised", percent(1.0 - promise.alpha));
   return text +

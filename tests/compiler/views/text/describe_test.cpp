@@ -17,7 +17,7 @@ TEST(Describe, TellsSitesRangesPromisesAndModel) {
   EXPECT_THAT(text, HasSubstr("40, every 1 m, in 2 runs of 38 m together"));
   EXPECT_THAT(text, HasSubstr("limit 0.1 m"));
   EXPECT_THAT(text, HasSubstr("limit 0.25 m"));
-  EXPECT_THAT(text, HasSubstr("not earned"));
+  EXPECT_THAT(text, HasSubstr("none: figures of"));
   EXPECT_THAT(text, HasSubstr("95.0 %"));
   EXPECT_THAT(text, HasSubstr("unmet"));
   EXPECT_THAT(text, HasSubstr("tree_count"));

@@ -181,8 +181,8 @@ TEST(Verdict, HasTheColourOfItsWordOnPageAndInMarkdown) {
 }
 
 TEST(Verdict, InspectFitsOnAScreenAndItsJsonIsAsTheSchemaSays) {
-  const nlohmann::json schema = nlohmann::json::parse(value_of(
-      read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/inspect.schema.json")));
+  const nlohmann::json schema = nlohmann::json::parse(
+      value_of(read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/inspect.schema.json")));
   for (const Case& each : cases()) {
     const MapJudgement judgement = judgement_of(each);
     MapSummary summary;
