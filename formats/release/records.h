@@ -86,7 +86,7 @@ inline constexpr std::size_t kMostSeenKeys = 512;
 inline constexpr std::size_t kLargestSeenState = 2 * kLargestRecord;
 
 // What a vehicle remembers of the releases it admitted (schemas/release_format.md, "What a vehicle
-// remembers"). Nobody signs it: it lies on the vehicle's own disk.
+// remembers"). It is not signed: it is on the vehicle's own disk.
 struct SeenState {
   std::int64_t time_s = 0;      // UTC since 1970: it has not been earlier since
   std::vector<PublicKey> keys;  // of all roots that it admitted releases under; ascending by text

@@ -54,7 +54,7 @@ Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
 
 Result<std::shared_ptr<const AreaLocalizer>> AreaLocalizers::at(const Eigen::Vector3d& p_map_m) {
   const std::shared_ptr<Place> place = place_of(p_map_m);
-  // Whoever needs another area goes on meanwhile.
+  // Threads that need another area continue meanwhile.
   const std::lock_guard<std::mutex> lock(place->mutex);
   if (!place->localizer) {
     SIGHTLINE_ASSIGN(AreaLocalizer made, make(place->area));

@@ -103,7 +103,7 @@ TEST(Annotate, NdsAreThoseOfTheDriveThatMadeThePoints) {
   EXPECT_GT(static_cast<double>(near), 0.99 * static_cast<double>(by_drive.size()));
 }
 
-TEST(Annotate, TheMapSaysThatNobodyDroveThere) {
+TEST(Annotate, TheMapIsMarkedAsMadeWithoutADrive) {
   EXPECT_THAT(town().annotated.out, HasSubstr("Verdict: not judged. No drive has judged this map"));
   EXPECT_THAT(town().annotated.out, HasSubstr("No promise"));
   EXPECT_THAT(town().annotated.err, HasSubstr("no scan was recorded at"));

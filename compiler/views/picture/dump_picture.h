@@ -30,7 +30,7 @@ Colour colour_of_distance(double distance_m, double longest_m);
 
 enum class PictureFormat { kPng, kSvg };
 
-// What a picture is asked for.
+// The contents and the form of a picture.
 struct PictureRequest {
   std::string what;  // "depth", "nds", "points" or "ranges"
   PictureFormat format = PictureFormat::kPng;

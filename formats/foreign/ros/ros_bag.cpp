@@ -321,7 +321,7 @@ Result<BagTurns> read_bag_turns(const fs::path& path, const std::string& topic,
     return turns;
   }
   if (!topic.empty()) return turns;
-  // Nobody asked for them, and the scans may well be read.
+  // They are optional, and the scans can still be read.
   BagTurns none;
   none.warnings.push_back("turn rates are not used: " + to_string(turns.error()));
   return none;
