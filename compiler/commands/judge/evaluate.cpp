@@ -77,16 +77,16 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
 }
 
 // What was found, as tables for people and for programs.
-struct Found {
+struct Evaluated {
   std::string text;
   std::vector<Table> tables;
 };
 
-Result<Found> found_in(const CompiledMap& map, const EvaluatePlan& made,
-                       const ArtifactSet& artifacts) {
+Result<Evaluated> found_in(const CompiledMap& map, const EvaluatePlan& made,
+                           const ArtifactSet& artifacts) {
   const Evaluation& evaluation = artifacts.get(made.evaluation);
   const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
-  Found found = {
+  Evaluated found = {
       concat(judged_by(map.model.localizer, judging), to_text(evaluation, map.sites.frame), "\n"),
       tables(evaluation)};
   found.tables.front().facts.emplace_back("judged_by", to_text(judging));
@@ -125,7 +125,7 @@ std::string answers_text(const CompiledMap& map, const EvaluatePlan& made,
 
 Result<void> put_found(const EvaluateFlags& flags, const CompiledMap& map, const EvaluatePlan& made,
                        const ArtifactSet& artifacts) {
-  SIGHTLINE_ASSIGN(const Found found, found_in(map, made, artifacts));
+  SIGHTLINE_ASSIGN(const Evaluated found, found_in(map, made, artifacts));
   SIGHTLINE_TRY(write_files(flags, artifacts.get(made.evaluation), found.tables));
   const std::string format = flags.result.chosen_format(kFormats);
   const bool is_text = format == "text";
