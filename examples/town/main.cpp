@@ -50,6 +50,36 @@ std::vector<sightline::town::Board> boards_of(const BoardFlags& flags,
   return boards;
 }
 
+struct WorldFlags {
+  std::string world = "town";
+  bool is_bare = false;
+};
+
+void add_world_options(CLI::App& app, WorldFlags& flags,
+                       sightline::town::WriteTownOptions& options) {
+  std::vector<std::string> names;
+  for (const std::string_view name : sightline::town::world_kind_names()) {
+    names.emplace_back(name);
+  }
+  app.add_option("--world", flags.world,
+                 "town: a town of streets; or a world of places that are hard to map, 300 m long; "
+                 "mixed: all of them in random order, 120 m each. These begin and end with 40 m "
+                 "of town")
+      ->capture_default_str()
+      ->check(CLI::IsMember(names));
+  app.add_flag("--bare", flags.is_bare, "a hard world without the town at both ends");
+  app.add_flag("--fog", options.has_fog,
+               "patches of fog within 12 m, which travel with the sensor");
+  app.add_option("--covered", options.covered_deg,
+                 "angle of the view, around straight behind, that is hidden, degrees")
+      ->check(CLI::Range(0.0, 359.0));
+  app.add_option("--constraints", options.constraints_m,
+                 "writes every so many metres of a hard world which directions a scan constrains "
+                 "in truth (constraints.csv in each drive's folder); takes some minutes for each "
+                 "kilometre")
+      ->check(CLI::Range(0.5, 1000.0));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -59,10 +89,13 @@ int main(int argc, char** argv) {
   ChangeFlags change;
   std::vector<double> part_numbers;
   BoardFlags boards;
+  WorldFlags world;
   CLI::App app("Makes a town from a seed, drives through it, and writes what a LiDAR records.");
   app.add_option("--seed", options.town.seed, "makes the town")->capture_default_str();
-  app.add_option("--length-m", options.town.length_m, "length of the route, m")
-      ->capture_default_str();
+  const CLI::Option* length =
+      app.add_option("--length-m", options.town.length_m, "length of the route, m")
+          ->capture_default_str();
+  add_world_options(app, world, options);
   app.add_flag("--round", options.town.is_round, "the route is a closed loop round a block");
   app.add_option("-o,--output", options.out, "folder to write")->required();
   app.add_option("--drives", options.drives, "localization drives beside the mapping drive")
@@ -134,6 +167,9 @@ int main(int argc, char** argv) {
                  boards.places.size());
     return exit_status(ErrorCode::kBadArgument);
   }
+  options.town.world = *town::world_kind(world.world);
+  options.town.is_bare = world.is_bare;
+  if (length->count() == 0) options.town.length_m = town::usual_length_m(options.town.world);
   options.town.change = change_of(change);
   for (std::size_t i = 0; i + 2 < part_numbers.size(); i += 3) {
     options.parts.push_back(

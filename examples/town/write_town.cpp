@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "examples/town/bag/write_bag.h"
+#include "examples/town/drive/constraint.h"
 #include "examples/town/drive/drive.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
@@ -71,6 +72,53 @@ Result<void> write_scans(const fs::path& folder, const DriveSimulator& drive, in
   return {};
 }
 
+Result<void> write_places(const fs::path& path, const Town& town) {
+  std::string text = "from_m,to_m,kind\n";
+  std::array<char, 96> line{};
+  for (const Place& place : town.places) {
+    const std::string kind(place_kind_name(place.kind));
+    std::snprintf(line.data(), line.size(), "%.3f,%.3f,%s\n", place.from_m, place.to_m,
+                  kind.c_str());
+    text += line.data();
+  }
+  return write_file_atomically(path, text, IfExists::kRefuse);
+}
+
+Result<void> write_scan_places(const fs::path& path, const Town& town,
+                               const DriveSimulator& drive) {
+  std::string text = "scan,driven_m,kind\n";
+  std::array<char, 96> line{};
+  for (std::size_t i = 0; i < drive.scan_count(); ++i) {
+    const std::string kind(place_kind_name(place_at(town.places, drive.driven_m(i)).kind));
+    std::snprintf(line.data(), line.size(), "%zu,%.6f,%s\n", i, drive.driven_m(i), kind.c_str());
+    text += line.data();
+  }
+  return write_file_atomically(path, text, IfExists::kRefuse);
+}
+
+Result<void> write_constraints(const fs::path& path, const Town& town, const DriveSimulator& drive,
+                               const WriteTownOptions& options) {
+  std::vector<std::size_t> scans;
+  for (std::size_t i = 0; i < drive.scan_count(); ++i) {
+    const double since_m = scans.empty() ? options.constraints_m
+                                         : std::abs(drive.driven_m(i) - drive.driven_m(scans.back()));
+    if (since_m >= options.constraints_m) scans.push_back(i);
+  }
+  const std::vector<Constraint> found = parallel_map<Constraint>(
+      scans.size(), options.threads, [&](std::size_t i) { return constraint_of(drive, scans[i]); });
+  std::string text = "scan,driven_m,kind,kept_ahead,kept_left,sigma_ahead_m,sigma_left_m\n";
+  std::array<char, 160> line{};
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const double s_m = drive.driven_m(scans[i]);
+    const std::string kind(place_kind_name(place_at(town.places, s_m).kind));
+    std::snprintf(line.data(), line.size(), "%zu,%.3f,%s,%.3f,%.3f,%.4f,%.4f\n", scans[i], s_m,
+                  kind.c_str(), found[i].kept_ahead, found[i].kept_left, found[i].sigma_ahead_m,
+                  found[i].sigma_left_m);
+    text += line.data();
+  }
+  return write_file_atomically(path, text, IfExists::kRefuse);
+}
+
 Result<SensorProfile> sensor_of(const WriteTownOptions& options) {
   return options.sensor.empty() ? town_sensor(options.beams) : town_sensor(options.sensor);
 }
@@ -93,6 +141,8 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   drive_options.traffic = options.traffic;
   drive_options.missing_share = options.missing_share;
   drive_options.is_swept = options.is_swept;
+  drive_options.has_fog = options.has_fog;
+  drive_options.covered_deg = options.covered_deg;
   if (options.is_by_hand) drive_options = carried_by_hand(drive_options);
   SIGHTLINE_ASSIGN(const DriveSimulator drive, DriveSimulator::make(town, drive_options));
   const fs::path folder = options.out / drive_name(number);
@@ -101,16 +151,31 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   if (options.is_swept) {
     const std::vector<Pose> poses = maps ? drive.disturbed_poses() : truth;
     const std::uint64_t seed = mix(town.options.seed, static_cast<std::uint64_t>(number));
-    SIGHTLINE_TRY(write_bag(folder / "drive.mcap", drive, poses,
-                            {seed, options.origin_world_m, options.threads}));
+    SIGHTLINE_TRY(
+        write_bag(folder / "drive.mcap", drive, poses,
+                  {seed, options.origin_world_m, options.threads, town.is_hard()}));
   } else {
     SIGHTLINE_TRY(write_scans(folder / "scans", drive, options.threads));
+  }
+  if (town.is_hard()) SIGHTLINE_TRY(write_scan_places(folder / "scans.csv", town, drive));
+  if (town.is_hard() && options.constraints_m > 0.0) {
+    SIGHTLINE_TRY(write_constraints(folder / "constraints.csv", town, drive, options));
   }
   if (maps) {
     SIGHTLINE_TRY(write_poses(folder / "poses_true.tum", drive, truth, options.origin_world_m));
   }
   return write_poses(folder / "poses.tum", drive, maps ? drive.disturbed_poses() : truth,
                      options.origin_world_m);
+}
+
+void describe_world(nlohmann::ordered_json& json, const WriteTownOptions& options,
+                    const Town& town) {
+  if (town.is_hard()) {
+    json["world"] = world_kind_name(options.town.world);
+    if (options.town.is_bare) json["is_bare"] = true;
+  }
+  if (options.has_fog) json["has_fog"] = true;
+  if (options.covered_deg != 0.0) json["covered_deg"] = options.covered_deg;
 }
 
 std::string describe(const WriteTownOptions& options, const Town& town) {
@@ -124,6 +189,7 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   if (options.is_swept) json["is_swept"] = true;
   if (options.traffic != 1.0) json["traffic"] = options.traffic;
   if (options.missing_share != 0.0) json["missing_share"] = options.missing_share;
+  describe_world(json, options, town);
   json["sensor"] =
       options.sensor.empty() ? "generic-" + std::to_string(options.beams) : options.sensor;
   json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};
@@ -171,6 +237,7 @@ Result<void> make_room(const WriteTownOptions& options) {
                  {}};
   }
   fs::remove(options.out / "town.json", code);
+  fs::remove(options.out / "places.csv", code);
   for (int number = 0; number <= kMostDrives && !code; ++number) {
     fs::remove_all(options.out / drive_name(number), code);
   }
@@ -193,6 +260,7 @@ Result<void> write_town(const WriteTownOptions& options) {
   for (int number = 0; number <= options.drives; ++number) {
     SIGHTLINE_TRY(write_drive(options, town, number));
   }
+  if (town.is_hard()) SIGHTLINE_TRY(write_places(options.out / "places.csv", town));
   return write_file_atomically(options.out / "town.json", describe(options, town),
                                IfExists::kRefuse);
 }

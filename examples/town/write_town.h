@@ -28,6 +28,10 @@ struct WriteTownOptions {
   bool is_by_hand = false;  // carried_by_hand() instead of spacing_m
   double traffic = 1.0;     // of every drive, as in DriveOptions
   double missing_share = 0.0;
+  bool has_fog = false;      // as in DriveOptions
+  double covered_deg = 0.0;  // as in DriveOptions
+  // Every so many metres of each drive what a scan constrains is written; 0: nowhere.
+  double constraints_m = 0.0;
   std::vector<PartialDrive> parts;  // drives that are not here cover the route
   std::vector<int> in_next_lane;    // drives in the oncoming lane
   std::vector<int> back;            // drives from the end to the beginning
@@ -42,6 +46,12 @@ struct WriteTownOptions {
 //   out/drive_1/..., out/drive_2/...  the same with true poses in poses.tum
 // Drives that are swept: out/mapping/drive.mcap in place of scans/ (see write_bag), poses beside
 // it.
+// Of a hard world also:
+//   out/places.csv                    from_m,to_m,kind: the kinds of places along the route
+//   out/mapping/scans.csv ...         scan,driven_m,kind: where on the route each scan is
+//   out/mapping/constraints.csv ...   see Constraint: scan,driven_m,kind,kept_ahead,kept_left,
+//                                     sigma_ahead_m,sigma_left_m; where it is asked for
+// and the bags of swept drives have motion sensors (see write_bag).
 //   out/town.json                     what was made; written last, so it marks a whole town
 // The same options give the same bytes for any number of threads.
 // Errors: bad-argument, output-exists, disk-full, cannot-write, those of town_sensor.

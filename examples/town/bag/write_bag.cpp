@@ -43,11 +43,13 @@ struct Topic {
   std::string_view name;
   std::string_view type;
 };
-enum Channel : std::uint16_t { kPoints, kOdometry, kImu, kTransforms };
-constexpr std::array<Topic, 4> kTopics = {{{"/points", "sensor_msgs/PointCloud2"},
+// The last one is in the bags of hard worlds only.
+enum Channel : std::uint16_t { kPoints, kOdometry, kImu, kTransforms, kWheels };
+constexpr std::array<Topic, 5> kTopics = {{{"/points", "sensor_msgs/PointCloud2"},
                                            {"/odom", "nav_msgs/Odometry"},
                                            {"/imu", "sensor_msgs/Imu"},
-                                           {"/tf_static", "tf2_msgs/TFMessage"}}};
+                                           {"/tf_static", "tf2_msgs/TFMessage"},
+                                           {"/wheel_speed", "geometry_msgs/TwistStamped"}}};
 
 std::string header(std::int64_t stamp_ns, std::string_view frame) {
   const std::int64_t time_ns = kStart_ns + stamp_ns;
@@ -108,22 +110,29 @@ std::string odometry_message(std::int64_t stamp_ns, const Pose& T_world_vehicle)
   return bytes;
 }
 
-// On its side: its y axis is up, its x axis ahead.
-Pose T_vehicle_imu() {
-  Pose pose = Pose::Identity();
-  pose.translation() = Eigen::Vector3d(0.3, 0.1, 0.5);
-  pose.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  return pose;
-}
-
-std::string imu_message(const TurnRate& rate) {
+// Without a force the unit measures turns only.
+std::string imu_message(const TurnRate& rate, const Eigen::Vector3d* force_m_s2) {
   const Eigen::Vector3d of_imu = T_vehicle_imu().linear().transpose() * rate.rate_rad_per_s;
   std::string bytes = header(rate.stamp_ns, "imu");
   put_zeros(bytes, 4);
   put(bytes, -1.0);  // no orientation
   put_zeros(bytes, 8);
   for (int axis = 0; axis < 3; ++axis) put(bytes, of_imu[axis]);
-  put_zeros(bytes, 9 + 3 + 9);
+  put_zeros(bytes, 9);
+  if (force_m_s2 == nullptr) {
+    put_zeros(bytes, 3);
+  } else {
+    for (int axis = 0; axis < 3; ++axis) put(bytes, (*force_m_s2)[axis]);
+  }
+  put_zeros(bytes, 9);
+  return bytes;
+}
+
+std::string wheels_message(const WheelSpeed& speed) {
+  std::string bytes = header(speed.stamp_ns, "base_link");
+  put(bytes, speed.speed_m_s);
+  put_zeros(bytes, 4);
+  put(bytes, speed.yaw_rate_rad_s);
   return bytes;
 }
 
@@ -144,13 +153,13 @@ std::string mountings_message(const SensorProfile& sensor) {
 
 class BagFile {
  public:
-  explicit BagFile(const std::filesystem::path& path) : file_(path, std::ios::binary) {
+  BagFile(const std::filesystem::path& path, std::size_t topics) : file_(path, std::ios::binary) {
     file_ << kMagic;
     std::string content;
     put_text(content, "ros1");
     put_text(content, "sightline_town");
     file_ << record(1, content);
-    for (std::size_t i = 0; i < kTopics.size(); ++i) describe(i);
+    for (std::size_t i = 0; i < topics; ++i) describe(i);
   }
 
   void add(Channel channel, std::int64_t stamp_ns, const std::string& message) {
@@ -193,6 +202,43 @@ class BagFile {
   std::uint32_t sequence_ = 0;
 };
 
+// What sensors beside the LiDAR measure during a drive, written in order of time.
+class OtherSensors {
+ public:
+  OtherSensors(const DriveSimulator& drive, const BagOptions& options)
+      : rates_(imu_of(drive, options.seed)) {
+    if (!options.has_motion) return;
+    forces_ = specific_forces(drive, options.seed, rates_);
+    speeds_ = wheel_speeds(drive, options.seed);
+  }
+  [[nodiscard]] std::int64_t first_ns() const { return rates_.front().stamp_ns; }
+  [[nodiscard]] std::int64_t last_ns() const { return rates_.back().stamp_ns; }
+
+  void write_before(std::int64_t stamp_ns, BagFile& file) {
+    for (; next_rate_ < rates_.size() && rates_[next_rate_].stamp_ns < stamp_ns; ++next_rate_) {
+      const TurnRate& rate = rates_[next_rate_];
+      write_speeds_before(rate.stamp_ns, file);
+      const Eigen::Vector3d* force = forces_.empty() ? nullptr : &forces_[next_rate_];
+      file.add(kImu, rate.stamp_ns, imu_message(rate, force));
+    }
+    write_speeds_before(stamp_ns, file);
+  }
+
+ private:
+  void write_speeds_before(std::int64_t stamp_ns, BagFile& file) {
+    for (; next_speed_ < speeds_.size() && speeds_[next_speed_].stamp_ns < stamp_ns;
+         ++next_speed_) {
+      file.add(kWheels, speeds_[next_speed_].stamp_ns, wheels_message(speeds_[next_speed_]));
+    }
+  }
+
+  std::vector<TurnRate> rates_;
+  std::vector<Eigen::Vector3d> forces_;
+  std::vector<WheelSpeed> speeds_;
+  std::size_t next_rate_ = 0;
+  std::size_t next_speed_ = 0;
+};
+
 }  // namespace
 
 Result<void> write_bag(const std::filesystem::path& path, const DriveSimulator& drive,
@@ -200,28 +246,22 @@ Result<void> write_bag(const std::filesystem::path& path, const DriveSimulator& 
   constexpr std::size_t kBatch = 32;  // scans in memory
   std::error_code ignored;
   std::filesystem::create_directories(path.parent_path(), ignored);
-  BagFile file(path);
-  const std::vector<TurnRate> rates = imu_of(drive, options.seed);
-  std::size_t next_rate = 0;
-  const auto add_rates_before = [&](std::int64_t stamp_ns) {
-    for (; next_rate < rates.size() && rates[next_rate].stamp_ns < stamp_ns; ++next_rate) {
-      file.add(kImu, rates[next_rate].stamp_ns, imu_message(rates[next_rate]));
-    }
-  };
-  file.add(kTransforms, rates.front().stamp_ns, mountings_message(drive.sensor()));
+  BagFile file(path, options.has_motion ? kTopics.size() : kTopics.size() - 1);
+  OtherSensors others(drive, options);
+  file.add(kTransforms, others.first_ns(), mountings_message(drive.sensor()));
   for (std::size_t first = 0; first < drive.scan_count(); first += kBatch) {
     const std::size_t count = std::min(kBatch, drive.scan_count() - first);
     const std::vector<TownScan> scans = parallel_map<TownScan>(
         count, options.threads, [&](std::size_t i) { return drive.scan(first + i); });
     for (std::size_t i = 0; i < count; ++i) {
-      add_rates_before(scans[i].stamp_ns);
+      others.write_before(scans[i].stamp_ns, file);
       Pose T_world_vehicle = poses[first + i];
       T_world_vehicle.translation().head<2>() += options.origin_world_m;
       file.add(kOdometry, scans[i].stamp_ns, odometry_message(scans[i].stamp_ns, T_world_vehicle));
       file.add(kPoints, scans[i].stamp_ns, points_message(scans[i]));
     }
   }
-  add_rates_before(rates.back().stamp_ns + 1);
+  others.write_before(others.last_ns() + 1, file);
   if (file.close()) return {};
   return Error{ErrorCode::kCannotWrite, "the bag could not be written whole", path.string()};
 }

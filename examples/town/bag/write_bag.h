@@ -16,11 +16,15 @@ namespace sightline::town {
 //   /odom       nav_msgs/Odometry, the poses given, one at the stamp of each scan
 //   /imu        sensor_msgs/Imu, frame imu, which lies on its side: see imu_of
 //   /tf_static  where both sit in base_link
+// and where the drive has motion sensors
+//   /imu          with linear accelerations: see specific_forces
+//   /wheel_speed  geometry_msgs/TwistStamped, frame base_link: see wheel_speeds
 // The same bytes for any number of threads. Errors: cannot-write, disk-full.
 struct BagOptions {
   std::uint64_t seed = 0;  // of the inertial unit's errors
   Eigen::Vector2d origin_world_m = Eigen::Vector2d::Zero();
   int threads = 0;
+  bool has_motion = false;  // accelerations, and the speed of the wheels
 };
 Result<void> write_bag(const std::filesystem::path& path, const DriveSimulator& drive,
                        std::span<const Pose> poses, const BagOptions& options);

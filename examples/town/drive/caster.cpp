@@ -98,6 +98,59 @@ void intersect_triangle(const RTCIntersectFunctionNArguments* call) {
   RTCRayN_tfar(ray, 1, 0) = static_cast<float>(range_m) + shape.margin_m;
 }
 
+// Ericson, Real-Time Collision Detection (2005), 5.1.5, by the regions of a triangle's plane.
+Eigen::Vector3d nearest_point_m(const Triangle& triangle, const Eigen::Vector3d& point_m) {
+  const Eigen::Vector3d& ab = triangle.ab;
+  const Eigen::Vector3d& ac = triangle.ac;
+  const Eigen::Vector3d ap = point_m - triangle.a;
+  const double d1 = ab.dot(ap);
+  const double d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return triangle.a;
+  const Eigen::Vector3d bp = ap - ab;
+  const double d3 = ab.dot(bp);
+  const double d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return triangle.a + ab;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return triangle.a + d1 / (d1 - d3) * ab;
+  const Eigen::Vector3d cp = ap - ac;
+  const double d5 = ab.dot(cp);
+  const double d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return triangle.a + ac;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return triangle.a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+    return triangle.a + ab + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (ac - ab);
+  }
+  const double sum = va + vb + vc;
+  return triangle.a + vb / sum * ab + vc / sum * ac;
+}
+
+// A search for the triangle that is nearest to a point.
+struct NearestSearch {
+  const Shape& shape;
+  Eigen::Vector3d point_m;
+  double distance_m = 0.0;
+  std::uint32_t triangle = RTC_INVALID_GEOMETRY_ID;
+  Eigen::Vector3d nearest_m = Eigen::Vector3d::Zero();
+};
+
+bool approach_triangle(RTCPointQueryFunctionArguments* call) {
+  auto& search = *static_cast<NearestSearch*>(call->userPtr);
+  const Triangle& triangle = search.shape.triangles[call->primID];
+  if (triangle.normal.squaredNorm() == 0.0) return false;
+  const Eigen::Vector3d nearest_m = nearest_point_m(triangle, search.point_m);
+  const double distance_m = (nearest_m - search.point_m).norm();
+  const bool is_nearer = distance_m < search.distance_m ||
+                         (distance_m == search.distance_m && call->primID < search.triangle);
+  if (!is_nearer) return false;
+  search.distance_m = distance_m;
+  search.triangle = call->primID;
+  search.nearest_m = nearest_m;
+  call->query->radius = static_cast<float>(distance_m) + search.shape.margin_m;
+  return true;
+}
+
 // One device for the process: making one takes milliseconds, and each scan makes a small scene.
 RTCDevice shared_device() {
   static const RTCDevice device = rtcNewDevice("");
@@ -114,6 +167,7 @@ RTCScene make_scene(Shape& shape) {
   rtcSetGeometryUserData(geometry, &shape);
   rtcSetGeometryBoundsFunction(geometry, &box_of_triangle, nullptr);
   rtcSetGeometryIntersectFunction(geometry, &intersect_triangle);
+  rtcSetGeometryPointQueryFunction(geometry, &approach_triangle);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
@@ -156,6 +210,20 @@ Hit TownCaster::cast(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& dir
   const Eigen::Vector3d& normal = state_->shape.triangles[cast.triangle].normal;
   return {cast.range_m, std::abs(normal.dot(direction)) / normal.norm(),
           state_->labels[cast.triangle]};
+}
+
+Surface TownCaster::nearest_surface(const Eigen::Vector3d& point_m, double within_m) const {
+  NearestSearch search{state_->shape, point_m, within_m};
+  RTCPointQuery query{};
+  query.x = static_cast<float>(point_m.x());
+  query.y = static_cast<float>(point_m.y());
+  query.z = static_cast<float>(point_m.z());
+  query.radius = static_cast<float>(within_m) + state_->shape.margin_m;
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(state_->scene, &query, &context, nullptr, &search);
+  if (search.triangle == RTC_INVALID_GEOMETRY_ID) return {};
+  return {true, search.nearest_m, state_->shape.triangles[search.triangle].normal.normalized()};
 }
 
 }  // namespace sightline::town

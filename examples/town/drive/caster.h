@@ -18,6 +18,13 @@ struct Hit {
   [[nodiscard]] bool is_hit() const { return range_m < std::numeric_limits<double>::infinity(); }
 };
 
+// The point of the triangles that is nearest to another one.
+struct Surface {
+  bool is_found = false;
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of unit length
+};
+
 // Owns a tree of boxes over a copy of the triangles. Casting is safe from several threads.
 class TownCaster {
  public:
@@ -36,6 +43,9 @@ class TownCaster {
                                      const Eigen::Vector3d& direction) const {
     return cast(origin_m, direction).range_m;
   }
+
+  // Within that distance; of triangles equally near the first one of the mesh.
+  [[nodiscard]] Surface nearest_surface(const Eigen::Vector3d& point_m, double within_m) const;
 
  private:
   struct State;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "examples/town/drive/road_traffic.h"
 #include "examples/town/drive/sensor.h"
 #include "examples/town/drive/way.h"
 #include "formats/base/check.h"
@@ -44,6 +45,27 @@ class SlowNoise {
   std::array<double, kWaves> wavelength_m_{};
   std::array<double, kWaves> phase_{};
 };
+
+// Of the sensor's view, around straight behind.
+void remove_covered(std::vector<LabelledPoint>& points, double covered_deg) {
+  const double cosine = portable_sin_cos(to_radians(0.5 * covered_deg)).cos;
+  std::erase_if(points, [&](const LabelledPoint& point) {
+    const Eigen::Vector2d flat_m = point.position_m.head<2>().cast<double>();
+    return -flat_m.x() > cosine * flat_m.norm();
+  });
+}
+
+Result<void> check_view(const DriveOptions& options) {
+  if (!(options.speed_change >= 0.0 && options.speed_change < 0.5)) {
+    return Error{ErrorCode::kBadArgument, "the speed changes by at least 0 and less than 0.5"};
+  }
+  if (!(options.covered_deg >= 0.0 && options.covered_deg < 360.0)) {
+    return Error{ErrorCode::kBadArgument,
+                 "the covered part of the view is at least 0 and less than 360 degrees; found " +
+                     std::to_string(options.covered_deg)};
+  }
+  return {};
+}
 
 Result<void> check(const Town& town, const DriveOptions& options) {
   const auto refuse = [](const std::string& message) {
@@ -93,6 +115,7 @@ DriveOptions usual_drive(const TownOptions& town, std::uint64_t drive,
   constexpr double kOverlapM = 30.0;
   options.length_m = town.length_m + (town.is_round ? kOverlapM : 0.0);
   options.sensor = sensor;
+  if (town.world.is_hard) options.speed_change = 0.05;
   if (drive == 1) {
     options.lateral_m = 0.1;
     options.yaw_rad = to_radians(0.3);
@@ -114,6 +137,7 @@ DriveOptions carried_by_hand(DriveOptions options) {
 
 Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions& options) {
   SIGHTLINE_TRY(check(town, options));
+  SIGHTLINE_TRY(check_view(options));
   DriveSimulator drive;
   drive.town_ = &town;
   drive.options_ = options;
@@ -125,6 +149,9 @@ Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions
                   [](const Mover& mover) { return mover.role == Mover::Role::kOncoming; });
   }
   drive.standing_ = std::make_unique<TownCaster>(standing_mesh(town, options.drive));
+  if (options.has_fog) {
+    drive.fog_ = std::make_unique<TownCaster>(fog_mesh(mix(town.options.seed, options.drive)));
+  }
   return drive;
 }
 
@@ -190,7 +217,7 @@ TownScan DriveSimulator::scan(std::size_t index) const {
     const double time_s = period_s * (static_cast<double>(index) + share);
     return T_town_vehicle_at(time_s) * options_.sensor.T_vehicle_lidar;
   };
-  scan.points = spin({*standing_, moving}, options_.sensor, sigma_m, T_town_lidar, random);
+  scan.points = spin({*standing_, moving, fog_.get()}, options_.sensor, sigma_m, T_town_lidar, random);
   // Numbers of their own: what is not missing stays as it was.
   Random missing(mix(mix(mix(town_->options.seed, kMissingKey), options_.drive), index));
   if (options_.missing_share > 0.0) {
@@ -198,6 +225,7 @@ TownScan DriveSimulator::scan(std::size_t index) const {
       return missing.uniform() < options_.missing_share;
     });
   }
+  if (options_.covered_deg > 0.0) remove_covered(scan.points, options_.covered_deg);
   if (!options_.is_swept) return scan;
   for (const LabelledPoint& point : scan.points) {
     const double offset_ns = static_cast<double>(options_.scan_period_ns) * point.turn_share;

@@ -64,6 +64,7 @@ class DriveSimulator {
   std::vector<Mover> movers_;
   std::vector<Pose> poses_;
   std::unique_ptr<TownCaster> standing_;
+  std::unique_ptr<TownCaster> fog_;  // null: none
 };
 
 // A whole drive in memory with its labels, for tests.

@@ -27,6 +27,10 @@ struct DriveOptions {
   bool is_swept = false;
   double traffic = 1.0;        // times the usual number of cars and people, 0.1 to 10
   double missing_share = 0.0;  // of returns, which fail to come by chance alone; below 1
+  // The speed changes by this share of the usual one, by a sine of 20 s; below 0.5.
+  double speed_change = 0.0;
+  bool has_fog = false;      // patches within 12 m that travel with the sensor
+  double covered_deg = 0.0;  // of the view, around straight behind, where nothing is seen
   SensorProfile sensor;        // T_vehicle_lidar says where the sensor sits
 };
 

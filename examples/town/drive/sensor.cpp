@@ -39,6 +39,8 @@ Material material(Label label) {
       return {45.0, 0.15};  // dark paint
     case Label::kPedestrian:
       return {30.0, 0.05};
+    case Label::kFog:
+      return {6.0, 0.4};
   }
   return {};
 }
@@ -64,10 +66,16 @@ float intensity_of(const Hit& hit, double noise) {
   return static_cast<float>(std::clamp(std::round(value), 0.0, 255.0));
 }
 
-Hit nearest(const Scene& scene, const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction) {
+// `ray` is in the sensor's frame.
+Hit nearest(const Scene& scene, const Pose& T_town_lidar, const Eigen::Vector3d& ray) {
+  const Eigen::Vector3d origin_m = T_town_lidar.translation();
+  const Eigen::Vector3d direction = T_town_lidar.linear() * ray;
   const Hit standing = scene.standing.cast(origin_m, direction);
   const Hit moving = scene.moving.cast(origin_m, direction);
-  return moving.range_m < standing.range_m ? moving : standing;
+  Hit hit = moving.range_m < standing.range_m ? moving : standing;
+  if (scene.with_sensor == nullptr) return hit;
+  const Hit carried = scene.with_sensor->cast(Eigen::Vector3d::Zero(), ray);
+  return carried.range_m < hit.range_m ? carried : hit;
 }
 
 }  // namespace
@@ -105,11 +113,10 @@ std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
     const double azimuth = to_radians(sensor.azimuth_deg(step));
     const double share = static_cast<double>(step) / static_cast<double>(azimuths);
     const Pose T_town_lidar = motion(share);
-    const Eigen::Vector3d origin_m = T_town_lidar.translation();
     for (const double elevation_deg : sensor.beam_elevations_deg) {
       const double elevation = to_radians(elevation_deg);
       const Eigen::Vector3d ray = direction_of(azimuth, elevation);
-      const Hit hit = nearest(scene, origin_m, T_town_lidar.linear() * ray);
+      const Hit hit = nearest(scene, T_town_lidar, ray);
       if (hit.range_m > sensor.max_range_m) continue;
       if (random.uniform() < lost_share(hit, sensor.max_range_m)) continue;
       const double range_m = hit.range_m + range_sigma_m * random.normal();

@@ -33,6 +33,7 @@ struct LabelledPoint {
 struct Scene {
   const TownCaster& standing;
   const TownCaster& moving;
+  const TownCaster* with_sensor = nullptr;  // in the sensor's frame: it travels with it
 };
 
 // Where a sensor is when so large a share of a revolution is over: T_town_lidar.

@@ -9,7 +9,7 @@ namespace sightline::town {
 
 // Something that moves along the driven line at some lateral of it.
 struct Mover {
-  enum class Role { kLeader, kFollower, kOncoming, kPedestrian };
+  enum class Role { kLeader, kFollower, kOncoming, kPedestrian, kLorry };
   Role role = Role::kOncoming;
   double start_m = 0.0;        // arc length at time 0; of leaders and followers: gap to the drive
   double speed_m_s = 0.0;      // along the line, negative against it; of leaders: see active_from_m

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "examples/town/drive/traffic.h"
+#include "examples/town/world/hard/hard_world.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 
@@ -13,16 +14,15 @@ namespace {
 
 constexpr std::uint64_t kLookKey = 0x6c6f6f6bULL;
 
-// A car on its four wheels: what the ground does to its height, roll and pitch.
-Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
-  constexpr double kHalfWheelbaseM = 1.35;
-  constexpr double kHalfTrackM = 0.8;
+constexpr double kHalfWheelbaseM = 1.35;
+constexpr double kHalfTrackM = 0.8;
+
+// A car on its four wheels: what the ground does to its height, roll and pitch. `height` is the
+// ground's under a wheel: +-1 ahead, +-1 to the left.
+template <class Height>
+Pose stand_on_wheels(const Pose2d& place, const Height& height) {
   const Eigen::Vector2d ahead = direction(place.yaw_rad);
   const Eigen::Vector2d left = left_of(ahead);
-  const auto height = [&](double x, double y) {
-    return ground_height_m(seed,
-                           place.position_m + x * kHalfWheelbaseM * ahead + y * kHalfTrackM * left);
-  };
   const double front_left = height(1, 1), front_right = height(1, -1);
   const double rear_left = height(-1, 1), rear_right = height(-1, -1);
   const double rise_ahead =
@@ -39,6 +39,30 @@ Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
       Eigen::Vector3d(place.position_m.x(), place.position_m.y(),
                       0.25 * (front_left + front_right + rear_left + rear_right));
   return T_town_vehicle;
+}
+
+Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
+  const Eigen::Vector2d ahead = direction(place.yaw_rad);
+  const Eigen::Vector2d left = left_of(ahead);
+  return stand_on_wheels(place, [&](double x, double y) {
+    return ground_height_m(seed,
+                           place.position_m + x * kHalfWheelbaseM * ahead + y * kHalfTrackM * left);
+  });
+}
+
+// On the road of a hard world. Wheels are placed in its coordinates, as if it were straight for
+// the length of a car.
+Pose stand_on_road(const Road& road, const Placement& at, double turned_rad) {
+  const Eigen::Vector3d base_m = road.on(at.s_m, at.lateral_m, 0.0);
+  const SinCos turn = portable_sin_cos(turned_rad);
+  const Pose2d place{base_m.head<2>(), road.at(at.s_m).heading_rad + turned_rad};
+  return stand_on_wheels(place, [&](double x, double y) {
+    const double ahead_m = x * kHalfWheelbaseM;
+    const double left_m = y * kHalfTrackM;
+    const double s_m = at.s_m + ahead_m * turn.cos - left_m * turn.sin;
+    const double lateral_m = at.lateral_m + ahead_m * turn.sin + left_m * turn.cos;
+    return road.at(s_m).position_m.z() + road.ground_m(s_m, lateral_m);
+  });
 }
 
 // To the left of the line at an arc length: the next lane, reached within kChange_m of where there
@@ -84,20 +108,45 @@ double steered_rad(double time_s) {
                     (portable_sin_cos(2.3 * full_rad).sin + portable_sin_cos(3.7 * full_rad).sin));
 }
 
+constexpr double kSpeedPeriod_s = 20.0;
+
+// As many scans as the drive's length holds.
+std::size_t scans_within(const DriveOptions& options) {
+  auto count = static_cast<std::size_t>(std::floor(options.length_m / options.spacing_m + 1e-9));
+  if (options.speed_change == 0.0) return count + 1;
+  const auto way_m = [&](std::size_t scan) {
+    return std::abs(driven_line_m(options, static_cast<double>(scan)) -
+                    driven_line_m(options, 0.0));
+  };
+  while (count > 0 && way_m(count) > options.length_m + 1e-9) --count;
+  return count + 1;
+}
+
 }  // namespace
 
 double driven_line_m(const DriveOptions& options, double scans) {
-  const double way_m = scans * options.spacing_m;
+  double way_m = scans * options.spacing_m;
+  if (options.speed_change != 0.0) {
+    // The integral of the share sin(2 pi t / period) of the usual speed.
+    const double period_scans = 1e9 * kSpeedPeriod_s / static_cast<double>(options.scan_period_ns);
+    const double phase_rad = 2.0 * std::numbers::pi * scans / period_scans;
+    way_m += options.speed_change * options.spacing_m * period_scans *
+             (1.0 - portable_sin_cos(phase_rad).cos) / (2.0 * std::numbers::pi);
+  }
   return options.is_back ? options.from_m + options.length_m - way_m : options.from_m + way_m;
 }
 
 Pose pose_on_way(const Town& town, const DriveOptions& options, double scans, double look_rad) {
   const double s_m = driven_line_m(options, scans);
+  const double back_rad = options.is_back ? std::numbers::pi : 0.0;
+  if (town.is_hard()) {
+    return stand_on_road(road_of(town), {s_m, options.lateral_m},
+                         back_rad + options.yaw_rad + look_rad);
+  }
   const LinePoint point = town.plan.line.at(s_m);
   const Eigen::Vector2d left = left_of(direction(point.heading_rad));
-  const double turned_rad = options.is_back ? std::numbers::pi : 0.0;
   const Pose2d place{point.position_m + lateral_at_m(town, options, s_m) * left,
-                     point.heading_rad + turned_rad + options.yaw_rad + look_rad};
+                     point.heading_rad + back_rad + options.yaw_rad + look_rad};
   if (!options.is_swept) return stand_on_ground(town.options.seed, place);
   const double time_s = 1e-9 * static_cast<double>(options.scan_period_ns) * scans;
   return stand_on_ground(town.options.seed,
@@ -106,8 +155,7 @@ Pose pose_on_way(const Town& town, const DriveOptions& options, double scans, do
 
 std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
   std::vector<Pose> poses;
-  const auto count =
-      static_cast<std::size_t>(std::floor(options.length_m / options.spacing_m + 1e-9)) + 1;
+  const std::size_t count = scans_within(options);
   const std::vector<double> looks =
       looks_rad(mix(town.options.seed, options.drive), options.look_about_rad, count);
   for (std::size_t i = 0; i < count; ++i) {

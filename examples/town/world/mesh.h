@@ -26,11 +26,12 @@ enum class Label : std::uint8_t {
   kParkedCar,
   kMovingCar,
   kPedestrian,
+  kFog,
 };
 
 // Things that move during a drive; everything else stands still as long as it lasts.
 inline bool is_moving(Label label) {
-  return label == Label::kMovingCar || label == Label::kPedestrian;
+  return label == Label::kMovingCar || label == Label::kPedestrian || label == Label::kFog;
 }
 
 // Vertices are float because that is what the ray caster holds: no ray meets other numbers.

@@ -46,6 +46,8 @@ struct Street {
 struct LinePoint {
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;
+  double height_m = 0.0;  // 0 in a town of streets
+  double slope = 0.0;     // rise for each metre of the line
 };
 
 // The driven line, sampled every kLineStepM of arc length; it goes on straight beyond both ends, or

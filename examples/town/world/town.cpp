@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "examples/town/world/hard/hard_world.h"
 #include "examples/town/world/make_plan.h"
 #include "formats/base/random.h"
 
@@ -68,16 +69,41 @@ Result<void> check_boards(const std::vector<Board>& boards) {
   return {};
 }
 
+Result<Town> make_hard_town(const TownOptions& options) {
+  const double shortest_m = options.is_bare ? kShortestBare_m : kShortestHard_m;
+  if (!(options.length_m >= shortest_m && options.length_m <= kLongestM)) {
+    return Error{ErrorCode::kBadArgument,
+                 "a world of kind " + std::string(world_kind_name(options.world)) +
+                     " has a length of " + std::to_string(shortest_m) + " to 20000 m; found " +
+                     std::to_string(options.length_m) + " m",
+                 {},
+                 {}};
+  }
+  if (options.is_round || options.change.is_any() || !options.boards.empty()) {
+    return Error{ErrorCode::kBadArgument,
+                 "a round route, a changed stretch and boards are possible in a town only", {}, {}};
+  }
+  Town town;
+  town.options = options;
+  build_hard_world(town);
+  return town;
+}
+
 }  // namespace
 
 TownMesh standing_mesh(const Town& town, std::uint64_t drive) {
   TownMesh mesh = town.permanent;
+  if (town.is_hard()) {
+    add_hard_cars(mesh, town, drive);
+    return mesh;
+  }
   add_clutter(mesh, town, drive);
   add_parked_cars(mesh, town, drive);
   return mesh;
 }
 
 Result<Town> make_town(const TownOptions& options) {
+  if (options.world.is_hard) return make_hard_town(options);
   const double shortest_m = options.is_round ? kShortestRoundM : kShortestM;
   if (!(options.length_m >= shortest_m && options.length_m <= kLongestM)) {
     return Error{ErrorCode::kBadArgument,

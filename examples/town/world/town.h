@@ -6,6 +6,7 @@
 #include "examples/town/world/buildings.h"
 #include "examples/town/world/change.h"
 #include "examples/town/world/furniture.h"
+#include "examples/town/world/hard/place.h"
 #include "examples/town/world/mesh.h"
 #include "examples/town/world/plan.h"
 #include "formats/base/result.h"
@@ -21,6 +22,9 @@ struct TownOptions {
   bool is_round = false;           // the line closes around a block; at least 200 m then
   TownChange change = {};          // what happened to a stretch of it meanwhile
   std::vector<Board> boards = {};  // that were put up, in town coordinates
+  // A hard world instead, which is neither round nor changed and has no boards.
+  WorldKind world = {};
+  bool is_bare = false;  // it has no town at both ends
 };
 
 // What is true of the town for every drive through it.
@@ -29,6 +33,9 @@ struct Town {
   TownPlan plan;
   TownMesh permanent;  // ground, pavements, buildings, trees, poles, boards
   std::vector<Building> buildings;
+  std::vector<Place> places;  // of a hard world, whose plan has no streets
+
+  [[nodiscard]] bool is_hard() const { return options.world.is_hard; }
 };
 
 // Error: bad-argument.
