@@ -64,7 +64,7 @@ void add_world_options(CLI::App& app, WorldFlags& flags,
   app.add_option("--world", flags.world,
                  "town: a town of streets; or a world of places that are hard to map, 300 m long; "
                  "mixed: all of them in random order, 120 m each. These begin and end with 40 m "
-                 "of town")
+                 "of town, and roads of even seeds have no details")
       ->capture_default_str()
       ->check(CLI::IsMember(names));
   app.add_flag("--bare", flags.is_bare, "a hard world without the town at both ends");

@@ -100,8 +100,9 @@ Result<void> write_constraints(const fs::path& path, const Town& town, const Dri
                                const WriteTownOptions& options) {
   std::vector<std::size_t> scans;
   for (std::size_t i = 0; i < drive.scan_count(); ++i) {
-    const double since_m = scans.empty() ? options.constraints_m
-                                         : std::abs(drive.driven_m(i) - drive.driven_m(scans.back()));
+    const double since_m = scans.empty()
+                               ? options.constraints_m
+                               : std::abs(drive.driven_m(i) - drive.driven_m(scans.back()));
     if (since_m >= options.constraints_m) scans.push_back(i);
   }
   const std::vector<Constraint> found = parallel_map<Constraint>(
@@ -151,9 +152,8 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   if (options.is_swept) {
     const std::vector<Pose> poses = maps ? drive.disturbed_poses() : truth;
     const std::uint64_t seed = mix(town.options.seed, static_cast<std::uint64_t>(number));
-    SIGHTLINE_TRY(
-        write_bag(folder / "drive.mcap", drive, poses,
-                  {seed, options.origin_world_m, options.threads, town.is_hard()}));
+    SIGHTLINE_TRY(write_bag(folder / "drive.mcap", drive, poses,
+                            {seed, options.origin_world_m, options.threads, town.is_hard()}));
   } else {
     SIGHTLINE_TRY(write_scans(folder / "scans", drive, options.threads));
   }

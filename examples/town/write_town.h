@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "formats/base/result.h"
 
 namespace sightline::town {
@@ -50,7 +50,7 @@ struct WriteTownOptions {
 //   out/places.csv                    from_m,to_m,kind: the kinds of places along the route
 //   out/mapping/scans.csv ...         scan,driven_m,kind: where on the route each scan is
 //   out/mapping/constraints.csv ...   see Constraint: scan,driven_m,kind,kept_ahead,kept_left,
-//                                     sigma_ahead_m,sigma_left_m; where it is asked for
+//                                     sigma_ahead_m,sigma_left_m; if requested
 // and the bags of swept drives have motion sensors (see write_bag).
 //   out/town.json                     what was made; written last, so it marks a whole town
 // The same options give the same bytes for any number of threads.

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "formats/drive/drive.h"
 #include "formats/surroundings/ndt_map.h"
 

@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "examples/town/drive/drive.h"
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "formats/base/check.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/map/remove_moving.h"

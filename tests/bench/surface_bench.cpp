@@ -15,7 +15,7 @@
 #include <set>
 
 #include "examples/town/drive/drive.h"
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "formats/base/check.h"
 #include "formats/base/stopwatch.h"
 #include "formats/surroundings/surface.h"

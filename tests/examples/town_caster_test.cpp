@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "formats/base/random.h"
 #include "tests/support/value_of.h"
 

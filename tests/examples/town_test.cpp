@@ -1,4 +1,4 @@
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "examples/town/world/make_plan.h"
 
 #include <gtest/gtest.h>

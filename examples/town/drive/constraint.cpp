@@ -10,10 +10,10 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr int kEvery = 4;            // of the azimuth steps, another one for each ring
-constexpr double kReach_m = 1.0;     // from a point to its surface
+constexpr int kEvery = 4;         // of the azimuth steps, another one for each ring
+constexpr double kReach_m = 1.0;  // from a point to its surface
 constexpr double kStart_m = 0.3;
-constexpr double kLever_m = 10.0;    // turns count as metres at that distance
+constexpr double kLever_m = 10.0;  // turns count as metres at that distance
 
 // In the vehicle's frame, as the sensor would measure them at the true pose.
 std::vector<Eigen::Vector3d> exact_points(const DriveSimulator& drive, const Pose& T_town_vehicle) {
@@ -25,8 +25,8 @@ std::vector<Eigen::Vector3d> exact_points(const DriveSimulator& drive, const Pos
     for (int step = ++ring % kEvery; step < sensor.azimuth_count(); step += kEvery) {
       const Eigen::Vector3d ray =
           direction_of(to_radians(sensor.azimuth_deg(step)), to_radians(elevation_deg));
-      const double range_m = drive.standing().exact_range_m(T_town_lidar.translation(),
-                                                            T_town_lidar.linear() * ray);
+      const double range_m =
+          drive.standing().exact_range_m(T_town_lidar.translation(), T_town_lidar.linear() * ray);
       if (range_m > sensor.max_range_m || range_m < sensor.min_range_m) continue;
       points_m.push_back(sensor.T_vehicle_lidar * (range_m * ray));
     }

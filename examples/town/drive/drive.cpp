@@ -115,7 +115,12 @@ DriveOptions usual_drive(const TownOptions& town, std::uint64_t drive,
   constexpr double kOverlapM = 30.0;
   options.length_m = town.length_m + (town.is_round ? kOverlapM : 0.0);
   options.sensor = sensor;
-  if (town.world.is_hard) options.speed_change = 0.05;
+  if (town.world.is_hard) {
+    // What is dark or wet is not seen farther, and the ends of a place would constrain its middle.
+    constexpr double kMostRange_m = 60.0;
+    options.sensor.max_range_m = std::min(sensor.max_range_m, kMostRange_m);
+    options.speed_change = 0.05;
+  }
   if (drive == 1) {
     options.lateral_m = 0.1;
     options.yaw_rad = to_radians(0.3);
@@ -143,7 +148,9 @@ Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions
   drive.options_ = options;
   drive.poses_ = follow_line(town, options);
   const double duration_s = 1e-9 * static_cast<double>(drive.stamp_ns(drive.poses_.size()));
-  drive.movers_ = draw_traffic(town, options.drive, duration_s, options.traffic);
+  drive.movers_ = town.is_hard()
+                      ? draw_road_traffic(town, options.drive, duration_s, options.traffic)
+                      : draw_traffic(town, options.drive, duration_s, options.traffic);
   if (options.is_in_next_lane) {
     std::erase_if(drive.movers_,
                   [](const Mover& mover) { return mover.role == Mover::Role::kOncoming; });
@@ -199,7 +206,8 @@ Pose DriveSimulator::T_town_vehicle_at(double time_s) const {
 
 TownMesh DriveSimulator::moving_mesh_at(std::size_t index) const {
   const Moment moment{1e-9 * static_cast<double>(stamp_ns(index)), driven_m(index)};
-  return moving_mesh(*town_, movers_, moment);
+  return town_->is_hard() ? moving_road_mesh(*town_, movers_, moment)
+                          : moving_mesh(*town_, movers_, moment);
 }
 
 TownScan DriveSimulator::scan(std::size_t index) const {
@@ -217,7 +225,8 @@ TownScan DriveSimulator::scan(std::size_t index) const {
     const double time_s = period_s * (static_cast<double>(index) + share);
     return T_town_vehicle_at(time_s) * options_.sensor.T_vehicle_lidar;
   };
-  scan.points = spin({*standing_, moving, fog_.get()}, options_.sensor, sigma_m, T_town_lidar, random);
+  scan.points =
+      spin({*standing_, moving, fog_.get()}, options_.sensor, sigma_m, T_town_lidar, random);
   // Numbers of their own: what is not missing stays as it was.
   Random missing(mix(mix(mix(town_->options.seed, kMissingKey), options_.drive), index));
   if (options_.missing_share > 0.0) {

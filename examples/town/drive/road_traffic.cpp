@@ -3,7 +3,6 @@
 #include <cmath>
 #include <optional>
 
-#include "examples/town/world/hard/hard_world.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 #include "formats/geometry.h"
@@ -23,8 +22,8 @@ bool has_oncoming(PlaceKind kind) {
 
 bool has_lorries(PlaceKind kind, double lateral_m) {
   if (kind == PlaceKind::kMotorway) return true;
-  const bool has_left_lane = kind == PlaceKind::kTunnel || kind == PlaceKind::kNoiseBarrier ||
-                             kind == PlaceKind::kBridge;
+  const bool has_left_lane =
+      kind == PlaceKind::kTunnel || kind == PlaceKind::kNoiseBarrier || kind == PlaceKind::kBridge;
   return has_left_lane && lateral_m > 0.0;
 }
 
@@ -80,8 +79,8 @@ std::optional<Placement> placement_of(const Town& town, const Mover& mover, cons
   } else {
     if (moment.driven_m < mover.active_from_m || moment.driven_m > mover.active_to_m) return {};
     const double middle_m = 0.5 * (mover.active_from_m + mover.active_to_m);
-    const double share = 2.0 * (middle_m - moment.driven_m) /
-                         (mover.active_to_m - mover.active_from_m);
+    const double share =
+        2.0 * (middle_m - moment.driven_m) / (mover.active_to_m - mover.active_from_m);
     // Lorries are passed slowly where they are beside the vehicle; the gap to a car changes.
     at.s_m = moment.driven_m + (mover.role == Mover::Role::kLorry
                                     ? kLorryReach_m * share * (0.3 + 0.7 * share * share)
@@ -90,9 +89,8 @@ std::optional<Placement> placement_of(const Town& town, const Mover& mover, cons
   if (std::abs(at.s_m - moment.driven_m) > kSeen_m) return {};
   const PlaceKind kind = place_at(town.places, at.s_m).kind;
   const bool is_possible = mover.role == Mover::Role::kOncoming ? has_oncoming(kind)
-                           : mover.role == Mover::Role::kLorry
-                               ? has_lorries(kind, mover.lateral_m)
-                               : has_leaders(kind);
+                           : mover.role == Mover::Role::kLorry  ? has_lorries(kind, mover.lateral_m)
+                                                                : has_leaders(kind);
   if (!is_possible) return {};
   return at;
 }
@@ -102,10 +100,10 @@ void add_lorry(TownMesh& mesh, const Pose2d& pose, double ground_m, std::uint64_
   const double top_m = ground_m + Random(seed).uniform(3.6, 4.0);
   const Eigen::Vector2d ahead = direction(pose.yaw_rad);
   const auto part = [&](double along_m, double length_m, double bottom_m, double up_m) {
-    add_box(mesh,
-            {pose.position_m + along_m * ahead, pose.yaw_rad, length_m, 2.5, ground_m + bottom_m,
-             up_m},
-            Label::kMovingCar);
+    add_box(
+        mesh,
+        {pose.position_m + along_m * ahead, pose.yaw_rad, length_m, 2.5, ground_m + bottom_m, up_m},
+        Label::kMovingCar);
   };
   part(-1.4, 13.6, 1.1, top_m);
   part(7.0, 2.3, 0.5, ground_m + 3.3);
@@ -130,7 +128,7 @@ std::vector<Mover> draw_road_traffic(const Town& town, std::uint64_t drive, doub
 
 TownMesh moving_road_mesh(const Town& town, const std::vector<Mover>& movers,
                           const Moment& moment) {
-  const Road road = road_of(town);
+  const Road road = town.road();
   TownMesh mesh;
   for (const Mover& mover : movers) {
     const std::optional<Placement> at = placement_of(town, mover, moment);

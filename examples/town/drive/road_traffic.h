@@ -12,8 +12,7 @@ namespace sightline::town {
 std::vector<Mover> draw_road_traffic(const Town& town, std::uint64_t drive, double duration_s,
                                      double times);
 
-TownMesh moving_road_mesh(const Town& town, const std::vector<Mover>& movers,
-                          const Moment& moment);
+TownMesh moving_road_mesh(const Town& town, const std::vector<Mover>& movers, const Moment& moment);
 
 // Patches of fog, smoke or spray around a sensor, in its frame, that cover about a tenth of the
 // view; the same during a drive.

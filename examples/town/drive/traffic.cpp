@@ -4,7 +4,6 @@
 #include <cmath>
 #include <optional>
 
-#include "examples/town/drive/road_traffic.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 
@@ -111,7 +110,6 @@ bool has_next_lane(const Town& town, double s_m) {
 
 std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s,
                                 double times) {
-  if (town.is_hard()) return draw_road_traffic(town, drive, duration_s, times);
   Random random(mix(mix(town.options.seed, 0x7472616bULL), drive));
   std::vector<Mover> movers;
   const Outing outing{town.options.length_m, duration_s, times};
@@ -123,7 +121,6 @@ std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double du
 }
 
 TownMesh moving_mesh(const Town& town, const std::vector<Mover>& movers, const Moment& moment) {
-  if (town.is_hard()) return moving_road_mesh(town, movers, moment);
   TownMesh mesh;
   for (const Mover& mover : movers) {
     std::optional<Pose2d> pose;

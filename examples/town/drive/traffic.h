@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 
 namespace sightline::town {
 
@@ -21,7 +21,7 @@ struct Mover {
 
 // Everything that moves during one drive: cars ahead and behind in the same lane for parts of the
 // way, oncoming ones, people on the pavements. Each drive meets others. `times` as many as usual:
-// gaps are as much shorter.
+// gaps are as much shorter. Of a town of streets; others have draw_road_traffic().
 std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s,
                                 double times = 1.0);
 

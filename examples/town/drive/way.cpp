@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "examples/town/drive/traffic.h"
-#include "examples/town/world/hard/hard_world.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 
@@ -140,7 +139,7 @@ Pose pose_on_way(const Town& town, const DriveOptions& options, double scans, do
   const double s_m = driven_line_m(options, scans);
   const double back_rad = options.is_back ? std::numbers::pi : 0.0;
   if (town.is_hard()) {
-    return stand_on_road(road_of(town), {s_m, options.lateral_m},
+    return stand_on_road(town.road(), {s_m, options.lateral_m},
                          back_rad + options.yaw_rad + look_rad);
   }
   const LinePoint point = town.plan.line.at(s_m);

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "examples/town/drive/drive_options.h"
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "formats/geometry.h"
 
 // Where a car is that drives through a town; part of drive.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "examples/town/drive/drive.h"
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 #include "passes/map/build_surface.h"
 #include "passes/rays/cast_rays.h"
 #include "tests/support/test_context.h"

@@ -19,8 +19,8 @@ constexpr double kHalfRamp_m = 2.6;
 constexpr double kHalfDoor_m = 3.2;  // entrance and exit
 constexpr double kSlab_m = 0.25;     // thickness of a floor
 constexpr double kParapet_m = 1.1;
-constexpr double kBay_m = 2.5;       // width
-constexpr double kPillarRow_m = 3.3; // from a straight's middle
+constexpr double kBay_m = 2.5;        // width
+constexpr double kPillarRow_m = 3.3;  // from a straight's middle
 
 struct Rectangle {
   double x0_m, x1_m, y0_m, y1_m;
@@ -123,8 +123,8 @@ void add_pillars(TownMesh& mesh, const ParkBuilding& building, int storey) {
   constexpr double kPitch_m = 3.0 * kBay_m;
   const double depth_m = building.car_park.depth_m();
   const auto pillar = [&](double x_m, double y_m) {
-    add_column(mesh, building, {x_m - kHalf_m, x_m + kHalf_m, y_m - kHalf_m, y_m + kHalf_m},
-               storey, Label::kFacade);
+    add_column(mesh, building, {x_m - kHalf_m, x_m + kHalf_m, y_m - kHalf_m, y_m + kHalf_m}, storey,
+               Label::kFacade);
   };
   for (double x_m = 4.0; x_m < depth_m - 3.0; x_m += kPitch_m) {
     pillar(x_m, -kPillarRow_m);
@@ -210,8 +210,8 @@ void add_car_park_cars(TownMesh& mesh, const Road& road, const Place& place,
       const ParkedCar car =
           draw_car(is_as_mapped ? Random(mix(bay_seed, 0)) : Random(change.next()));
       if (!car.is_there) continue;
-      const double yaw_rad = building.entrance.heading_rad +
-                             0.5 * std::numbers::pi * bay.quarters + car.turned_rad;
+      const double yaw_rad =
+          building.entrance.heading_rad + 0.5 * std::numbers::pi * bay.quarters + car.turned_rad;
       add_vehicle(mesh, {building.flat(bay.x_m, bay.y_m + car.off_m), yaw_rad},
                   building.floor_m(storey), car.seed, Label::kParkedCar);
     }

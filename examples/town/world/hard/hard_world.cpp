@@ -57,25 +57,20 @@ void add_place(TownMesh& mesh, const Road& road, const Place& place, const Rando
 
 }  // namespace
 
-Road road_of(const Town& town) { return {town.options.seed, town.plan.line, town.places}; }
-
-void build_hard_world(Town& town) {
-  const TownOptions& options = town.options;
-  town.places = order_places(options.seed, {options.world, options.is_bare, options.length_m});
-  town.plan.line = make_road_line(options.seed, town.places);
-  const Road road = road_of(town);
-  const std::vector<Place> built = built_places(town.places);
+TownMesh hard_mesh(const Road& road) {
+  TownMesh mesh;
+  const std::vector<Place> built = built_places(road.places);
   for (std::size_t i = 0; i < built.size(); ++i) {
-    add_place_ground(town.permanent, road, built[i]);
-    add_place(town.permanent, road, built[i], Random(mix(mix(options.seed, kPlaceKey), i)));
+    add_place_ground(mesh, road, built[i]);
+    add_place(mesh, road, built[i], Random(mix(mix(road.seed, kPlaceKey), i)));
   }
+  return mesh;
 }
 
-void add_hard_cars(TownMesh& mesh, const Town& town, std::uint64_t drive) {
-  const Road road = road_of(town);
-  const std::vector<Place> built = built_places(town.places);
+void add_hard_cars(TownMesh& mesh, const Road& road, std::uint64_t drive) {
+  const std::vector<Place> built = built_places(road.places);
   for (std::size_t i = 0; i < built.size(); ++i) {
-    const std::uint64_t seed = mix(mix(town.options.seed, kCarsKey), i);
+    const std::uint64_t seed = mix(mix(road.seed, kCarsKey), i);
     if (built[i].kind == PlaceKind::kCarPark) {
       add_car_park_cars(mesh, road, built[i], {seed, drive});
     } else if (built[i].kind == PlaceKind::kTown) {

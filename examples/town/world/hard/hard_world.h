@@ -1,7 +1,6 @@
 #pragma once
 
 #include "examples/town/world/hard/road.h"
-#include "examples/town/world/town.h"
 
 namespace sightline::town {
 
@@ -9,15 +8,12 @@ namespace sightline::town {
 inline constexpr double kShortestHard_m = 120.0;
 inline constexpr double kShortestBare_m = 40.0;
 
-// Gives a town of a hard world its line, its places and what never changes there. What the places
-// are goes on for 110 m beyond both ends of the line.
-void build_hard_world(Town& town);
-
-// The road of a hard world; refers to the town.
-Road road_of(const Town& town);
+// What never changes in a hard world. What its places are goes on for 110 m beyond both ends of the
+// line.
+TownMesh hard_mesh(const Road& road);
 
 // The parked cars of one drive: those of a street are others on each drive, and half of those of a
 // car park are.
-void add_hard_cars(TownMesh& mesh, const Town& town, std::uint64_t drive);
+void add_hard_cars(TownMesh& mesh, const Road& road, std::uint64_t drive);
 
 }  // namespace sightline::town

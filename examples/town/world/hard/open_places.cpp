@@ -57,9 +57,9 @@ void add_field(TownMesh& mesh, const Road& road, const Place& place, Random rand
 }
 
 void add_forest(TownMesh& mesh, const Road& road, const Place& place, Random random) {
-  constexpr double kEdge_m = 4.5;     // from the line to the first trunks
+  constexpr double kEdge_m = 4.5;  // from the line to the first trunks
   constexpr double kReach_m = 40.0;
-  constexpr double kPerMetre = 2.6;   // trunks for each metre of road, on both sides together
+  constexpr double kPerMetre = 2.6;  // trunks for each metre of road, on both sides together
   const auto count = static_cast<int>(kPerMetre * place.length_m());
   for (int i = 0; i < count; ++i) {
     const double s_m = random.uniform(place.from_m, place.to_m);

@@ -11,12 +11,12 @@ namespace sightline::town {
 
 enum class PlaceKind {
   kTown,          // houses, poles and parked cars: every direction is constrained
-  kTunnel,        // lamps and niches at equal spacing
-  kMotorway,      // guard rails and posts at equal spacing; lorries beside the vehicle
-  kNoiseBarrier,  // walls with pillars at equal spacing; lorries
+  kTunnel,        // lamps and niches at equal spacing, or smooth
+  kMotorway,      // guard rails and posts at equal spacing, or smooth walls; lorries beside it
+  kNoiseBarrier,  // walls with pillars at equal spacing, or smooth; lorries
   kField,         // one pole in 40 m
   kForest,        // trunks
-  kBridge,        // railings; the ground is 15 m below
+  kBridge,        // railings, or smooth parapets; the ground is 15 m below
   kCarPark,       // storeys 2.75 m apart, ramps; half of the cars change between drives
   kPlaza,         // open, with few poles and benches
   kHills,         // slopes of 4 %

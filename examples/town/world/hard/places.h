@@ -27,8 +27,7 @@ void add_plaza(TownMesh& mesh, const Road& road, const Place& place, Random rand
 void add_hills(TownMesh& mesh, const Road& road, const Place& place, Random random);
 // Floors, ramps, pillars and walls; the cars that are there on one drive.
 void add_car_park(TownMesh& mesh, const Road& road, const Place& place);
-void add_car_park_cars(TownMesh& mesh, const Road& road, const Place& place,
-                       const DriveSeed& seed);
+void add_car_park_cars(TownMesh& mesh, const Road& road, const Place& place, const DriveSeed& seed);
 // Parked cars of a street on one drive.
 void add_street_cars(TownMesh& mesh, const Road& road, const Place& place, Random random);
 

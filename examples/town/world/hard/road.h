@@ -18,10 +18,10 @@ namespace sightline::town {
 // The inside of a car park: a loop of two straights, joined by half circles, that is driven `loops`
 // times. Its second straight is a ramp to the next storey.
 struct CarPark {
-  static constexpr double kStorey_m = 2.75;   // from floor to floor
-  static constexpr double kRadius_m = 6.0;    // of the half circles
-  static constexpr double kApproach_m = 10.0; // from a face of the building to the loop
-  int loops = 0;                              // storeys that are driven less one
+  static constexpr double kStorey_m = 2.75;    // from floor to floor
+  static constexpr double kRadius_m = 6.0;     // of the half circles
+  static constexpr double kApproach_m = 10.0;  // from a face of the building to the loop
+  int loops = 0;                               // storeys that are driven less one
   double straight_m = 20.0;
 
   [[nodiscard]] double depth_m() const { return 2.0 * kApproach_m + straight_m; }
@@ -41,7 +41,7 @@ struct RoadPoint {
 
 // A view of a world's line; positions are continuous with their first derivatives in s.
 struct Road {
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  // of the world
   const DrivenLine& line;
   const std::vector<Place>& places;
 
@@ -55,6 +55,10 @@ struct Stretch {
   double from_m = 0.0;
   double to_m = 0.0;
 };
+
+// Worlds of even seeds have roads without details: no lamps, posts or pillars, so that nothing
+// constrains them along the road where no end is in sight. Those of odd seeds have them.
+inline bool is_smooth(std::uint64_t seed) { return seed % 2 == 0; }
 
 // A profile across the road, as pairs of lateral and up, that is drawn along a stretch of it.
 using Profile = std::vector<std::pair<double, double>>;

@@ -12,8 +12,8 @@ namespace sightline::town {
 namespace {
 
 constexpr std::uint64_t kBendKey = 0x62656e64ULL;
-constexpr double kSteepest = 0.04;   // of hills
-constexpr double kHill_m = 110.0;    // up and down
+constexpr double kSteepest = 0.04;     // of hills
+constexpr double kHill_m = 110.0;      // up and down
 constexpr double kHillBlend_m = 12.0;  // in which the slope changes
 constexpr double kRampBlend_m = 4.0;
 
@@ -58,9 +58,9 @@ std::vector<Bend> open_bends(const Place& place, double heading_rad, Random& ran
       continue;
     }
     const double curvature = (is_left ? 1.0 : -1.0) / radius_m;
-    bends.insert(bends.end(), {{kBlend_m, 0.0, curvature},
-                               {held_m, curvature, curvature},
-                               {kBlend_m, curvature, 0.0}});
+    bends.insert(
+        bends.end(),
+        {{kBlend_m, 0.0, curvature}, {held_m, curvature, curvature}, {kBlend_m, curvature, 0.0}});
     heading_rad += curvature * (held_m + kBlend_m);
   }
   return bends;

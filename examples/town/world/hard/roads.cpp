@@ -5,9 +5,22 @@
 namespace sightline::town {
 namespace {
 
-// A steel beam on posts at an exact pitch.
+// A wall of concrete, narrower above.
+void add_concrete_wall(TownMesh& mesh, const Road& road, const Stretch& stretch, double lateral_m) {
+  extrude(mesh, road, stretch,
+          {{lateral_m - 0.3, 0.0},
+           {lateral_m - 0.1, 0.35},
+           {lateral_m - 0.08, 0.9},
+           {lateral_m + 0.08, 0.9},
+           {lateral_m + 0.1, 0.35},
+           {lateral_m + 0.3, 0.0}},
+          Label::kFacade);
+}
+
+// A steel beam on posts at an exact pitch; a wall in a smooth world.
 void add_guard_rail(TownMesh& mesh, const Road& road, const Stretch& stretch, double lateral_m,
                     double pitch_m) {
+  if (is_smooth(road.seed)) return add_concrete_wall(mesh, road, stretch, lateral_m);
   extrude_bar(mesh, road, stretch,
               {{lateral_m - 0.06, 0.45},
                {lateral_m + 0.06, 0.45},
@@ -22,6 +35,7 @@ void add_guard_rail(TownMesh& mesh, const Road& road, const Stretch& stretch, do
 // Posts of 1 m that show where the road's edge is.
 void add_delineators(TownMesh& mesh, const Road& road, const Stretch& stretch, double lateral_m) {
   constexpr double kPitch_m = 50.0;
+  if (is_smooth(road.seed)) return;
   for (const double s_m : evenly(stretch, kPitch_m)) {
     add_road_box(mesh, road, {s_m, lateral_m}, {0.12, 0.12, 0.0, 1.0}, Label::kPole);
   }
@@ -33,16 +47,24 @@ void add_barrier(TownMesh& mesh, const Road& road, const Stretch& stretch, doubl
   constexpr double kPitch_m = 4.0;
   const double back_m = lateral_m + (lateral_m > 0.0 ? 0.15 : -0.15);
   extrude(mesh, road, stretch,
-          {{lateral_m, -0.2}, {lateral_m, top_m}, {back_m, top_m}, {back_m, -0.2}},
-          Label::kFacade);
+          {{lateral_m, -0.2}, {lateral_m, top_m}, {back_m, top_m}, {back_m, -0.2}}, Label::kFacade);
+  if (is_smooth(road.seed)) return;
   for (const double s_m : evenly(stretch, kPitch_m)) {
     add_road_box(mesh, road, {s_m, lateral_m}, {0.16, 0.2, -0.2, top_m}, Label::kPole);
   }
 }
 
-// A railing of posts and two bars.
+// A railing of posts and two bars; a parapet in a smooth world.
 void add_railing(TownMesh& mesh, const Road& road, const Stretch& stretch, double lateral_m) {
   constexpr double kPitch_m = 2.0;
+  if (is_smooth(road.seed)) {
+    return extrude_bar(mesh, road, stretch,
+                       {{lateral_m - 0.1, 0.0},
+                        {lateral_m - 0.1, 1.0},
+                        {lateral_m + 0.1, 1.0},
+                        {lateral_m + 0.1, 0.0}},
+                       Label::kFacade);
+  }
   for (const double up_m : {0.55, 1.05}) {
     extrude_bar(mesh, road, stretch,
                 {{lateral_m - 0.03, up_m},

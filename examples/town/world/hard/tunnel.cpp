@@ -6,8 +6,8 @@
 namespace sightline::town {
 namespace {
 
-constexpr double kWall_m = 3.4;        // height of the upright walls, below the vault
-constexpr double kCrown_m = 6.0;       // of the vault
+constexpr double kWall_m = 3.4;   // height of the upright walls, below the vault
+constexpr double kCrown_m = 6.0;  // of the vault
 constexpr double kNicheHigh_m = 2.3;
 constexpr double kNicheDeep_m = 0.9;
 constexpr double kNicheWide_m = 2.4;
@@ -46,7 +46,9 @@ void add_niche(TownMesh& mesh, const Road& road, const Tube& tube, const Stretch
 void add_right_wall(TownMesh& mesh, const Road& road, const Tube& tube, const Stretch& stretch) {
   const Profile wall = {{-tube.right_m, 0.0}, {-tube.right_m, kWall_m}};
   double from_m = stretch.from_m;
-  for (const double s_m : evenly(stretch, kLampsPerNiche * tube.pitch_m)) {
+  std::vector<double> niches;
+  if (!is_smooth(road.seed)) niches = evenly(stretch, kLampsPerNiche * tube.pitch_m);
+  for (const double s_m : niches) {
     const Stretch niche{s_m - 0.5 * kNicheWide_m, s_m + 0.5 * kNicheWide_m};
     extrude(mesh, road, {from_m, niche.from_m}, wall, Label::kFacade);
     add_niche(mesh, road, tube, niche);
@@ -77,9 +79,10 @@ void add_portal(TownMesh& mesh, const Road& road, const Tube& tube, double s_m) 
 void add_lamps(TownMesh& mesh, const Road& road, const Tube& tube, const Stretch& stretch) {
   const double middle_m = 0.5 * (tube.left_m - tube.right_m);
   const double off_m = 0.2 * (tube.left_m + tube.right_m);
+  if (is_smooth(road.seed)) return;
   for (const double s_m : evenly(stretch, tube.pitch_m)) {
     for (const double side : {1.0, -1.0}) {
-      add_road_box(mesh, road, {s_m, middle_m + side * off_m}, {1.2, 0.35, 5.0, 5.3},
+      add_road_box(mesh, road, {s_m, middle_m + side * off_m}, {1.2, 0.35, 5.1, 5.25},
                    Label::kPole);
     }
   }

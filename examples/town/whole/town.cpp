@@ -1,4 +1,4 @@
-#include "examples/town/world/town.h"
+#include "examples/town/whole/town.h"
 
 #include <cmath>
 #include <set>
@@ -81,11 +81,15 @@ Result<Town> make_hard_town(const TownOptions& options) {
   }
   if (options.is_round || options.change.is_any() || !options.boards.empty()) {
     return Error{ErrorCode::kBadArgument,
-                 "a round route, a changed stretch and boards are possible in a town only", {}, {}};
+                 "a round route, a changed stretch and boards are possible in a town only",
+                 {},
+                 {}};
   }
   Town town;
   town.options = options;
-  build_hard_world(town);
+  town.places = order_places(options.seed, {options.world, options.is_bare, options.length_m});
+  town.plan.line = make_road_line(options.seed, town.places);
+  town.permanent = hard_mesh(town.road());
   return town;
 }
 
@@ -94,7 +98,7 @@ Result<Town> make_hard_town(const TownOptions& options) {
 TownMesh standing_mesh(const Town& town, std::uint64_t drive) {
   TownMesh mesh = town.permanent;
   if (town.is_hard()) {
-    add_hard_cars(mesh, town, drive);
+    add_hard_cars(mesh, town.road(), drive);
     return mesh;
   }
   add_clutter(mesh, town, drive);

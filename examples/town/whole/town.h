@@ -7,6 +7,7 @@
 #include "examples/town/world/change.h"
 #include "examples/town/world/furniture.h"
 #include "examples/town/world/hard/place.h"
+#include "examples/town/world/hard/road.h"
 #include "examples/town/world/mesh.h"
 #include "examples/town/world/plan.h"
 #include "formats/base/result.h"
@@ -36,6 +37,8 @@ struct Town {
   std::vector<Place> places;  // of a hard world, whose plan has no streets
 
   [[nodiscard]] bool is_hard() const { return options.world.is_hard; }
+  // Of a hard world; refers to this.
+  [[nodiscard]] Road road() const { return {options.seed, plan.line, places}; }
 };
 
 // Error: bad-argument.
