@@ -97,7 +97,7 @@ TEST(HardWorld, OfMixedPlacesNeverMeetsItself) {
     ASSERT_GE(line.length_m(), 1280.0);
     for (double s = 0.0; s < 1280.0; s += 5.0) {
       for (double later = s + 100.0; later < 1280.0; later += 5.0) {
-        const bool is_inside = place_at(places, s).kind == PlaceKind::kCarPark &&
+        const bool is_inside = place_at(places, s).kind == PlaceKind::kCarPark ||
                                place_at(places, later).kind == PlaceKind::kCarPark;
         if (is_inside) continue;
         ASSERT_GT((line.at(s).position_m - line.at(later).position_m).norm(), 25.0)
@@ -117,7 +117,7 @@ TEST(HardWorld, RoadsAreSmoothAndAsLongAsTheySay) {
     const Eigen::Vector3d step_m = b.position_m - a.position_m;
     ASSERT_NEAR(step_m.head<2>().norm(), kStep_m, 1e-5) << s_m;
     ASSERT_NEAR(step_m.z() / kStep_m, 0.5 * (a.slope + b.slope), 1e-5) << s_m;
-    ASSERT_LT((step_m.head<2>() / kStep_m - direction(a.heading_rad)).norm(), 0.002) << s_m;
+    ASSERT_LT((step_m.head<2>() / kStep_m - direction(a.heading_rad)).norm(), 0.006) << s_m;
   }
 }
 
@@ -209,6 +209,10 @@ TEST(HardWorld, RefusesWhatItCannotBe) {
   bare.is_bare = true;
   EXPECT_TRUE(make_town(bare).has_value());
   EXPECT_FALSE(world_kind("desert").has_value());
+  const Town field = hard_town("field", 120.0);
+  DriveOptions next_lane = hard_drive_options(field);
+  next_lane.is_in_next_lane = true;
+  EXPECT_EQ(code_of(DriveSimulator::make(field, next_lane)), ErrorCode::kBadArgument);
 }
 
 }  // namespace

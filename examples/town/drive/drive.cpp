@@ -55,7 +55,10 @@ void remove_covered(std::vector<LabelledPoint>& points, double covered_deg) {
   });
 }
 
-Result<void> check_view(const DriveOptions& options) {
+Result<void> check_view(const Town& town, const DriveOptions& options) {
+  if (town.is_hard() && options.is_in_next_lane) {
+    return Error{ErrorCode::kBadArgument, "the oncoming lane can be driven in a town only"};
+  }
   if (!(options.speed_change >= 0.0 && options.speed_change < 0.5)) {
     return Error{ErrorCode::kBadArgument, "the speed changes by at least 0 and less than 0.5"};
   }
@@ -142,7 +145,7 @@ DriveOptions carried_by_hand(DriveOptions options) {
 
 Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions& options) {
   SIGHTLINE_TRY(check(town, options));
-  SIGHTLINE_TRY(check_view(options));
+  SIGHTLINE_TRY(check_view(town, options));
   DriveSimulator drive;
   drive.town_ = &town;
   drive.options_ = options;

@@ -79,6 +79,9 @@ std::optional<Placement> placement_of(const Town& town, const Mover& mover, cons
   } else {
     if (moment.driven_m < mover.active_from_m || moment.driven_m > mover.active_to_m) return {};
     const double middle_m = 0.5 * (mover.active_from_m + mover.active_to_m);
+    // The right lane is on motorways only.
+    const bool is_motorway = place_at(town.places, middle_m).kind == PlaceKind::kMotorway;
+    if (!is_motorway) at.lateral_m = std::abs(at.lateral_m);
     const double share =
         2.0 * (middle_m - moment.driven_m) / (mover.active_to_m - mover.active_from_m);
     // Lorries are passed slowly where they are beside the vehicle; the gap to a car changes.
@@ -89,7 +92,7 @@ std::optional<Placement> placement_of(const Town& town, const Mover& mover, cons
   if (std::abs(at.s_m - moment.driven_m) > kSeen_m) return {};
   const PlaceKind kind = place_at(town.places, at.s_m).kind;
   const bool is_possible = mover.role == Mover::Role::kOncoming ? has_oncoming(kind)
-                           : mover.role == Mover::Role::kLorry  ? has_lorries(kind, mover.lateral_m)
+                           : mover.role == Mover::Role::kLorry  ? has_lorries(kind, at.lateral_m)
                                                                 : has_leaders(kind);
   if (!is_possible) return {};
   return at;
