@@ -74,9 +74,8 @@ void add_world_options(CLI::App& app, WorldFlags& flags,
                  "angle of the view, around straight behind, that is hidden, degrees")
       ->check(CLI::Range(0.0, 359.0));
   app.add_option("--constraints", options.constraints_m,
-                 "writes every so many metres of a hard world which directions a scan constrains "
-                 "in truth (constraints.csv in each drive's folder); takes some minutes for each "
-                 "kilometre")
+                 "m between scans of a hard world for which constraints.csv, in each drive's "
+                 "folder, lists which directions a scan constrains in truth")
       ->check(CLI::Range(0.5, 1000.0));
 }
 
