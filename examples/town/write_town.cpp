@@ -124,27 +124,39 @@ Result<SensorProfile> sensor_of(const WriteTownOptions& options) {
   return options.sensor.empty() ? town_sensor(options.beams) : town_sensor(options.sensor);
 }
 
-Result<void> write_drive(const WriteTownOptions& options, const Town& town, int number) {
+Result<DriveOptions> drive_options_of(const WriteTownOptions& options, const Town& town,
+                                      int number) {
   SIGHTLINE_ASSIGN(const SensorProfile sensor, sensor_of(options));
-  DriveOptions drive_options =
-      usual_drive(town.options, static_cast<std::uint64_t>(number), sensor);
-  drive_options.spacing_m = options.spacing_m;
+  DriveOptions drive = usual_drive(town.options, static_cast<std::uint64_t>(number), sensor);
+  drive.spacing_m = options.spacing_m;
   for (const PartialDrive& part : options.parts) {
     if (part.drive != number) continue;
-    drive_options.from_m = part.from_m;
-    drive_options.length_m = part.to_m - part.from_m;
+    drive.from_m = part.from_m;
+    drive.length_m = part.to_m - part.from_m;
   }
   const auto is_among = [&](const std::vector<int>& drives) {
     return std::ranges::find(drives, number) != drives.end();
   };
-  drive_options.is_in_next_lane = is_among(options.in_next_lane);
-  drive_options.is_back = is_among(options.back);
-  drive_options.traffic = options.traffic;
-  drive_options.missing_share = options.missing_share;
-  drive_options.is_swept = options.is_swept;
-  drive_options.has_fog = options.has_fog;
-  drive_options.covered_deg = options.covered_deg;
-  if (options.is_by_hand) drive_options = carried_by_hand(drive_options);
+  drive.is_in_next_lane = is_among(options.in_next_lane);
+  drive.is_back = is_among(options.back);
+  drive.traffic = options.traffic;
+  drive.missing_share = options.missing_share;
+  drive.is_swept = options.is_swept;
+  drive.has_fog = options.has_fog;
+  drive.covered_deg = options.covered_deg;
+  return options.is_by_hand ? carried_by_hand(drive) : drive;
+}
+
+// Beside the scans of a hard world.
+Result<void> write_hard_truth(const fs::path& folder, const WriteTownOptions& options,
+                              const Town& town, const DriveSimulator& drive) {
+  SIGHTLINE_TRY(write_scan_places(folder / "scans.csv", town, drive));
+  if (options.constraints_m == 0.0) return {};
+  return write_constraints(folder / "constraints.csv", town, drive, options);
+}
+
+Result<void> write_drive(const WriteTownOptions& options, const Town& town, int number) {
+  SIGHTLINE_ASSIGN(const DriveOptions drive_options, drive_options_of(options, town, number));
   SIGHTLINE_ASSIGN(const DriveSimulator drive, DriveSimulator::make(town, drive_options));
   const fs::path folder = options.out / drive_name(number);
   const bool maps = number == 0;
@@ -157,10 +169,7 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   } else {
     SIGHTLINE_TRY(write_scans(folder / "scans", drive, options.threads));
   }
-  if (town.is_hard()) SIGHTLINE_TRY(write_scan_places(folder / "scans.csv", town, drive));
-  if (town.is_hard() && options.constraints_m > 0.0) {
-    SIGHTLINE_TRY(write_constraints(folder / "constraints.csv", town, drive, options));
-  }
+  if (town.is_hard()) SIGHTLINE_TRY(write_hard_truth(folder, options, town, drive));
   if (maps) {
     SIGHTLINE_TRY(write_poses(folder / "poses_true.tum", drive, truth, options.origin_world_m));
   }

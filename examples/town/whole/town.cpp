@@ -93,21 +93,7 @@ Result<Town> make_hard_town(const TownOptions& options) {
   return town;
 }
 
-}  // namespace
-
-TownMesh standing_mesh(const Town& town, std::uint64_t drive) {
-  TownMesh mesh = town.permanent;
-  if (town.is_hard()) {
-    add_hard_cars(mesh, town.road(), drive);
-    return mesh;
-  }
-  add_clutter(mesh, town, drive);
-  add_parked_cars(mesh, town, drive);
-  return mesh;
-}
-
-Result<Town> make_town(const TownOptions& options) {
-  if (options.world.is_hard) return make_hard_town(options);
+Result<Town> make_street_town(const TownOptions& options) {
   const double shortest_m = options.is_round ? kShortestRoundM : kShortestM;
   if (!(options.length_m >= shortest_m && options.length_m <= kLongestM)) {
     return Error{ErrorCode::kBadArgument,
@@ -147,6 +133,23 @@ Result<Town> make_town(const TownOptions& options) {
     add_board(town.permanent, board, ground_height_m(seed, board.pose.position_m));
   }
   return town;
+}
+
+}  // namespace
+
+TownMesh standing_mesh(const Town& town, std::uint64_t drive) {
+  TownMesh mesh = town.permanent;
+  if (town.is_hard()) {
+    add_hard_cars(mesh, town.road(), drive);
+    return mesh;
+  }
+  add_clutter(mesh, town, drive);
+  add_parked_cars(mesh, town, drive);
+  return mesh;
+}
+
+Result<Town> make_town(const TownOptions& options) {
+  return options.world.is_hard ? make_hard_town(options) : make_street_town(options);
 }
 
 }  // namespace sightline::town
