@@ -77,7 +77,7 @@ Verb diff_verb() {
                  .minimum = 0.0},
                 {.names = "--join-m",
                  .value = "METRES",
-                 .help = "No farther apart along the route, changes count as one stretch",
+                 .help = "Largest distance along the route between changes of one stretch",
                  .target = &flags->options.join_m,
                  .minimum = 0.0},
                 {.names = "--longest-m",

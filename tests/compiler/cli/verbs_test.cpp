@@ -99,9 +99,9 @@ TEST(Verbs, ExplainTheEdgeOfACellByTheGrid) {
 }
 
 TEST(Verbs, MeanTheSameByTheSameFlag) {
-  // Where a file is named, the help says which; it may differ.
-  const std::set<std::string> with_own_help = {"--output", "--map",  "--json",
-                                               "--format", "--site", "--fleet"};
+  // The help of these names the file, the tables or the facts of the verb.
+  const std::set<std::string> with_own_help = {"--output", "--map",   "--json",   "--format",
+                                               "--site",   "--fleet", "--tables", "--all"};
   // Who makes a map names a LiDAR, a vehicle that admits one names the digest of its own.
   const std::string of_two_meanings = "--sensor";
   std::map<std::string, Flag> known;
