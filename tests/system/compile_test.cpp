@@ -331,7 +331,7 @@ TEST(Evaluate, PrintsTwelveLinesAndItsVerdictIsThatOfInspectGateAndReport) {
   EXPECT_NE(report.out.find("\n" + first), std::string::npos) << report.out;
 }
 
-TEST(Compile, PrintsTheTablesThatAreAskedForAndJson) {
+TEST(Compile, PrintsTablesAndJsonByTheirFlags) {
   const std::string map = (fresh_folder() / "town.slmap").string();
   const std::string compile = "compile " + config() + " -q -o " + map;
   compiled_map();
