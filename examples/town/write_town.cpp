@@ -240,7 +240,7 @@ Result<void> make_room(const WriteTownOptions& options) {
   const bool is_town = fs::exists(options.out / "mapping", code);
   if (!options.replaces || !is_town) {
     return Error{ErrorCode::kOutputExists,
-                 is_town ? "a town is there already; --force replaces it"
+                 is_town ? "the folder already contains a town; --force replaces it"
                          : "expected a new or empty folder, or an earlier town",
                  options.out.string(),
                  {}};
