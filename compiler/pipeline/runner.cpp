@@ -256,6 +256,10 @@ class Runner {
       said.push_back(message);
       note(step, report, message);
     };
+    ctx.information_sink = [&](const std::string& message) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (observer_.information) observer_.information(step.name, message);
+    };
     SIGHTLINE_ASSIGN(std::shared_ptr<const void> output, step.run(ctx, inputs));
     SIGHTLINE_TRY(step.output_type->check(output.get()));
     SIGHTLINE_TRY(cache_.store_warnings(step.name, key.key, said));

@@ -29,6 +29,7 @@ struct RunObserver {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> started;
   std::function<void(std::size_t done, std::size_t total)> progress;
   std::function<void(const std::string& pass, const std::string& message)> warning;
+  std::function<void(const std::string& pass, const std::string& message)> information;
   std::function<void(const StepReport&)> finished;
   std::function<void(const std::string& pass, const Table&)> printed;  // --print-after
 };

@@ -187,8 +187,8 @@ Result<StoredTable<FactorTable>> factors_of_sites(PassContext& ctx,
     sum.unmatched_count += rows.unmatched_count;
   }
   if (sum.unmatched_count > 0) {
-    ctx.warn(concat(sum.unmatched_count, " of ", sum.point_count,
-                    " virtual points are outside valid NDT cells and are ignored"));
+    ctx.inform(concat(sum.unmatched_count, " of ", sum.point_count,
+                      " virtual points are outside valid NDT cells and are ignored"));
   }
   return writer.take();
 }

@@ -131,12 +131,12 @@ void warn_of(const PassContext& ctx, const Recording& recording,
   }
   const std::string drive = concat("drive ", recording.name, ": ");
   if (sum.nonfinite_count + sum.zero_count > 0) {
-    ctx.warn(fmt::format("{}dropped {} NaN or infinite points and {} at (0,0,0), kept {}", drive,
-                         sum.nonfinite_count, sum.zero_count, sum.point_count));
+    ctx.inform(fmt::format("{}dropped {} NaN or infinite points and {} at (0,0,0), kept {}", drive,
+                           sum.nonfinite_count, sum.zero_count, sum.point_count));
   }
   if (sum.withheld_count > 0) {
-    ctx.warn(fmt::format("{}dropped {} points that their files mark as withheld, kept {}", drive,
-                         sum.withheld_count, sum.point_count));
+    ctx.inform(fmt::format("{}dropped {} points that their files mark as withheld, kept {}", drive,
+                           sum.withheld_count, sum.point_count));
   }
   const auto warn_of_some = [&](bool ScanCounts::*is_so, const char* what) {
     const auto scans = std::ranges::count_if(counts, is_so);

@@ -64,7 +64,7 @@ std::vector<Nd> valid_nds(const ForeignNds& map, const CellKey& origin, int min_
 void warn(const PassContext& ctx, const ForeignNds& map, const NdtMap& ndt, int min_points) {
   for (const std::string& warning : map.warnings) ctx.warn(concat("map ", map.name, ": ", warning));
   const std::uint64_t all = ndt.nds.size() + ndt.sparse_cell_count + ndt.degenerate_cell_count;
-  ctx.warn(
+  ctx.inform(
       fmt::format("map {} contains NDs and no points: {} of its {} cells of {} m are used; {} have "
                   "fewer than {} points, {} no extent",
                   map.name, ndt.nds.size(), all, format_double(map.cell_m), ndt.sparse_cell_count,

@@ -244,7 +244,7 @@ Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& opti
   const std::ptrdiff_t left_out =
       std::ranges::count_if(others, [&](std::size_t i) { return !chosen.poses[i].is_laid; });
   if (left_out > 0) {
-    ctx.warn(
+    ctx.inform(
         concat(left_out, " of ", others.size(),
                " scans of new drives show no change of the earlier map and are not added to it"));
   }

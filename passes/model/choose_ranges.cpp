@@ -90,7 +90,7 @@ void warn_of_static(const PassContext& ctx, const RangeTable& table) {
     for (std::size_t site = 0; site < table.site_count; ++site) {
       is_static &= (table.flags_of(site, limit) & kStatic) != 0;
     }
-    if (is_static) ctx.warn(table.promises[limit].statement);
+    if (is_static) ctx.inform(table.promises[limit].statement);
   }
 }
 

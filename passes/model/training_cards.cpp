@@ -84,7 +84,7 @@ void warn_of_constant_factors(const PassContext& ctx, const std::vector<FeatureC
     const bool may_be_constant = card.name == "range_m" || card.name == kSimulatedColumn;
     if (*least == *greatest && !may_be_constant) names += (names.empty() ? "" : ", ") + card.name;
   }
-  if (!names.empty()) ctx.warn("factors that are constant are not used: " + names);
+  if (!names.empty()) ctx.inform("factors that are constant are not used: " + names);
 }
 
 std::vector<RangeCard> range_cards(const TrainingSet& training_set,

@@ -34,8 +34,10 @@ struct PassContext {
   std::uint64_t seed = 1;
   // Units done so far, of how many.
   std::function<void(std::size_t done, std::size_t total)> progress_sink;
-  // One sentence: what was skipped or doubtful, with counts.
+  // One sentence that asks for something: what is wrong or doubtful, and what to do.
   std::function<void(const std::string& message)> warning_sink;
+  // One sentence that asks for nothing: counts, and what was used.
+  std::function<void(const std::string& message)> information_sink;
   // Finished parts of a long pass, so that an interrupted run goes on where it stopped, several
   // processes may share the work, and what a change does not reach is found again. What was saved
   // comes back to the same pass with the same options and the same content, if it was kept.
@@ -51,6 +53,9 @@ struct PassContext {
   }
   void warn(const std::string& message) const {
     if (warning_sink) warning_sink(message);
+  }
+  void inform(const std::string& message) const {
+    if (information_sink) information_sink(message);
   }
 };
 

@@ -9,8 +9,8 @@
 
 namespace sightline {
 
-// The context of a run of a pass; it keeps the warnings. Write `some_pass(TestContext(), ...)`
-// where they do not matter.
+// The context of a run of a pass; it keeps warnings and information alike. Write
+// `some_pass(TestContext(), ...)` where they do not matter.
 class TestContext {
  public:
   explicit TestContext(int threads = 1) {
@@ -19,6 +19,7 @@ class TestContext {
       const std::lock_guard<std::mutex> lock(mutex_);
       warnings.push_back(message);
     };
+    ctx_.information_sink = ctx_.warning_sink;
   }
   TestContext(const TestContext&) = delete;
   TestContext& operator=(const TestContext&) = delete;

@@ -198,9 +198,10 @@ class JsonLines {
     }
     write("progress", rest);
   }
-  void warn(const std::string& pass, const std::string& message) {
+  // `event`: "warning" or "information".
+  void say(const char* event, const std::string& pass, const std::string& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    put({{"event", "warning"}, {"pass", pass}, {"message", message}});
+    put({{"event", event}, {"pass", pass}, {"message", message}});
   }
   void finish(const StepReport& report) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -261,6 +262,11 @@ RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s
   observer.warning = [line](const std::string& pass, const std::string& message) {
     line->wipe();
     logger()->warn("{}: {}", pass, printable(message));
+  };
+  observer.information = [line, is_quiet](const std::string& pass, const std::string& message) {
+    if (is_quiet) return;
+    line->wipe();
+    logger()->info("{}: {}", pass, printable(message));
   };
   observer.finished = [line, is_quiet, is_verbose](const StepReport& report) {
     line->finish(report);
@@ -380,7 +386,10 @@ RunObserver json_observer(int descriptor, std::vector<double> expected_s) {
   };
   observer.progress = [lines](std::size_t done, std::size_t total) { lines->update(done, total); };
   observer.warning = [lines](const std::string& pass, const std::string& message) {
-    lines->warn(pass, message);
+    lines->say("warning", pass, message);
+  };
+  observer.information = [lines](const std::string& pass, const std::string& message) {
+    lines->say("information", pass, message);
   };
   observer.finished = [lines](const StepReport& report) { lines->finish(report); };
   return observer;
@@ -399,6 +408,7 @@ RunObserver both(RunObserver first, RunObserver second) {
   observer.started = both(std::move(first.started), std::move(second.started));
   observer.progress = both(std::move(first.progress), std::move(second.progress));
   observer.warning = both(std::move(first.warning), std::move(second.warning));
+  observer.information = both(std::move(first.information), std::move(second.information));
   observer.finished = both(std::move(first.finished), std::move(second.finished));
   observer.printed = both(std::move(first.printed), std::move(second.printed));
   return observer;

@@ -101,8 +101,8 @@ NdtMap map_of_cells(std::span<const NdtCells> parts, const NdtGrid& grid, int th
 
 void warn_of_invalid_cells(const PassContext& ctx, const CellTally& tally, int min_points) {
   if (tally.sparse + tally.degenerate == 0) return;
-  ctx.warn(concat(tally.sparse, " cells have fewer than ", min_points, " points and ",
-                  tally.degenerate, " no extent; ", tally.valid, " cells are valid"));
+  ctx.inform(concat(tally.sparse, " cells have fewer than ", min_points, " points and ",
+                    tally.degenerate, " no extent; ", tally.valid, " cells are valid"));
 }
 
 Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m) {

@@ -310,8 +310,8 @@ Result<ByFamily<PredictedError>> predict_told(const PassContext& ctx,
                     " are not used"));
     return predict_both(ctx, options, model, asked, {});
   }
-  ctx.warn(concat("the errors of ", who, " are model inputs: figures evaluated on ",
-                  (are_several ? "those drives" : "that drive"), " are optimistic"));
+  ctx.inform(concat("the errors of ", who, " are model inputs: figures evaluated on ",
+                    (are_several ? "those drives" : "that drive"), " are optimistic"));
   return predict_both(ctx, options, model, asked, history);
 }
 

@@ -229,9 +229,9 @@ Result<Drive> with_imu_if_sharper(PassContext& ctx, const Drive& drive,
   SIGHTLINE_ASSIGN(const double even_nat, entropy_nat(ctx, even, trajectory, stretch));
   SIGHTLINE_ASSIGN(const double turned_nat, entropy_nat(ctx, turned, trajectory, stretch));
   const bool is_sharper = turned_nat < even_nat - kSharper_nat;
-  ctx.warn(concat(name, "turn rates are ", (is_sharper ? "used" : "not used"),
-                  ": where they change most, the mean map entropy is ", thousandths(turned_nat),
-                  " nat with them and ", thousandths(even_nat), " nat without"));
+  ctx.inform(concat(name, "turn rates are ", (is_sharper ? "used" : "not used"),
+                    ": where they change most, the mean map entropy is ", thousandths(turned_nat),
+                    " nat with them and ", thousandths(even_nat), " nat without"));
   return is_sharper ? turned : even;
 }
 

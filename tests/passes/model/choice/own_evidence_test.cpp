@@ -25,6 +25,7 @@ struct ShortDrive {
     for (int i = 0; i < 20; ++i) own_error_m.push_back({i < 10 ? 0.05 : 0.3, 0.06, 0.04});
     drive.factors = factors_with_own_error(ranges_of(drive.factors.looks), own_error_m);
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
+    ctx.information_sink = ctx.warning_sink;
   }
   Result<ErrorModel> trained() {
     return of_ranges(train_model_here(ctx, {}, drive.sites, drive.factors, drive.measured,

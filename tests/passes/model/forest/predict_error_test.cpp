@@ -209,6 +209,7 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  ctx.information_sink = ctx.warning_sink;
   const ByFamily<MeasuredError> measured(drive.measured);
   const PredictedError predicted =
       value_of(of_ranges(predict_error(ctx, {}, model, drive.sites, drive.factors, {}, &measured)));
@@ -228,6 +229,7 @@ TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
   place.drives[0].matching.localizer.name = "pcl-ndt";
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  ctx.information_sink = ctx.warning_sink;
   const ByFamily<MeasuredError> first(place.drives[0]);
   const PredictedError predicted =
       value_of(of_ranges(predict_error(ctx, {}, model, place.sites, place.factors, {}, &first)));
@@ -249,6 +251,7 @@ std::vector<std::string> warnings_of_a_moved_site(const Eigen::Vector3d& origin_
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  ctx.information_sink = ctx.warning_sink;
   const Result<PredictedError> predicted =
       of_ranges(predict_error(ctx, {}, model, drive.sites, drive.factors, recordings));
   EXPECT_TRUE(predicted.has_value());
