@@ -43,7 +43,7 @@ void expect_progress(const std::vector<Json>& lines) {
   std::size_t done = 0;
   for (const Json& line : lines) {
     const std::string event = line.at("event");
-    if (event == "warning") continue;
+    if (event == "warning" || event == "information") continue;
     EXPECT_EQ(line.at("step"), finished + 1);
     if (event == "started") done = 0;
     if (event == "finished") {
