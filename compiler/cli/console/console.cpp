@@ -100,9 +100,10 @@ class ProgressLine {
     drawn_ = Clock::now();
     std::string line = concat(head_, "  ", done, "/", total);
     if (done > 0) {
-      const double left_s = seconds_left(seconds_since(begin_), done, total);
+      const double elapsed_s = seconds_since(begin_);
+      const double left_s = seconds_left(elapsed_s, done, total);
       line += concat("  ", clock_text(left_s), " left");
-      const std::optional<double> run_s = remaining_.of_run_s(left_s);
+      const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s);
       if (run_s && *run_s > left_s) line += concat(", ", clock_text(*run_s), " of the whole run");
     }
     draw(line);
@@ -192,7 +193,7 @@ class JsonLines {
     if (done > 0) {
       const double left_s = seconds_left(elapsed_s, done, total);
       rest["remaining_s"] = rounded(left_s);
-      if (const std::optional<double> run_s = remaining_.of_run_s(left_s)) {
+      if (const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s)) {
         rest["run_remaining_s"] = rounded(*run_s);
       }
     }
@@ -357,13 +358,17 @@ void RemainingTime::finish(const StepReport& report) {
   foreseen_s_ += expected_s_[step_];
 }
 
-std::optional<double> RemainingTime::of_run_s(double step_left_s) const {
+std::optional<double> RemainingTime::of_run_s(double step_left_s, double elapsed_s) const {
   if (step_ >= expected_s_.size()) return std::nullopt;
   double later_s = 0.0;
   for (std::size_t i = step_ + 1; i < expected_s_.size(); ++i) later_s += expected_s_[i];
-  constexpr double kEnough_s = 2.0;  // measured on this machine
-  const bool is_known = foreseen_s_ > kEnough_s;
-  return step_left_s + later_s * (is_known ? std::clamp(taken_s_ / foreseen_s_, 0.1, 10.0) : 1.0);
+  // Measured and expected speed of this machine have the same weight after so much expected time.
+  constexpr double kWeight_s = 1.0;
+  const double step_s = elapsed_s + step_left_s;
+  const double foreseen_s =
+      foreseen_s_ + (step_s > 0.0 ? expected_s_[step_] * elapsed_s / step_s : 0.0);
+  const double slower = (taken_s_ + elapsed_s + kWeight_s) / (foreseen_s + kWeight_s);
+  return step_left_s + later_s * std::clamp(slower, 0.1, 10.0);
 }
 
 double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {

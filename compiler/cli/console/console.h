@@ -25,8 +25,9 @@ class RemainingTime {
   void start(std::size_t step) { step_ = step; }
   void finish(const StepReport& report);
 
-  // Of the whole run, whose present step takes step_left_s more; nothing where that is not known.
-  [[nodiscard]] std::optional<double> of_run_s(double step_left_s) const;
+  // Of the whole run, whose present step has taken elapsed_s and takes step_left_s more; nothing
+  // where that is not known.
+  [[nodiscard]] std::optional<double> of_run_s(double step_left_s, double elapsed_s = 0.0) const;
 
  private:
   std::vector<double> expected_s_;

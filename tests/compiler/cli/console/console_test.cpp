@@ -56,7 +56,15 @@ TEST(RemainingTime, IsCorrectedByWhatStepsTookThatRan) {
   time.start(1);
   time.finish(taken(0.1, true));  // says nothing of this machine
   time.start(2);
-  EXPECT_EQ(time.of_run_s(60.0), 60.0 + 2.0 * 8.0);
+  // Twice the expected 10 s, beside 1 s of trust in what was expected.
+  EXPECT_NEAR(time.of_run_s(60.0).value(), 60.0 + 21.0 / 11.0 * 8.0, 1e-9);
+}
+
+TEST(RemainingTime, IsCorrectedByThePresentStepAlready) {
+  RemainingTime time({100.0, 100.0});
+  time.start(0);
+  // A quarter is done in 75 s: three times as slow as expected.
+  EXPECT_NEAR(time.of_run_s(225.0, 75.0).value(), 225.0 + 100.0 * 76.0 / 26.0, 1e-9);
 }
 
 TEST(RemainingTime, OfARunOfWhichNothingIsExpectedIsNotTold) {
