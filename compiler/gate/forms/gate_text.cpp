@@ -73,6 +73,14 @@ std::string place_of(const Check& check) {
   return concat(place.is_of_old ? "old " : "", "sites ", place.first_site, " to ", place.last_site);
 }
 
+// ", allowed at most 5.0 m"
+std::string allowed_words(const Check& check) {
+  const auto rule = std::ranges::find(gate_rules(), check.rule, &GateRule::id);
+  const bool is_most = rule == gate_rules().end() || rule->bound == Bound::kAtMost;
+  return concat(", allowed ", is_most ? "at most " : "at least ",
+                in_words(*check.allowed, check.unit));
+}
+
 // A line for each violation, errors first: "  error worst-stretch within 0.1 m, sites 3 to 9: ...".
 std::vector<std::string> violation_lines(const GateReport& report) {
   std::vector<std::string> lines;
@@ -83,7 +91,7 @@ std::vector<std::string> violation_lines(const GateReport& report) {
       if (check.limit_m) line += within(*check.limit_m);
       if (check.place) line += ", " + place_of(check);
       line += ": " + in_words(check.found, check.unit);
-      if (check.allowed) line += ", allowed " + in_words(*check.allowed, check.unit);
+      if (check.allowed) line += allowed_words(check);
       lines.push_back(line + "\n");
     }
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "compiler/views/verdict/verdict_text.h"
 #include "formats/text/numbers.h"
@@ -18,8 +19,13 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kNameWidth = 11;
 constexpr std::size_t kShownLimits = 4;  // of a table: more are wider than a screen
 
+// The name, and beside it the value in as many lines as it needs.
 std::string field(const std::string& name, const std::string& value) {
-  return wrapped(fmt::format("{}: {}", name, value), 120, kNameWidth);
+  std::string text = wrapped(value, 120 - kNameWidth, 0);
+  for (std::size_t at = text.find('\n'); at + 1 < text.size(); at = text.find('\n', at + 1)) {
+    text.insert(at + 1, kNameWidth, ' ');
+  }
+  return fmt::format("{:<{}}{}", name, kNameWidth, text);
 }
 
 std::string centimetres(double limit_m) {
@@ -66,8 +72,9 @@ std::string facts_text(const InspectedMap& inspected) {
   std::string text = field(
       "Map", fmt::format("{}, {} bytes, format {}, version {}, release {}", inspected.file.string(),
                          summary.file_size, summary.format, map.version, map.release));
-  text += field("Route", fmt::format("{}, a place every {:g} m, in {} runs", extent_text(map.sites),
-                                     map.sites.spacing_m, run_count(map.sites)));
+  const std::size_t runs = run_count(map.sites);
+  text += field("Route", fmt::format("{}, a place every {:g} m, in {} {}", extent_text(map.sites),
+                                     map.sites.spacing_m, runs, runs == 1 ? "run" : "runs"));
   text += field("Content", fmt::format("{} NDs of {:g} m in {} tiles; factors {}, model {}",
                                        rows_of(summary, "ndt"), map.ndt.cell_m, summary.tile_count,
                                        map.factors.factors.empty() ? "stripped" : "included",
@@ -148,6 +155,20 @@ bool is_judged(const EvaluationFigures& evaluation, AnswerKind kind) {
   return std::ranges::any_of(evaluation.limits, [&](const LimitFigures& limit) {
     return std::ranges::find(limit.answers, kind, &AnswerScore::kind) != limit.answers.end();
   });
+}
+
+// ": 30 m", or " within 10 cm: 30 m; within 25 cm: 15 m" where they differ.
+std::string constants_text(const MapJudgement& judgement, std::size_t limits) {
+  std::string text;
+  std::set<std::string> looks;
+  for (std::size_t i = 0; i < limits; ++i) {
+    const LimitVerdict& limit = judgement.limits[i];
+    if (!limit.constant) continue;
+    looks.insert(limit.constant->look);
+    text += concat(text.empty() ? "" : ";", " within ", centimetres(limit.limit_m), ": ",
+                   limit.constant->look);
+  }
+  return looks.size() == 1 ? ": " + *looks.begin() : text;
 }
 
 Json quality_json(const CompiledMap& map, const RangeTable& table, const LimitQuality& quality,
@@ -257,25 +278,23 @@ std::string answers_table(const EvaluationFigures& evaluation, const MapJudgemen
   const std::size_t limits = std::min(evaluation.limits.size(), kShownLimits);
   TextGrid grid = {{evaluation.scan_count > 0 ? "share of scans" : "share of sites"}};
   std::vector<std::string> constant = {"best fixed choice"};
-  std::string looks;
   for (std::size_t i = 0; i < limits; ++i) {
     const std::string limit = "within " + centimetres(evaluation.limits[i].limit_m);
     grid[0].insert(grid[0].end(), {limit, "lost", "time"});
     const std::optional<ConstantScore>& best = judgement.limits[i].constant;
-    if (!best) {
+    if (best) {
+      constant.insert(constant.end(), {percent(best->coverage), lost_cell(best->lost_count),
+                                       fixed(best->time_ratio, 3)});
+    } else {
       constant.insert(constant.end(), {"-", "-", "-"});
-      continue;
     }
-    constant.insert(constant.end(), {percent(best->coverage), lost_cell(best->lost_count),
-                                     fixed(best->time_ratio, 3)});
-    looks += concat(looks.empty() ? "" : "; ", limit, ": ", best->look);
   }
   for (const AnswerKind kind : {AnswerKind::kPlan, AnswerKind::kLook, AnswerKind::kRange}) {
     if (is_judged(evaluation, kind)) grid.push_back(answer_row(evaluation, kind, limits));
   }
   grid.push_back(constant);
-  const std::string legend = "Time 1 is the longest range everywhere. Best fixed choice ";
-  return aligned(grid) + wrapped(legend + looks);
+  return aligned(grid) + wrapped("Time 1 is the longest range everywhere. Best fixed choice" +
+                                 constants_text(judgement, limits) + ".");
 }
 
 }  // namespace sightline

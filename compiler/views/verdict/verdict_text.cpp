@@ -67,6 +67,29 @@ Json limit_json(const LimitVerdict& limit) {
   return json;
 }
 
+bool is_unit(const std::string& word) {
+  static constexpr std::string_view kUnits[] = {"%", "m", "cm", "km", "s"};
+  return std::ranges::any_of(kUnits, [&](std::string_view unit) {
+    return word.starts_with(unit) &&
+           (word.size() == unit.size() ||
+            std::string_view(",;.:)").find(word[unit.size()]) != std::string_view::npos);
+  });
+}
+
+// The words of a text, a number with its unit as one.
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) {
+    if (words.empty() || !is_unit(word)) {
+      words.push_back(word);
+    } else {
+      words.back() += " " + word;
+    }
+  }
+  return words;
+}
+
 std::size_t line_count(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
@@ -125,10 +148,9 @@ Json to_json(const MapJudgement& judgement) {
 }
 
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
-  std::istringstream words(text);
   std::string all;
   std::string line;
-  for (std::string word; words >> word;) {
+  for (const std::string& word : words_of(text)) {
     if (!line.empty() && line.size() + 1 + word.size() > width) {
       all += line + "\n";
       line = std::string(indent, ' ') + word;
