@@ -68,11 +68,12 @@ Result<void> check_choice(const Flag& flag, const std::string& called, const std
   if (flag.choices.empty() || std::ranges::find(flag.choices, word) != flag.choices.end()) {
     return {};
   }
-  const std::string* const remedy = remedy_of(flag, word);
+  if (const std::string* const remedy = remedy_of(flag, word)) {
+    return Error{ErrorCode::kUnknownName, concat(called, ": '", word, "' ", *remedy)};
+  }
   const std::string near = nearest_name(word, flag.choices);
-  const std::string hint = remedy != nullptr ? *remedy
-                           : near.empty()    ? "it is one of " + joined(flag.choices)
-                                             : concat("did you mean '", near, "'?");
+  const std::string hint =
+      near.empty() ? "it is one of " + joined(flag.choices) : concat("did you mean '", near, "'?");
   return Error{ErrorCode::kUnknownName, concat(called, ": '", word, "' is not known; ", hint)};
 }
 

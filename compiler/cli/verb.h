@@ -31,7 +31,7 @@ struct Flag {
   std::string help = {};   // without a full stop at the end; parsing and help add what follows
   FlagTarget target = {};  // a list: the flag may be repeated
   std::vector<std::string> choices = {};  // the only values allowed; empty: any
-  // Of values that are none of the choices: what to do instead, "convert it with ogr2ogr".
+  // Of values that are none of the choices: "is not written; convert another with ogr2ogr".
   std::vector<std::pair<std::string, std::string>> remedies = {};
   // Of a path that is written: ".slmap". A path without an ending is taken too. `remedies` are of
   // other endings.

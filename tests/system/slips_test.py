@@ -72,8 +72,8 @@ SLIPS = [
     # Paths.
     ("a configuration that is not there", "compile drives.yaml -o m.slmap", INPUT, "drives.yaml"),
     ("an output that is there", "compile drive.yaml -o town.slmap", USAGE, "--force"),
-    ("the configuration as a map", "compile drive.yaml -o drive.yaml --force", USAGE, ".slmap"),
-    ("the configuration as output", "inspect town.slmap --format json -o drive.yaml --force", SYSTEM, "name another file"),
+    ("the configuration as output", "compile drive.yaml -o drive.yaml --force", USAGE, "ends in .slmap"),
+    ("the configuration as an export", "export town.slmap --format geojson -o drive.yaml --force", SYSTEM, "name another file"),
     ("capital letters", "compile Drive.yaml -o m.slmap", INPUT, "did you mean drive.yaml?"),
     ("a folder as output", "compile drive.yaml -o velodyne", SYSTEM, "only a regular file"),
     ("an output below a file", "compile drive.yaml -o town.slmap/m.slmap", SYSTEM, "is a file, and a folder is needed"),

@@ -242,8 +242,8 @@ const Pairs& endings() {
 
 // Formats that other programs make of ours.
 const Pairs& conversions() {
-  const std::string vectors = "it is not written; export gpkg, then convert it with ogr2ogr: `";
-  const std::string points = "it is not written; export pcd, then convert it with PDAL: `";
+  const std::string vectors = "is not written; export gpkg, then convert it with ogr2ogr: `";
+  const std::string points = "is not written; export pcd, then convert it with PDAL: `";
   static const Pairs kConversions = {
       {"kml", vectors + "ogr2ogr -f KML route.kml route.gpkg`"},
       {"kmz", vectors + "ogr2ogr -f LIBKML route.kmz route.gpkg`"},
@@ -265,7 +265,7 @@ Result<std::string> format_of_ending(const ExportFlags& flags) {
   if (ending.empty()) return std::string(flags.is_map() ? "csv" : "autoware");
   if (const std::string* const format = found_in(endings(), ending)) return *format;
   if (const std::string* const remedy = found_in(conversions(), ending.substr(1))) {
-    return Error{ErrorCode::kBadArgument, concat("'", ending, "' as a format: ", *remedy)};
+    return Error{ErrorCode::kBadArgument, concat("'", ending, "' ", *remedy)};
   }
   std::string known;
   for (const auto& [each, format] : endings()) known += concat(" ", each, " (", format, ")");

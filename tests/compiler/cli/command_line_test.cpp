@@ -174,7 +174,7 @@ TEST(ParseWords, RefusesAnotherEndingAndNamesTheRemedyOfAValue) {
                  .value = "F",
                  .target = &format,
                  .choices = {"gpkg"},
-                 .remedies = {{"kml", "convert it"}}}};
+                 .remedies = {{"kml", "is not written; convert it"}}}};
   const auto error = [&](const std::vector<std::string>& words) {
     return outcome_of(parse_words("house paint", verb, words));
   };
@@ -184,7 +184,7 @@ TEST(ParseWords, RefusesAnotherEndingAndNamesTheRemedyOfAValue) {
             "SL1001 bad-argument: --output: found 'a.pdf', expected a path that ends in .html; "
             "print the page");
   EXPECT_EQ(error({"--format", "kml"}),
-            "SL1007 unknown-name: --format: 'kml' is not known; convert it");
+            "SL1007 unknown-name: --format: 'kml' is not written; convert it");
   for (const char* fine : {"a.html", "folder.d/a", "/dev/stdout"}) {
     require(parse_words("house paint", verb, {"--output", fine}));
   }
