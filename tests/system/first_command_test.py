@@ -40,6 +40,13 @@ class Progress(unittest.TestCase):
         self.assertEqual(self.shown("step 1/200 0.4 CXX a.o\n"), "building: 1 of 200 steps, 0 %, 0:00 min so far\n")
         self.assertEqual(self.shown("pmstatus:cmake:34.7:Unpacking\n"), "building: 34 % installed\n")
 
+    def test_steps_of_a_compile(self):
+        event = '{"event":"%s","pass":"ingest","step":1,"steps":24%s}\n'
+        self.assertEqual(self.shown(event % ("started", "")), "building: step 1 of 24, ingest\n")
+        self.assertEqual(self.shown(event % ("progress", ',"done":1,"total":9,"run_remaining_s":63.9')),
+                         "building: step 1 of 24, ingest, about 1:03 min left\n")
+        self.assertEqual(self.shown(event % ("finished", "")), "")
+
     def test_few_lines_elsewhere_than_on_a_terminal(self):
         self.assertEqual(len(self.shown("".join(f"step {i}/200 {i} a\n" for i in range(1, 200))).splitlines()), 1)
 
