@@ -11,6 +11,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_file.h"
 #include "formats/map/map_reader.h"
@@ -101,7 +102,7 @@ std::string json_of(const VerifyFlags& flags, const Checked& checked) {
                      {"is_compiled_again", checked.is_compiled_again},
                      {"proven_sites", checked.proof ? Json(checked.proof->site_count) : Json()},
                      {"blocks", blocks}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 Result<AnnotationProof> prove(const VerifyFlags& flags) {

@@ -297,7 +297,7 @@ Result<void> print_summary(const SummaryFlags& flags, const std::string& output,
   if (!config_file.empty()) files.config = config_file;
   const MapJudgement judgement = judge_map(written.map, nullptr, files);
   if (flags.format == "json") {
-    print_data(to_json({output, written.map, written.summary, judgement}).dump(2) + "\n");
+    print_data(json_text(to_json({output, written.map, written.summary, judgement})));
     return {};
   }
   print_written(output, extent_text(written.map.sites));

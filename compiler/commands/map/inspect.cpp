@@ -44,7 +44,7 @@ Result<void> inspect_model(const InspectFlags& flags) {
                  flags.file};
   }
   SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.file));
-  if (flags.result.is_json()) return put_result(flags.result, model_json(model).dump(2) + "\n");
+  if (flags.result.is_json()) return put_result(flags.result, json_text(model_json(model)));
   return put_result(flags.result, describe(model));
 }
 
@@ -78,7 +78,7 @@ Result<void> inspect_map(const InspectFlags& flags) {
   const EvaluationFigures* const evaluation = figures ? &*figures : nullptr;
   const MapJudgement judgement = judge_map(checked.map, evaluation, {.map = flags.file});
   const InspectedMap inspected = {flags.file, checked.map, checked.summary, judgement, evaluation};
-  if (flags.result.is_json()) return put_result(flags.result, to_json(inspected).dump(2) + "\n");
+  if (flags.result.is_json()) return put_result(flags.result, json_text(to_json(inspected)));
   SIGHTLINE_ASSIGN(const std::string text, text_of(flags, inspected));
   const bool is_for_people = flags.result.output.empty();
   return put_result(flags.result, is_for_people ? with_toned_verdict(judgement, text) : text);

@@ -180,7 +180,7 @@ std::string to_json(const GateReport& report) {
                {"excepted", report.count(Verdict::kExcepted)},
                {"checks", Json::array()}};
   for (const Check& check : report.checks) json["checks"].push_back(check_json(check));
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string to_sarif(const GateReport& report) {
@@ -208,7 +208,7 @@ std::string to_sarif(const GateReport& report) {
   const Json log = {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
                     {"version", "2.1.0"},
                     {"runs", Json::array({run})}};
-  return log.dump(2) + "\n";
+  return json_text(log);
 }
 
 }  // namespace sightline

@@ -147,6 +147,10 @@ Json to_json(const MapJudgement& judgement) {
   return json;
 }
 
+std::string json_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
   std::string all;
   std::string line;

@@ -22,6 +22,10 @@ std::string to_markdown(const MapJudgement& judgement);
 // As "verdict" in schemas/verdict.schema.json.
 nlohmann::ordered_json to_json(const MapJudgement& judgement);
 
+// JSON on several lines, with its end. Bytes that are not UTF-8, as a map's names may contain, are
+// replaced.
+std::string json_text(const nlohmann::ordered_json& json);
+
 // Breaks paragraphs at spaces so that no line is longer, as far as words allow. Further lines of a
 // paragraph begin with `indent` spaces. Widths count bytes.
 std::string wrapped(const std::string& text, std::size_t width = 120, std::size_t indent = 2);

@@ -238,6 +238,13 @@ TEST(Verdict, ComparesWithTheCheapestConstantAnswerThatIsAsGood) {
   EXPECT_EQ(beside(0.999, 0), "50 m") << "none is as good: the one that keeps most";
 }
 
+TEST(Verdict, JsonOfAnyNameIsText) {
+  CompiledMap map = good_map();
+  map.measurement.localization_drive = "drive \xff";
+  const MapJudgement judgement = judge_map(map, nullptr, {});
+  EXPECT_THAT(json_text(to_json(judgement)), HasSubstr("drive \xef\xbf\xbd"));
+}
+
 TEST(Verdict, PromisesOfManyClausesAreShortened) {
   CompiledMap map = good_map();
   for (LimitPromise& promise : map.ranges.promises) {
