@@ -45,8 +45,7 @@ std::string faults_of(const Json& document) {
 
 TEST(MapDiffText, TellsTheStretchItsRangesAndWhatIsNewlyUnmet) {
   const std::string text = to_text(diff_of(street(false), street(true)));
-  EXPECT_THAT(text, HasSubstr("No street changed; 20 of 60 sites tell a vehicle "
-                              "something else."));
+  EXPECT_THAT(text, HasSubstr("No street changed; 20 of 60 sites have other answers."));
   EXPECT_THAT(text, HasSubstr("run 0, 20 - 39 m"));
   EXPECT_THAT(text, HasSubstr("10.0 -> 50.0 m, 5 newly unmet"));
   EXPECT_THAT(
