@@ -41,7 +41,7 @@ TEST(AnnotateAnew, KeepsNdsFrameAndWorldAndTakesTheSensorThatIsNamed) {
   const ProgramResult run = annotate(utm_map(), "--route " + in_town("drive_1/poses.tum") +
                                                     " --sensor generic-32 -o " + output.string());
   ASSERT_EQ(run.status, 0) << run.err;
-  EXPECT_THAT(run.err, HasSubstr("holds no surface"));
+  EXPECT_THAT(run.err, HasSubstr("contains no surface"));
   const CompiledMap before = read(utm_map());
   const CompiledMap after = read(output);
   EXPECT_TRUE(to_bytes(before.ndt) == to_bytes(after.ndt));
@@ -80,7 +80,7 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
       annotate(utm_map(), "--route everywhere --no-cache -o " + (folder / "field.slmap").string());
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("everywhere: "));
-  EXPECT_THAT(run.err, HasSubstr("that a vehicle reaches"));
+  EXPECT_THAT(run.err, HasSubstr("of connected ground"));
   const CompiledMap field = read(folder / "field.slmap");
   EXPECT_TRUE(to_bytes(before.ndt) == to_bytes(field.ndt));
   EXPECT_EQ(field.sites.spacing_m, 2.0);
@@ -96,7 +96,7 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
 TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   const ProgramResult dry =
       run_successfully("annotate " + utm_map() + " --route everywhere --dry-run");
-  EXPECT_THAT(dry.out, HasSubstr("of one core for each place"));
+  EXPECT_THAT(dry.out, HasSubstr("of one core per place"));
   const ProgramResult counted =
       annotate(utm_map(), "--route everywhere --no-cache --stop-after choose-field-sites");
   EXPECT_EQ(counted.status, 0) << counted.err;

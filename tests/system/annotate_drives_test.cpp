@@ -189,7 +189,7 @@ TEST(AnnotateDrives, AreNamedWhereTheMapThatIsMadeAnewCannotTellThem) {
   const ProgramResult other =
       run_successfully("compile " + (town / "anew.yaml").string() + " -q --force --model " +
                        (town / "own.slmodel").string() + " --set map.sensor=hdl-32e -o " + output);
-  EXPECT_THAT(other.err, testing::HasSubstr("is left out: its sensor was generic-16"));
+  EXPECT_THAT(other.err, testing::HasSubstr("are not used: its sensor was generic-16"));
 }
 
 }  // namespace

@@ -28,6 +28,12 @@ class FirstCommand(unittest.TestCase):
         for step in range(1, 6):
             self.assertIn(f"[{step}/5] ", run.stderr)
 
+    def test_it_explains_its_arguments(self):
+        for words, status in [(["--help"], 0), (["--fast"], 64), (["town9"], 64), (["1", "100", "2"], 64)]:
+            run = subprocess.run([SOURCE / "examples/town/run", *words], capture_output=True, text=True, timeout=10)
+            self.assertEqual(run.returncode, status, run.stderr)
+            self.assertIn("usage: examples/town/run [SEED=1] [LENGTH_M=600]", run.stderr)
+
 
 class Progress(unittest.TestCase):
     def shown(self, lines):

@@ -51,7 +51,7 @@ TEST(Libraries, OctomapReadsTheSpaceOfTheTown) {
   const ProgramResult run =
       run_successfully("export " + config_file() + " -q -o '" + (folder / "town.bt").string() +
                        "' --format octomap --leaf 0.4");
-  EXPECT_THAT(run.err, HasSubstr("the octree lies in map coordinates"));
+  EXPECT_THAT(run.err, HasSubstr("the octree is in map coordinates"));
   export_to(folder / "points.ply", config_file(), "--format ply --leaf 0.4");
   octomap::OcTree tree(1.0);
   ASSERT_TRUE(tree.readBinary((folder / "town.bt").string()));
@@ -88,7 +88,9 @@ TEST(Libraries, OctomapNeedsTheScansAndTheProgramSaysSo) {
       run_sightline("export " + map_file() + " --format octomap -o '" + file.string() + "'");
   EXPECT_EQ(run.status, 64);
   EXPECT_THAT(run.err, HasSubstr("SL1001 bad-argument"));
-  EXPECT_THAT(run.err, HasSubstr("--format octomap needs the drive's scans, which no map carries"));
+  EXPECT_THAT(
+      run.err,
+      HasSubstr("--format octomap needs the scans of the drive, which maps do not contain"));
   EXPECT_FALSE(fs::exists(file));
 }
 
