@@ -217,15 +217,19 @@ Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve)
 }
 
 Result<Drive> undistorted_by_given(PassContext& ctx, const Drive& drive) {
-  if (drive.turn_rates.empty() || !has_point_times(drive) || !drive.has_poses()) return drive;
+  if (!has_point_times(drive) || !drive.has_poses()) return drive;
   SIGHTLINE_ASSIGN(const Trajectory given, trajectory_as_given(drive));
   PassContext without_warnings = quiet(ctx);  // undistort-scans gives them
   return change_parts(
       drive, given,
       [&](const Drive& part, const Trajectory& poses) -> Result<std::optional<Drive>> {
+        if (!has_point_times(part)) return std::optional<Drive>();
         SIGHTLINE_ASSIGN(const Drive turned, with_imu_if_sharper(without_warnings, part, poses));
-        if (turned.turn_rates.empty()) return std::optional<Drive>();
-        return std::optional(undistorted(turned, poses));
+        const Drive straight = undistorted(turned, poses);
+        if (!turned.turn_rates.empty()) return std::optional(straight);
+        SIGHTLINE_ASSIGN(const bool is_sharper,
+                         is_sharper_undistorted(without_warnings, part, straight, poses));
+        return is_sharper ? std::optional(straight) : std::nullopt;
       });
 }
 

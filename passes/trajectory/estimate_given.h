@@ -28,8 +28,8 @@ Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve);
 Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve);
 
 // The drive by whose scans given poses are checked: as it is or, where that is sharper, undistorted
-// by its turn rates and the given poses. Without that, right poses would seem to contradict scans
-// that are distorted unevenly. Errors: those of reading a scan.
+// by the times of its points, its turn rates and the given poses. Without that, right poses would
+// seem to contradict scans that are distorted. Errors: those of reading a scan.
 Result<Drive> undistorted_by_given(PassContext& ctx, const Drive& drive);
 
 }  // namespace sightline

@@ -6,6 +6,7 @@
 #include "passes/trajectory/estimate_given.h"
 #include "passes/trajectory/estimate_undistorted.h"
 #include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/following/unconstrained.h"
 #include "passes/trajectory/graph/check_poses.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
@@ -23,6 +24,7 @@
 //     three-dimensional normal-distributions transform", thesis, Orebro 2009
 //   Vizzo et al., "KISS-ICP", RA-L 2023: constant velocity and a local map suffice for odometry
 //   Hess et al., "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016: branch and bound
+//   Tuna et al., "X-ICP: Localizability-aware LiDAR registration", T-RO 2023
 //   Kim, Kim, "Scan Context", IROS 2018: ring keys of places
 //   Lu, Milios, "Globally consistent range scan alignment for environment mapping", 1997: pose
 //     graphs
@@ -42,6 +44,15 @@ PlaneUse plane_use(const Odometry& odometry, const Connections& connections, boo
   const bool is_connected = are_connected(odometry, connections.pieces.edges, connections.edges());
   const bool has_far = std::ranges::count(odometry.is_far, true) > 0;
   return refines || !is_connected || has_far ? PlaneUse::kPoses : PlaneUse::kCovariance;
+}
+
+// Adds what steps at constant speed leave unknown.
+void add_forecasts(const Drive& drive, const Odometry& odometry, Adjustment& adjusted) {
+  const std::vector<Matrix6d> more =
+      forecast_covariance(odometry, adjusted.T_map_lidar, drive.sensor.T_vehicle_lidar.inverse());
+  for (std::size_t k = 0; k < more.size(); ++k) {
+    if (!more[k].isZero(0.0)) adjusted.covariance[k] += more[k];
+  }
 }
 
 // Steps 2 to 6 of an odometry, with `given` poses as priors.
@@ -71,9 +82,11 @@ Result<Estimate> solved(const EstimateTask& task, const GivenPoses& given, Odome
   // 5. Planes (Zhou et al.): the distances of points from small planes that several scans measured
   // move the key scans or give their covariance.
   SIGHTLINE_ASSIGN(
-      const Adjustment adjusted,
+      Adjustment adjusted,
       adjust_to_planes(ctx, drive, key_graph_of(options, given, odometry, graph),
                        solution.T_map_pose, plane_use(odometry, connections, refines)));
+
+  add_forecasts(drive, odometry, adjusted);
 
   // 6. The vehicle's poses, and the loops that they contradict.
   Estimate estimate{solved_trajectory(drive.frame, graph, solution), {}};
@@ -81,6 +94,7 @@ Result<Estimate> solved(const EstimateTask& task, const GivenPoses& given, Odome
   estimate.trajectory.poses = vehicle_poses(drive, adjusted, odometry, connections.pieces.piece);
   estimate.contradictions = find_contradictions(odometry, connections.loops, adjusted.T_map_lidar);
   warn_of_unmatched(ctx, odometry);
+  warn_of_unconstrained(ctx, drive, odometry);
   return estimate;
 }
 
@@ -97,7 +111,8 @@ Result<Estimate> estimated(const EstimateTask& task) {
 
   // 1. Odometry: each scan is matched by NDT (Biber, Strasser; Magnusson) to a map of the last 50 m
   // of way, from where constant velocity leads (Vizzo et al.); where too few of its upright points
-  // meet that map, it is searched for farther around.
+  // meet that map, it is searched for farther around. Motions that the surfaces a scan meets do not
+  // constrain (Tuna et al.) are those of the given poses or of constant velocity.
   SIGHTLINE_ASSIGN(Odometry odometry, run_odometry(ctx, options.local_map_m, drive, none));
   return solved(task, none, std::move(odometry));
 }

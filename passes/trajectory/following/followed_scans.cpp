@@ -10,6 +10,7 @@ void Odometry::append(const Pose& T_map_scan, double step_m, bool matched,
   is_far.push_back(false);
   piece.push_back(static_cast<std::uint32_t>(piece_starts.size()));
   overlap.push_back(scan_overlap);
+  constraint.emplace_back();
 }
 
 void Odometry::append_known(const Pose& T_map_scan, bool begins_piece,

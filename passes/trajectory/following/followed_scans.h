@@ -18,6 +18,17 @@ struct PieceStart {
   double overlap_elsewhere = 0.0;  // in another place than that one
 };
 
+// What leads where scans do not constrain a motion.
+enum class Forecast : std::uint8_t { kNone, kGiven, kSteady };
+
+// What the scans constrain of a step (ScanConstraint).
+struct StepConstraint {
+  double sigma_m = 0.0;  // of the least constrained motion; 0: not known
+  // By axis, forward, left and turn: how much of it is not constrained, 0 to 1.
+  Eigen::Vector3d weak = Eigen::Vector3d::Zero();
+  Forecast forecast = Forecast::kNone;  // what was used instead; none: the match all the same
+};
+
 struct Odometry {
   std::vector<Pose> T_map_lidar;  // one a scan
   std::vector<bool> is_matched;   // false: carried on from given poses or begins a piece
@@ -29,6 +40,7 @@ struct Odometry {
   // Share of the scan's upright returns that meet the local map (UprightMap); none where there
   // are too few, where a piece begins, and where given poses lead to all scans.
   std::vector<std::optional<double>> overlap;
+  std::vector<StepConstraint> constraint;  // of the step to each scan
 
   // Adds a scan to the last piece, `step_m` of way after the scan before it.
   void append(const Pose& T_map_scan, double step_m, bool matched,

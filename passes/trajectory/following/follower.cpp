@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "formats/base/units.h"
+#include "passes/trajectory/local/scan_constraint.h"
 
 namespace sightline {
 namespace {
@@ -27,14 +28,18 @@ constexpr std::size_t kMostFirstSteps = 4;
 // In a shorter piece walls are made of few scans, at the poses these were given: shorter last steps
 // would follow what these have in common by chance.
 constexpr double kShortestStepsFrom_m = 20.0;
+// A match this far from the given step is compared with it by the last scan alone.
+constexpr double kFarFromGiven_m = 0.5;
+// In a sparse place, a match farther from the forecast is not believed.
+constexpr double kNearForecast_m = 0.5;
+// The standard deviation of a step that was only forecast.
+constexpr double kNoConstraint_m = 100.0;
 
 // How far from the predicted pose a scan is searched for: at the start, when the speed is not
 // known, and where matching failed.
 constexpr double kSearchReach_m = 3.0;
 
 constexpr std::int64_t kShortestJump_ns = kSecond_ns;
-// Even motion is extended to at most so many times the step that it was measured on.
-constexpr double kMostSteps = 10.0;
 constexpr double kNewShare = 0.1;
 constexpr double kUsual = 0.85;
 
@@ -74,20 +79,6 @@ std::int64_t longest_step_ns(const Drive& drive) {
   const auto middle = steps_ns.begin() + static_cast<std::ptrdiff_t>(steps_ns.size() / 2);
   std::ranges::nth_element(steps_ns, middle);
   return std::max(kShortestJump_ns, 3 * *middle);
-}
-
-// The motion extended to another time along its arc; at most ten times as long.
-Pose carried_on(const TimedStep& step, std::int64_t time_ns) {
-  if (step.time_ns <= 0 || time_ns == step.time_ns) return step.T_before_after;
-  const double share =
-      std::clamp(static_cast<double>(time_ns) / static_cast<double>(step.time_ns), 0.0, kMostSteps);
-  const AxisAngle turn = axis_angle(step.T_before_after.linear());
-  const Eigen::Matrix3d half_more =
-      rotation_matrix({turn.axis, 0.5 * (share - 1.0) * turn.angle_rad});
-  Pose longer = Pose::Identity();
-  longer.linear() = rotation_matrix({turn.axis, share * turn.angle_rad});
-  longer.translation() = share * (half_more * step.T_before_after.translation());
-  return longer;
 }
 
 // The best match from the starts; where it is worse than usual, from harder turns and other speeds
@@ -247,17 +238,92 @@ void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
   // After a jump the given pose is used: earlier scans may be far from here, and a street that
   // looks like another one would contradict poses that are right.
   if (!is_jump(k)) found = follow_from(starts, scan);
+  const Pose& T_map_given = starts.back();
   const bool is_matched = found.match.is_good();
-  if (is_matched) average_.add(found.match, found.overlap);
-  const Pose T_map_lidar = is_matched ? found.match.T_map_lidar : starts.back();
-  steps_ = {{T_map_before().inverse() * T_map_lidar, step_ns(k)}};
-  append(T_map_lidar, is_matched, found.overlap);
+  Placed to{T_map_given, {}};
+  if (is_matched && fits_given_better(scan, found.match.T_map_lidar, T_map_given)) {
+    to.constraint = {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kGiven};
+  } else if (is_matched) {
+    average_.add(found.match, found.overlap);
+    to = placed(k, scan, found.match.T_map_lidar);
+  }
+  steps_ = {{T_map_before().inverse() * to.T_map_lidar, step_ns(k)}};
+  append(to.T_map_lidar, is_matched, found.overlap);
+  odometry.constraint.back() = to.constraint;
+}
+
+// Whether a match far from the given step is contradicted by the last scan alone: it may meet a
+// local map that earlier wrong matches made.
+bool Follower::fits_given_better(const ReadScan& scan, const Pose& T_map_matched,
+                                 const Pose& T_map_given) const {
+  const double off_m = (T_map_matched.translation() - T_map_given.translation()).norm();
+  if (off_m < kFarFromGiven_m || before_m_.empty()) return false;
+  const Eigen::Matrix3d level = drive_->sensor.T_vehicle_lidar.linear();
+  UprightMap before(1.0);
+  before.add(upright_points(before_m_, level), T_map_before(), 0.0);
+  const std::vector<Eigen::Vector3d> upright_m = upright_points(scan.thinned.to_match_m, level);
+  const std::optional<double> matched = before.overlap(upright_m, T_map_matched);
+  const std::optional<double> given = before.overlap(upright_m, T_map_given);
+  return matched && given && *given > *matched + kClearly;
+}
+
+// The pose without any match: by the given step, else at the last speed that scans constrained.
+std::optional<Pose> Follower::forecast(std::size_t k) const {
+  if (has_given_step(k)) {
+    return tidied(T_map_before() * (*given_)[k - 1]->inverse() * *(*given_)[k]);
+  }
+  if (!steady_.is_known()) return std::nullopt;
+  return tidied(T_map_before() * steady_.step(step_ns(k)));
+}
+
+// A matched pose; what the scan does not constrain of it is as forecast. A match there
+// is where the rings of this scan meet those of the last ones.
+Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
+                                  const Pose& T_map_matched) const {
+  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
+  const ScanConstraint constraint =
+      scan_constraint(map_.grids(), scan.thinned.to_match_m, T_map_matched, T_lidar_vehicle);
+  const double most_m = has_given_step(k) ? kWeakBesideGiven_m : kWeak_m;
+  Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}};
+  if (!constraint.has_weak(most_m)) return to;
+  const std::optional<Pose> T_map_forecast = forecast(k);
+  if (!T_map_forecast) return to;
+  to.constraint.forecast = has_given_step(k) ? Forecast::kGiven : Forecast::kSteady;
+  const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
+  const PlanarMotion off = planar_motion(T_map_vehicle, *T_map_forecast * T_lidar_vehicle);
+  to.T_map_lidar = tidied(moved_in_plane(T_map_vehicle, constraint.weak_part(off, most_m)) *
+                          drive_->sensor.T_vehicle_lidar);
+  return to;
+}
+
+// Whether few surfaces held the last scan, and its motion may go on: then neither an overlap nor a
+// wide search is evidence, and a piece begun here would know less.
+bool Follower::is_sparse(std::size_t k) const {
+  return steady_.is_known() && !is_jump(k) && odometry.constraint.back().sigma_m > kSparse_m;
+}
+
+// In a sparse place: where the match ends near the forecast, as placed(); else the forecast alone.
+Follower::Placed Follower::placed_or_carried(std::size_t k, const ReadScan& scan,
+                                             const Found& found) const {
+  const Pose T_map_forecast = *forecast(k);
+  if (found.match.is_good()) {
+    const Placed to = placed(k, scan, found.match.T_map_lidar);
+    if (planar_motion(to.T_map_lidar, T_map_forecast).norm() < kNearForecast_m) return to;
+  }
+  return {T_map_forecast, {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kSteady}};
 }
 
 void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
   Found found;
   if (!is_jump(k)) found = find(k, scan);
   if (found.is_believed) return step_to(k, scan, found);
+  if (found.is_carried) {
+    const Placed to = placed_or_carried(k, scan, found);
+    steps_ = {{T_map_before().inverse() * to.T_map_lidar, step_ns(k)}};
+    append(to.T_map_lidar, true, found.overlap);
+    odometry.constraint.back() = to.constraint;
+    return;
+  }
   begin_piece({static_cast<std::uint32_t>(k), is_jump(k),
                found.match.is_good() ? found.overlap.value_or(0.0) : 0.0, found.overlap_elsewhere});
 }
@@ -265,9 +331,12 @@ void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
 void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) {
   average_.add(found.match, found.overlap);
   const bool is_long = odometry.driven_m.back() - piece_began_m_ >= kShortestStepsFrom_m;
-  const Pose T_map_lidar = sharpened(map_.grids(), scan.thinned.to_match_m, found.match,
-                                     is_long ? LastStep::kShortest : LastStep::kShort);
+  const Pose T_map_matched = sharpened(map_.grids(), scan.thinned.to_match_m, found.match,
+                                       is_long ? LastStep::kShortest : LastStep::kShort);
+  const Placed to = placed(k, scan, T_map_matched);
+  const Pose& T_map_lidar = to.T_map_lidar;
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
+  if (to.constraint.weak.isZero()) steady_.add(step);
   was_found_widely_ = found.is_wide;
   if (found.is_wide && !steps_.empty()) {
     // The recording may lack scans and the speed be as before, or the vehicle be as fast as this
@@ -278,6 +347,7 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   }
   append(T_map_lidar, true, found.overlap);
   odometry.is_far.back() = found.is_far;
+  odometry.constraint.back() = to.constraint;
 }
 
 bool Follower::is_poor(const Found& found) const {
@@ -291,6 +361,11 @@ Follower::Found Follower::find(std::size_t k, const ReadScan& scan) const {
   Found found = follow_from(predictions(k), scan);
   found.is_believed = found.match.is_good();
   if (!is_poor(found)) return found;
+  if (is_sparse(k)) {
+    found.is_believed = false;
+    found.is_carried = true;
+    return found;
+  }
   const double least = std::max(kLeastOverlap, kLeastShareOfUsual * average_.overlap);
   const double overlap = found.match.is_good() ? found.overlap.value_or(1.0) : 0.0;
   found.is_believed = found.is_believed && overlap >= least;
@@ -325,6 +400,7 @@ void Follower::begin_piece(const PieceStart& start) {
   upright_ = UprightMap(local_map_m_);
   average_ = {};
   steps_.clear();
+  steady_ = {};
   is_map_empty_ = true;
   append(T_map_before(), false, {});
   piece_began_m_ = odometry.driven_m.back();
@@ -338,6 +414,7 @@ void Follower::append(const Pose& T_map_lidar, bool is_matched, std::optional<do
 }
 
 void Follower::remember(const ReadScan& scan) {
+  if ((*given_)[next_scan() - 1]) before_m_ = scan.thinned.to_map_m;
   const Pose& T_map_lidar = odometry.T_map_lidar.back();
   if (!is_map_empty_ && !map_.needs(T_map_lidar)) return;
   is_map_empty_ = false;

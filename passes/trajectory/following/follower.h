@@ -10,17 +10,12 @@
 #include "formats/drive/drive.h"
 #include "formats/geometry.h"
 #include "passes/trajectory/following/followed_scans.h"
+#include "passes/trajectory/following/steady_motion.h"
 #include "passes/trajectory/local/estimate_options.h"
 #include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
 
 namespace sightline {
-
-// A step of the vehicle's motion and how long it took.
-struct TimedStep {
-  Pose T_before_after = Pose::Identity();
-  std::int64_t time_ns = 0;
-};
 
 // Running means over the latest scans: a scan far below them was matched in a wrong place.
 struct RunningAverage {
@@ -74,8 +69,15 @@ class Follower {
     std::optional<double> overlap;
     double overlap_elsewhere = 0.0;
     bool is_believed = false;
-    bool is_wide = false;  // not where even motion leads
-    bool is_far = false;   // found by the search farther around
+    bool is_wide = false;     // not where even motion leads
+    bool is_far = false;      // found by the search farther around
+    bool is_carried = false;  // poor, and no search can be better: in a sparse place
+  };
+
+  // A pose, and what its scan does not constrain of it.
+  struct Placed {
+    Pose T_map_lidar = Pose::Identity();
+    StepConstraint constraint;
   };
 
   [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
@@ -93,6 +95,14 @@ class Follower {
   [[nodiscard]] Found find_widely(const LocalSurroundings& there, const SoughtScan& sought,
                                   const Found& followed) const;
 
+  [[nodiscard]] std::optional<Pose> forecast(std::size_t k) const;
+  [[nodiscard]] Placed placed(std::size_t k, const ReadScan& scan, const Pose& T_map_matched) const;
+  [[nodiscard]] bool is_sparse(std::size_t k) const;
+  [[nodiscard]] Placed placed_or_carried(std::size_t k, const ReadScan& scan,
+                                         const Found& found) const;
+  [[nodiscard]] bool fits_given_better(const ReadScan& scan, const Pose& T_map_matched,
+                                       const Pose& T_map_given) const;
+
   void follow_with_given(std::size_t k, const ReadScan& scan);
   void follow_alone(std::size_t k, const ReadScan& scan);
   void step_to(std::size_t k, const ReadScan& scan, const Found& found);
@@ -109,6 +119,8 @@ class Follower {
   UprightMap upright_;
   RunningAverage average_;
   std::vector<TimedStep> steps_;  // that may continue
+  SteadyMotion steady_;
+  std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;
   double piece_began_m_ = 0.0;  // of the way driven

@@ -235,6 +235,7 @@ void append_run(const ScanRun& run, const Odometry& found, Odometry& joined) {
                   (T_found_lidar.translation() - T_found_last.translation()).norm(),
                   found.is_matched[k], found.overlap[k]);
     joined.is_far.back() = found.is_far[k];
+    joined.constraint.back() = found.constraint[k];
     joined.piece.back() = first_piece + found.piece[k];
   }
   if (begins_piece) joined.is_matched[run.begin] = false;

@@ -175,6 +175,12 @@ NdtMap RollingCells::nds() const {
   return map;
 }
 
+const Nd* RollingCells::nd(const CellKey& key) const {
+  const std::uint32_t number = index_.find(key);
+  if (number == CellIndex::kNone || !cells_[number].is_valid) return nullptr;
+  return &cells_[number].nd;
+}
+
 LocalGrids::LocalGrids() : coarse_(kCoarseCell_m), fine_(kFineCell_m) { finish(); }
 
 GriddedPoints gridded(const std::vector<Eigen::Vector3d>& points_m) {

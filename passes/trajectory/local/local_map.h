@@ -41,6 +41,9 @@ class RollingCells {
   void finish();
   [[nodiscard]] const MatchGrid& grid() const { return grid_.grid(); }
   [[nodiscard]] NdtMap nds() const;
+  // The valid ND of a cell, or nullptr.
+  [[nodiscard]] const Nd* nd(const CellKey& key) const;
+  [[nodiscard]] double cell_m() const { return cell_m_; }
 
  private:
   struct Cell {
@@ -72,6 +75,12 @@ class LocalGrids {
   // With walls as thin as measured, for the last centimetre. Made on first use: scans that given
   // poses lead to do not need it. Safe from several threads.
   [[nodiscard]] const MatchGrid& sharp() const;
+  // The ND of 1 m of a cell, and the one that holds a point; nullptr where there is none. Valid
+  // until the grids change.
+  [[nodiscard]] const Nd* fine_nd(const CellKey& key) const { return fine_.nd(key); }
+  [[nodiscard]] const Nd* fine_nd_at(const Eigen::Vector3d& point_map_m) const {
+    return fine_.nd(cell_key(point_map_m, fine_.cell_m()));
+  }
 
   // Sign 1 adds points, -1 removes them; finish() is called after the last change.
   void add(const GriddedPoints& points, double sign);

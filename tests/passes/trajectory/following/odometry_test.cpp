@@ -151,6 +151,7 @@ TEST(JoinedRuns, AreThatOfOneDrive) {
       part.is_matched.push_back(whole.is_matched[k] || k == run.first);
       part.is_far.push_back(whole.is_far[k]);
       part.overlap.push_back(whole.overlap[k]);
+      part.constraint.emplace_back();
       part.piece.push_back(whole.piece[k] - whole.piece[run.first]);
       part.driven_m.push_back(whole.driven_m[k] - whole.driven_m[run.first]);
     }

@@ -1,0 +1,157 @@
+#include "passes/trajectory/following/unconstrained.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <cmath>
+#include <numeric>
+
+#include "passes/trajectory/estimate_trajectory.h"
+#include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/following/steady_motion.h"
+#include "tests/support/box_world.h"
+#include "tests/support/test_context.h"
+
+namespace sightline {
+namespace {
+
+using testing::HasSubstr;
+
+// A straight way of 1 m a step; the steps to scans `first` to `last` are not constrained along it.
+Odometry weak_way(std::size_t count, std::size_t first, std::size_t last, Forecast forecast) {
+  Odometry odometry;
+  for (std::size_t k = 0; k < count; ++k) {
+    odometry.append(pose_at(static_cast<double>(k), 0.0, 0.0), k == 0 ? 0.0 : 1.0, true, {});
+    if (k >= first && k <= last) {
+      odometry.constraint.back() = {1.0, Eigen::Vector3d::UnitX(), forecast};
+    }
+  }
+  return odometry;
+}
+
+Drive drive_of(std::size_t scans) {
+  Drive drive;
+  drive.name = "test";
+  drive.scans.resize(scans);
+  for (std::uint32_t k = 0; k < scans; ++k) drive.scans[k].recording_index = 2 * k;
+  return drive;
+}
+
+TEST(Unconstrained, IsNamedByScansWayDirectionAndWhatWasUsed) {
+  const Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
+  const std::vector<UnconstrainedStretch> found = unconstrained_stretches(odometry);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].first, 20U);
+  EXPECT_EQ(found[0].last, 59U);
+  EXPECT_NEAR(found[0].way_m, 40.0, 1e-9);
+  EXPECT_EQ(to_text(found[0], drive_of(80)),
+            "scans 40 to 118: 40.0 m of the way are not constrained along the road; constant speed "
+            "is assumed, +/- 2.0 m");
+  TestContext ctx;
+  warn_of_unconstrained(ctx, drive_of(80), odometry);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_THAT(ctx.warnings[0], HasSubstr("scans 40 to 118"));
+}
+
+TEST(Unconstrained, BridgesShortGapsAndLeavesOutShortStretches) {
+  Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
+  for (const std::size_t k : {30U, 31U, 32U}) odometry.constraint[k] = {};
+  EXPECT_EQ(unconstrained_stretches(odometry).size(), 1U);
+  EXPECT_EQ(unconstrained_stretches(weak_way(80, 20, 28, Forecast::kSteady)).size(), 0U);
+  // Without a forecast the way itself may be too short.
+  EXPECT_EQ(unconstrained_stretches(weak_way(80, 1, 9, Forecast::kNone)).size(), 0U);
+  EXPECT_EQ(unconstrained_stretches(weak_way(80, 1, 10, Forecast::kNone)).size(), 1U);
+}
+
+TEST(Unconstrained, WhereGivenPosesLeadIsNoWarning) {
+  TestContext ctx;
+  warn_of_unconstrained(ctx, drive_of(80), weak_way(80, 20, 59, Forecast::kGiven));
+  EXPECT_TRUE(ctx.warnings.empty());
+}
+
+TEST(ForecastCovariance, GrowsWithTheWayAtConstantSpeedAndStays) {
+  const Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
+  const std::vector<Matrix6d> found =
+      forecast_covariance(odometry, odometry.T_map_lidar, Pose::Identity());
+  ASSERT_EQ(found.size(), 80U);
+  EXPECT_EQ(found[19], Matrix6d::Zero());
+  EXPECT_NEAR(std::sqrt(found[39](0, 0)), 0.05 * 20.0, 1e-9);
+  EXPECT_NEAR(std::sqrt(found[79](0, 0)), 0.05 * 40.0, 1e-9);
+  EXPECT_EQ(found[79](1, 1), 0.0);
+  const Odometry given = weak_way(80, 20, 59, Forecast::kGiven);
+  EXPECT_EQ(forecast_covariance(given, given.T_map_lidar, Pose::Identity())[79], Matrix6d::Zero());
+}
+
+// A heading that drifted moves the poses behind it aside.
+TEST(ForecastCovariance, OfAHeadingGrowsBehindTheStretch) {
+  Odometry odometry = weak_way(80, 20, 39, Forecast::kSteady);
+  for (std::size_t k = 20; k < 40; ++k) odometry.constraint[k].weak = {0.0, 0.0, 1.0};
+  const std::vector<Matrix6d> found =
+      forecast_covariance(odometry, odometry.T_map_lidar, Pose::Identity());
+  EXPECT_NEAR(std::sqrt(found[39](5, 5)), 0.02, 1e-9);
+  EXPECT_NEAR(std::sqrt(found[79](5, 5)), 0.02, 1e-9);
+  EXPECT_GT(std::sqrt(found[79](1, 1)), 0.02 * 40.0);
+  EXPECT_EQ(found[79](0, 0), 0.0);
+}
+
+TEST(SteadyMotion, IsTheMeanOfTheLatestStepsExtendedToATime) {
+  SteadyMotion motion;
+  for (int i = 0; i < 4; ++i) motion.add({pose_at(1.0, 0.0, 0.0), 100});
+  EXPECT_FALSE(motion.is_known());
+  motion.add({pose_at(1.5, 0.0, 0.1), 100});
+  ASSERT_TRUE(motion.is_known());
+  const Pose step = motion.step(200);
+  EXPECT_NEAR(step.translation().norm(), 2.2, 0.01);
+  EXPECT_NEAR(rotation_angle_rad(step.linear()), 0.04, 1e-9);
+}
+
+// Houses up to x = 0, then bare walls; returns with 1 cm of noise. 30 m of houses are seen from
+// within for a while, so that the walls alone remain behind x = 50 m.
+TestDrive tunnel_drive(std::size_t count, double step_m) {
+  BoxWorld world = bare_street();
+  Random random(3);
+  for (double x_m = -40.0; x_m < 0.0; x_m += 5.0) {
+    const double depth_m = random.uniform(1.0, 2.5);
+    world.boxes.push_back({{x_m, 6.0 - depth_m, 0.0}, {x_m + random.uniform(1.0, 3.0), 6.0, 5.0}});
+    world.boxes.push_back({{x_m + 2.0, -6.0, 0.0}, {x_m + 3.5, -6.0 + depth_m, 4.0}});
+  }
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < count; ++i) {
+    poses.push_back(pose_at(-20.0 + step_m * static_cast<double>(i), 0.2, 0.01));
+  }
+  TestDrive test = drive_through(world, poses, 0.5);
+  std::vector<Scan> scans = scans_of(test.drive);
+  for (Scan& scan : scans) {
+    for (Eigen::Vector3d& point_m : scan.points_m) {
+      point_m *= 1.0 + 0.01 * random.normal() / point_m.norm();
+    }
+  }
+  test.drive.store = memory_scan_store(std::move(scans));
+  return test;
+}
+
+TEST(Unconstrained, ATunnelKeepsItsLengthWhichIsSaid) {
+  const TestDrive test = tunnel_drive(120, 1.2);
+  TestContext ctx(2);
+  const Trajectory found = value_of(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_LT(largest_error_m(found, test.truth), 0.02 * 119 * 1.2);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_THAT(ctx.warnings[0], HasSubstr("not constrained along the road; constant speed"));
+  EXPECT_GT(found.poses.back().covariance(0, 0), 1.0) << "several metres are not known";
+}
+
+TEST(Unconstrained, GivenPosesOfATunnelStayWithoutAWarning) {
+  TestDrive test = tunnel_drive(80, 1.2);
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
+  }
+  TestContext ctx(2);
+  const Trajectory kept = value_of(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_EQ(kept.source, PoseSource::kGiven);
+  EXPECT_THAT(ctx.warnings, testing::IsEmpty());
+  const EstimateTrajectoryOptions refine{.mode = PoseMode::kRefine};
+  const Trajectory refined = value_of(estimate_trajectory(ctx, refine, test.drive));
+  EXPECT_LT(largest_error_m(refined, test.truth), 0.05);
+}
+
+}  // namespace
+}  // namespace sightline
