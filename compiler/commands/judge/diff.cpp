@@ -26,15 +26,16 @@ struct DiffFlags {
   std::string world;
   MapDiffOptions options;
   bool is_quiet = false;
+  bool prints_all = false;
 };
 
-Result<std::string> text_of(const MapDiff& diff, const std::string& format,
-                            const std::string& world_flag) {
-  SIGHTLINE_ASSIGN(const World world, named_world(world_flag, diff.after.world));
+Result<std::string> text_of(const MapDiff& diff, const DiffFlags& flags) {
+  SIGHTLINE_ASSIGN(const World world, named_world(flags.world, diff.after.world));
+  const std::string format = flags.result.chosen_format(kFormats);
   if (format == "json") return to_json(diff);
   if (format == "markdown") return to_markdown(diff);
   if (format == "geojson") return to_geojson(diff, world);
-  return to_text(diff);
+  return flags.prints_all ? to_text(diff) : summary_text(diff);
 }
 
 Result<bool> diff(const DiffFlags& flags) {
@@ -44,8 +45,7 @@ Result<bool> diff(const DiffFlags& flags) {
                    diff_maps(std::filesystem::path(flags.before),
                              std::filesystem::path(flags.after), flags.options));
   if (flags.is_quiet && flags.result.output.empty()) return found.is_same();
-  SIGHTLINE_ASSIGN(const std::string text,
-                   text_of(found, flags.result.chosen_format(kFormats), flags.world));
+  SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags));
   SIGHTLINE_TRY(put_result(flags.result, text));
   return found.is_same();
 }
@@ -61,8 +61,9 @@ Verb diff_verb() {
       "Exit status: 0 the maps are the same, 1 they differ, 2 failed (64 an unknown flag).\n\n"
       "The answer of the old map at each site of the new one is compared with the new answer. "
       "Tiles "
-      "with equal digests are not read. Use the form markdown for a pull request and geojson for a "
-      "GIS; json is described in schemas/diff.schema.json.";
+      "with equal digests are not read. The text is one screen; --all prints more. Use the form "
+      "markdown for a pull request and geojson for a GIS; json is described in "
+      "schemas/diff.schema.json.";
   verb.examples = {
       "sightline diff old.slmap new.slmap", "sightline diff old.slmap new.slmap -q || echo changed",
       "sightline diff old.slmap new.slmap --format markdown >> \"$GITHUB_STEP_SUMMARY\"",
@@ -70,6 +71,9 @@ Verb diff_verb() {
   verb.positionals = {{.name = "BEFORE", .help = "The old map (.slmap)", .target = &flags->before},
                       {.name = "AFTER", .help = "The new map (.slmap)", .target = &flags->after}};
   verb.flags = {quiet_flag(flags->is_quiet),
+                {.names = "--all",
+                 .help = "Print also further stretches, every limit and every changed fact",
+                 .target = &flags->prints_all},
                 {.names = "--tolerance-m",
                  .value = "METRES",
                  .help = "An ND whose mean moved no farther stayed",

@@ -182,7 +182,8 @@ Verb evaluate_verb() {
       "starts where the poses found before predict, by the map's plan, looks and ranges, and by "
       "each look and range taken everywhere. Prints the verdict on the map, and share within the "
       "limit, lost tracks and time beside the best fixed choice. With --tables it also prints "
-      "the tables of the paper: every rule, types of street, the worst stretch, calibration.";
+      "tables as in the paper of Javanmardi, Javanmardi and Kamijo (see README): every rule, types "
+      "of street, the worst stretch, calibration.";
   verb.examples = {
       "sightline evaluate town.yaml --map town.slmap",
       "sightline evaluate town.yaml --map town.slmap --set evaluation.scans=drive_3/scans \\\n"

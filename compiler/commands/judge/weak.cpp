@@ -94,8 +94,10 @@ Verb weak_verb() {
        .minimum = 0.0},
       {.names = "--margin",
        .value = "SHARE",
-       .help = "Share of the limit that the best look must leave; 0: only unmet sites and those "
-               "whose error exceeds the limit, 1: every site",
+       .help =
+           "Least distance between predicted error and limit, as a share of the limit: with 0.5 "
+           "and a limit of 10 cm, sites with a predicted error above 5 cm are weak; 0: only "
+           "errors above the limit, 1: every site; unmet sites always",
        .target = &flags->options.stretches.least_margin,
        .minimum = 0.0,
        .maximum = 1.0},

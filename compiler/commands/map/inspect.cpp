@@ -99,7 +99,8 @@ Verb inspect_verb() {
   verb.summary = "Show the verdict on a map and its main figures; of a model its card";
   verb.details =
       "The verdict is good, partly, bad or not judged (schemas/gate_rules.md): by the evaluation "
-      "file, else by the map's own localization drive.";
+      "file, else by the map's own localization drive. The glossary (schemas/glossary.md) explains "
+      "the words: look, returns, evenly spaced, by normals, settle, plan.";
   verb.examples = {"sightline inspect town.slmap",
                    "sightline inspect town.slmap --evaluation evaluation.json",
                    "sightline inspect town.slmap --all        # promises, histograms, model, sizes",

@@ -21,9 +21,8 @@ std::string lines_of(const GateReport& report, const Wanted& wanted) {
   std::string text;
   for (const Check& check : report.checks) {
     if (!wanted(check)) continue;
-    text += concat("  [", check.rule, "] ", check.message);
-    if (!check.exception.empty()) text += "\n    excepted: " + check.exception;
-    text += "\n";
+    text += "  " + wrapped(concat("[", check.rule, "] ", check.message), 118, 4);
+    if (!check.exception.empty()) text += "    excepted: " + check.exception + "\n";
   }
   return text;
 }

@@ -211,7 +211,7 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
 std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t limit) {
   if (!map.looks) return "";
   const Answer look = answer_of(map.looks->ranges, map.looks->predicted, site, limit);
-  return fmt::format("    look: {}; P {:.1f} %, predicted error {:.1f} cm{}; reason: {}\n",
+  return fmt::format("    look: {}\n      P {:.1f} %, predicted error {:.1f} cm{}; reason: {}\n",
                      to_text(look.look), 100.0 * look.probability, 100.0 * look.error_m,
                      (look.flags & kStatic) != 0 ? "; one look for the whole map" : "",
                      name_of(look.reason));

@@ -68,7 +68,6 @@ std::string poses_text(const TrajectoryQuality& trajectory) {
 std::string facts_text(const InspectedMap& inspected) {
   const CompiledMap& map = inspected.map;
   const MapSummary& summary = inspected.summary;
-  const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
   std::string text = field(
       "Map", fmt::format("{}, {} bytes, format {}, version {}, release {}", inspected.file.string(),
                          summary.file_size, summary.format, map.version, map.release));
@@ -79,10 +78,8 @@ std::string facts_text(const InspectedMap& inspected) {
                                        rows_of(summary, "ndt"), map.ndt.cell_m, summary.tile_count,
                                        map.factors.factors.empty() ? "stripped" : "included",
                                        map.model.bytes.empty() ? "stripped" : "included"));
-  text += field(
-      "World", fmt::format("{}, origin ({:.15g}, {:.15g}, {:.15g}) m",
-                           map.world == kLocalWorld ? "the recording's own coordinates" : map.world,
-                           origin_m.x(), origin_m.y(), origin_m.z()));
+  text += field("World",
+                map.world == kLocalWorld ? "the coordinates of the recording's poses" : map.world);
   text += field("Drives", drives_text(map.measurement));
   if (map.trajectory) text += field("Poses", poses_text(*map.trajectory));
   text += field("Sensor", fmt::format("{}, {} beams", map.sensor.name, map.sensor.ring_count()));
@@ -237,7 +234,7 @@ std::string summary_text(const InspectedMap& inspected) {
   }
   return text +
          "\nMore: --all prints promises, histograms, model and sizes; --site N explains one "
-         "site\n";
+         "site; words: schemas/glossary.md\n";
 }
 
 Json to_json(const InspectedMap& inspected) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/units.h"
 
@@ -21,22 +22,24 @@ std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::s
 
 std::string advice_line(const TargetAdvice& advice, const Sites& sites) {
   const Eigen::Vector3d p_m = sites.frame.world_m(advice.target.foot_map_m);
-  return fmt::format(
-      "       {:>5.1f} % less: at ({:.1f}, {:.1f}), ground {:.1f}, facing {:.0f} degrees; {:.1f} m "
-      "{} of site {}; {} returns a scan\n",
-      100.0 * advice.gain, p_m.x(), p_m.y(), p_m.z(), facing_deg(advice.target),
-      std::abs(advice.beside_m), advice.beside_m > 0.0 ? "left" : "right", advice.nearest_site,
-      advice.return_count);
+  const std::string text = fmt::format(
+      "% less: at ({:.1f}, {:.1f}), ground {:.1f}, facing {:.0f} degrees; {:.1f} m {} of site {}; "
+      "{} returns a scan",
+      p_m.x(), p_m.y(), p_m.z(), facing_deg(advice.target), std::abs(advice.beside_m),
+      advice.beside_m > 0.0 ? "left" : "right", advice.nearest_site, advice.return_count);
+  return fmt::format("       {:>5.1f} ", 100.0 * advice.gain) + wrapped(text, 106, 9);
 }
 
 std::string explanation(const ExplainedStretch& one, const Weakness& weakness, const Sites& sites,
                         std::size_t number) {
-  std::string text = fmt::format(
-      "{:3}  {}: {}\n     loose {} ({:.0f} degrees from +x): {:.1f} times the strongest "
+  std::string text =
+      fmt::format("{:3}  ", number) +
+      wrapped(fmt::format("{}: {}", name_of(one.cause), cause_sentence(one)), 115, 5);
+  text += fmt::format(
+      "     loose {} ({:.0f} degrees from +x): {:.1f} times the strongest "
       "direction; yaw {:.3f} degrees\n",
-      number, name_of(one.cause), cause_sentence(one), name_of_way(one.loose.off_road_deg),
-      one.loose.heading_deg, one.loose.std_m / one.loose.strong_std_m,
-      one.loose.yaw_rad * kDegPerRad);
+      name_of_way(one.loose.off_road_deg), one.loose.heading_deg,
+      one.loose.std_m / one.loose.strong_std_m, one.loose.yaw_rad * kDegPerRad);
   const TargetSize& size = weakness.options.advice.size;
   if (one.advice.empty()) {
     return text + fmt::format("     no place found for a board of {:g} x {:g} m that would help\n",
@@ -145,6 +148,11 @@ std::string to_text(const Weakness& weakness, const Sites& sites) {
   for (std::size_t i = 0; i < weakness.stretches.size(); ++i) {
     text += stretch_line(weakness.stretches[i], sites, i + 1);
   }
+  text += wrapped(fmt::format(
+      "err cm: predicted error of the best look; P: its probability to be within the limit; left%: "
+      "share of the limit that this error leaves; loose: direction that scans constrain least; "
+      "unmet: no look is good enough; thin: left% is below {:g} (--margin)",
+      100.0 * weakness.options.stretches.least_margin));
   text += "\n";
   for (std::size_t i = 0; i < weakness.stretches.size(); ++i) {
     text += explanation(weakness.stretches[i], weakness, sites, i + 1);

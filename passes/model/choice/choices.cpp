@@ -15,6 +15,8 @@
 namespace sightline {
 namespace {
 
+constexpr double kBlock_m = 60.0;  // of route
+
 // The choice for one limit in the making.
 struct LimitChoice {
   const ChooseRangesOptions& options;
@@ -33,10 +35,13 @@ struct LimitChoice {
         options.selection == Selection::kProbability && options.risk_control != RiskControl::kFixed;
     return is_controlled ? 1.0 - promise.alpha : kUncontrolled;
   }
-  [[nodiscard]] double block_count() const {
-    constexpr double kBlock_m = 60.0;
-    const Sites& sites = inputs.sites;
-    return std::floor(static_cast<double>(sites.sites.size()) * sites.spacing_m / kBlock_m);
+  [[nodiscard]] double route_m() const {
+    return static_cast<double>(inputs.sites.sites.size()) * inputs.sites.spacing_m;
+  }
+  [[nodiscard]] double block_count() const { return std::floor(route_m() / kBlock_m); }
+  // Fewer blocks cannot earn a promise: n / (n + 1) loss + 1 / (n + 1) <= alpha.
+  [[nodiscard]] double needed_route_m() const {
+    return promise.alpha > 0.0 ? kBlock_m * std::ceil(1.0 / promise.alpha - 1.0 - 1e-9) : 0.0;
   }
   void withdraw(const std::string& statement) {
     promise.is_earned = false;
@@ -143,12 +148,15 @@ void put_floor(LimitChoice& now) {
   const bool differs_by_place =
       floor.is_simulated && takes_every_return(inputs.evidence.looks.front());
   const double limit_m = now.promise.limit_m;
-  const std::optional<StaticAnswers> taken =
+  std::optional<StaticAnswers> taken =
       differs_by_place
           ? take_simulated(inputs.evidence, limit_m, floor.static_coverage,
                            {route_of(inputs.sites), now.options.dilation_m}, now.choice)
           : apply_floor(inputs.evidence, limit_m, floor, now.choice);
-  if (taken) now.withdraw(to_text(*taken, limit_m));
+  if (!taken) return;
+  taken->route_m = now.route_m();
+  taken->needed_route_m = now.needed_route_m();
+  now.withdraw(to_text(*taken, limit_m));
 }
 
 void take_vote(LimitChoice& now) {

@@ -110,10 +110,22 @@ std::string what_is_needed(const LimitPromise& promise, const TrainingCard& card
          short_percent(promise.alpha);
 }
 
+// "121 m of route, a promise needs 1.2 km"; nothing where there is enough.
+std::string missing_route(const StaticAnswers& answers) {
+  if (answers.route_m >= answers.needed_route_m) return "";
+  return concat(fixed(answers.route_m, 0), " m of route, a promise needs ",
+                kilometres(std::ceil(answers.needed_route_m / 100.0)));
+}
+
 std::string why_static(const StaticAnswers& answers) {
-  if (answers.reason == Reason::kTooShort) return "the drive is too short to train on";
+  const std::string missing = missing_route(answers);
+  if (answers.reason == Reason::kTooShort) {
+    return concat("the drive is too short to train on",
+                  missing.empty() ? "" : " (" + missing + ")");
+  }
   if (answers.reason == Reason::kExplainsNothing) {
-    return "cross-validated R^2 is " + fixed(answers.explained, 2);
+    return concat("the model cannot distinguish the places (cross-validated R^2 ",
+                  fixed(answers.explained, 2), missing.empty() ? "" : "; " + missing, ")");
   }
   return answers.reason == Reason::kCheaper
              ? "the model's choice takes more time and covers no more sites"

@@ -41,7 +41,9 @@ struct StaticAnswers {
   bool is_simulated = false;  // the evidence that `coverage` is by
   Look cheapest;              // both the same: one is taken everywhere
   Look dearest;
-  double coverage = 0.0;  // share of sites within the limit
+  double coverage = 0.0;        // share of sites within the limit
+  double route_m = 0.0;         // of the map
+  double needed_route_m = 0.0;  // for a promise, at least; 0: not known
 };
 std::string to_text(const StaticAnswers& answers, double limit_m);
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "compiler/views/text/map_diff_json.h"
 #include "compiler/views/text/map_diff_text.h"
@@ -47,7 +48,7 @@ TEST(MapDiffText, TellsTheStretchItsRangesAndWhatIsNewlyUnmet) {
   const std::string text = to_text(diff_of(street(false), street(true)));
   EXPECT_THAT(text, HasSubstr("No street changed; 20 of 60 sites have other answers."));
   EXPECT_THAT(text, HasSubstr("run 0, 20 - 39 m"));
-  EXPECT_THAT(text, HasSubstr("10.0 -> 50.0 m, 5 newly unmet"));
+  EXPECT_THAT(text, HasSubstr("10.0 -> 50.0 m, unmet +5"));
   EXPECT_THAT(
       text,
       HasSubstr("20 sites have a longer range, 0 a shorter one; 5 newly unmet, 0 no longer."));
@@ -57,6 +58,49 @@ TEST(MapDiffText, OfEqualMapsSaysSo) {
   const std::string text = to_text(diff_of(street(true), street(true)));
   EXPECT_THAT(text, HasSubstr("The maps are the same."));
   EXPECT_THAT(text, Not(HasSubstr("Stretches")));
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+TEST(MapDiffText, IsOneScreenUnlessAllIsWanted) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const CompiledMap map = random_map({.seed = seed, .limits_m = {0.10, 0.25, 0.5}});
+    const std::string text = summary_text(diff_of(map, changed_map(map, seed, false)));
+    const std::vector<std::string> lines = lines_of(text);
+    EXPECT_LE(lines.size(), 30U) << text;
+    for (const std::string& line : lines) EXPECT_LE(line.size(), 120U) << line;
+    EXPECT_THAT(text, HasSubstr("More: --all"));
+  }
+  const std::string text = summary_text(diff_of(street(false), street(true)));
+  EXPECT_THAT(text, HasSubstr("run 0, 20 - 39 m"));
+  EXPECT_THAT(text, HasSubstr("sites without a sufficient range for 0.1 m"));
+}
+
+TEST(MapDiffText, OfMapsFarFromEachOtherSaysThatTheyShareNoRoad) {
+  CompiledMap elsewhere = street(true);
+  for (Site& site : elsewhere.sites.sites) site.p_map_m.y() += 5000.0;
+  const MapDiff diff = diff_of(street(false), elsewhere);
+  const std::string first =
+      "The maps share no road: none of the old map's 60 sites is near one of "
+      "the new map's 60.";
+  EXPECT_EQ(lines_of(summary_text(diff)).front(), first);
+  EXPECT_EQ(lines_of(summary_text(diff)).size(), 3U) << summary_text(diff);
+  EXPECT_EQ(lines_of(to_text(diff)).front(), first);
+}
+
+TEST(MapDiffText, CountsNewAndRemovedSitesApart) {
+  CompiledMap moved = street(false);
+  for (Site& site : moved.sites.sites) site.p_map_m.x() += 30.0;
+  const MapDiff diff = diff_of(street(false), moved);
+  EXPECT_THAT(summary_text(diff),
+              HasSubstr(std::to_string(diff.sites_removed) + " of the old map's 60 are removed."));
+  EXPECT_LT(diff.sites_removed, 60U);
+  EXPECT_GT(diff.sites_removed, 0U);
 }
 
 TEST(MapDiffText, TellsTheLongestStretchesOnlyAndHowManyMoreThereAre) {

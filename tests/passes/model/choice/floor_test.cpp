@@ -146,13 +146,22 @@ TEST(Floor, APromiseIsGivenUpForWhatIsProvenAsWell) {
 
 TEST(Floor, AModelThatExplainsNothingIsNotAsked) {
   Choice choice = everywhere(0);  // cheaper than anything that covers a site
-  const std::optional<StaticAnswers> taken =
+  std::optional<StaticAnswers> taken =
       apply_floor(one_hard_place(), 0.1, {.explained = -0.2}, choice);
   ASSERT_TRUE(taken.has_value());
   EXPECT_EQ(choice.reasons[0], Reason::kExplainsNothing);
   EXPECT_EQ(choice.range_index, everywhere(1).range_index);
-  EXPECT_NE(to_text(*taken, 0.1).find("cross-validated R^2 is -0.20, so one range is"),
-            std::string::npos);
+  const std::string begin =
+      "No promise: the model cannot distinguish the places (cross-validated "
+      "R^2 -0.20";
+  EXPECT_TRUE(to_text(*taken, 0.1).starts_with(begin + "), so one range is used for the whole map"))
+      << to_text(*taken, 0.1);
+  taken->route_m = 121.0;
+  taken->needed_route_m = 1140.0;
+  EXPECT_TRUE(
+      to_text(*taken, 0.1)
+          .starts_with(begin + "; 121 m of route, a promise needs 1.2 km), so one range is used"))
+      << to_text(*taken, 0.1);
   Choice of_a_short_drive = everywhere(0);
   const FloorOptions too_short{.explained = 1e-16, .is_too_short = true};
   EXPECT_TRUE(apply_floor(one_hard_place(), 0.1, too_short, of_a_short_drive).has_value())
