@@ -66,8 +66,11 @@ Result<void> run_init(const InitFlags& flags) {
   print_written(flags.output, "a configuration; comments give the reasons for its values");
   if (!schema.empty()) print_written(schema, "completion and checks in editors");
   if (verbosity() == Verbosity::kQuiet) return {};
-  print_text(concat("Next: sightline compile ", flags.output, " -o ",
-                    fs::path(flags.output).replace_extension(".slmap").string(), "\n"));
+  print_text(
+      concat("Next: sightline compile ", flags.output, " -o ",
+             fs::path(flags.output).replace_extension(".slmap").string(),
+             "\n      --dry-run estimates the time first: 154 scans of 64 beams without poses "
+             "take about a minute\n"));
   return {};
 }
 
