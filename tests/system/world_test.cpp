@@ -109,7 +109,8 @@ void append_gate(const TwoMaps& maps, std::vector<Printed>& table) {
 
 void append_diff(const TwoMaps& maps, std::vector<Printed>& table) {
   const std::string diff = "diff " + maps.old_map + " " + maps.map;
-  table.push_back({"diff", numbers_in(output_of(diff), R"(run 0, 0 - 0 m +(\S+), (\S+))")});
+  table.push_back(
+      {"diff --all", numbers_in(output_of(diff + " --all"), R"(run 0, 0 - 0 m +(\S+), (\S+))")});
   table.push_back({"diff --format markdown", numbers_in(output_of(diff + " --format markdown"),
                                                         R"(run 0, 0 - 0 m \| (\S+), (\S+) \|)")});
   const Json json = Json::parse(output_of(diff + " --format json"));
