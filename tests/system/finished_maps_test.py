@@ -30,7 +30,7 @@ CASES = [
     ("a hole of 16 m", "hole.pcd", "middle.csv", "", 0, "left out: without ground in the map", "27"),
     ("a hole of 16 m, everywhere", "hole.pcd", "everywhere", "", 0, "were left out", "none far in the hole"),
     ("a hole of 4 m is bridged", "gap.pcd", "middle.csv", "", 0, "no scan was recorded at", "41"),
-    ("a map in degrees", "degrees.pcd", "degrees.csv", "", INPUT, "project them first", None),
+    ("a map in degrees", "degrees.pcd", "degrees.csv", "", INPUT, "in degrees", None),
     ("lanes in degrees on a map in metres", "street.pcd", "lanes.geojson", "", INPUT, "world", None),
     ("lanes that leave the map", "street.pcd", "long.csv", "", 0, "left out: off the map", "61"),
     ("lanes beside the map", "street.pcd", "beside.csv", "", INPUT, "SL2016 no-overlap", None),
