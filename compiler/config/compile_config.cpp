@@ -94,6 +94,19 @@ void resolve_all(const std::filesystem::path& folder, CompileConfig& config) {
   if (!config.route.is_everywhere()) resolve(folder, config.route.file);
 }
 
+// A finished map has one coordinate system, whichever key names it.
+Result<void> settle_world(CompileConfig& config) {
+  std::string& of_map = config.annotation.world;
+  std::string& of_route = config.route.world;
+  if (!config.has_map() || of_map == of_route) return {};
+  if (of_map != kLocalWorld && of_route != kLocalWorld) {
+    return bad_value(concat("annotation.world is ", of_map, ", but route.world (--world) is ",
+                            of_route, "; name one coordinate system, that of the map"));
+  }
+  (of_map == kLocalWorld ? of_map : of_route) = of_map == kLocalWorld ? of_route : of_map;
+  return {};
+}
+
 Result<void> expand_all(CompileConfig& config) {
   SIGHTLINE_TRY(expand_recordings("mapping", config.mapping_recordings, config.mapping,
                                   config.later_mapping));
@@ -195,6 +208,8 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   }
   const Result<void> expanded = expand_all(config);
   if (!expanded) return in_file(expanded.error(), file.string());
+  const Result<void> settled = settle_world(config);
+  if (!settled) return in_file(settled.error(), file.string());
   visit_recordings(config, [&](const RecordingRole& role, RecordingOptions& recording) {
     if (role.use != RecordingUse::kOtherSensor) recording.world = config.annotation.world;
   });

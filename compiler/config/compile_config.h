@@ -63,7 +63,8 @@ struct MapOptions {
 struct RouteOptions {
   // Lanes, lines or a trajectory (formats/foreign/lanes/read_route.h), or kEverywhere.
   std::string file;
-  // How the map lies on Earth, for lanes in latitude and longitude; local: as a compiled map says.
+  // The coordinate system of the map, for lanes in latitude and longitude; local: that of
+  // annotation.world or of a compiled map. read_compile_config makes both keys equal.
   std::string world = "local";
 
   static constexpr const char* kEverywhere = "everywhere";
@@ -147,10 +148,11 @@ bool is_compiled_map(const std::filesystem::path& path);
 // overrides ("section.key=value"). Paths become relative to the file's folder; options of passes
 // become `config.passes`. Folders and lists of recordings become drives. Errors: those of
 // read_yaml, set_override and expand_recordings, missing-key (no mapping drive and no finished map,
-// or such a map without a route), bad-value (an empty list of drives, errors from outside of
-// several drives; a mapping drive beside a finished map, or what such a map cannot do without a
-// localization drive: errors of pcl-ndt or from outside; a localizer of import-errors without a
-// good name, or parameters that are none; pcl-ndt in a program without PCL).
+// or such a map without a route), bad-value (two different worlds of a finished map, an empty list
+// of drives, errors from outside of several drives; a mapping drive beside a finished map, or what
+// such a map cannot do without a localization drive: errors of pcl-ndt or from outside; a localizer
+// of import-errors without a good name, or parameters that are none; pcl-ndt in a program without
+// PCL).
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config);

@@ -82,14 +82,16 @@ std::vector<OptionField> option_fields(MapOptions& options) {
 }
 
 std::vector<OptionField> option_fields(RouteOptions& options) {
-  return {text("file", options.file,
-               "the route along which a finished map is annotated: Lanelet2 (.osm), .geojson, .csv "
-               "of x, y and z, "
-               "a trajectory (.tum), or `everywhere`: all ground that a vehicle can reach (section "
-               "choose-field-sites)"),
-          text("world", options.world,
-               "coordinate system of the map, for lanes in latitude and longitude: local, utm:32N "
-               "or enu:LATITUDE,LONGITUDE,ALTITUDE; local: the one in the compiled map")};
+  return {
+      text("file", options.file,
+           "the route along which a finished map is annotated: Lanelet2 (.osm), .geojson, .csv "
+           "of x, y and z, "
+           "a trajectory (.tum), or `everywhere`: all ground that a vehicle can reach (section "
+           "choose-field-sites)"),
+      text("world", options.world,
+           "coordinate system of the map, for lanes in latitude and longitude: local, utm:32N "
+           "or enu:LATITUDE,LONGITUDE,ALTITUDE; local: annotation.world or the one in the compiled "
+           "map")};
 }
 
 }  // namespace

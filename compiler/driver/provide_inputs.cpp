@@ -132,9 +132,9 @@ Result<void> provide_compiled(const FinishedMapInput& input, ArtifactSet& artifa
   const std::string& file = input.options.points;
   SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(file));
   SIGHTLINE_ASSIGN(CompiledMap map, read_map(file));
-  SIGHTLINE_TRY(check_world("annotation.world", input.world, map.world, file));
   const bool is_placed = map.world != kLocalWorld;
   if (is_placed) {
+    SIGHTLINE_TRY(check_world("annotation.world", input.world, map.world, file));
     SIGHTLINE_TRY(check_world("route.world", input.route_options.world, map.world, file));
   }
   SIGHTLINE_TRY(provide_route(input, is_placed ? map.world : input.route_options.world, artifacts));

@@ -11,6 +11,7 @@
 #include "formats/base/files/regular_file.h"
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/left_out_scans.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/ros/ros_bag.h"
@@ -233,10 +234,13 @@ Result<std::vector<Clouds>> read_pairs(const Recording& recording, double height
   std::vector<Clouds> read;
   const Pose& T_vehicle_lidar = recording.sensor.T_vehicle_lidar;
   for (const ScanPair& pair : choose_pairs(recording)) {
-    SIGHTLINE_ASSIGN(const PointCloudFile first, read_listed_scan(recording, pair.first));
-    SIGHTLINE_ASSIGN(const PointCloudFile second, read_listed_scan(recording, pair.second));
+    const Result<PointCloudFile> first = read_listed_scan(recording, pair.first);
+    const Result<PointCloudFile> second = read_listed_scan(recording, pair.second);
+    if (!first && !is_without_returns(first.error())) return first.error();
+    if (!second && !is_without_returns(second.error())) return second.error();
+    if (!first || !second) continue;
     read.push_back(
-        {upright_returns(first, height_m), upright_returns(second, height_m),
+        {upright_returns(*first, height_m), upright_returns(*second, height_m),
          T_vehicle_lidar.inverse() * recording.scans[pair.first].T_world_vehicle->inverse() *
              *recording.scans[pair.second].T_world_vehicle * T_vehicle_lidar});
   }

@@ -8,11 +8,13 @@
 
 #include "compiler/init/find_scans.h"
 #include "formats/drive/sensor_profile.h"
+#include "formats/foreign/recording/left_out_scans.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
 #include "formats/text/numbers.h"
 #include "formats/text/table.h"
+#include "passes/ingest/check_frame.h"
 #include "passes/ingest/guess_sensor.h"
 
 namespace sightline {
@@ -32,8 +34,12 @@ Error no_lidar(const fs::path& file, const std::string& what) {
 Result<std::vector<PointCloudFile>> read_samples(const Recording& recording) {
   std::vector<PointCloudFile> samples;
   for (const std::size_t index : sample_scans(recording.scans.size())) {
-    SIGHTLINE_ASSIGN(PointCloudFile sample, read_listed_scan(recording, index));
-    samples.push_back(std::move(sample));
+    Result<PointCloudFile> sample = read_listed_scan(recording, index);
+    if (sample) {
+      samples.push_back(*std::move(sample));
+    } else if (!is_without_returns(sample.error())) {
+      return sample.error();
+    }
   }
   return samples;
 }
@@ -168,10 +174,11 @@ bool is_better(const Candidate& a, const Candidate& b) {
   return a.source.words().size() < b.source.words().size();
 }
 
-// The best of those that fit; `remarks` collects the reasons against the others.
-std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& listed,
-                                      const RecordingOptions& options, double height_m,
-                                      std::string& remarks) {
+// The best of those that fit; `remarks` collects the reasons against the others. Errors: those of
+// check_frame.
+Result<std::optional<Candidate>> choose_poses(const FoundScans& found, const Recording& listed,
+                                              const RecordingOptions& options, double height_m,
+                                              std::string& remarks) {
   std::optional<Candidate> best;
   const auto remark = [&](const Candidate& other, const std::string& what) {
     remarks += concat((remarks.empty() ? "" : "; "), other.source.words(), ": ", what);
@@ -184,6 +191,7 @@ std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& 
       continue;
     }
     candidate.recording = std::move(*recording);
+    SIGHTLINE_TRY(check_frame(candidate.recording));
     const Result<PoseOverlap> overlap = measure_overlap(candidate.recording, height_m);
     if (overlap) candidate.overlap = *overlap;
     const std::string fault = overlap ? objection(candidate) : overlap.error().message;
@@ -344,8 +352,8 @@ Result<FoundDrive> look_at_drive(const FoundScans& found, const std::string& sen
   SensorGuess sensor = guess_sensor(samples);
   prefer_named(sensor_name, found, options.topic, samples, sensor);
   std::string remarks;
-  const std::optional<Candidate> poses =
-      choose_poses(found, recording, options, sensor.height_m.value_or(1.8), remarks);
+  SIGHTLINE_ASSIGN(const std::optional<Candidate> poses,
+                   choose_poses(found, recording, options, sensor.height_m.value_or(1.8), remarks));
   if (poses) {
     add_poses(*poses, remarks, drive);
   } else {

@@ -69,7 +69,9 @@ std::string derived_map_id(const EmitMapInputs& inputs) {
 }
 
 const std::string& world_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
-  if (inputs.earlier != nullptr) return inputs.earlier->world;
+  if (inputs.earlier != nullptr && inputs.earlier->world != kLocalWorld) {
+    return inputs.earlier->world;
+  }
   if (inputs.foreign != nullptr) return inputs.foreign->world;
   return options.world;
 }

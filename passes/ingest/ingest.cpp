@@ -4,13 +4,22 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <cstdlib>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "formats/base/parallel.h"
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/left_out_scans.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/recording/point_times.h"
 #include "formats/foreign/text/pose_file.h"
+#include "formats/text/numbers.h"
+#include "passes/ingest/check_frame.h"
+#include "passes/ingest/check_pose_clock.h"
 #include "passes/ingest/check_sensor.h"
 #include "passes/ingest/pose_reading.h"
 
@@ -27,11 +36,14 @@ struct ScanCounts {
   bool is_far_away = false;  // most points are farther than any LiDAR sees
   bool has_point_times = false;
   bool has_unclear_times = false;
+  SettledTimes times;
+  std::string unread_time;
 };
 
-ScanCounts count(const PointCloudFile& cloud) {
+ScanCounts count(PointCloudFile cloud, const RecordedScan& scan, std::int64_t step_ns) {
   // Farther than any LiDAR sees: then these are no coordinates of the sensor.
   constexpr double kFarthest_m = 2000.0;
+  const SettledTimes times = settle_point_times(scan.stamp_ns, step_ns, cloud);
   const auto far_points = std::ranges::count_if(cloud.points_m, [](const Eigen::Vector3d& point_m) {
     return point_m.squaredNorm() > kFarthest_m * kFarthest_m;
   });
@@ -42,7 +54,9 @@ ScanCounts count(const PointCloudFile& cloud) {
           .may_be_cut = cloud.may_be_cut,
           .is_far_away = 2 * static_cast<std::size_t>(far_points) > cloud.points_m.size(),
           .has_point_times = !cloud.time_offset_ns.empty(),
-          .has_unclear_times = cloud.has_unclear_times};
+          .has_unclear_times = cloud.has_unclear_times,
+          .times = times,
+          .unread_time = cloud.unread_time};
 }
 
 Result<void> check_times(const Recording& recording) {
@@ -81,19 +95,27 @@ void warn_of_gaps(const PassContext& ctx, const Recording& recording) {
 
 // Stops early after a failure, and still reports the same one for any number of threads: that of
 // the lowest index, since a scan is skipped only behind a known failure.
-Result<std::vector<ScanCounts>> count_all(PassContext& ctx, const Recording& recording) {
+struct CountedScans {
+  std::vector<ScanCounts> counts;
+  std::vector<bool> is_empty;
+  std::optional<Error> first_empty;  // why it cannot be read
+};
+
+Result<CountedScans> count_all(PassContext& ctx, const Recording& recording) {
   const std::size_t total = recording.scans.size();
+  const std::int64_t step_ns = usual_step_ns(recording.scans);
   std::vector<ScanCounts> counts(total);
   std::vector<std::optional<Error>> failures(total);
   std::atomic<std::size_t> first_failure = total;
   std::atomic<std::size_t> done = 0;
   parallel_for(total, ctx.threads, [&](std::size_t i) {
     if (i > first_failure.load()) return;
-    const Result<PointCloudFile> cloud = read_recorded_scan(recording, i);
+    Result<PointCloudFile> cloud = read_recorded_scan(recording, i);
     if (cloud) {
-      counts[i] = count(*cloud);
+      counts[i] = count(*std::move(cloud), recording.scans[i], step_ns);
     } else {
       failures[i] = cloud.error();
+      if (is_without_returns(cloud.error())) return;
       std::size_t known = first_failure.load();
       while (i < known && !first_failure.compare_exchange_weak(known, i)) {
       }
@@ -101,7 +123,30 @@ Result<std::vector<ScanCounts>> count_all(PassContext& ctx, const Recording& rec
     ctx.progress(done.fetch_add(1) + 1, total);
   });
   if (first_failure.load() < total) return *failures[first_failure.load()];
-  return counts;
+  CountedScans counted{std::move(counts), std::vector<bool>(total, false), {}};
+  for (std::size_t i = 0; i < total; ++i) {
+    if (failures[i] && !counted.first_empty) counted.first_empty = failures[i];
+    counted.is_empty[i] = failures[i].has_value();
+  }
+  return counted;
+}
+
+// The recording without scans that have no returns, where these are few. Error: that of the first.
+Result<Recording> without_empty(const PassContext& ctx, Recording recording,
+                                CountedScans& counted) {
+  const auto empty = static_cast<std::size_t>(std::ranges::count(counted.is_empty, true));
+  if (empty == 0) return recording;
+  if (!are_few(empty, recording.scans.size())) return *counted.first_empty;
+  ctx.warn(concat(
+      "drive ", recording.name, ": ", empty, " of ", recording.scans.size(),
+      " scans have no returns and are left out: ", names_of_odd(counted.is_empty, recording)));
+  leave_out(counted.is_empty, recording);
+  std::vector<ScanCounts> kept;
+  for (std::size_t i = 0; i < counted.counts.size(); ++i) {
+    if (!counted.is_empty[i]) kept.push_back(counted.counts[i]);
+  }
+  counted.counts = std::move(kept);
+  return recording;
 }
 
 // Then these are no coordinates of the sensor in metres, and no map of them is right.
@@ -117,6 +162,70 @@ Result<void> check_reach(const Recording& recording, const std::vector<ScanCount
           "Expected metres in the sensor's frame; these look like world coordinates or millimetres",
           far_scans, counts.size()),
       recording.file_of(recording.scans[index]).string(), concat("scan ", index)};
+}
+
+std::string seconds(std::int64_t time_ns) {
+  return format_double(std::round(static_cast<double>(time_ns) / 1e6) / 1e3) + " s";
+}
+
+std::int64_t median(std::vector<std::int64_t> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// Of the scans with times of this kind, as count and median of a member.
+struct TimesOfKind {
+  std::size_t count = 0;
+  std::int64_t span_ns = 0;
+  std::int64_t ahead_ns = 0;
+};
+
+TimesOfKind times_of_kind(const std::vector<ScanCounts>& counts, PointTimesKind kind) {
+  std::vector<std::int64_t> spans_ns;
+  std::vector<std::int64_t> ahead_ns;
+  for (const ScanCounts& scan : counts) {
+    if (scan.times.kind != kind) continue;
+    spans_ns.push_back(scan.times.span_ns);
+    ahead_ns.push_back(scan.times.ahead_ns);
+  }
+  if (spans_ns.empty()) return {};
+  return {spans_ns.size(), median(spans_ns), median(ahead_ns)};
+}
+
+void warn_of_times(const PassContext& ctx, const Recording& recording,
+                   const std::vector<ScanCounts>& counts) {
+  // Clocks farther apart count from different events; their times are known not to be the stamps'.
+  constexpr std::int64_t kSameEpoch_ns = 3600 * kSecond_ns;
+  const std::string drive = concat("drive ", recording.name, ": ");
+  const std::string step = seconds(usual_step_ns(recording.scans));
+  const TimesOfKind shares = times_of_kind(counts, PointTimesKind::kShares);
+  if (shares.count > 0) {
+    ctx.warn(concat(drive, "the point times of ", shares.count,
+                    " scans are from 0 to 1, but scans are ", step,
+                    " apart; they are read as shares of a sweep of ", step));
+  }
+  const TimesOfKind longer = times_of_kind(counts, PointTimesKind::kTooLong);
+  if (longer.count > 0) {
+    ctx.warn(concat(drive, "the point times of ", longer.count, " scans span ",
+                    seconds(longer.span_ns), ", but scans are ", step,
+                    " apart; these times are ignored, and motion within these scans is not "
+                    "removed"));
+  }
+  const TimesOfKind other = times_of_kind(counts, PointTimesKind::kOtherClock);
+  if (other.count > 0 && std::abs(other.ahead_ns) < kSameEpoch_ns) {
+    ctx.warn(concat(drive, "the point times of ", other.count, " scans begin ",
+                    seconds(std::abs(other.ahead_ns)), other.ahead_ns < 0 ? " before" : " after",
+                    " the times of the scans, so they are of another clock; they are counted from "
+                    "the time of each scan"));
+  }
+  const auto unread = std::ranges::find_if(
+      counts, [](const ScanCounts& scan) { return !scan.unread_time.empty(); });
+  if (unread != counts.end()) {
+    ctx.warn(concat(drive, "the field `", unread->unread_time,
+                    "` of the scans may contain times of points, but is not a known name and is "
+                    "not read; rename it to `timestamp` if so"));
+  }
 }
 
 void warn_of(const PassContext& ctx, const Recording& recording,
@@ -147,8 +256,10 @@ void warn_of(const PassContext& ctx, const Recording& recording,
   warn_of_some(&ScanCounts::is_far_away,
                " scans have most of their points farther than 2 km, beyond the reach of a LiDAR");
   warn_of_some(&ScanCounts::has_unclear_times,
-               " scans have point times that do not span 2 ms to 2 s in any unit; these times are "
-               "ignored, and motion within these scans is not removed");
+               " scans have point times that do not span 2 ms to 2 s in any unit, or fewer than 16 "
+               "different ones; these times are ignored, and motion within these scans is not "
+               "removed");
+  warn_of_times(ctx, recording, counts);
   warn_of_gaps(ctx, recording);
 }
 
@@ -157,7 +268,7 @@ std::vector<ScanInfo> describe(const Recording& recording, const std::vector<Sca
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const RecordedScan& recorded = recording.scans[i];
     ScanInfo& scan = scans.emplace_back();
-    scan.recording_index = static_cast<std::uint32_t>(i);
+    scan.recording_index = recorded.index;
     scan.stamp_ns = recorded.stamp_ns;
     scan.source = recorded.name;
     scan.point_count = counts[i].point_count;
@@ -238,14 +349,18 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
   };
 }
 
-Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording) {
-  if (recording.scans.empty()) {
-    return Error{ErrorCode::kDriveTooShort, concat("drive ", recording.name, " has no scans")};
+Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& opened) {
+  if (opened.scans.empty()) {
+    return Error{ErrorCode::kDriveTooShort, concat("drive ", opened.name, " has no scans")};
   }
-  SIGHTLINE_TRY(check_times(recording));
-  SIGHTLINE_ASSIGN(const std::vector<ScanCounts> counts, count_all(ctx, recording));
+  SIGHTLINE_TRY(check_times(opened));
+  SIGHTLINE_ASSIGN(CountedScans counted, count_all(ctx, opened));
+  SIGHTLINE_ASSIGN(const Recording recording, without_empty(ctx, opened, counted));
+  const std::vector<ScanCounts>& counts = counted.counts;
   warn_of(ctx, recording, counts);
   SIGHTLINE_TRY(check_reach(recording, counts));
+  SIGHTLINE_TRY(check_frame(recording));
+  SIGHTLINE_TRY(check_pose_clock(recording));
   SIGHTLINE_TRY(check_sensor(ctx, recording));
   Drive drive;
   drive.name = recording.name;
@@ -261,7 +376,11 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
 }
 
 void reattach(Drive& drive, const Recording& recording) {
-  drive.store = recorded_scan_store(recording);
+  std::set<std::uint32_t> used;
+  for (const ScanInfo& scan : drive.scans) used.insert(scan.recording_index);
+  Recording kept = recording;
+  std::erase_if(kept.scans, [&](const RecordedScan& scan) { return !used.contains(scan.index); });
+  drive.store = recorded_scan_store(kept);
 }
 
 }  // namespace sightline

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "formats/text/numbers.h"
+#include "passes/ingest/check_map_axes.h"
 
 namespace sightline {
 namespace {
@@ -79,6 +80,7 @@ Result<SurfacePoints> ingest_map(PassContext& ctx, const IngestMapOptions& optio
     points.standing_count += map.files[i].point_count;
   }
   points.store = point_map_store(map);
+  SIGHTLINE_TRY(check_map_axes(points));
   warn_of_files(ctx, map);
   SIGHTLINE_ASSIGN(const double density, points_per_m2(ctx, points));
   warn_of_density(ctx, map, density);

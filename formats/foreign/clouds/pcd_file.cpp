@@ -44,6 +44,8 @@ struct PcdHeader {
   [[nodiscard]] const PcdField* field(std::string_view name) const;
   [[nodiscard]] const PcdField* intensity() const;
   [[nodiscard]] const PcdField* time() const;  // of each point
+  TimeName time_name;
+  std::optional<Eigen::Vector3d> viewpoint_m;  // nothing: the origin, unturned
 };
 
 // The words behind a keyword, and where they stood.
@@ -270,8 +272,26 @@ const PcdField* PcdHeader::intensity() const {
 }
 
 const PcdField* PcdHeader::time() const {
-  return first_field(
-      *this, [](const PcdField& field) { return is_time_name(field.name) && field.count == 1; });
+  TimeName names;
+  const PcdField* chosen = nullptr;
+  for (const PcdField& field : fields) {
+    if (field.count == 1 && names.take(field.name)) chosen = &field;
+  }
+  return chosen;
+}
+
+// x y z and a quaternion w x y z. What is no such thing is ignored: the points do not need it.
+std::optional<Eigen::Vector3d> viewpoint_of(const Entries& entries) {
+  const auto entry = entries.find("VIEWPOINT");
+  if (entry == entries.end()) return std::nullopt;
+  std::vector<double> numbers;
+  for (const std::string_view word : entry->second.values) {
+    numbers.push_back(finite_number(word).value_or(0.0));
+  }
+  const bool is_origin =
+      std::ranges::all_of(numbers, [](double n) { return n == 0.0 || n == 1.0; });
+  if (numbers.size() != 7 || is_origin) return std::nullopt;
+  return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
 }
 
 // Errors: truncated-scan (ends before DATA), malformed-header, missing-field, unsupported-format (a
@@ -284,6 +304,10 @@ Result<PcdHeader> parse_pcd_header(const FileBytes& file) {
   SIGHTLINE_TRY(check_position_fields(file, header));
   SIGHTLINE_TRY(read_point_count(file, entries, header));
   SIGHTLINE_TRY(read_encoding(file, entries.at("DATA"), header));
+  for (const PcdField& field : header.fields) {
+    if (field.count == 1) header.time_name.take(field.name);
+  }
+  header.viewpoint_m = viewpoint_of(entries);
   return header;
 }
 
@@ -351,7 +375,7 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
         concat("found ", count, " points, expected the header's ", header.point_count),
         at_line(reader.number()));
   }
-  if (time) set_point_times(times, cloud);
+  header.time_name.set_times(times, cloud);
   return cloud;
 }
 
@@ -369,6 +393,7 @@ PointColumns columns_of(const std::uint8_t* body, const PcdHeader& header, bool 
                       column(*header.field("z"))};
   if (const PcdField* intensity = header.intensity()) columns.intensity = column(*intensity);
   if (const PcdField* time = header.time()) columns.time = column(*time);
+  columns.time_name = header.time_name;
   return columns;
 }
 
@@ -458,10 +483,7 @@ Result<PointCloudFile> parse_compressed(const FileBytes& file, const PcdHeader& 
   return read_points(columns_of(unpacked.get(), body.header, true));
 }
 
-}  // namespace
-
-Result<PointCloudFile> parse_pcd(const FileBytes& file) {
-  SIGHTLINE_ASSIGN(const PcdHeader header, parse_pcd_header(file));
+Result<PointCloudFile> parse_points(const FileBytes& file, const PcdHeader& header) {
   switch (header.encoding) {
     case PcdEncoding::kAscii:
       return parse_ascii(file, header);
@@ -471,6 +493,15 @@ Result<PointCloudFile> parse_pcd(const FileBytes& file) {
       return parse_compressed(file, header);
   }
   return file.error(ErrorCode::kMalformedHeader, "no encoding", "");
+}
+
+}  // namespace
+
+Result<PointCloudFile> parse_pcd(const FileBytes& file) {
+  SIGHTLINE_ASSIGN(const PcdHeader header, parse_pcd_header(file));
+  Result<PointCloudFile> cloud = parse_points(file, header);
+  if (cloud) cloud->viewpoint_m = header.viewpoint_m;
+  return cloud;
 }
 
 }  // namespace sightline

@@ -217,7 +217,8 @@ PointCloudFile read_points(const PointColumns& columns) {
   } else {
     read_typed<AnyColumn>(columns, cloud);
   }
-  if (columns.time) set_point_times(times_of_returns(columns), cloud);
+  columns.time_name.set_times(columns.time ? times_of_returns(columns) : std::vector<double>(),
+                              cloud);
   return cloud;
 }
 

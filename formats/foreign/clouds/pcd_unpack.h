@@ -31,6 +31,7 @@ struct PointColumns {
   std::array<FieldColumn, 3> position;
   std::optional<FieldColumn> intensity;  // 0 where there is none
   std::optional<FieldColumn> time;       // of each point; see set_point_times
+  TimeName time_name;
 };
 
 // What add_point() does for every point.

@@ -143,6 +143,7 @@ struct VertexLayout {
   std::array<std::ptrdiff_t, 3> position = {-1, -1, -1};
   std::ptrdiff_t intensity = -1;
   std::ptrdiff_t time = -1;
+  TimeName time_name;
 };
 
 Result<VertexLayout> vertex_layout(const FileBytes& file, const PlyHeader& header) {
@@ -167,7 +168,7 @@ Result<VertexLayout> vertex_layout(const FileBytes& file, const PlyHeader& heade
         layout.position[axis] = place;
       }
       if (is_intensity_name(property.name)) layout.intensity = place;
-      if (is_time_name(property.name)) layout.time = place;
+      if (layout.time_name.take(property.name)) layout.time = place;
     }
   }
   if (std::ranges::min(layout.position) < 0) {
@@ -317,7 +318,7 @@ Result<PointCloudFile> parse_ply(const FileBytes& file) {
   }
   SIGHTLINE_TRY(body.finish());
   cloud.may_be_cut = body.may_be_cut();
-  if (layout.time >= 0) set_point_times(times, cloud);
+  layout.time_name.set_times(times, cloud);
   return cloud;
 }
 

@@ -1,12 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -30,9 +29,17 @@ struct PointCloudFile {
   // The unit is the one of s, ms, us and ns in which the scan takes 2 ms to 2 s.
   std::vector<std::int32_t> time_offset_ns;
   std::optional<std::int64_t> time_origin_ns;
-  // There is a field of times in which no unit makes sense, or with a NaN; it was left out.
+  // There is a field of times in which no unit makes sense, with a NaN, or with fewer than
+  // kFewestTimes different ones for many points; it was left out.
   bool has_unclear_times = false;
+  // A field that seems to hold times and was not read, because its name is unknown; else empty.
+  std::string unread_time;
+  // Where the file says that the sensor was (PCD: VIEWPOINT); nothing for the origin.
+  std::optional<Eigen::Vector3d> viewpoint_m;
 };
+
+// A sweep is measured in packets: so few different times are no times of its points.
+inline constexpr std::size_t kFewestTimes = 16;
 
 // Fills time_offset_ns, time_origin_ns and has_unclear_times by the rules given there, from one
 // time a point in any unit (known_unit_ns where the format names it) and by any clock.
@@ -60,12 +67,27 @@ inline bool is_intensity_name(std::string_view name) {
          name == "scalar_Intensity" || name == "reflectivity" || name == "i";
 }
 
-// Fields that hold the time of a point, as the usual drivers name them.
-inline bool is_time_name(std::string_view name) {
-  constexpr std::array<std::string_view, 8> kNames = {"t",           "time",        "timestamp",
-                                                      "offset_time", "time_offset", "timeStamp",
-                                                      "time_stamps", "gps_time"};
-  return std::ranges::find(kNames, name) != kNames.end();
-}
+// Fields that hold the time of a point, as the usual drivers name them: t, time, timestamp,
+// time_stamp, offset_time, GpsTime and their like in any case, also with a unit at the end
+// (timestamp_ns). `curvature` is what FAST-LIO stores a point's time in.
+bool is_time_name(std::string_view name);
+
+// Chooses the field of times among the fields of a cloud, which are offered one after the other.
+class TimeName {
+ public:
+  // Whether this is now the field to read: the last one that is_time_name(), `curvature` only where
+  // there is no other.
+  bool take(std::string_view name);
+  // set_point_times() with the numbers of that field, in the unit that its name gives, if any.
+  // Without such a field (`times` is then ignored): sets unread_time to the first name with "time"
+  // or "stamp" in it.
+  void set_times(std::span<const double> times, PointCloudFile& cloud) const;
+
+ private:
+  [[nodiscard]] std::optional<double> unit_ns() const;
+
+  std::string name_;
+  std::string unread_;
+};
 
 }  // namespace sightline

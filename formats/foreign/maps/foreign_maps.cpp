@@ -7,8 +7,10 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/maps/coordinate_spacing.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/text/text_lines.h"
+#include "formats/text/numbers.h"
 
 namespace sightline {
 namespace {
@@ -71,7 +73,22 @@ Result<std::vector<fs::path>> files_of_folder(const fs::path& folder) {
 struct OpenedFile {
   PointMapFile file;
   bool may_be_cut = false;
+  CoordinateSpacing spacing;
 };
+
+std::string text_of(const CoordinateSpacing& spacing) {
+  return concat("its coordinates have steps of ", format_double(spacing.spacing_m), " m near ",
+                fixed(spacing.largest_m, 0),
+                " m, as numbers of 32 bits (float32) or of few digits have. Export the map with "
+                "numbers of 64 bits (double), or with an offset subtracted");
+}
+
+// Cells of 2 m need points at finer steps.
+Result<void> check_spacing(const fs::path& path, const CoordinateSpacing& spacing) {
+  constexpr double kMost_m = 0.1;
+  if (spacing.spacing_m < kMost_m || !spacing.is_of_numbers()) return {};
+  return Error{ErrorCode::kUnsupportedFormat, text_of(spacing), path.string()};
+}
 
 Result<OpenedFile> open_file(const fs::path& path) {
   SIGHTLINE_ASSIGN(const FileContent content, read_file_content(path));
@@ -86,16 +103,24 @@ Result<OpenedFile> open_file(const fs::path& path) {
   file.dropped_count = cloud.nonfinite_count + cloud.zero_count + cloud.withheld_count;
   for (const Eigen::Vector3d& point_m : cloud.points_m) file.box_m.extend(point_m);
   opened.may_be_cut = cloud.may_be_cut;
+  opened.spacing = coordinate_spacing(cloud.points_m);
+  SIGHTLINE_TRY(check_spacing(path, opened.spacing));
   return opened;
 }
 
 Result<void> open_files(const std::vector<fs::path>& paths, int threads, PointMap& map) {
   std::vector<std::optional<Result<OpenedFile>>> opened(paths.size());
   parallel_for(paths.size(), threads, [&](std::size_t i) { opened[i] = open_file(paths[i]); });
+  bool is_coarse = false;  // one warning for all
   for (const std::optional<Result<OpenedFile>>& file : opened) {
     if (!*file) return file->error();
     const OpenedFile& of = **file;
     map.files.push_back(of.file);
+    constexpr double kCoarse_m = 0.02;
+    if (of.spacing.spacing_m >= kCoarse_m && of.spacing.is_of_numbers() && !is_coarse) {
+      map.warnings.push_back(concat(of.file.name, ": ", text_of(of.spacing)));
+      is_coarse = true;
+    }
     if (!of.may_be_cut) continue;
     map.warnings.push_back(concat("the last line of ", of.file.name,
                                   " has no line end: its last number may be cut off"));

@@ -1,13 +1,13 @@
 #include "formats/foreign/recording/open_recording.h"
 
 #include <algorithm>
-#include <limits>
 #include <span>
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
 #include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/point_times.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/text/sensor_file.h"
@@ -111,8 +111,8 @@ Result<void> read_digests(Recording& recording, int threads) {
 // A file of many scans was read when it was opened.
 Result<void> take_digests(Recording& recording, int threads, const DigestMemory* memory) {
   if (recording.container) {
-    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-      recording.scans[i].content = recording.container->scans()[i].content;
+    for (RecordedScan& scan : recording.scans) {
+      scan.content = recording.container->scans()[scan.index].content;
     }
     return {};
   }
@@ -184,13 +184,12 @@ Error changed(const std::filesystem::path& path) {
           path.string()};
 }
 
-Result<PointCloudFile> read_contained(const Recording& recording, const ScanInFile& scan,
-                                      std::size_t index) {
+Result<PointCloudFile> read_contained(const Recording& recording, const ScanInFile& scan) {
   const std::filesystem::path path = recording.file_of(scan);
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(scan.index));
   if (sha256(bytes) != scan.content) return changed(path);
-  SIGHTLINE_ASSIGN(PointCloudFile cloud, recording.container->parse(bytes, index));
-  return with_returns(std::move(cloud), path.string(), concat("scan ", index));
+  SIGHTLINE_ASSIGN(PointCloudFile cloud, recording.container->parse(bytes, scan.index));
+  return with_returns(std::move(cloud), path.string(), concat("scan ", scan.index));
 }
 
 Result<PointCloudFile> read_alone(const Recording& recording, const ScanInFile& scan) {
@@ -200,28 +199,15 @@ Result<PointCloudFile> read_alone(const Recording& recording, const ScanInFile& 
   return parse_point_cloud(file.bytes(), path, recording.columns);
 }
 
-Result<PointCloudFile> read_checked(const Recording& recording, const ScanInFile& scan,
-                                    std::size_t index) {
-  return recording.container ? read_contained(recording, scan, index) : read_alone(recording, scan);
-}
-
-// Offsets from the stamp. A clock far from that of the stamps gives only the times between points.
-void count_from(std::int64_t stamp_ns, PointCloudFile& cloud) {
-  constexpr std::int64_t kNear_ns = 2 * kSecond_ns;
-  constexpr std::int64_t kMost_ns = std::numeric_limits<std::int32_t>::max();
-  if (!cloud.time_origin_ns || cloud.time_offset_ns.empty()) return;
-  const std::int64_t shift_ns = *cloud.time_origin_ns - stamp_ns;
-  const auto [first_ns, last_ns] = std::ranges::minmax(cloud.time_offset_ns);
-  const bool is_same_clock =
-      shift_ns >= -kNear_ns && shift_ns <= kNear_ns && shift_ns + last_ns <= kMost_ns;
-  const auto add_ns = static_cast<std::int32_t>(is_same_clock ? shift_ns : -first_ns);
-  for (std::int32_t& offset_ns : cloud.time_offset_ns) offset_ns += add_ns;
+Result<PointCloudFile> read_checked(const Recording& recording, const ScanInFile& scan) {
+  return recording.container ? read_contained(recording, scan) : read_alone(recording, scan);
 }
 
 class RecordedScanStore : public ScanStore {
  public:
   explicit RecordedScanStore(const Recording& recording)
-      : scans_(recording.scans.begin(), recording.scans.end()) {
+      : scans_(recording.scans.begin(), recording.scans.end()),
+        step_ns_(usual_step_ns(recording.scans)) {
     opened_.source = recording.source;
     opened_.container = recording.container;
     opened_.columns = recording.columns;
@@ -231,8 +217,8 @@ class RecordedScanStore : public ScanStore {
   Result<Scan> read(std::size_t index) const override {
     SIGHTLINE_CHECK(index < scans_.size());
     const ScanInFile& scan = scans_[index];
-    SIGHTLINE_ASSIGN(PointCloudFile cloud, read_checked(opened_, scan, index));
-    count_from(scan.stamp_ns, cloud);
+    SIGHTLINE_ASSIGN(PointCloudFile cloud, read_checked(opened_, scan));
+    settle_point_times(scan.stamp_ns, step_ns_, cloud);
     return Scan{scan.stamp_ns, std::move(cloud.points_m), std::move(cloud.time_offset_ns)};
   }
 
@@ -243,10 +229,11 @@ class RecordedScanStore : public ScanStore {
     const ScanInFile& scan = scans_[index];
     ByteWriter writer;
     if (opened_.container) {
-      writer.put<std::uint64_t>(index);
+      writer.put<std::uint64_t>(scan.index);
       return derived_digest("scan of a file", opened_.digest, writer.bytes());
     }
     writer.put(scan.stamp_ns);
+    writer.put(step_ns_);
     // By which it is read; of "12.pcd.gz" both parts.
     const std::filesystem::path file = scan.name;
     const bool is_packed = file.extension() == ".gz";
@@ -258,6 +245,7 @@ class RecordedScanStore : public ScanStore {
 
  private:
   std::vector<ScanInFile> scans_;
+  std::int64_t step_ns_ = 0;
   Recording opened_;  // without its scans, whose poses would be the most of it
 };
 
@@ -315,16 +303,17 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads,
 
 Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
-  return read_checked(recording, recording.scans[index], index);
+  return read_checked(recording, recording.scans[index]);
 }
 
 Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
+  const RecordedScan& scan = recording.scans[index];
   if (!recording.container) {
-    return read_point_cloud(recording.file_of(recording.scans[index]), recording.columns);
+    return read_point_cloud(recording.file_of(scan), recording.columns);
   }
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
-  return recording.container->parse(bytes, index);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(scan.index));
+  return recording.container->parse(bytes, scan.index);
 }
 
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording) {

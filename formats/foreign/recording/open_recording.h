@@ -19,16 +19,16 @@ namespace sightline {
 // Times: the stamps file, by row; else those of the file that holds the scans; else file names that
 // are times (15 digits and more, or decimals); else those of the pose file; else index / rate_hz.
 // Poses: Apollo by id = number in the scan's name; TUM by time where the scans have times of their
-// own, interpolated between rows at most 1 s apart; others by row: that of the scan's number where
-// there are more rows than scans and names are numbers, else of its position. Warnings count rows
-// that no scan uses and scans without a pose of a bag.
-// Columns of .bin: those of the options, refused where the floats of a scan contradict them; else
-// the one count of floats a point that fits all scans, with a warning where it is not 4.
-// Turn rates: those of the scans' bag (read_bag_turns), about the vehicle's axes, from a second
-// before the first scan to a second behind the last; none for imu_topic "none".
-// Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats, truncated-scan,
-// unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs, and those
-// of read_poses, read_bag_poses, read_stamps and open_scan_container.
+// own, interpolated between rows at most 1.5 s apart; others by row: that of the scan's number
+// where there are more rows than scans and names are numbers, else of its position. Warnings count
+// rows that no scan uses and scans that are left out (left_out_scans.h). Columns of .bin: those of
+// the options, refused where the floats of a scan contradict them; else the one count of floats a
+// point that fits all scans, with a warning where it is not 4. Turn rates: those of the scans' bag
+// (read_bag_turns), about the vehicle's axes, from a second before the first scan to a second
+// behind the last; none for imu_topic "none". Errors: file-not-found, cannot-open, cannot-read,
+// empty-directory, mixed-formats, truncated-scan, unsupported-format, unknown-name, bad-value,
+// fewer-poses-than-scans, mismatched-inputs, and those of read_poses, read_bag_poses, read_stamps
+// and open_scan_container.
 Result<Recording> open_recording(const RecordingOptions& options, int threads = 1,
                                  const DigestMemory* memory = nullptr);
 
@@ -46,8 +46,7 @@ Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t 
 
 // Reads scans one at a time and checks their files again each time, except those that
 // recording.memory holds; index = position in recording.scans. Point times are offsets from the
-// scan's stamp; those of another clock (the first point is over 2 s from the stamp, or the last
-// over 2.1 s behind it) begin at the stamp. Keeps what it needs of the recording.
+// scan's stamp (settle_point_times). Keeps what it needs of the recording.
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording);
 
 // Gives every file a time and, where there are any, a pose, by the rules of open_recording; adds to

@@ -63,6 +63,7 @@ struct ScanInFile {
   std::int64_t stamp_ns = 0;
   Digest content{};  // SHA-256 of the file, or of what a file of many says of this scan
   std::uint64_t content_xxh3 = 0;  // of the file; 0 in a file of many. Ten times as fast to compare
+  std::uint32_t index = 0;  // among all scans of the folder or file, also those that are left out
 };
 
 struct RecordedScan : ScanInFile {
@@ -74,17 +75,21 @@ struct Recording {
   std::string name;
   SensorProfile sensor;
   std::filesystem::path source;  // the folder of the scans' files, or the one file that holds them
-  // In natural order of their names (2 before 10), or in the order of the file that holds them.
+  // In natural order of their names (2 before 10), or in the order of the file that holds them;
+  // without those that are left out (left_out_scans.h).
   std::vector<RecordedScan> scans;
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
   // Of scans without a header: as given, or as found when they were opened.
   std::optional<FloatColumns> columns;
-  std::vector<TurnRate> turn_rates;    // of a bag's inertial unit; empty: there are none to use
+  std::vector<TurnRate> turn_rates;  // of a bag's inertial unit; empty: there are none to use
+  // Poses by their own times, ascending; empty where they belong to scans by row.
+  std::vector<PoseRow> pose_rows;
+  std::string world_frame;             // that a bag's poses are in; empty: it is not known
   bool has_quaternions = false;        // poses are quaternions of a text file, read as x y z w
   std::vector<std::string> warnings;   // what was assumed, for the person who brought it
   std::shared_ptr<ScanMemory> memory;  // which keeps scans that were read; nullptr: none does
-  // Names everything above but warnings and memory: equal for equal contents, wherever the folder
-  // lies.
+  // Names everything above but pose_rows, world_frame, warnings and memory: equal for equal
+  // contents, wherever the folder lies.
   Digest digest{};
 
   // Which file holds a scan.

@@ -5,6 +5,7 @@
 
 #include "formats/base/files/regular_file.h"
 #include "formats/base/units.h"
+#include "formats/foreign/recording/left_out_scans.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/ros/ros_bag.h"
@@ -121,24 +122,6 @@ Result<Poses> poses_by_id(const std::string& path, const Files& files,
   return poses;
 }
 
-std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
-  // Farther apart than this a straight line says little about where the vehicle was.
-  constexpr std::int64_t kLongestGap_ns = kSecond_ns;
-  const auto after = std::ranges::lower_bound(rows, stamp_ns, {},
-                                              [](const PoseRow& row) { return *row.stamp_ns; });
-  if (after != rows.end() && *after->stamp_ns == stamp_ns) return *after;
-  if (after == rows.begin() || after == rows.end()) return std::nullopt;
-  const PoseRow& before = *std::prev(after);
-  const std::int64_t gap_ns = *after->stamp_ns - *before.stamp_ns;
-  if (gap_ns > kLongestGap_ns) return std::nullopt;
-  PoseRow pose;
-  pose.stamp_ns = stamp_ns;
-  pose.T_world_vehicle =
-      interpolate(before.T_world_vehicle, after->T_world_vehicle,
-                  static_cast<double>(stamp_ns - *before.stamp_ns) / static_cast<double>(gap_ns));
-  return pose;
-}
-
 // Where the poses lie in time, and how clocks of two kinds come to be that far apart.
 std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   constexpr std::int64_t kHour_s = 3600;
@@ -147,7 +130,7 @@ std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   const std::int64_t last_ns = *rows.back().stamp_ns;
   std::string text =
       concat("; they run from ", format_stamp(first_ns), " to ", format_stamp(last_ns));
-  if (stamp_ns >= first_ns && stamp_ns <= last_ns) return text + ", with a gap of over 1 s there";
+  if (stamp_ns >= first_ns && stamp_ns <= last_ns) return text + ", with a gap of over 1.5 s there";
   const std::int64_t off_s = (stamp_ns - first_ns) / kSecond_ns;
   const std::int64_t hours = (off_s + (off_s < 0 ? -kHour_s : kHour_s) / 2) / kHour_s;
   if (std::abs(off_s) < kLeastOff_s) return text;
@@ -159,18 +142,20 @@ std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
 }
 
 Result<Poses> poses_by_time(const std::string& path, const Files& files,
-                            const std::vector<PoseRow>& rows, const Stamps& stamps_ns) {
+                            const std::vector<PoseRow>& rows, const Stamps& stamps_ns,
+                            Recording& recording) {
+  recording.pose_rows = rows;
   Poses poses;
+  PosedScans posed;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const std::optional<PoseRow> pose = pose_at(rows, *stamps_ns[i]);
-    if (!pose) {
-      return fewer_poses(
-          path, concat("no poses before and after time ", format_stamp(*stamps_ns[i]), " s of ",
-                       files[i].filename().string(), span_of(rows, *stamps_ns[i])));
-    }
-    poses.push_back(pose);
+    poses.push_back(pose_at(rows, *stamps_ns[i]));
+    posed.add(poses.back().has_value());
   }
-  return poses;
+  if (posed.may_be_used()) return poses;
+  const std::size_t missing = posed.first_missing();
+  return fewer_poses(
+      path, concat("no poses before and after time ", format_stamp(*stamps_ns[missing]), " s of ",
+                   files[missing].filename().string(), span_of(rows, *stamps_ns[missing])));
 }
 
 // A topic begins later than the scans and ends earlier, or has gaps: those scans have no pose.
@@ -188,8 +173,10 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
                               found.warnings.end());
     rows = std::move(found.rows);
   } else {
-    SIGHTLINE_ASSIGN(rows, read_bag_poses(options.poses, options.poses_topic, frame));
+    SIGHTLINE_ASSIGN(
+        rows, read_bag_poses(options.poses, options.poses_topic, frame, &recording.world_frame));
   }
+  recording.pose_rows = rows;
   if (stamps_ns.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "a bag's poses are assigned by time, but the scans have no times. Name a file of "
@@ -205,10 +192,6 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
   if (missing == stamps_ns.size()) {
     return fewer_poses(options.poses,
                        concat("none of the ", rows.size(), " poses is at the time of a scan"));
-  }
-  if (missing > 0) {
-    recording.warnings.push_back(concat(options.poses, ": ", missing, " of ", stamps_ns.size(),
-                                        " scans have no poses before and after them in time"));
   }
   return poses;
 }
@@ -236,12 +219,12 @@ Result<Poses> poses_from_track(const RecordingOptions& options, const Files& fil
     return poses_by_row(options.poses, files, rows, recording);
   }
   take_unit_of_times(options.poses, rows, recording);
-  return poses_by_time(options.poses, files, rows, stamps_ns);
+  return poses_by_time(options.poses, files, rows, stamps_ns, recording);
 }
 
 // nuScenes' table holds those of all its drives.
 Result<Poses> poses_from_table(const RecordingOptions& options, const Files& files,
-                               const Stamps& stamps_ns) {
+                               const Stamps& stamps_ns, Recording& recording) {
   SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_nuscenes_poses(options.poses));
   if (stamps_ns.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
@@ -249,11 +232,11 @@ Result<Poses> poses_from_table(const RecordingOptions& options, const Files& fil
                  "of times with `stamps`",
                  options.poses};
   }
-  return poses_by_time(options.poses, files, rows, stamps_ns);
+  return poses_by_time(options.poses, files, rows, stamps_ns, recording);
 }
 
 // Poses of another part of the vehicle become those of the sensor.
-Result<void> take_calibration(const RecordingOptions& options, Poses& poses) {
+Result<void> take_calibration(const RecordingOptions& options, Poses& poses, Recording& recording) {
   if (options.calibration.empty()) return {};
   if (options.poses_of != PosesOf::kSensor) {
     return Error{ErrorCode::kBadValue,
@@ -264,17 +247,32 @@ Result<void> take_calibration(const RecordingOptions& options, Poses& poses) {
   for (std::optional<PoseRow>& pose : poses) {
     if (pose) pose->T_world_vehicle = lidar_pose(calibration, pose->T_world_vehicle);
   }
+  for (PoseRow& row : recording.pose_rows) {
+    row.T_world_vehicle = lidar_pose(calibration, row.T_world_vehicle);
+  }
   return {};
+}
+
+void warn_of_repeated(const std::string& path, const std::vector<PoseRow>& rows,
+                      Recording& recording) {
+  std::size_t repeated = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    repeated += rows[i].stamp_ns && rows[i].stamp_ns == rows[i - 1].stamp_ns ? 1 : 0;
+  }
+  if (repeated == 0) return;
+  recording.warnings.push_back(concat(path, ": ", repeated, " of ", rows.size(),
+                                      " rows have the time of the row before them"));
 }
 
 Result<Poses> poses_from_file(const RecordingOptions& options, const Files& files,
                               const Stamps& stamps_ns, Recording& recording) {
   SIGHTLINE_ASSIGN(std::vector<PoseRow> rows, read_poses(options.poses, options.pose_format));
+  warn_of_repeated(options.poses, rows, recording);
   take_unit_of_times(options.poses, rows, recording);
   recording.has_quaternions = !rows.empty() && rows.front().stamp_ns.has_value();
   if (!rows.empty() && rows.front().id) return poses_by_id(options.poses, files, rows);
   if (!rows.empty() && rows.front().stamp_ns && !stamps_ns.empty()) {
-    return poses_by_time(options.poses, files, rows, stamps_ns);
+    return poses_by_time(options.poses, files, rows, stamps_ns, recording);
   }
   return poses_by_row(options.poses, files, rows, recording);
 }
@@ -290,7 +288,7 @@ Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files
     SIGHTLINE_TRY(open_regular_file(options.poses));  // a pipe would wait for its writer
   }
   if (!is_folder && is_nuscenes_poses(options.poses)) {
-    return poses_from_table(options, files, stamps_ns);
+    return poses_from_table(options, files, stamps_ns, recording);
   }
   if (is_geodetic(options.poses)) return poses_from_track(options, files, stamps_ns, recording);
   return poses_from_file(options, files, stamps_ns, recording);
@@ -312,7 +310,7 @@ Result<void> describe_scans(const RecordingOptions& options,
     stamps_ns = std::move(given);
   }
   SIGHTLINE_ASSIGN(Poses poses, poses_of_scans(options, files, stamps_ns, recording));
-  SIGHTLINE_TRY(take_calibration(options, poses));
+  SIGHTLINE_TRY(take_calibration(options, poses, recording));
   if (!(options.rate_hz > 0.0)) return Error{ErrorCode::kBadValue, "rate_hz must be above 0"};
   recording.scans.resize(files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
@@ -326,7 +324,10 @@ Result<void> describe_scans(const RecordingOptions& options,
       scan.stamp_ns = pose->stamp_ns.value_or(index_ns);
     }
     if (!stamps_ns.empty()) scan.stamp_ns = *stamps_ns[i];
+    scan.index = static_cast<std::uint32_t>(i);
   }
+  leave_out_unposed(options.poses, recording);
+  leave_out_untimely(recording);
   return {};
 }
 

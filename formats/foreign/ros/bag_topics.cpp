@@ -10,6 +10,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Some publishers compute a fixed transform anew each time; what moves changes by more.
+bool is_same(const Pose& a, const Pose& b) {
+  constexpr double kSamePlace_m = 1e-4;
+  constexpr double kSameRotation = 1e-5;
+  return (a.translation() - b.translation()).norm() < kSamePlace_m &&
+         (a.linear() - b.linear()).norm() < kSameRotation;
+}
+
 Error error_of(const fs::path& path, ErrorCode code, std::string message) {
   return {code, std::move(message), path.string()};
 }
@@ -79,6 +87,8 @@ void TransformTree::add(const StampedTransform& transform, bool is_static) {
   edge.is_static = edge.is_static || is_static;
   if (edge.is_static) edge.poses.clear();
   edge.poses.emplace(transform.stamp_ns, transform.T_parent_child);
+  const bool is_other = !is_same(transform.T_parent_child, edge.poses.begin()->second);
+  edge.moves = !edge.is_static && (edge.moves || is_other);
 }
 
 std::string TransformTree::frames() const {
@@ -87,10 +97,10 @@ std::string TransformTree::frames() const {
   return names;
 }
 
-// T_parent_child; a single one holds at all times.
+// T_parent_child; one that does not move holds at all times.
 std::optional<Pose> TransformTree::pose_at(const Edge& edge, std::int64_t stamp_ns) {
   constexpr std::int64_t kLongestGap_ns = 2 * kSecond_ns;  // localizers correct once a second
-  if (!edge.moves()) return edge.poses.begin()->second;
+  if (!edge.moves) return edge.poses.begin()->second;
   const auto after = edge.poses.lower_bound(stamp_ns);
   if (after != edge.poses.end() && after->first == stamp_ns) return after->second;
   if (after == edge.poses.begin() || after == edge.poses.end()) return std::nullopt;
@@ -132,8 +142,8 @@ Result<std::vector<PoseRow>> TransformTree::poses_of(const std::string& frame,
                                                      const std::string& file) const {
   SIGHTLINE_ASSIGN(const std::vector<const Edge*> chain, chain_above(frame, file));
   const auto fastest = std::ranges::max_element(
-      chain, {}, [](const Edge* edge) { return edge->moves() ? edge->poses.size() : 0; });
-  if (fastest == chain.end() || !(*fastest)->moves()) {
+      chain, {}, [](const Edge* edge) { return edge->moves ? edge->poses.size() : 0; });
+  if (fastest == chain.end() || !(*fastest)->moves) {
     return error(ErrorCode::kNoPoses, concat("no moving transform is above frame '", frame, "'"),
                  file);
   }
@@ -155,6 +165,11 @@ Result<std::vector<PoseRow>> TransformTree::poses_of(const std::string& frame,
                file);
 }
 
+std::string TransformTree::frame_above(const std::string& frame) const {
+  const Result<std::vector<const Edge*>> chain = chain_above(frame, "");
+  return chain && !chain->empty() ? chain->back()->parent : frame;
+}
+
 std::optional<Pose> TransformTree::fixed_pose(const std::string& ancestor,
                                               const std::string& frame) const {
   Pose T_top_frame = Pose::Identity();
@@ -162,18 +177,11 @@ std::optional<Pose> TransformTree::fixed_pose(const std::string& ancestor,
   for (std::size_t steps = 0; steps <= edges_.size(); ++steps) {
     if (top == ancestor) return T_top_frame;
     const auto at = edges_.find(top);
-    if (at == edges_.end() || at->second.moves()) return std::nullopt;
+    if (at == edges_.end() || at->second.moves) return std::nullopt;
     T_top_frame = at->second.poses.begin()->second * T_top_frame;
     top = at->second.parent;
   }
   return std::nullopt;
-}
-
-bool TransformTree::Edge::is_same() const {
-  const Pose& first = poses.begin()->second;
-  return other_parent.empty() && std::ranges::all_of(poses, [&](const auto& pose) {
-           return pose.second.matrix() == first.matrix();
-         });
 }
 
 std::map<std::string, Pose> TransformTree::fixed_ancestors(const std::string& frame) const {
@@ -182,7 +190,9 @@ std::map<std::string, Pose> TransformTree::fixed_ancestors(const std::string& fr
   std::string top = frame;
   while (ancestors.emplace(top, T_top_frame).second) {  // else frames lie in a circle
     const auto at = edges_.find(top);
-    if (at == edges_.end() || !at->second.is_same()) break;
+    const bool is_fixed =
+        at != edges_.end() && at->second.other_parent.empty() && !at->second.moves;
+    if (!is_fixed) break;
     T_top_frame = at->second.poses.begin()->second * T_top_frame;
     top = at->second.parent;
   }

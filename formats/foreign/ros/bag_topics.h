@@ -33,6 +33,8 @@ class TransformTree {
   // such frame, or nothing moves above it), malformed-pose (two parents, or a circle).
   [[nodiscard]] Result<std::vector<PoseRow>> poses_of(const std::string& frame,
                                                       const std::string& file) const;
+  // The frame that these poses are in; the frame itself where there is none above it.
+  [[nodiscard]] std::string frame_above(const std::string& frame) const;
   // T_ancestor_frame by transforms that do not move; nothing where there is no such chain.
   [[nodiscard]] std::optional<Pose> fixed_pose(const std::string& ancestor,
                                                const std::string& frame) const;
@@ -46,10 +48,8 @@ class TransformTree {
     std::string parent;
     std::string other_parent;  // empty: only one was named
     bool is_static = false;
+    bool moves = false;  // not where it is the same each time, as ROS 1 repeats fixed transforms
     std::map<std::int64_t, Pose> poses;  // T_parent_child by time; a static one has one
-    [[nodiscard]] bool moves() const { return poses.size() > 1; }
-    // Whether it is said to be the same every time, as older drivers repeat what is fixed.
-    [[nodiscard]] bool is_same() const;
   };
   [[nodiscard]] Error error(ErrorCode code, const std::string& message,
                             const std::string& file) const;

@@ -72,6 +72,7 @@ class BagScans : public ScanContainer {
 struct TimedPose {
   std::int64_t time_ns = 0;  // of its recording
   PoseRow row;
+  std::string world_frame;
 };
 
 // In the order of their recording.
@@ -83,7 +84,9 @@ Result<std::vector<TimedPose>> timed_poses(const fs::path& path, const MessageLo
         const LogChannel& channel = log.channels().at(message.channel);
         SIGHTLINE_ASSIGN(const PoseRow row, parse_pose_message(message.bytes, channel.type,
                                                                path.string(), *channel.encoding));
-        poses.push_back({message.time_ns, row});
+        SIGHTLINE_ASSIGN(const MessageHeader header,
+                         header_of(message.bytes, *channel.encoding, path.string()));
+        poses.push_back({message.time_ns, row, header.frame});
         return {};
       }));
   std::ranges::stable_sort(poses, {}, &TimedPose::time_ns);
@@ -91,8 +94,9 @@ Result<std::vector<TimedPose>> timed_poses(const fs::path& path, const MessageLo
 }
 
 Result<std::vector<PoseRow>> poses_of_topic(const fs::path& path, const MessageLog& log,
-                                            const std::string& topic) {
+                                            const std::string& topic, std::string* world_frame) {
   SIGHTLINE_ASSIGN(const std::vector<TimedPose> poses, timed_poses(path, log, topic));
+  if (world_frame != nullptr && !poses.empty()) *world_frame = poses.front().world_frame;
   std::vector<PoseRow> rows;
   for (const TimedPose& pose : poses) {
     const PoseRow& row = pose.row;
@@ -254,7 +258,7 @@ Result<std::vector<BagTopic>> list_bag_topics(const fs::path& path) {
 bool is_ros_bag(const fs::path& path) { return is_message_log(path); }
 
 Result<std::vector<PoseRow>> read_bag_poses(const fs::path& path, const std::string& topic,
-                                            const std::string& frame) {
+                                            const std::string& frame, std::string* world_frame) {
   SIGHTLINE_ASSIGN(const std::unique_ptr<MessageLog> log, open_message_log(path));
   const TopicChoice poses = topics_of(*log, &is_pose_message);
   const TopicChoice transforms = topics_of(*log, &is_transforms_message);
@@ -262,10 +266,12 @@ Result<std::vector<PoseRow>> read_bag_poses(const fs::path& path, const std::str
                                               : transforms.fitting.contains(topic);
   if (!takes_transforms) {
     SIGHTLINE_ASSIGN(const std::string chosen, choose_topic(path, poses, topic));
-    return poses_of_topic(path, *log, chosen);
+    return poses_of_topic(path, *log, chosen, world_frame);
   }
   SIGHTLINE_ASSIGN(const TransformTree tree, read_transforms(path, *log));
-  return tree.poses_of(frame.empty() ? vehicle_frame(tree) : frame, path.string());
+  const std::string moving = frame.empty() ? vehicle_frame(tree) : frame;
+  if (world_frame != nullptr) *world_frame = tree.frame_above(moving);
+  return tree.poses_of(moving, path.string());
 }
 
 Result<std::optional<GeodeticTrack>> read_bag_fixes(const fs::path& path,

@@ -32,9 +32,10 @@ Result<std::vector<BagTopic>> list_bag_topics(const std::filesystem::path& path)
 // their stamps. A topic of transforms (/tf), where named or the only one, gives those of `frame`
 // (empty: base_link, else base_footprint), see TransformTree. Errors: those of open_message_log,
 // TransformTree and parse_pose_message; unknown-name, bad-value, time-runs-backwards.
+// `world_frame` becomes the frame that they are in.
 Result<std::vector<PoseRow>> read_bag_poses(const std::filesystem::path& path,
-                                            const std::string& topic,
-                                            const std::string& frame = "");
+                                            const std::string& topic, const std::string& frame = "",
+                                            std::string* world_frame = nullptr);
 
 // The places of one topic of NavSatFix, in order of their stamps: of the one named, or, where the
 // name is empty and there are neither poses nor transforms, of the only one. Nothing where another

@@ -27,6 +27,7 @@ struct CloudLayout {
   std::array<CloudField, 3> position;
   CloudField intensity;
   CloudField time;
+  TimeName time_name;
   bool is_bigendian = false;
   std::uint64_t point_step = 0;
   std::uint64_t row_step = 0;
@@ -62,7 +63,15 @@ void take_field(MessageReader& reader, CloudLayout& layout) {
   if (name == "y") layout.position[1] = field;
   if (name == "z") layout.position[2] = field;
   if (is_intensity_name(name)) layout.intensity = field;
-  if (is_time_name(name)) layout.time = field;
+  if (layout.time_name.take(name)) layout.time = field;
+}
+
+// Some drivers leave row_step at 0, or fill in that of another width. Where the data is as long as
+// the points need without padding, there is none.
+void settle_row_step(CloudLayout& layout) {
+  const std::uint64_t row = layout.width * layout.point_step;
+  const bool has_one_row = layout.height == 1 && row <= layout.data_size;
+  if (has_one_row || layout.height * row == layout.data_size) layout.row_step = row;
 }
 
 CloudLayout take_layout(MessageReader& reader) {
@@ -77,16 +86,17 @@ CloudLayout take_layout(MessageReader& reader) {
   layout.row_step = reader.get<std::uint32_t>();
   layout.data_size = reader.get<std::uint32_t>();
   layout.data_offset = reader.offset();
+  settle_row_step(layout);
   return layout;
 }
 
 Result<void> check_layout(const CloudLayout& layout, const FileBytes& file) {
   const auto& [x, y, z] = layout.position;
-  if (!x.is_there || !y.is_there || !z.is_there) {
-    return file.error(ErrorCode::kMissingField, "no fields x, y and z", at_byte(0));
-  }
   if (layout.width == 0 || layout.height == 0) {
     return file.error(ErrorCode::kEmptyScan, "the message has a count of 0 points", at_byte(0));
+  }
+  if (!x.is_there || !y.is_there || !z.is_there) {
+    return file.error(ErrorCode::kMissingField, "no fields x, y and z", at_byte(0));
   }
   for (const CloudField& field : {x, y, z, layout.intensity, layout.time}) {
     if (field.offset + field.type.size <= layout.point_step || !field.is_there) continue;
@@ -226,7 +236,7 @@ Result<PointCloudFile> parse_point_cloud2(std::span<const std::byte> message,
       times.push_back(read_field(point, layout.time, layout.is_bigendian));
     }
   }
-  if (layout.time.is_there) set_point_times(times, cloud);
+  layout.time_name.set_times(times, cloud);
   return cloud;
 }
 

@@ -134,6 +134,21 @@ std::string first_line(const std::filesystem::path& path) {
   return "";
 }
 
+// A few poses with the time of the one before them; more are refused by check_times.
+void leave_out_repeated(const std::filesystem::path& path, GeodeticTrack& track) {
+  std::vector<GeodeticFix> kept;
+  for (const GeodeticFix& fix : track.fixes) {
+    const bool is_repeated = !kept.empty() && fix.stamp_ns && fix.stamp_ns == kept.back().stamp_ns;
+    if (!is_repeated) kept.push_back(fix);
+  }
+  const std::size_t repeated = track.fixes.size() - kept.size();
+  const double most = kRepeatedTimesShare * static_cast<double>(track.fixes.size());
+  if (repeated == 0 || static_cast<double>(repeated) > most) return;
+  track.fixes = std::move(kept);
+  track.warnings.push_back(concat(path.string(), ": ", repeated,
+                                  " poses have the time of the one before them and are skipped"));
+}
+
 Result<void> check_times(const GeodeticTrack& track, const std::filesystem::path& path) {
   for (std::size_t i = 1; i < track.fixes.size(); ++i) {
     const std::optional<std::int64_t>& before = track.fixes[i - 1].stamp_ns;
@@ -256,6 +271,7 @@ Result<GeodeticTrack> read_geodetic_track(const std::filesystem::path& path) {
     SIGHTLINE_ASSIGN(track,
                      first_line(path).starts_with('$') ? parse_nmea(file) : parse_gnss_csv(file));
   }
+  leave_out_repeated(path, track);
   SIGHTLINE_TRY(check_times(track, path));
   return track;
 }

@@ -84,6 +84,11 @@ class NmeaReader {
       warn(concat(wrong_sentences, " lines are not sentences with a correct checksum"));
     }
     if (without_fix_ > 0) warn(concat(without_fix_, " positions without a fix are skipped"));
+    if (repeated_ > 0) {
+      warn(concat(repeated_,
+                  " positions have the time of the position before them, as receivers of several "
+                  "satellite systems write; the one with the better fix is used, else the first"));
+    }
     if (!date_ns_) warn("no date is given (RMC, ZDA); times count from midnight");
     for (GeodeticFix& fix : track_.fixes) *fix.stamp_ns += date_ns_.value_or(0);
     return std::move(track_);
@@ -110,9 +115,28 @@ class NmeaReader {
     fix.at = {*latitude, *longitude, *altitude + geoid.value_or(0.0)};
     SIGHTLINE_TRY(check_fix(file_, line, fix));
     fix.stamp_ns = since_first_day_ns(*time_ns);
+    const int rank = rank_of(cells[6]);
+    const bool is_repeated = !track_.fixes.empty() && track_.fixes.back().stamp_ns == fix.stamp_ns;
+    if (is_repeated) {
+      ++repeated_;
+      if (rank > last_rank_) {
+        track_.fixes.back().at = fix.at;
+        last_rank_ = rank;
+      }
+      return {};
+    }
+    last_rank_ = rank;
     if (next_yaw_rad_) fix.yaw_rad = std::exchange(next_yaw_rad_, std::nullopt);
     track_.fixes.push_back(fix);
     return {};
+  }
+
+  // Of the quality of a GGA sentence: 4 (RTK fixed) is the most accurate, then 5 (RTK float), 3, 2
+  // (differential) and 1; others are estimates.
+  static int rank_of(std::string_view quality) {
+    constexpr std::string_view kAscending = "12354";
+    const std::size_t place = kAscending.find(quality);
+    return place == std::string_view::npos ? -1 : static_cast<int>(place);
   }
 
   // Midnights that passed since the first time count.
@@ -166,6 +190,8 @@ class NmeaReader {
   const FileBytes& file_;
   GeodeticTrack track_;
   std::size_t without_fix_ = 0;
+  std::size_t repeated_ = 0;
+  int last_rank_ = 0;  // of the last position
   std::optional<std::int64_t> last_time_ns_;
   std::int64_t days_ns_ = 0;
   std::optional<std::int64_t> date_ns_;  // midnight before the first time

@@ -132,6 +132,17 @@ Error backwards(const FileBytes& file, std::size_t line, std::int64_t before_ns,
                     at_line(line));
 }
 
+// `lines`: of rows with the time of the row before them, ascending.
+Result<void> check_repeated(const FileBytes& file, const std::vector<std::size_t>& lines,
+                            std::size_t all) {
+  const double most = kRepeatedTimesShare * static_cast<double>(all);
+  if (static_cast<double>(lines.size()) <= most) return {};
+  return file.error(ErrorCode::kTimeRunsBackwards,
+                    concat("found ", lines.size(), " of ", all,
+                           " rows with the time of the row before them, expected ascending times"),
+                    at_line(lines.front()));
+}
+
 bool is_line_of_names(const std::vector<std::string_view>& words) {
   return std::ranges::none_of(
       words, [](std::string_view word) { return to_number<double>(word).has_value(); });
@@ -193,26 +204,49 @@ Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseF
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
   const FileBytes file{bytes, path.string()};
   std::vector<PoseRow> poses;
+  std::vector<std::size_t> repeated_lines;
   const auto add = [&](std::size_t line,
                        const std::vector<std::string_view>& words) -> Result<void> {
     const Row row{file, line, words};
     SIGHTLINE_ASSIGN(const PoseFormat found, format_of(row, format));
     format = found;  // all further lines are like the first
     SIGHTLINE_ASSIGN(const PoseRow pose, parse_row(row, format));
-    if (pose.stamp_ns && !poses.empty() && *pose.stamp_ns <= *poses.back().stamp_ns) {
-      return backwards(file, line, *poses.back().stamp_ns, *pose.stamp_ns);
+    if (pose.stamp_ns && !poses.empty()) {
+      const std::int64_t before_ns = *poses.back().stamp_ns;
+      if (*pose.stamp_ns < before_ns) return backwards(file, line, before_ns, *pose.stamp_ns);
+      if (*pose.stamp_ns == before_ns) repeated_lines.push_back(line);
     }
     poses.push_back(pose);
     return {};
   };
   SIGHTLINE_TRY(for_each_row(file, add));
+  SIGHTLINE_TRY(check_repeated(file, repeated_lines, poses.size()));
   return poses;
+}
+
+std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
+  // Positions between rows farther apart are unknown. Receivers of 1 Hz vary by some milliseconds.
+  constexpr std::int64_t kLongestGap_ns = kSecond_ns * 3 / 2;
+  const auto after = std::ranges::lower_bound(rows, stamp_ns, {},
+                                              [](const PoseRow& row) { return *row.stamp_ns; });
+  if (after != rows.end() && *after->stamp_ns == stamp_ns) return *after;
+  if (after == rows.begin() || after == rows.end()) return std::nullopt;
+  const PoseRow& before = *std::prev(after);
+  const std::int64_t gap_ns = *after->stamp_ns - *before.stamp_ns;
+  if (gap_ns > kLongestGap_ns) return std::nullopt;
+  PoseRow pose;
+  pose.stamp_ns = stamp_ns;
+  pose.T_world_vehicle =
+      interpolate(before.T_world_vehicle, after->T_world_vehicle,
+                  static_cast<double>(stamp_ns - *before.stamp_ns) / static_cast<double>(gap_ns));
+  return pose;
 }
 
 Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path) {
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
   const FileBytes file{bytes, path.string()};
   std::vector<std::int64_t> stamps_ns;
+  std::vector<std::size_t> repeated_lines;
   const auto add = [&](std::size_t line,
                        const std::vector<std::string_view>& words) -> Result<void> {
     std::optional<std::int64_t> stamp_ns = parse_stamp_ns(words.front());
@@ -223,13 +257,15 @@ Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path)
                                ", expected a time in seconds, or as 2011-09-26 13:02:25.594"),
                         at_line(line));
     }
-    if (!stamps_ns.empty() && *stamp_ns <= stamps_ns.back()) {
+    if (!stamps_ns.empty() && *stamp_ns < stamps_ns.back()) {
       return backwards(file, line, stamps_ns.back(), *stamp_ns);
     }
+    if (!stamps_ns.empty() && *stamp_ns == stamps_ns.back()) repeated_lines.push_back(line);
     stamps_ns.push_back(*stamp_ns);
     return {};
   };
   SIGHTLINE_TRY(for_each_row(file, add));
+  SIGHTLINE_TRY(check_repeated(file, repeated_lines, stamps_ns.size()));
   return stamps_ns;
 }
 

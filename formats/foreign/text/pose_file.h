@@ -33,8 +33,14 @@ enum class PoseFormat {
 // Rotations that are off by rounding (norm of a quaternion or products of the matrix's rows within
 // 1e-3) are made exact; times are taken from their decimal digits, so nanoseconds survive. Errors,
 // with the line: file-not-found, cannot-read, git-lfs-pointer, malformed-pose, not-a-rotation,
-// time-runs-backwards (a time that is not after the one before).
+// time-runs-backwards (a time before that of the row before; or more rows than kRepeatedTimesShare
+// with an equal one: a few are kept, for the caller to count).
+inline constexpr double kRepeatedTimesShare = 0.05;
 Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format);
+
+// The pose at a time between two rows of ascending times, interpolated; nothing where the rows
+// before and after it are more than 1.5 s apart, or there are none.
+std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t stamp_ns);
 
 // Writes "t x y z qx qy qz qw", with every digit that reads back as the same number; a row without
 // a time takes its index as seconds. Errors: output-exists, disk-full, cannot-write.
@@ -42,7 +48,7 @@ Result<void> write_tum(const std::filesystem::path& path, std::span<const PoseRo
                        IfExists if_exists = IfExists::kRefuse);
 
 // One time a line, as in a pose file; further columns are ignored.
-// Errors as read_poses, malformed-text for what is no time.
+// Errors as read_poses (a few equal times are kept), malformed-text for what is no time.
 Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path);
 
 }  // namespace sightline

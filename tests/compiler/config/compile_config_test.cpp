@@ -3,6 +3,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -238,6 +239,23 @@ TEST(CompileConfig, KnowsACompiledMapByItsContent) {
   ASSERT_TRUE(write_file_atomically(scratch_folder() / "compile_config_test" / "cloud.slmap",
                                     std::string_view("# .PCD v0.7"), IfExists::kReplace));
   EXPECT_FALSE(value_of(load("map: cloud.slmap\nroute: everywhere\n")).map.is_compiled);
+}
+
+TEST(CompileConfig, AFinishedMapHasTheWorldOfEitherKey) {
+  const auto worlds_of = [](const std::string& of_map, const std::string& of_route) {
+    const Result<CompileConfig> config =
+        load("map: tiles\nroute: everywhere\n",
+             {"annotation.world=" + of_map, "route.world=" + of_route});
+    if (!config) return config.error().message;
+    return config->annotation.world + " " + config->route.world;
+  };
+  EXPECT_EQ(worlds_of("local", "local"), "local local");
+  EXPECT_EQ(worlds_of("local", "utm:52N"), "utm:52N utm:52N");
+  EXPECT_EQ(worlds_of("utm:52N", "local"), "utm:52N utm:52N");
+  EXPECT_EQ(worlds_of("utm:52N", "utm:52N"), "utm:52N utm:52N");
+  EXPECT_THAT(
+      worlds_of("utm:52N", "utm:32N"),
+      testing::HasSubstr("annotation.world is utm:52N, but route.world (--world) is utm:32N"));
 }
 
 TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {

@@ -158,6 +158,70 @@ TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
   EXPECT_THAT(ctx_.warnings, ElementsAre(HasSubstr("1 scans have point times")));
 }
 
+// One of 20 has no points, one only such without a direction.
+TEST_F(IngestTest, LeavesOutAFewScansWithoutReturnsAndReadsTheOthersFromTheirPlaces) {
+  const auto write_all = [&](const std::vector<int>& empty) {
+    for (int i = 0; i < 40; ++i) {
+      write_ascii(std::to_string(i) + ".pcd", 1, std::to_string(i + 1) + " 2 3\n");
+    }
+    for (const int i : empty) write_ascii(std::to_string(i) + ".pcd", 0, "");
+  };
+  write_all({0});
+  write_ascii("21.pcd", 2, "nan nan nan\n0 0 0\n");
+  const Recording recording = open();
+  const Drive drive = value_of(ingest(ctx_, {}, recording));
+  ASSERT_EQ(drive.scans.size(), 38U);
+  EXPECT_EQ(drive.scans[0].recording_index, 1U);
+  EXPECT_EQ(drive.scans[20].recording_index, 22U);
+  EXPECT_EQ(drive.scans[20].source, "22.pcd");
+  EXPECT_THAT(
+      ctx_.warnings,
+      ElementsAre(HasSubstr("2 of 40 scans have no returns and are left out: 0.pcd, 21.pcd")));
+  const Eigen::Vector3d expected(23, 2, 3);
+  EXPECT_EQ(value_of(drive.store->read(20)).points_m.at(0), expected);
+  Drive decoded = value_of(from_bytes<Drive>(to_bytes(drive)));
+  reattach(decoded, recording);
+  EXPECT_EQ(value_of(decoded.store->read(20)).points_m.at(0), expected);
+  write_all({0, 1, 2});
+  const Error refused = failure_of(ingest(ctx_, {}, open()));
+  EXPECT_EQ(refused.code, ErrorCode::kEmptyScan);
+  EXPECT_EQ(refused.file, (folder_ / "0.pcd").string());
+}
+
+TEST_F(IngestTest, NamesPointTimesThatAreNoneOfTheirScan) {
+  const auto warnings_of = [&](const std::string& name, double first, double last) {
+    for (int i = 0; i < 3; ++i) {
+      folder_.write(std::to_string(i) + ".ply",
+                    "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+                    "property float z\nproperty double " +
+                        name + "\nend_header\n1 2 3 " +
+                        std::to_string(first + 0.1 * i * (first > 1e3 ? 1 : 0)) + "\n4 5 6 " +
+                        std::to_string(last + 0.1 * i * (first > 1e3 ? 1 : 0)) + "\n");
+    }
+    RecordingOptions options;
+    options.scans = folder_.path().string();
+    options.stamps = folder_.write("times.txt", "1600000000.0\n1600000000.1\n1600000000.2\n");
+    ctx_.warnings.clear();
+    const Drive drive = value_of(ingest(ctx_, {}, value_of(open_recording(options))));
+    EXPECT_EQ(drive.scans[1].has_point_times, !drive.store->read(1)->time_offset_ns.empty());
+    return ctx_.warnings;
+  };
+  EXPECT_THAT(warnings_of("time", 0.0, 0.1), testing::IsEmpty());
+  EXPECT_THAT(warnings_of("time", 0.0, 1.0),
+              ElementsAre(HasSubstr("the point times of 3 scans are from 0 to 1, but scans are 0.1 "
+                                    "s apart; they are read as shares of a sweep of 0.1 s")));
+  EXPECT_THAT(warnings_of("time", 0.0, 0.4),
+              ElementsAre(HasSubstr("the point times of 3 scans span 0.4 s, but scans are 0.1 s "
+                                    "apart; these times are ignored")));
+  EXPECT_THAT(warnings_of("time", 1600000000.8, 1600000000.9),
+              ElementsAre(HasSubstr("the point times of 3 scans begin 0.8 s after the times of the "
+                                    "scans, so they are of another clock")));
+  EXPECT_THAT(warnings_of("time", 5000.0, 5000.1), testing::IsEmpty())
+      << "since it was switched on";
+  EXPECT_THAT(warnings_of("stamp_of_point", 0.0, 0.1),
+              ElementsAre(HasSubstr("the field `stamp_of_point` of the scans may contain times")));
+}
+
 TEST_F(IngestTest, RefusesADriveWithoutScans) {
   EXPECT_EQ(ingest(ctx_, {}, Recording{}).error().code, ErrorCode::kDriveTooShort);
 }

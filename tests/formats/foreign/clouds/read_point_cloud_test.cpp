@@ -56,6 +56,33 @@ TEST(PointTimes, ThatSayNothingAreLeftOutAndThoseThatMakeNoSenseAreFlagged) {
   }
 }
 
+TEST(PointTimes, OfFewDifferentValuesAreFlagged) {
+  std::vector<double> times(2000);
+  for (std::size_t i = 0; i < times.size(); ++i) times[i] = i < 1000 ? 0.0 : 0.064;
+  EXPECT_TRUE(with_times(times).has_unclear_times);
+  EXPECT_TRUE(with_times(times).time_offset_ns.empty());
+  for (std::size_t i = 0; i < times.size(); ++i) times[i] = 1e-3 * static_cast<double>(i / 100);
+  EXPECT_EQ(with_times(times).time_offset_ns.back(), 19'000'000) << "twenty packets";
+}
+
+// Of a surface it is small; FAST-LIO keeps milliseconds in it.
+TEST(PointTimes, AreMillisecondsInCurvatureUnlessAnotherFieldHasThem) {
+  const auto read = [](const std::string& fields, const std::string& rows) {
+    return value_of(parse_text("VERSION 0.7\nFIELDS x y z " + fields +
+                                   "\nSIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 1\nWIDTH 2\n"
+                                   "HEIGHT 1\nPOINTS 2\nDATA ascii\n" +
+                                   rows,
+                               "0.pcd"));
+  };
+  const PointCloudFile times = read("i curvature", "1 2 3 9 0\n4 5 6 9 99.5\n");
+  EXPECT_EQ(times.time_offset_ns, (std::vector<std::int32_t>{0, 99'500'000}));
+  const PointCloudFile surface = read("i curvature", "1 2 3 9 0.01\n4 5 6 9 0.3\n");
+  EXPECT_TRUE(surface.time_offset_ns.empty());
+  EXPECT_FALSE(surface.has_unclear_times);
+  const PointCloudFile both = read("time curvature", "1 2 3 0 0.1\n4 5 6 0.05 0.2\n");
+  EXPECT_EQ(both.time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
+}
+
 TEST(PointTimes, OfAPcdGoWithThePointsThatAreKept) {
   const std::string fields =
       "VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\n"

@@ -1,6 +1,10 @@
 #include "formats/foreign/maps/foreign_maps.h"
 
+#include <cmath>
+
+#include "formats/base/random.h"
 #include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/foreign/maps/coordinate_spacing.h"
 #include "tests/formats/foreign/foreign_files.h"
 
 namespace sightline {
@@ -69,6 +73,52 @@ TEST_F(PointMapTest, RefusesDegrees) {
   const Error error = failure_of(open_point_map(folder_ / "degrees.pcd", 1));
   EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
   EXPECT_THAT(error.message, HasSubstr("degrees"));
+}
+
+// 40 000 points at random in 80 m by 80 m of UTM, in numbers of some kind.
+template <class Round>
+std::vector<Eigen::Vector3d> in_utm(Round round) {
+  Random random(5);
+  std::vector<Eigen::Vector3d> points_m;
+  for (int i = 0; i < 40'000; ++i) {
+    points_m.emplace_back(round(456'125.0 + random.uniform(0, 80)),
+                          round(5'427'629.0 + random.uniform(0, 80)), random.uniform(0, 9));
+  }
+  return points_m;
+}
+
+TEST(CoordinateSpacing, IsThatOfTheNumbersOfAFile) {
+  const auto spacing_m = [](const auto& round) {
+    return coordinate_spacing(in_utm(round)).spacing_m;
+  };
+  EXPECT_LT(spacing_m([](double v) { return v; }), 1e-3);
+  EXPECT_EQ(spacing_m([](double v) { return static_cast<double>(static_cast<float>(v)); }), 0.5);
+  EXPECT_EQ(spacing_m([](double v) { return 10.0 * std::round(0.1 * v); }), 10.0) << "six digits";
+  EXPECT_NEAR(spacing_m([](double v) { return 0.01 * std::round(100.0 * v); }), 0.01, 1e-6);
+  std::vector<Eigen::Vector3d> near_m = in_utm([](double v) { return 0.5 * std::round(2.0 * v); });
+  for (Eigen::Vector3d& point_m : near_m) point_m -= Eigen::Vector3d(456'125.0, 5'427'629.0, 0.0);
+  EXPECT_EQ(coordinate_spacing(near_m).spacing_m, 0.0) << "voxels near the origin";
+}
+
+TEST_F(PointMapTest, RefusesUtmInFloat32AndWarnsWhereTheStepIsSmall) {
+  const auto write = [&](double north_m) {
+    std::vector<PointXyzi> points;
+    for (const Eigen::Vector3d& point_m : in_utm([](double v) { return v; })) {
+      points.push_back({static_cast<float>(point_m.x()),
+                        static_cast<float>(point_m.y() - 5'427'629.0 + north_m),
+                        static_cast<float>(point_m.z()), 0.0F});
+    }
+    ASSERT_TRUE(write_pcd_binary(folder_ / "utm.pcd", points, IfExists::kReplace).has_value());
+  };
+  write(5'427'629.0);
+  const Error error = failure_of(open_point_map(folder_ / "utm.pcd", 1));
+  EXPECT_EQ(error.code, ErrorCode::kUnsupportedFormat);
+  EXPECT_THAT(error.message, HasSubstr("steps of 0.5 m"));
+  EXPECT_THAT(error.message, HasSubstr("64 bits"));
+  write(150'000.0);
+  const PointMap map = value_of(open_point_map(folder_ / "utm.pcd", 1));
+  ASSERT_EQ(map.warnings.size(), 1U);
+  EXPECT_THAT(map.warnings[0], HasSubstr("steps of 0.03125 m"));
 }
 
 TEST_F(PointMapTest, RefusesAPieceThatChangedMeanwhile) {

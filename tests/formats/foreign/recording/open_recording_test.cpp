@@ -1,7 +1,9 @@
 #include <ctime>
 
 #include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/foreign/recording/left_out_scans.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/recording/point_times.h"
 #include "formats/foreign/text/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"
 
@@ -107,7 +109,94 @@ TEST_F(RecordingTest, RefusesFewerPosesOrTimesThanScans) {
   EXPECT_THAT(error.message, HasSubstr("found 2 poses for 3 scans"));
   EXPECT_EQ(refusal(options("# none\n")), ErrorCode::kFewerPosesThanScans);
   EXPECT_EQ(refusal(options("", "1\n2\n")), ErrorCode::kMismatchedInputs);
-  EXPECT_EQ(refusal(options(tum(3), "0\n1\n9\n")), ErrorCode::kFewerPosesThanScans);  // not at 9 s
+  EXPECT_EQ(refusal(options(tum(3), "7\n8\n9\n")), ErrorCode::kFewerPosesThanScans);
+}
+
+// 40 scans of 10 Hz from 0.5 s on.
+TEST_F(RecordingTest, LeavesOutScansBeforeTheFirstAndAfterTheLastPose) {
+  std::string stamps;
+  for (int i = 0; i < 40; ++i) {
+    write_scan((std::to_string(i) + ".pcd").c_str(), 1.0F);
+    stamps += std::to_string(0.5 + 0.1 * i) + "\n";
+  }
+  const Recording recording = value_of(open_recording(options(tum(3, 1), stamps)));
+  ASSERT_EQ(recording.scans.size(), 21U) << "from 1 to 3 s";
+  EXPECT_EQ(recording.scans.front().name, "5.pcd");
+  EXPECT_EQ(recording.scans.front().index, 5U);
+  ASSERT_FALSE(recording.warnings.empty());
+  EXPECT_THAT(recording.warnings.back(),
+              HasSubstr("19 of 40 scans have no pose: 5 before the first pose, 14 after the last, "
+                        "0 between. They are left out"));
+}
+
+// Receivers of 1 Hz are some milliseconds early or late.
+TEST_F(RecordingTest, InterpolatesPosesAcrossAJitteringSecondAndLeavesOutScansInAFewGaps) {
+  const std::string_view tum =
+      "0 0 0 0 0 0 0 1\n1.005 1 0 0 0 0 0 1\n2.01 2 0 0 0 0 0 1\n"
+      "3.6 3 0 0 0 0 0 1\n4.6 4 0 0 0 0 0 1\n";
+  std::string stamps;
+  for (int i = 0; i < 40; ++i) {
+    write_scan((std::to_string(i) + ".pcd").c_str(), 1.0F);
+    stamps += std::to_string(i < 20 ? 0.1 * i : 3.6 + 0.05 * (i - 20)) + "\n";
+  }
+  const Recording whole = value_of(open_recording(options(tum, stamps)));
+  EXPECT_EQ(whole.scans.size(), 40U);
+  write_scan("40.pcd", 1.0F);
+  const Recording recording = value_of(
+      open_recording(options(tum, stamps.substr(0, 9 * 20) + "2.5\n" + stamps.substr(9 * 20))));
+  EXPECT_EQ(recording.scans.size(), 40U) << "one is in the gap of 1.59 s";
+  EXPECT_THAT(recording.warnings, testing::Contains(HasSubstr("0 after the last, 1 between")));
+  stamps.replace(9 * 10, 9 * 10, "2.1\n2.2\n2.3\n2.4\n2.5\n2.6\n2.7\n2.8\n2.9\n3.0\n");
+  std::filesystem::remove(folder_ / "scans/40.pcd");
+  EXPECT_EQ(refusal(options(tum, stamps)), ErrorCode::kFewerPosesThanScans);
+}
+
+TEST_F(RecordingTest, LeavesOutTheFewestScansWhoseTimesDoNotAscend) {
+  for (int i = 0; i < 40; ++i) {
+    write_scan((std::to_string(1'600'000'000 + i) + ".000000.pcd").c_str(), 1.0F);
+  }
+  RecordingOptions made = options();
+  Recording recording = value_of(list_recording(made));
+  recording.scans[7].stamp_ns += 3'600'000'000'000;  // an hour ahead of the 32 behind it
+  recording.scans[20].stamp_ns = recording.scans[19].stamp_ns;
+  leave_out_untimely(recording);
+  ASSERT_EQ(recording.scans.size(), 38U);
+  EXPECT_EQ(recording.scans[7].index, 8U);
+  EXPECT_EQ(recording.scans[18].index, 19U);
+  EXPECT_EQ(recording.scans[19].index, 21U);
+  ASSERT_EQ(recording.warnings.size(), 1U);
+  EXPECT_THAT(recording.warnings[0],
+              HasSubstr("2 of 40 scans have the time of another scan or one out of order and are "
+                        "left out: 1600000007.000000.pcd, 1600000020.000000.pcd"));
+  for (std::size_t i = 0; i < 4; ++i) recording.scans[i].stamp_ns = 0;
+  leave_out_untimely(recording);
+  EXPECT_EQ(recording.scans.size(), 38U) << "three are more than 5 %";
+}
+
+TEST_F(RecordingTest, SettlesTheTimesOfPointsByTheStepBetweenScans) {
+  const auto settle = [](std::vector<std::int32_t> times_ns, std::optional<std::int64_t> origin_ns,
+                         std::int64_t step_ns = 100'000'000) {
+    PointCloudFile cloud;
+    cloud.time_offset_ns = std::move(times_ns);
+    cloud.time_origin_ns = origin_ns;
+    const SettledTimes settled = settle_point_times(5'000'000'000, step_ns, cloud);
+    return std::make_pair(settled.kind, cloud.time_offset_ns);
+  };
+  using enum PointTimesKind;
+  using Times = std::vector<std::int32_t>;
+  const Times sweep = {0, 50'000'000, 99'000'000};
+  const Times shares = {0, 500'000'000, 990'000'000};
+  EXPECT_EQ(settle(sweep, std::nullopt), std::make_pair(kOfStamp, sweep));
+  EXPECT_EQ(settle(shares, std::nullopt), std::make_pair(kShares, sweep));
+  EXPECT_EQ(settle(shares, std::nullopt, 1'000'000'000), std::make_pair(kOfStamp, shares));
+  EXPECT_EQ(settle(shares, 5'000'000'000), std::make_pair(kTooLong, Times())) << "of a clock";
+  EXPECT_EQ(settle({0, 300'000'000}, std::nullopt), std::make_pair(kTooLong, Times()));
+  const Times before = {-99'000'000, -49'000'000, 0};
+  EXPECT_EQ(settle(sweep, 4'901'000'000), std::make_pair(kOfStamp, before)) << "stamped at the end";
+  for (const long long ahead_ns :
+       {-40'000'000'000LL, -300'000'000LL, 800'000'000LL, 40'000'000'000LL}) {
+    EXPECT_EQ(settle(sweep, 5'000'000'000 + ahead_ns), std::make_pair(kOtherClock, sweep));
+  }
 }
 
 TEST_F(RecordingTest, RefusesOptionsThatContradictThemselves) {
@@ -167,8 +256,9 @@ TEST_F(RecordingTest, ItsScansKeepTheirNamesWhenItGrows) {
   EXPECT_NE(before.first, before.second);
   write_scans({"2.pcd"});
   EXPECT_EQ(names(), before);
-  EXPECT_NE(names("0\n0.3\n0.5\n").second, before.second);
-  EXPECT_EQ(names("0\n0.3\n0.5\n").first, before.first);
+  write_scans({"3.pcd"});
+  EXPECT_NE(names("0\n0.12\n0.22\n0.32\n").second, before.second);
+  EXPECT_EQ(names("0\n0.12\n0.22\n0.32\n").first, before.first);
   std::filesystem::remove(folder_ / "scans/1.pcd");
   write_scans({"1.pcd"});
   EXPECT_NE(names().second, before.second);

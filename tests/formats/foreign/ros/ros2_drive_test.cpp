@@ -66,11 +66,13 @@ TEST_P(Ros2Drive, HasPosesFromOdometry) {
   options_.poses = options_.scans;
   const Recording recording = value_of(open_recording(options_));
   // Odometry begins 50 ms later: the first scan has no pose, the others lie between two.
-  EXPECT_FALSE(recording.scans[0].T_world_vehicle.has_value());
-  ASSERT_TRUE(recording.scans[3].T_world_vehicle.has_value());
-  EXPECT_TRUE(recording.scans[3].T_world_vehicle->translation().isApprox(
-      Eigen::Vector3d(2.5, 2.0, 3.0), 1e-12));
-  EXPECT_NEAR((*recording.scans[3].T_world_vehicle)(0, 0), -1.0, 1e-12);
+  ASSERT_EQ(recording.scans.size(), 3U);
+  const RecordedScan& last = recording.scans[2];
+  EXPECT_EQ(last.index, 3U);
+  ASSERT_TRUE(last.T_world_vehicle.has_value());
+  EXPECT_TRUE(last.T_world_vehicle->translation().isApprox(Eigen::Vector3d(2.5, 2.0, 3.0), 1e-12));
+  EXPECT_NEAR((*last.T_world_vehicle)(0, 0), -1.0, 1e-12);
+  EXPECT_EQ(recording.world_frame, "odom");
 }
 
 // map to odom turns left and moves 100 m, odom to base_link goes 10 m/s along x, the LiDAR sits 1 m

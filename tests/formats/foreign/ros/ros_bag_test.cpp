@@ -57,18 +57,18 @@ TEST_F(RosBag, IsADriveWithTimesAndPosesWhateverItsCompression) {
     options.scans = write(drive(), compression);
     options.poses = options.scans;
     const Recording recording = value_of(open_recording(options));
-    ASSERT_EQ(recording.scans.size(), 5U);
-    EXPECT_EQ(recording.scans[3].name, "drive.bag#3");
-    EXPECT_EQ(recording.scans[3].stamp_ns, 1'567'410'201'300'000'000);
     // Odometry begins 50 ms later: the first scan has no pose, the others lie between two.
-    EXPECT_FALSE(recording.scans[0].T_world_vehicle.has_value());
-    ASSERT_TRUE(recording.scans[3].T_world_vehicle.has_value());
-    EXPECT_NEAR(recording.scans[3].T_world_vehicle->translation().x(), 2.5, 1e-12);
-    EXPECT_NEAR((*recording.scans[3].T_world_vehicle)(0, 0), -1.0, 1e-12);
+    ASSERT_EQ(recording.scans.size(), 4U);
+    EXPECT_EQ(recording.scans[2].name, "drive.bag#3");
+    EXPECT_EQ(recording.scans[2].index, 3U);
+    EXPECT_EQ(recording.scans[2].stamp_ns, 1'567'410'201'300'000'000);
+    ASSERT_TRUE(recording.scans[2].T_world_vehicle.has_value());
+    EXPECT_NEAR(recording.scans[2].T_world_vehicle->translation().x(), 2.5, 1e-12);
+    EXPECT_NEAR((*recording.scans[2].T_world_vehicle)(0, 0), -1.0, 1e-12);
     ASSERT_EQ(recording.warnings.size(), 1U);
-    EXPECT_THAT(recording.warnings[0], HasSubstr("1 of 5 scans have no poses"));
+    EXPECT_THAT(recording.warnings[0], HasSubstr("1 of 5 scans have no pose: 1 before the first"));
 
-    const Scan scan = value_of(recorded_scan_store(recording)->read(3));
+    const Scan scan = value_of(recorded_scan_store(recording)->read(2));
     EXPECT_EQ(scan.points_m,
               (std::vector<Eigen::Vector3d>{Eigen::Vector3d(4, 2, 3), Eigen::Vector3d(4, 5, 6)}));
     EXPECT_EQ(scan.time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
@@ -147,6 +147,44 @@ TEST(PointCloud2, RefusesWhatContradictsItself) {
   EXPECT_EQ(
       code(cloud_message(kFirst_s, 0, {{"x", 0, 99}, {"y", 4, 7}, {"z", 8, 7}}, 1, 12, point)),
       kMissingField);
+}
+
+// velodyne's driver for ROS 2 left row_step at 0 for years.
+TEST(PointCloud2, NeedsNoRowStepWhereTheDataIsAsLongAsItsPoints) {
+  const std::vector<BagField> xyz = {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}};
+  const std::string row = as_bytes({1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F});
+  for (const std::string& data : {row, row + row}) {
+    std::string message = cloud_message(kFirst_s, 0, xyz, 2, 12, data);
+    const std::size_t at = message.size() - 1 - data.size() - 8;  // of row_step
+    for (const std::uint32_t row_step : {0U, 12U, 48U, 1U << 31U}) {
+      message.replace(at, 4, as_bytes({row_step}));
+      const Result<PointCloudFile> cloud =
+          parse_point_cloud2(std::as_bytes(std::span(message)), "m");
+      ASSERT_TRUE(cloud.has_value()) << row_step << " " << to_string(cloud.error());
+      EXPECT_EQ(cloud->points_m.back(), Eigen::Vector3d(4, 5, 6));
+      EXPECT_EQ(cloud->points_m.size(), data.size() / 12);
+    }
+  }
+  std::string padded = cloud_message(kFirst_s, 0, xyz, 2, 12, row + "pad" + row + "pad", 3);
+  padded.replace(padded.size() - 1 - 54 - 8, 4, as_bytes({0U}));
+  EXPECT_EQ(code_of(parse_point_cloud2(std::as_bytes(std::span(padded)), "m")), kMalformedHeader);
+}
+
+TEST(PointCloud2, ReadsTheTimesOfAutowareAndNamesAnUnknownField) {
+  const auto cloud_of = [](std::string_view name) {
+    const std::string data = as_bytes({1.0F, 2.0F, 3.0F}) + as_bytes({0U}) +
+                             as_bytes({4.0F, 5.0F, 6.0F}) + as_bytes({50'000'000U});
+    const std::string message = cloud_message(
+        kFirst_s, 0, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {name, 12, 6}}, 2, 16, data);
+    return value_of(parse_point_cloud2(std::as_bytes(std::span(message)), "m"));
+  };
+  for (const char* name : {"time_stamp", "timestamp_ns", "GpsTime", "timeStamp", "t_ns"}) {
+    EXPECT_EQ(cloud_of(name).time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000})) << name;
+    EXPECT_EQ(cloud_of(name).unread_time, "") << name;
+  }
+  EXPECT_TRUE(cloud_of("stamp_of_point").time_offset_ns.empty());
+  EXPECT_EQ(cloud_of("stamp_of_point").unread_time, "stamp_of_point");
+  EXPECT_EQ(cloud_of("ring").unread_time, "");
 }
 
 TEST(PoseMessage, IsReadFromEachTypeAndRefusedWhenItIsNone) {

@@ -161,10 +161,10 @@ TEST(TransformTree, EndsAtTheMapThatLiesOnEarth) {
 TEST(TransformTree, LeavesOutTimesThatATransformDoesNotCover) {
   TransformTree tree = driving();
   tree.add(moved(2 * kTenth_ns, "map", "odom", 100.0), false);
-  tree.add(moved(5 * kTenth_ns, "map", "odom", 100.0), false);
+  tree.add(moved(5 * kTenth_ns, "map", "odom", 100.5), false);
   EXPECT_EQ(tree.poses_of("base_link", "drive.mcap")->size(), 4U);
   // Later ones are too far away to say what was between.
-  tree.add(moved(50 * kTenth_ns, "map", "odom", 100.0), false);
+  tree.add(moved(50 * kTenth_ns, "map", "odom", 101.0), false);
   EXPECT_EQ(tree.poses_of("base_link", "drive.mcap")->size(), 4U);
 }
 
@@ -197,6 +197,21 @@ TEST(TransformTree, KnowsHowTwoFramesOfOneBodyLieToEachOther) {
   tree.add(moved(0, "b", "a", 1.0), true);
   EXPECT_TRUE(tree.fixed_between("a", "b").has_value());
   EXPECT_FALSE(tree.fixed_between("a", "lidar").has_value()) << "a circle";
+}
+
+// static_transform_publisher of ROS 1 has no /tf_static: it repeats the mounting on /tf.
+TEST(TransformTree, TakesATransformThatIsRepeatedUnchangedAsFixed) {
+  TransformTree tree;
+  for (int i = 0; i <= 10; ++i) {
+    tree.add(moved(i * kTenth_ns, "odom", "base_link", i), false);
+    tree.add(moved(i * kTenth_ns + 7, "base_link", "lidar", 0.5 + (i % 2) * 1e-7), false);
+  }
+  const std::optional<Pose> mounting = tree.fixed_pose("base_link", "lidar");
+  ASSERT_TRUE(mounting.has_value());
+  EXPECT_NEAR(mounting->translation().x(), 0.5, 1e-6);
+  EXPECT_EQ(tree.poses_of("lidar", "drive.mcap")->size(), 11U) << "at the times of odometry";
+  tree.add(moved(11 * kTenth_ns, "base_link", "lidar", 0.6), false);
+  EXPECT_FALSE(tree.fixed_pose("base_link", "lidar").has_value()) << "it moves";
 }
 
 TEST(TransformTree, TakesAStaticTransformOnceHoweverOftenItIsSaid) {

@@ -178,6 +178,25 @@ TEST(GeodeticTrack, SaysWhatItSkips) {
   EXPECT_THAT(track->warnings, ::testing::Contains(HasSubstr("1 positions without a fix")));
 }
 
+// A receiver of several satellite systems may write a position for each of them.
+TEST(GeodeticTrack, TakesTheBetterOfTwoPositionsOfOneTime) {
+  const auto gga = [](const char* talker, int second, const char* longitude, int quality) {
+    return "$" + std::string(talker) + "GGA,12000" + std::to_string(second) + ".00,4900.0000,N," +
+           longitude + ",E," + std::to_string(quality) + ",12,0.8,100.0,M,0.0,M,,\n";
+  };
+  const fs::path file = scratch_folder() / "two.nmea";
+  const std::string text = gga("GP", 0, "00800.0000", 1) + gga("GN", 0, "00800.0010", 4) +
+                           gga("GP", 1, "00800.0020", 4) + gga("GN", 1, "00800.0030", 4) +
+                           gga("GP", 2, "00800.0040", 4) + gga("GN", 2, "00800.0050", 5);
+  EXPECT_TRUE(write_file_atomically(file, text, IfExists::kReplace));
+  const GeodeticTrack track = value_of(read_geodetic_track(file));
+  ASSERT_EQ(track.fixes.size(), 3U);
+  EXPECT_NEAR(60.0 * (track.fixes[0].at.longitude_deg - 8.0), 0.0010, 1e-9) << "RTK fixed";
+  EXPECT_NEAR(60.0 * (track.fixes[1].at.longitude_deg - 8.0), 0.0020, 1e-9) << "the first";
+  EXPECT_NEAR(60.0 * (track.fixes[2].at.longitude_deg - 8.0), 0.0040, 1e-9) << "RTK fixed";
+  EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("3 positions have the time")));
+}
+
 TEST(GeodeticTrack, RefusesWhatIsNone) {
   const auto error_of = [](const std::string& text) {
     const fs::path file = scratch_folder() / "track.csv";

@@ -168,6 +168,19 @@ TEST(PoseFile, RefusesWhatIsNoPoseAndNamesTheLine) {
   EXPECT_EQ(read_poses(folder / "none.txt", PoseFormat::kAuto).error().code, kFileNotFound);
 }
 
+TEST(PoseFile, KeepsAFewRowsOfEqualTimes) {
+  const ScratchFolder folder;
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    text += std::to_string(i < 20 ? i : i - 1) + " " + std::to_string(i) + " 0 0 0 0 0 1\n";
+  }
+  EXPECT_EQ(value_of(read(folder, text, PoseFormat::kTum)).size(), 40U);
+  text += "38 0 0 0 0 0 0 1\n38 0 0 0 0 0 0 1\n38 0 0 0 0 0 0 1\n";
+  const Error error = failure_of(read(folder, text, PoseFormat::kTum));
+  EXPECT_EQ(error.code, kTimeRunsBackwards);
+  EXPECT_EQ(error.place, "line 21");
+}
+
 TEST(PoseFile, ReadsStampsAndRefusesThoseThatRunBackwards) {
   const ScratchFolder folder;
   const auto stamps =
