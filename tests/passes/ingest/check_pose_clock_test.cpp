@@ -28,7 +28,8 @@ class CheckPoseClockTest : public testing::Test {
     Pose pose = Pose::Identity();
     for (int i = 0; i < 1400; ++i) {
       const double time_s = kStep_s * i;
-      const double turn_rad = is_winding ? 0.06 * std::sin(0.4 * time_s + 2.0 * std::sin(0.11 * time_s)) : 0.0;
+      const double turn_rad =
+          is_winding ? 0.06 * std::sin(0.4 * time_s + 2.0 * std::sin(0.11 * time_s)) : 0.0;
       pose.translate(Eigen::Vector3d(5.0 * kStep_s, 0.0, 0.0));
       pose.rotate(rotation_matrix({Eigen::Vector3d::UnitZ(), turn_rad}));
       poses.push_back(pose);
