@@ -32,8 +32,9 @@ SIGHTLINE_FIELDS(RouteLine, name, heights, is_both_ways, points_world_m)
 struct Route {
   std::string name;  // of its file
   std::vector<RouteLine> lines;
+  std::vector<std::string> warnings;  // of what was left out when the file was read; not encoded
 };
-SIGHTLINE_FIELDS(Route, name, lines)
+SIGHTLINE_SOME_FIELDS(Route, name, lines)
 SIGHTLINE_ARTIFACT(Route, "route", 1)
 
 // Error: invalid-artifact (no line, a line of fewer than two points, a point that is not finite).

@@ -33,6 +33,9 @@ std::string place_of(const XMLElement& element) {
                 element.GetLineNum());
 }
 
+// JOSM keeps what was deleted in its files, marked.
+bool is_deleted(const XMLElement& element) { return attribute(element, "action") == "delete"; }
+
 // By its subtype, unless it says itself.
 bool is_for_vehicles(const XMLElement& lanelet) {
   const std::string_view said = tag(lanelet, "participant:vehicle");
@@ -53,12 +56,23 @@ class LaneletReader {
     for (const XMLElement* child = root.FirstChildElement("relation"); child != nullptr;
          child = child->NextSiblingElement("relation")) {
       const std::size_t relation = map_.relation_count++;
-      if (tag(*child, "type") != "lanelet") continue;
+      if (tag(*child, "type") != "lanelet" || is_deleted(*child)) continue;
       if (which == LaneletsRead::kForVehicles && !is_for_vehicles(*child)) continue;
-      SIGHTLINE_ASSIGN(Lanelet lanelet, read_lanelet(*child));
-      lanelet.relation = relation;
-      map_.lanelets.push_back(std::move(lanelet));
+      Result<Lanelet> lanelet = read_lanelet(*child);
+      if (lanelet) {
+        lanelet->relation = relation;
+        map_.lanelets.push_back(*std::move(lanelet));
+      } else if (side_node_count_ > kMostSideNodes) {
+        return lanelet.error();
+      } else {
+        broken_.push_back(lanelet.error());
+      }
     }
+    if (broken_.empty()) return std::move(map_);
+    if (map_.lanelets.empty()) return broken_.front();
+    map_.warnings.push_back(
+        concat(broken_.size(), " of ", map_.lanelets.size() + broken_.size(),
+               " lanelets are broken and left out, the first: ", to_string(broken_.front())));
     return std::move(map_);
   }
 
@@ -66,6 +80,7 @@ class LaneletReader {
   void index(const XMLElement& root) {
     for (const XMLElement* child = root.FirstChildElement(); child != nullptr;
          child = child->NextSiblingElement()) {
+      if (is_deleted(*child)) continue;
       const std::string_view name = child->Name();
       const std::string_view id = attribute(*child, "id");
       if (name == "node") nodes_[id] = child;
@@ -196,6 +211,7 @@ class LaneletReader {
   std::unordered_map<std::string_view, std::size_t> number_of_;
   std::vector<Eigen::Vector3d> places_m_;  // of map_.nodes
   std::size_t side_node_count_ = 0;
+  std::vector<Error> broken_;  // of lanelets
   LaneletMap map_;
 };
 
@@ -269,6 +285,7 @@ std::vector<Eigen::Vector3d> middle_of(const LineByShare& left, const LineByShar
 Result<void> parse_lanelets(const RouteText& file, Route& route) {
   constexpr double kStep_m = 0.5;
   SIGHTLINE_ASSIGN(const LaneletMap map, read_lanelets(file, LaneletsRead::kForVehicles));
+  route.warnings = map.warnings;
   double total_m = 0.0;
   for (const Lanelet& lanelet : map.lanelets) {
     total_m += lanelet.length_m;

@@ -76,6 +76,7 @@ struct LaneletMap {
   std::vector<Lanelet> lanelets;   // in the order of the file
   std::int64_t largest_id = 0;     // of all elements whose id is a number
   std::size_t relation_count = 0;
+  std::vector<std::string> warnings;  // lanelets that are broken and left out
 };
 
 enum class LaneletsRead : std::uint8_t { kAll, kForVehicles };
@@ -84,9 +85,10 @@ enum class LaneletsRead : std::uint8_t { kAll, kForVehicles };
 inline constexpr double kLongestLanelet_m = 1e5;
 inline constexpr std::size_t kMostSideNodes = std::size_t{1} << 23;
 
-// Errors: malformed-text (no XML, no <osm>, a way or node that is not there, a lanelet without
-// sides or too long, too many nodes), missing-field (a node without a place), bad-argument (a place
-// outside the file's world).
+// Without elements that JOSM marks as deleted, and, with a warning, without broken lanelets: a way
+// or node that is not there or has no place, no sides, too long, outside the file's world. Errors:
+// malformed-text (no XML, no <osm>, too many nodes), and that of the first broken lanelet where all
+// are: malformed-text, missing-field, bad-argument.
 Result<LaneletMap> read_lanelets(const RouteText& file, LaneletsRead which);
 
 }  // namespace sightline

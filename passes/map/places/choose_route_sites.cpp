@@ -259,6 +259,7 @@ std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options) {
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
                                  const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor) {
+  for (const std::string& warning : route.warnings) ctx.warn(warning);
   GroundFloors floors;
   std::vector<Eigen::Vector3d> level_m;
   for (const RowTile& place : surface.tiles()) {

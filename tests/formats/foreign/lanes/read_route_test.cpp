@@ -69,6 +69,35 @@ TEST_F(ReadRoute, ALaneletIsFollowedBetweenItsSidesInItsDirection) {
   EXPECT_EQ(line.points_world_m.back(), Eigen::Vector3d(10.0, 0.0, 6.0));
 }
 
+// A second lanelet between the same sides.
+std::string two_lanelets(const std::string& attributes, const std::string& left_way) {
+  const std::string first = lanelet();
+  return replaced(
+      first, "</osm>",
+      "<relation id=\"200\" " + attributes + "><member type=\"way\" role=\"left\" ref=\"" +
+          left_way + "\"/><member type=\"way\" role=\"right\" ref=\"12\"/>" +
+          "<tag k=\"type\" v=\"lanelet\"/><tag k=\"subtype\" v=\"road\"/></relation></osm>");
+}
+
+TEST_F(ReadRoute, ABrokenLaneletCostsOneLaneletAndIsNamed) {
+  EXPECT_EQ(value_of(read("both.osm", two_lanelets("", "11"))).lines.size(), 2U);
+  const Route route = value_of(read("broken.osm", two_lanelets("", "99")));
+  ASSERT_EQ(route.lines.size(), 1U);
+  EXPECT_EQ(route.lines[0].name, "lanelet 100");
+  ASSERT_EQ(route.warnings.size(), 1U);
+  EXPECT_THAT(route.warnings[0], testing::HasSubstr("1 of 2 lanelets are broken and left out"));
+  EXPECT_THAT(route.warnings[0], testing::HasSubstr("its left way is missing"));
+}
+
+TEST_F(ReadRoute, WhatJosmMarksAsDeletedIsNotThere) {
+  const Route route = value_of(read("deleted.osm", two_lanelets("action=\"delete\"", "11")));
+  EXPECT_EQ(route.lines.size(), 1U);
+  EXPECT_TRUE(route.warnings.empty());
+  const std::string without_way =
+      replaced(lanelet(), "<way id=\"11\"", "<way action='delete' id=\"11\"");
+  EXPECT_EQ(refusal("way.osm", without_way), kMalformedText);
+}
+
 TEST_F(ReadRoute, SidesThatAreSwappedTurnTheLaneRound) {
   const Route route = value_of(read("lanes.osm", lanelet("right", "left")));
   EXPECT_EQ(route.lines[0].points_world_m.front(), Eigen::Vector3d(10.0, 0.0, 6.0));
