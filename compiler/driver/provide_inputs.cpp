@@ -1,5 +1,6 @@
 #include "compiler/driver/provide_inputs.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -242,6 +243,17 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
     add(input.role, input.recording, artifacts.get(input.recording).name);
   }
   return recordings;
+}
+
+Result<bool> is_own_drive(const CompiledMap& map, const EvaluatePlan& evaluate,
+                          const ArtifactSet& artifacts) {
+  if (map.model.bytes.empty()) return false;
+  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, model_of(map.model));
+  const Digest digest = artifacts.entry(evaluate.recording.recording).key;
+  return std::ranges::any_of(model.ranges.card.places, [&](const PlaceCard& place) {
+    return std::ranges::find(place.recordings.cards, digest, &RecordingCard::digest) !=
+           place.recordings.cards.end();
+  });
 }
 
 Result<void> provide_model(const CompilePlan& compile, const std::filesystem::path& file,

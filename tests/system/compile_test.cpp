@@ -313,10 +313,10 @@ TEST(Evaluate, PrintsTwelveLinesAndItsVerdictIsThatOfInspectGateAndReport) {
   const std::filesystem::path folder = fresh_folder();
   const std::string map = compiled_map().string();
   const std::string file = (folder / "evaluation.json").string();
-  const ProgramResult run = run_successfully("evaluate " + config() + " -q --map " + map);
+  const ProgramResult run = run_successfully("evaluate " + config() + " --map " + map);
   EXPECT_LE(lines_of(run.out).size(), 12U) << run.out;
   EXPECT_NE(run.out.find("best fixed choice"), std::string::npos) << run.out;
-  run_successfully("evaluate " + config() + " -q --map " + map + " -o " + file);
+  EXPECT_EQ(run_successfully("evaluate " + config() + " -q --map " + map + " -o " + file).out, "");
   EXPECT_EQ(fault_of_evaluation(bytes_of(file)), "");
   // Times of two evaluations differ; the sentence without them does not.
   const std::string first = run.out.substr(0, run.out.find_first_of(";,"));
@@ -329,6 +329,22 @@ TEST(Evaluate, PrintsTwelveLinesAndItsVerdictIsThatOfInspectGateAndReport) {
   const ProgramResult report = run_successfully("report " + evaluation + " -o " + page);
   expect_summary(report.out, page);
   EXPECT_NE(report.out.find("\n" + first), std::string::npos) << report.out;
+}
+
+// drive_1 was localized in the map.
+TEST(Evaluate, ByADriveOfTheMapIsMarkedAsOptimistic) {
+  const std::filesystem::path file = fresh_folder() / "own.json";
+  const std::string map = compiled_map().string();
+  const ProgramResult run = run_successfully(
+      "evaluate " + config() + " --map " + map + " --json " + file.string() +
+      " --set evaluation.scans=" + (small_town() / "drive_1" / "scans").string() +
+      " --set evaluation.poses=" + (small_town() / "drive_1" / "poses.tum").string());
+  EXPECT_NE(run.out.find("On its own drive (optimistic)"), std::string::npos) << run.out;
+  EXPECT_EQ(fault_of_evaluation(bytes_of(file)), "");
+  const ProgramResult inspected =
+      run_successfully("inspect " + map + " --evaluation " + file.string());
+  EXPECT_NE(inspected.out.find("On its own drive (optimistic)"), std::string::npos)
+      << inspected.out;
 }
 
 TEST(Compile, PrintsTablesAndJsonByTheirFlags) {

@@ -89,6 +89,8 @@ Result<Evaluated> found_in(const CompiledMap& map, const EvaluatePlan& made,
   Evaluated found = {
       concat(judged_by(map.model.localizer, judging), to_text(evaluation, map.sites.frame), "\n"),
       tables(evaluation)};
+  SIGHTLINE_ASSIGN(const bool is_own, is_own_drive(map, made, artifacts));
+  found.tables.front().facts.emplace_back("drive_role", is_own ? "own" : "other");
   found.tables.front().facts.emplace_back("judged_by", to_text(judging));
   found.tables.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
   if (artifacts.has(made.tracks)) {
@@ -136,13 +138,14 @@ Result<void> put_found(const EvaluateFlags& flags, const CompiledMap& map, const
   }
   const DriveTracks* const tracks =
       artifacts.has(made.tracks) ? &artifacts.get(made.tracks) : nullptr;
-  const EvaluationFigures figures = figures_of(map, artifacts.get(made.evaluation), tracks);
+  EvaluationFigures figures = figures_of(map, artifacts.get(made.evaluation), tracks);
+  SIGHTLINE_ASSIGN(figures.is_own_drive, is_own_drive(map, made, artifacts));
   const MapJudgement judgement =
       judge_map(map, &figures, {.map = flags.map, .config = flags.run.config_file});
   std::string text = answers_text(map, made, artifacts, figures, judgement);
   if (flags.prints_tables) text += "\n" + found.text;
   if (is_text && !flags.result.output.empty()) return put_result(flags.result, text);
-  print_text(with_toned_verdict(judgement, text));
+  if (!flags.run.is_quiet) print_text(with_toned_verdict(judgement, text));
   return {};
 }
 

@@ -268,7 +268,12 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   const Result<void> written =
       write_compiled(flags.output, if_exists(flags.is_forced), config, compile, artifacts, reports);
   if (!written || flags.run.is_quiet) return written;
-  return print_summary(flags.summary, flags.output, flags.run.config_file, compile, artifacts);
+  VerdictFiles files = {.map = flags.output};
+  if (!flags.run.config_file.empty()) {
+    files.config = flags.run.config_file;
+    files.names_evaluation = !config.evaluation.scans.empty();
+  }
+  return print_summary(flags.summary, files, compile, artifacts);
 }
 
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,
@@ -287,14 +292,12 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
   return write_poses(poses_beside(output), if_exists, compile, artifacts);
 }
 
-Result<void> print_summary(const SummaryFlags& flags, const std::string& output,
-                           const std::string& config_file, const CompilePlan& compile,
-                           const ArtifactSet& artifacts) {
+Result<void> print_summary(const SummaryFlags& flags, const VerdictFiles& files,
+                           const CompilePlan& compile, const ArtifactSet& artifacts) {
+  const std::string& output = files.map;
   std::error_code failure;
   if (!std::filesystem::is_regular_file(output, failure)) return {};
   SIGHTLINE_ASSIGN(const CheckedMap written, read_map_without_nds(output));
-  VerdictFiles files = {.map = output};
-  if (!config_file.empty()) files.config = config_file;
   const MapJudgement judgement = judge_map(written.map, nullptr, files);
   if (flags.format == "json") {
     print_data(json_text(to_json({output, written.map, written.summary, judgement})));

@@ -7,6 +7,7 @@
 #include "compiler/config/compile_config.h"
 #include "compiler/driver/plans.h"
 #include "compiler/pipeline/runner.h"
+#include "compiler/views/verdict/verdict.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/result.h"
 
@@ -48,11 +49,10 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,
                               const CompilePlan& compile);
 // Of a map that was written: its path, size and extent, the verdict, the promise, the next command.
-// `config_file`: that of the next command; empty: none. The reported_artifacts() are in
+// `files`: the map and, for the next command, its configuration. The reported_artifacts() are in
 // `artifacts`. Errors: those of reading the map and the artifacts.
-Result<void> print_summary(const SummaryFlags& flags, const std::string& output,
-                           const std::string& config_file, const CompilePlan& compile,
-                           const ArtifactSet& artifacts);
+Result<void> print_summary(const SummaryFlags& flags, const VerdictFiles& files,
+                           const CompilePlan& compile, const ArtifactSet& artifacts);
 // --format and --tables.
 void add_summary_flags(Verb& verb, SummaryFlags& flags);
 

@@ -105,7 +105,7 @@ Result<void> link(const LinkFlags& flags) {
   SIGHTLINE_TRY(write_compiled(output, if_exists(flags.is_forced), work.config, work.compile,
                                work.artifacts, reports));
   if (flags.run.is_quiet) return {};
-  return print_summary(flags.summary, output, "", work.compile, work.artifacts);
+  return print_summary(flags.summary, {.map = output}, work.compile, work.artifacts);
 }
 
 Positional plan_positional(std::string& folder) {

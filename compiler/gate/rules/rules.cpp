@@ -146,7 +146,9 @@ std::string in_words(double value, std::string_view unit) {
     return fixed(value, 3) + (unit == "deg" ? " degrees" : " nat");
   }
   if (unit.empty()) return fixed(value, 2);
-  return concat(fixed(value, 0), " ", unit);
+  const std::string count = fixed(value, 0);
+  const bool is_plural = unit == "pieces" || unit == "tracks";
+  return concat(count, " ", count == "1" && is_plural ? unit.substr(0, unit.size() - 1) : unit);
 }
 
 std::string within(double limit_m) { return concat(" within ", format_double(limit_m), " m"); }

@@ -42,9 +42,9 @@ std::string describe_map(const CompiledMap& map) {
       field("NDs", fmt::format("{} of {:g} m, from {} points; {} cells too sparse, {} flat",
                                map.ndt.nds.size(), map.ndt.cell_m, map.ndt.point_count,
                                map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count)),
-      field("sites",
-            fmt::format("{}, every {:g} m, in {} runs of {:.0f} m together", map.sites.sites.size(),
-                        map.sites.spacing_m, runs, route_length_m(map.sites))),
+      field("sites", fmt::format("{}, every {:g} m, in {} {} of {:.0f} m together",
+                                 map.sites.sites.size(), map.sites.spacing_m, runs,
+                                 runs == 1 ? "run" : "runs", route_length_m(map.sites))),
       field("reach", fmt::format("{:g} m around a site", map.reach_m)), describe_simulated(map));
 }
 

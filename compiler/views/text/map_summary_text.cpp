@@ -273,7 +273,7 @@ Json to_json(const InspectedMap& inspected) {
 
 std::string answers_table(const EvaluationFigures& evaluation, const MapJudgement& judgement) {
   const std::size_t limits = std::min(evaluation.limits.size(), kShownLimits);
-  TextGrid grid = {{evaluation.scan_count > 0 ? "share of scans" : "share of sites"}};
+  TextGrid grid = {{evaluation.scan_count > 0 ? "share of scans" : "share of places"}};
   std::vector<std::string> constant = {"best fixed choice"};
   for (std::size_t i = 0; i < limits; ++i) {
     const std::string limit = "within " + centimetres(evaluation.limits[i].limit_m);

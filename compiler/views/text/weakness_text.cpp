@@ -102,8 +102,9 @@ std::vector<NamedCell> row_of(const ExplainedStretch& one, const Eigen::Vector3d
 std::string summary_sentence(const Weakness& weakness) {
   const double limit_m = weakness.limit_m;
   std::string text = fmt::format(
-      "limit {:g} m: {} weak stretches, {:.0f} of {:.0f} m of route ({:.0f} m unmet: no look is "
-      "good enough)\n",
+      "limit {:g} m: {} weak stretches, {:.0f} of {:.0f} m of route ({:.0f} m unmet: no look or "
+      "range "
+      "is good enough)\n",
       limit_m, weakness.stretch_count, weakness.weak_m, weakness.route_m, weakness.unmet_m);
   return text + fmt::format(
                     "thin: the best look's predicted error leaves less than {:.0f} % of the limit; "

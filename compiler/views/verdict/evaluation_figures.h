@@ -49,6 +49,7 @@ struct LimitFigures {
 struct EvaluationFigures {
   std::string drive;
   bool is_simulated = false;       // no drive was measured
+  bool is_own_drive = false;       // the map or its model was made from the drive
   std::uint32_t site_count = 0;    // of the map
   std::uint32_t judged_count = 0;  // sites
   std::uint32_t scan_count = 0;    // replayed; 0: the drive was not replayed
@@ -56,7 +57,8 @@ struct EvaluationFigures {
   friend bool operator==(const EvaluationFigures&, const EvaluationFigures&) = default;
 };
 
-// `evaluation` and `tracks` are of this map; `tracks`: null where the drive was not replayed.
+// `evaluation` and `tracks` are of this map; `tracks`: null where the drive was not replayed. Does
+// not know whether the drive is the map's own.
 EvaluationFigures figures_of(const CompiledMap& map, const Evaluation& evaluation,
                              const DriveTracks* tracks);
 

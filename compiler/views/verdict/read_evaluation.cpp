@@ -20,6 +20,11 @@ class JsonTable {
 
   [[nodiscard]] const Json& rows() const { return table_.at("rows"); }
   [[nodiscard]] const Json& fact(const char* name) const { return table_.at("facts").at(name); }
+  // False also where the file has no such fact.
+  [[nodiscard]] bool has_fact(const char* name, const char* text) const {
+    const Json& facts = table_.at("facts");
+    return facts.contains(name) && facts.at(name) == text;
+  }
   [[nodiscard]] const Json& cell(const Json& row, const char* column) const {
     const Json& columns = table_.at("columns");
     const auto found = std::ranges::find(columns, column);
@@ -148,6 +153,7 @@ EvaluationFigures head_of(const JsonTable& rules) {
   EvaluationFigures figures;
   figures.drive = rules.fact("drive").get<std::string>();
   figures.is_simulated = rules.fact("reference") == "simulated";
+  figures.is_own_drive = rules.has_fact("drive_role", "own");
   figures.site_count = rules.fact("site_count").get<std::uint32_t>();
   figures.judged_count = rules.fact("judged_count").get<std::uint32_t>();
   for (const Json& row : rules.rows()) {

@@ -1,12 +1,9 @@
 #include "compiler/views/verdict/verdict.h"
 
-#include <fmt/format.h>
 #include <algorithm>
-#include <cctype>
-#include <cmath>
 
+#include "compiler/views/verdict/verdict_sentences.h"
 #include "formats/text/numbers.h"
-#include "formats/text/quoted_text.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -39,31 +36,31 @@ double share_of(std::size_t count, std::size_t all) {
   return all > 0 ? static_cast<double>(count) / static_cast<double>(all) : 0.0;
 }
 
-std::string in_words(double limit_m) {
-  return limit_m < 1.0 ? format_double(std::round(1e6 * limit_m) / 1e4) + " cm"
-                       : format_double(limit_m) + " m";
+// Whether no look and no range of the map is good enough there.
+bool is_unmet(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  const auto is_unmet_in = [&](const RangeTable& table) {
+    return (table.flags_of(site, limit) & kUnmet) != 0;
+  };
+  return is_unmet_in(map.ranges) && (!map.looks || is_unmet_in(map.looks->ranges));
 }
 
-// "The map's plan keeps ...", "the map's looks keep ...".
-std::string subject(AnswerKind kind) {
-  return kind == AnswerKind::kPlan ? "plan" : std::string(name_of(kind)) + "s";
-}
-
-// Sets the longest stretch of neighbouring sites without an answer that is good enough.
+// Sets the share of places with an answer and the longest stretch of neighbouring ones without.
 void find_unmet(const CompiledMap& map, std::size_t limit, LimitVerdict& verdict) {
-  const RangeTable& table = table_of(map, verdict.recommended);
   const std::vector<Site>& sites = map.sites.sites;
   std::optional<std::size_t> begin;
+  std::size_t unmet_count = 0;
   for (std::size_t site = 0; site < sites.size(); ++site) {
-    const bool is_unmet = (table.flags_of(site, limit) & kUnmet) != 0;
-    if (!is_unmet || (begin && sites[site].run != sites[*begin].run)) begin.reset();
-    if (!is_unmet) continue;
+    const bool is_open = is_unmet(map, site, limit);
+    if (!is_open || (begin && sites[site].run != sites[*begin].run)) begin.reset();
+    if (!is_open) continue;
+    ++unmet_count;
     if (!begin) begin = site;
     const double length_m = sites[site].s_m - sites[*begin].s_m;
     if (length_m <= verdict.unmet_m) continue;
     verdict.unmet_m = length_m;
     verdict.unmet_site = *begin;
   }
+  verdict.answered_share = 1.0 - share_of(unmet_count, sites.size());
 }
 
 // What the map has of its localization drive: no replay, so neither a plan nor lost tracks nor
@@ -94,6 +91,12 @@ struct Trial {
   [[nodiscard]] bool reaches(double target) const {
     return score.answered_coverage >= target - kSlack && !loses_more();
   }
+  // Than a fixed choice that is as good.
+  [[nodiscard]] bool is_slower() const {
+    return constant && constant->coverage >= score.coverage - kSlack &&
+           constant->lost_count.value_or(0) <= score.lost_count.value_or(0) &&
+           score.time_ratio > Thresholds::kSlower * constant->time_ratio + kSlack;
+  }
   [[nodiscard]] bool is_bad(double target) const {
     const double allowed = Thresholds::kBadMisses * (1.0 - target);
     return 1.0 - score.answered_coverage > allowed + kSlack || loses_more();
@@ -118,36 +121,35 @@ std::vector<Trial> trials_of(const CompiledMap& map, const EvaluationFigures* ev
   return trials;
 }
 
-std::string why_missed(const Trial& trial, const LimitVerdict& verdict) {
-  if (trial.loses_more()) {
-    return fmt::format("The map's {} lost {} tracks, the best fixed choice {}",
-                       subject(trial.score.kind), *trial.score.lost_count,
-                       trial.constant->lost_count.value_or(0));
-  }
-  return fmt::format("Where the map has an answer, {} is within {}, the target is {}",
-                     percent(trial.score.answered_coverage), in_words(verdict.limit_m),
-                     percent(verdict.target));
+// The first that reaches the target and is not slower than a fixed choice; else the first that
+// reaches it.
+std::vector<Trial>::const_iterator best_of(const std::vector<Trial>& trials, double target) {
+  const auto reaches = [&](const Trial& trial) { return trial.reaches(target); };
+  const auto is_quick = [&](const Trial& trial) { return reaches(trial) && !trial.is_slower(); };
+  const auto quick = std::ranges::find_if(trials, is_quick);
+  return quick != trials.end() ? quick : std::ranges::find_if(trials, reaches);
 }
 
 // Sets verdict, recommended answer and reason by what was measured.
 void judge_trials(const std::vector<Trial>& trials, LimitVerdict& verdict) {
-  const auto reaches = [&](const Trial& trial) { return trial.reaches(verdict.target); };
-  const auto found = std::ranges::find_if(trials, reaches);
-  const Trial& taken = found == trials.end() ? trials.front() : *found;
+  const Trial& first = trials.front();
+  const auto found = best_of(trials, verdict.target);
+  const Trial& taken = found == trials.end() ? first : *found;
   verdict.score = taken.score;
   verdict.constant = taken.constant;
-  if (found == trials.begin()) {
-    verdict.verdict = MapVerdict::kGood;
+  if (found != trials.begin() && found != trials.end()) verdict.recommended = taken.score.kind;
+  if (!first.reaches(verdict.target)) {
+    verdict.reason = why_missed(first.score, first.constant, verdict);
+    if (found != trials.end()) verdict.reason += "; " + reaching(taken.score.kind);
+  }
+  if (found == trials.end()) {
+    verdict.verdict = taken.is_bad(verdict.target) ? MapVerdict::kBad : MapVerdict::kPartly;
     return;
   }
-  verdict.reason = why_missed(trials.front(), verdict);
-  if (found != trials.end()) {
-    verdict.verdict = MapVerdict::kPartly;
-    verdict.recommended = taken.score.kind;
-    verdict.reason += concat("; its ", subject(taken.score.kind), " reach the target");
-    return;
+  if (taken.is_slower()) {
+    verdict.reason += concat(verdict.reason.empty() ? "" : ". ", why_slower(verdict));
   }
-  verdict.verdict = taken.is_bad(verdict.target) ? MapVerdict::kBad : MapVerdict::kPartly;
+  verdict.verdict = verdict.reason.empty() ? MapVerdict::kGood : MapVerdict::kPartly;
 }
 
 bool is_answered(const LimitVerdict& verdict) {
@@ -159,18 +161,6 @@ void lower(MapVerdict to, std::string reason, LimitVerdict& verdict) {
   if (verdict.verdict != MapVerdict::kGood) return;
   verdict.verdict = to;
   verdict.reason = std::move(reason);
-}
-
-std::string why_unanswered(const LimitVerdict& verdict) {
-  const std::string share = percent(1.0 - verdict.answered_share);
-  if (verdict.unmet_m <= 0.0) {
-    return fmt::format("No answer is good enough for {} at {} of the places",
-                       in_words(verdict.limit_m), share);
-  }
-  return fmt::format(
-      "No answer is good enough for {} at {} of the places (longest stretch {} m, "
-      "from site {})",
-      in_words(verdict.limit_m), share, fixed(verdict.unmet_m, 0), verdict.unmet_site);
 }
 
 double judged_share(const CompiledMap& map, const EvaluationFigures* evaluation,
@@ -191,13 +181,14 @@ LimitVerdict judge_limit(const CompiledMap& map, const EvaluationFigures* evalua
   const std::vector<Trial> trials = trials_of(map, evaluation, evidence, limit);
   if (!trials.empty()) judge_trials(trials, verdict);
   const LimitQuality& quality = quality_of(map, verdict.recommended, limit);
-  verdict.answered_share = 1.0 - share_of(quality.unmet_count, map.sites.sites.size());
+  verdict.recommended_share = 1.0 - share_of(quality.unmet_count, map.sites.sites.size());
+  verdict.has_looks = map.looks.has_value();
   verdict.expected_coverage = quality.expected_coverage;
   find_unmet(map, limit, verdict);
   if (!is_answered(verdict)) lower(MapVerdict::kPartly, why_unanswered(verdict), verdict);
   const double judged = judged_share(map, evaluation, evidence);
   if (judged < Thresholds::kLeastJudged - kSlack) {
-    lower(MapVerdict::kPartly, fmt::format("Only {} of the sites were judged", percent(judged)),
+    lower(MapVerdict::kPartly, concat("Only ", percent(judged), " of the places were judged"),
           verdict);
   }
   return verdict;
@@ -213,77 +204,9 @@ Evidence evidence_of(const CompiledMap& map, const EvaluationFigures* evaluation
   return is_measured ? Evidence::kOwnDrive : Evidence::kNone;
 }
 
-// "in 27 % of the time of the best fixed choice (97.9 % within 10 cm, 3 tracks lost)"
-std::string compared(const AnswerScore& score, const ConstantScore& constant) {
-  if (constant.time_ratio <= 0.0) return "";
-  std::string text = fmt::format(", in {:.0f} % of the time of the best fixed choice",
-                                 100.0 * score.time_ratio / constant.time_ratio);
-  const bool keeps_less = constant.coverage < score.coverage - kSlack;
-  const bool loses_more = constant.lost_count.value_or(0) > score.lost_count.value_or(0);
-  if (keeps_less || loses_more) text += fmt::format(" (which keeps {}", percent(constant.coverage));
-  if (loses_more) text += fmt::format(" and loses {} tracks", *constant.lost_count);
-  return keeps_less || loses_more ? text + ")" : text;
-}
-
-std::string answered_words(const LimitVerdict& limit) {
-  return percent(limit.answered_share) + " of the places are answered";
-}
-
-std::string figures_text(const MapJudgement& judgement, const LimitVerdict& limit) {
-  if (!limit.score) {
-    return fmt::format("No drive has judged this map; it predicts {} within {}, and {}",
-                       percent(limit.expected_coverage), in_words(limit.limit_m),
-                       answered_words(limit));
-  }
-  const AnswerScore& score = *limit.score;
-  const bool is_own = judgement.evidence == Evidence::kOwnDrive;
-  std::string text = fmt::format(
-      "On {} {} the map's {} {} {} of {} {} within {}", is_own ? "its own drive" : "drive",
-      is_own ? "(optimistic)" : judgement.drive, subject(score.kind),
-      score.kind == AnswerKind::kPlan ? "keeps" : "keep", percent(score.coverage),
-      judgement.judged_count, judgement.is_replayed ? "scans" : "sites", in_words(limit.limit_m));
-  if (score.lost_count) {
-    text += *score.lost_count == 0 ? " and no track is lost"
-                                   : fmt::format(" and {} tracks are lost", *score.lost_count);
-  }
-  if (limit.constant) text += compared(score, *limit.constant);
-  return limit.reason.starts_with("No answer") ? text : text + "; " + answered_words(limit);
-}
-
-std::string as_sentence(std::string text) {
-  if (text.empty()) return text;
-  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
-  return text.back() == '.' ? text : text + ".";
-}
-
 std::string promise_of(const CompiledMap& map, const LimitVerdict& limit, std::size_t index) {
   const RangeTable& table = table_of(map, limit.recommended);
   return as_sentence(table.promises[index].statement);
-}
-
-// A word of a command line: quoted where a shell would split or expand it.
-std::string word(const std::string& text) {
-  const bool is_plain = std::ranges::all_of(text, [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("/-._~+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  return is_plain && !text.empty() ? text : shell_word(text);
-}
-
-std::string next_of(const MapJudgement& judgement, bool is_in_pieces, const VerdictFiles& files) {
-  const std::string map = word(files.map);
-  if (is_in_pieces) return concat("sightline inspect ", map, " --all  # lists the pieces");
-  if (judgement.verdict == MapVerdict::kBad) {
-    return concat("sightline weak ", map, "  # shows where the map is weak, and why");
-  }
-  if (judgement.evidence != Evidence::kEvaluation) {
-    return concat("sightline evaluate ", word(files.config), " --map ", map,
-                  "  # judges the map by another drive");
-  }
-  if (judgement.verdict == MapVerdict::kPartly) {
-    return concat("sightline weak ", map, "  # shows where the map is weak, and why");
-  }
-  return concat("sightline report ", map, " -o map.html  # shows the map as a page");
 }
 
 // From good to bad; what is not judged decides where nothing is.
@@ -327,6 +250,8 @@ MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluati
   judgement.evidence = evidence_of(map, evaluation);
   const bool is_evaluated = judgement.evidence == Evidence::kEvaluation;
   judgement.drive = is_evaluated ? evaluation->drive : map.measurement.localization_drive;
+  judgement.is_own_drive =
+      judgement.evidence == Evidence::kOwnDrive || (is_evaluated && evaluation->is_own_drive);
   judgement.is_replayed = is_evaluated && evaluation->scan_count > 0;
   judgement.judged_count = !is_evaluated           ? map.measurement.measured_site_count
                            : judgement.is_replayed ? evaluation->scan_count
@@ -337,17 +262,17 @@ MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluati
   if (!judgement.limits.empty()) {
     decide(judgement);
     const LimitVerdict& limit = judgement.limits[judgement.deciding];
-    judgement.figures = as_sentence(figures_text(judgement, limit));
+    judgement.figures = as_sentence(figures_sentence(judgement, limit));
     judgement.promise = promise_of(map, limit, judgement.deciding);
   }
   const std::size_t pieces = map.trajectory ? map.trajectory->pieces.size() : 0;
   if (pieces > 1) {
     judgement.verdict = MapVerdict::kBad;
-    judgement.reason = fmt::format(
-        "The trajectory has {} pieces that are not connected: their relative position is unknown.",
-        pieces);
+    judgement.reason =
+        concat("The trajectory has ", pieces,
+               " pieces that are not connected: their relative position is unknown.");
   }
-  judgement.next = next_of(judgement, pieces > 1, files);
+  judgement.next = next_command(judgement, pieces > 1, files);
   return judgement;
 }
 

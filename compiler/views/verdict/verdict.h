@@ -27,7 +27,10 @@ struct VerdictThresholds {
   // Partly: an answer that is good enough at fewer places, or none along so much route.
   static constexpr double kLeastAnswered = 0.99;
   static constexpr double kUnmetStretch_m = 10.0;
-  // Partly: the drive judged fewer of the map's sites.
+  // Partly: the recommended answer takes more than so many times the time of the best fixed choice
+  // that has at least its share within the limit and loses no more tracks.
+  static constexpr double kSlower = 1.05;
+  // Partly: the drive judged fewer of the map's places.
   static constexpr double kLeastJudged = 0.5;
 };
 
@@ -42,13 +45,17 @@ enum class Evidence : std::uint8_t {
 struct LimitVerdict {
   double limit_m = 0.0;
   MapVerdict verdict = MapVerdict::kNotJudged;
-  // The first of plan, look and range that reaches the target; where none does, the first.
+  // The first of plan, look and range that reaches the target and is not slower than a fixed
+  // choice; where there is none, the first that reaches it; where none does, the first.
   AnswerKind recommended = AnswerKind::kRange;
   double target = VerdictThresholds::kTarget;  // share within the limit
-  double answered_share = 0.0;   // of the sites: there the recommended answer is good enough
-  double expected_coverage = 0;  // that the map predicts for it
+  // Of the places: there a look or a range is good enough; there the recommended answer is.
+  double answered_share = 0.0;
+  double recommended_share = 0.0;
+  double expected_coverage = 0;  // that the map predicts for the recommended answer
   double unmet_m = 0.0;          // the longest stretch of route without a good enough answer
   std::size_t unmet_site = 0;    // where it begins
+  bool has_looks = false;        // the map has looks beside ranges
   // Of the recommended answer; of the looks where a plan was not judged. None: not judged.
   std::optional<AnswerScore> score;
   std::optional<ConstantScore> constant;  // best_constant() beside it
@@ -59,7 +66,8 @@ struct MapJudgement {
   MapVerdict verdict = MapVerdict::kNotJudged;  // the worst of the limits
   Evidence evidence = Evidence::kNone;
   std::string drive;               // that judged
-  std::uint32_t judged_count = 0;  // scans where the drive was replayed, else sites
+  bool is_own_drive = false;       // the map or its model was made from it: optimistic
+  std::uint32_t judged_count = 0;  // scans where the drive was replayed, else places
   bool is_replayed = false;
   std::vector<LimitVerdict> limits;  // as in the map
   std::size_t deciding = 0;          // the first of the limits that has the verdict
@@ -73,6 +81,7 @@ struct MapJudgement {
 struct VerdictFiles {
   std::string map = "MAP";
   std::string config = "CONFIG";
+  bool names_evaluation = true;  // the configuration names a drive under `evaluation`
 };
 
 // A pure function of the map, which may lack NDs and factors, and of an evaluation of it (null:

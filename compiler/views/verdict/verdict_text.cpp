@@ -46,6 +46,7 @@ Json limit_json(const LimitVerdict& limit) {
                {"recommended", name_of(limit.recommended)},
                {"target", limit.target},
                {"answered_share", limit.answered_share},
+               {"recommended_share", limit.recommended_share},
                {"expected_coverage", limit.expected_coverage},
                {"longest_unmet_m", limit.unmet_m},
                {"reason", limit.reason},
@@ -94,10 +95,10 @@ std::size_t line_count(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
 
-// As many clauses of the promise as fit on two lines; the whole is in `inspect --all` and JSON.
-std::string shortened(const std::string& promise) {
+// As many clauses of the promise as fit on so many lines; the whole is in `inspect --all` and JSON.
+std::string shortened(const std::string& promise, std::size_t most) {
   std::string text = promise;
-  while (line_count(wrapped(text)) > 2) {
+  while (line_count(wrapped(text)) > most) {
     const std::size_t end = text.rfind("; ");
     if (end == std::string::npos) break;
     text = text.substr(0, end) + ".";
@@ -120,7 +121,9 @@ std::string verdict_rest(const MapJudgement& judgement) {
 
 std::string to_text(const MapJudgement& judgement) {
   std::string text = wrapped(verdict_head(judgement) + verdict_rest(judgement));
-  if (!judgement.promise.empty()) text += shortened(judgement.promise);
+  // With the next command at most five lines.
+  const std::size_t most = line_count(text) > 2 ? 1 : 2;
+  if (!judgement.promise.empty()) text += shortened(judgement.promise, most);
   return text + "Next: " + judgement.next + "\n";
 }
 
@@ -136,6 +139,7 @@ Json to_json(const MapJudgement& judgement) {
                {"colour", colour_of(judgement.verdict)},
                {"evidence", name_of(judgement.evidence)},
                {"drive", judgement.drive},
+               {"is_own_drive", judgement.is_own_drive},
                {"judged_count", judgement.judged_count},
                {"judged", judgement.is_replayed ? "scans" : "sites"},
                {"reason", judgement.reason},

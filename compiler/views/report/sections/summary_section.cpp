@@ -48,8 +48,8 @@ std::string share_status(const MapJudgement& judgement, const LimitVerdict& limi
   }
   return status(limit.verdict,
                 concat("By ", name_of(limit.score->kind), ": ", percent(limit.score->coverage),
-                       " of ", judgement.judged_count, judgement.is_replayed ? " scans" : " sites",
-                       judgement.evidence == Evidence::kOwnDrive ? " of its own drive" : "",
+                       " of ", judgement.judged_count, judgement.is_replayed ? " scans" : " places",
+                       judgement.is_own_drive ? " of its own drive" : "",
                        "; target: ", percent(limit.target)));
 }
 

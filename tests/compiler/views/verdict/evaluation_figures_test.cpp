@@ -73,6 +73,16 @@ TEST(EvaluationFigures, AreTheSameFromArtifactsAndFromJsonOfAReplay) {
   EXPECT_EQ(value_of(parse_evaluation(as_json(all), made.map)), figures);
 }
 
+TEST(EvaluationFigures, OfTheMapsOwnDriveAreMarkedInJson) {
+  const MadeSources made = made_sources(3);
+  std::vector<Table> all = tables(made.evaluation);
+  for (const std::string role : {"own", "other"}) {
+    all.front().facts.emplace_back("drive_role", role);
+    EXPECT_EQ(value_of(parse_evaluation(as_json(all), made.map)).is_own_drive, role == "own");
+    all.front().facts.pop_back();
+  }
+}
+
 // Misses at places that the map calls unmet do not count against its answers.
 TEST(EvaluationFigures, CountAnswersApart) {
   MadeSources made = made_sources(3);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "compiler/gate/forms/gate_text.h"
 #include "compiler/gate/gate.h"
@@ -195,8 +196,8 @@ TEST(Verdict, InspectFitsOnAScreenAndItsJsonIsAsTheSchemaSays) {
   }
 }
 
-// Ranges that miss, looks that do not.
-TEST(Verdict, RecommendsTheFirstAnswerThatReachesTheTarget) {
+// A map with looks and a plan for all limits.
+CompiledMap map_with_plan() {
   CompiledMap map = good_map();
   map.looks.emplace();
   map.looks->ranges = map.ranges;
@@ -204,6 +205,12 @@ TEST(Verdict, RecommendsTheFirstAnswerThatReachesTheTarget) {
   LookPlan plan;
   plan.limit_m = 0.1;
   map.looks->ranges.plan = plan;
+  return map;
+}
+
+// Ranges that miss, looks that do not.
+TEST(Verdict, RecommendsTheFirstAnswerThatReachesTheTarget) {
+  const CompiledMap map = map_with_plan();
   EvaluationFigures figures = replayed(0.99, 0);
   for (LimitFigures& limit : figures.limits) {
     limit.answers = {{AnswerKind::kPlan, 0.998, 0.998, 0.08, 0},
@@ -221,6 +228,94 @@ TEST(Verdict, RecommendsTheFirstAnswerThatReachesTheTarget) {
   EXPECT_EQ(judgement.verdict, kPartly) << "the ranges still reach the target";
   EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kRange);
   EXPECT_THAT(judgement.reason, HasSubstr("The map's plan lost 4 tracks"));
+}
+
+// Every limit with these answers, beside the constant ones of replayed().
+EvaluationFigures with_answers(const std::vector<AnswerScore>& answers) {
+  EvaluationFigures figures = replayed(0.99, 0);
+  for (LimitFigures& limit : figures.limits) limit.answers = answers;
+  return figures;
+}
+
+TEST(Verdict, AnAnswerSlowerThanAFixedChoiceGivesWayToAnotherOrIsPartly) {
+  const CompiledMap map = map_with_plan();
+  const EvaluationFigures look_is_quick = with_answers(
+      {{AnswerKind::kPlan, 0.98, 0.98, 0.6, 0}, {AnswerKind::kLook, 0.97, 0.97, 0.4, 0}});
+  MapJudgement judgement = judge_map(map, &look_is_quick, {});
+  EXPECT_EQ(judgement.verdict, kGood) << to_text(judgement);
+  EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kLook);
+  const EvaluationFigures all_are_slow = with_answers(
+      {{AnswerKind::kPlan, 0.98, 0.98, 2.0, 0}, {AnswerKind::kLook, 0.97, 0.97, 0.8, 0}});
+  judgement = judge_map(map, &all_are_slow, {});
+  EXPECT_EQ(judgement.verdict, kPartly);
+  EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kPlan);
+  EXPECT_EQ(judgement.reason,
+            "A fixed choice is faster here: use 15 m everywhere (25 % of the time).");
+  EXPECT_THAT(judgement.figures, HasSubstr(", in 4.0 times the time of the best fixed choice"));
+}
+
+TEST(Verdict, FivePercentMoreTimeAndTimeOfAWorseFixedChoiceAreNotSlower) {
+  const CompiledMap map = good_map();
+  for (const auto& [coverage, time_ratio, expected] :
+       {std::tuple(0.98, 0.525, kGood), std::tuple(0.98, 0.53, kPartly),
+        std::tuple(1.0, 1.04, kGood)}) {
+    const EvaluationFigures figures =
+        with_answers({{AnswerKind::kRange, coverage, coverage, time_ratio, 0}});
+    EXPECT_EQ(judge_map(map, &figures, {}).verdict, expected) << coverage << " " << time_ratio;
+  }
+  EvaluationFigures best = with_answers({{AnswerKind::kRange, 1.0, 1.0, 3.0, 0}});
+  for (LimitFigures& limit : best.limits) limit.constants.pop_back();
+  EXPECT_EQ(judge_map(map, &best, {}).verdict, kGood) << "15 m keeps less";
+}
+
+TEST(Verdict, AnEvaluationByTheMapsOwnDriveIsOptimistic) {
+  EvaluationFigures figures = replayed(0.99, 0);
+  figures.is_own_drive = true;
+  const MapJudgement judgement = judge_map(good_map(), &figures, {.config = "drive.yaml"});
+  EXPECT_THAT(judgement.figures, HasSubstr("On its own drive (optimistic) the map's ranges keep"));
+  EXPECT_EQ(to_json(judgement).at("is_own_drive"), true);
+  EXPECT_THAT(judgement.next,
+              HasSubstr("# first name another drive under evaluation: in drive.yaml"));
+}
+
+TEST(Verdict, TheNextCommandWorksWithoutAnEvaluationDrive) {
+  const VerdictFiles files = {.map = "a.slmap", .config = "a.yaml", .names_evaluation = false};
+  EXPECT_EQ(
+      judge_map(good_map(), nullptr, files).next,
+      "sightline report a.slmap -o map.html  # shows the map; to judge it, name another drive "
+      "under evaluation: in a.yaml");
+  EXPECT_EQ(judge_map(good_map(), nullptr, {.map = "a.slmap", .config = "a.yaml"}).next,
+            "sightline evaluate a.yaml --map a.slmap  # judges the map by another drive");
+}
+
+// Places 20 to 40 have no range; all of them, or all but 30 to 40, have a look.
+TEST(Verdict, APlaceWithALookOrARangeIsAnswered) {
+  CompiledMap map = with_unmet(20, 40);
+  const CompiledMap with_all = map_with_plan();
+  map.looks = with_all.looks;
+  map.looks->ranges.plan.reset();
+  MapJudgement judgement = judge_map(map, nullptr, {});
+  EXPECT_EQ(judgement.verdict, kGood) << to_text(judgement);
+  EXPECT_DOUBLE_EQ(judgement.limits[0].answered_share, 1.0);
+  for (std::size_t site = 30; site <= 40; ++site) {
+    const std::size_t limits = map.ranges.promises.size();
+    for (std::size_t limit = 0; limit < limits; ++limit) {
+      map.looks->ranges.flags[site * limits + limit] = kUnmet;
+    }
+  }
+  judgement = judge_map(map, nullptr, {});
+  EXPECT_EQ(judgement.verdict, kPartly);
+  EXPECT_EQ(
+      judgement.reason,
+      "No look or range keeps 10 cm at 18.3 % of the places (longest stretch 10 m, from place "
+      "30).");
+}
+
+TEST(Verdict, OneTrackIsLostNotOneTracks) {
+  const EvaluationFigures figures = replayed(0.98, 1);
+  const MapJudgement judgement = judge_map(good_map(), &figures, {});
+  EXPECT_THAT(judgement.figures, HasSubstr("and 1 track is lost"));
+  EXPECT_THAT(judgement.reason, HasSubstr("ranges lost 1 track, the best"));
 }
 
 TEST(Verdict, ComparesWithTheCheapestConstantAnswerThatIsAsGood) {

@@ -1,0 +1,171 @@
+#include "compiler/views/verdict/verdict_sentences.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "formats/text/numbers.h"
+#include "formats/text/quoted_text.h"
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+std::string in_words(double limit_m) {
+  return limit_m < 1.0 ? format_double(std::round(1e6 * limit_m) / 1e4) + " cm"
+                       : format_double(limit_m) + " m";
+}
+
+// "The map's plan keeps ...", "the map's looks keep ...".
+std::string subject(AnswerKind kind) {
+  return kind == AnswerKind::kPlan ? "plan" : std::string(name_of(kind)) + "s";
+}
+
+std::string tracks_text(std::uint32_t count) {
+  return concat(count, count == 1 ? " track" : " tracks");
+}
+
+// "27 % of the time", "4.4 times the time".
+std::string times_text(double ratio) {
+  if (ratio < 1.0) return fmt::format("{:.0f} % of the time", 100.0 * ratio);
+  return fmt::format("{} times the time", fixed(ratio, ratio < 1.95 ? 2 : 1));
+}
+
+// "in 27 % of the time of the best fixed choice (which keeps 97.9 % and loses 3 tracks)"
+std::string compared(const AnswerScore& score, const ConstantScore& constant) {
+  if (constant.time_ratio <= 0.0) return "";
+  std::string text = concat(", in ", times_text(score.time_ratio / constant.time_ratio),
+                            " of the best fixed choice");
+  const bool keeps_less = constant.coverage < score.coverage - 1e-9;
+  const bool loses_more = constant.lost_count.value_or(0) > score.lost_count.value_or(0);
+  if (!keeps_less && !loses_more) return text;
+  text += concat(" (which keeps ", percent(constant.coverage));
+  if (loses_more) text += " and loses " + tracks_text(*constant.lost_count);
+  return text + ")";
+}
+
+// Which kind answers is written where the recommended one answers fewer places than all together.
+std::string answered_words(const LimitVerdict& limit) {
+  const std::string all = percent(limit.answered_share);
+  const std::string own = percent(limit.recommended_share);
+  const char* const kind = limit.recommended == AnswerKind::kRange ? "range" : "look";
+  const std::string by_kind = all == own ? "" : concat(" (", own, " by a ", kind, ")");
+  return concat(all, " of the places are answered", by_kind);
+}
+
+std::string predicted_words(const LimitVerdict& limit) {
+  const bool is_range = limit.recommended == AnswerKind::kRange;
+  return fmt::format(
+      "No drive has judged this map; its {} are predicted to keep {} of the places within {}, and "
+      "{}",
+      is_range ? "ranges" : "looks", percent(limit.expected_coverage), in_words(limit.limit_m),
+      answered_words(limit));
+}
+
+// A word of a command line: quoted where a shell would split or expand it.
+std::string word(const std::string& text) {
+  const bool is_plain = std::ranges::all_of(text, [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("/-._~+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  return is_plain && !text.empty() ? text : shell_word(text);
+}
+
+// How to judge the map by a drive that it was not made from.
+std::string judging_command(const MapJudgement& judgement, const VerdictFiles& files) {
+  const std::string map = word(files.map);
+  const std::string config = word(files.config);
+  if (!files.names_evaluation) {
+    return concat("sightline report ", map, " -o map.html  # shows the map; to judge it, name ",
+                  "another drive under evaluation: in ", config);
+  }
+  const std::string command = concat("sightline evaluate ", config, " --map ", map, "  # ");
+  if (judgement.evidence == Evidence::kEvaluation) {
+    return concat(command, "first name another drive under evaluation: in ", config);
+  }
+  const bool is_known = files.config != VerdictFiles().config;
+  return command + (is_known ? "judges the map by another drive"
+                             : "judges the map by the drive that CONFIG names under evaluation:");
+}
+
+}  // namespace
+
+std::string why_missed(const AnswerScore& score, const std::optional<ConstantScore>& constant,
+                       const LimitVerdict& verdict) {
+  const std::uint32_t lost = score.lost_count.value_or(0);
+  const std::uint32_t least = constant ? constant->lost_count.value_or(0) : lost;
+  if (lost > least) {
+    return fmt::format("The map's {} lost {}, the best fixed choice {}", subject(score.kind),
+                       tracks_text(lost), least);
+  }
+  return fmt::format("Where the map's {} {} an answer, {} is within {}, the target is {}",
+                     subject(score.kind), score.kind == AnswerKind::kPlan ? "has" : "have",
+                     percent(score.answered_coverage), in_words(verdict.limit_m),
+                     percent(verdict.target));
+}
+
+std::string reaching(AnswerKind kind) {
+  return concat("its ", subject(kind), kind == AnswerKind::kPlan ? " reaches" : " reach",
+                " the target");
+}
+
+std::string why_slower(const LimitVerdict& verdict) {
+  return fmt::format("A fixed choice is faster here: use {} everywhere ({})",
+                     verdict.constant->look,
+                     times_text(verdict.constant->time_ratio / verdict.score->time_ratio));
+}
+
+std::string why_unanswered(const LimitVerdict& verdict) {
+  std::string text = fmt::format("No {} keeps {} at {} of the places",
+                                 verdict.has_looks ? "look or range" : "range",
+                                 in_words(verdict.limit_m), percent(1.0 - verdict.answered_share));
+  if (verdict.unmet_m <= 0.0) return text;
+  return text + fmt::format(" (longest stretch {} m, from place {})", fixed(verdict.unmet_m, 0),
+                            verdict.unmet_site);
+}
+
+std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& limit) {
+  if (!limit.score) return predicted_words(limit);
+  const AnswerScore& score = *limit.score;
+  std::string text = fmt::format(
+      "On {} the map's {} {} {} of {} {} within {}",
+      judgement.is_own_drive ? "its own drive (optimistic)" : "drive " + judgement.drive,
+      subject(score.kind), score.kind == AnswerKind::kPlan ? "keeps" : "keep",
+      percent(score.coverage), judgement.judged_count, judgement.is_replayed ? "scans" : "places",
+      in_words(limit.limit_m));
+  if (score.lost_count) {
+    const std::uint32_t lost = *score.lost_count;
+    text += lost == 0 ? " and no track is lost"
+                      : concat(" and ", tracks_text(lost), lost == 1 ? " is lost" : " are lost");
+  }
+  if (limit.constant) text += compared(score, *limit.constant);
+  if (score.kind != limit.recommended) text += "; its " + subject(limit.recommended) + " was not judged";
+  const bool is_in_reason = limit.reason == why_unanswered(limit) &&
+                            percent(limit.answered_share) == percent(limit.recommended_share);
+  return is_in_reason ? text : text + "; " + answered_words(limit);
+}
+
+std::string as_sentence(std::string text) {
+  if (text.empty()) return text;
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text.back() == '.' ? text : text + ".";
+}
+
+std::string next_command(const MapJudgement& judgement, bool is_in_pieces,
+                         const VerdictFiles& files) {
+  const std::string map = word(files.map);
+  if (is_in_pieces) return concat("sightline inspect ", map, " --all  # lists the pieces");
+  if (judgement.verdict == MapVerdict::kBad) {
+    return concat("sightline weak ", map, "  # shows where the map is weak, and why");
+  }
+  if (judgement.evidence != Evidence::kEvaluation || judgement.is_own_drive) {
+    return judging_command(judgement, files);
+  }
+  if (judgement.verdict == MapVerdict::kPartly) {
+    return concat("sightline weak ", map, "  # shows where the map is weak, and why");
+  }
+  return concat("sightline report ", map, " -o map.html  # shows the map as a page");
+}
+
+}  // namespace sightline

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "compiler/views/verdict/verdict.h"
+
+// The sentences of a verdict. Places are those of the map, scans those of the evaluated drive.
+
+namespace sightline {
+
+// Why an answer misses the target of `verdict`. `constant`: the best fixed choice beside it.
+std::string why_missed(const AnswerScore& score, const std::optional<ConstantScore>& constant,
+                       const LimitVerdict& verdict);
+// "its looks reach the target"
+std::string reaching(AnswerKind kind);
+// Of a score that takes more time than the fixed choice, both of which `verdict` has.
+std::string why_slower(const LimitVerdict& verdict);
+std::string why_unanswered(const LimitVerdict& verdict);
+
+// What was measured at the limit, or is predicted, without its end.
+std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& limit);
+
+// With a capital letter and a full stop; an empty text stays empty.
+std::string as_sentence(std::string text);
+
+// A command that works with these files, and after "  # " what it does.
+std::string next_command(const MapJudgement& judgement, bool is_in_pieces,
+                         const VerdictFiles& files);
+
+}  // namespace sightline
