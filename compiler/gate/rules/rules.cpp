@@ -147,8 +147,8 @@ std::string in_words(double value, std::string_view unit) {
   }
   if (unit.empty()) return fixed(value, 2);
   const std::string count = fixed(value, 0);
-  const bool is_plural = unit == "pieces" || unit == "tracks";
-  return concat(count, " ", count == "1" && is_plural ? unit.substr(0, unit.size() - 1) : unit);
+  const bool is_one = count == "1" && unit.ends_with('s');
+  return concat(count, " ", is_one ? unit.substr(0, unit.size() - 1) : unit);
 }
 
 std::string within(double limit_m) { return concat(" within ", format_double(limit_m), " m"); }

@@ -140,7 +140,8 @@ std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& 
                       : concat(" and ", tracks_text(lost), lost == 1 ? " is lost" : " are lost");
   }
   if (limit.constant) text += compared(score, *limit.constant);
-  if (score.kind != limit.recommended) text += "; its " + subject(limit.recommended) + " was not judged";
+  if (score.kind != limit.recommended)
+    text += "; its " + subject(limit.recommended) + " was not judged";
   const bool is_in_reason = limit.reason == why_unanswered(limit) &&
                             percent(limit.answered_share) == percent(limit.recommended_share);
   return is_in_reason ? text : text + "; " + answered_words(limit);

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "compiler/views/verdict/verdict.h"
+#include "compiler/views/verdict/map_judgement.h"
 
 // The sentences of a verdict. Places are those of the map, scans those of the evaluated drive.
 
