@@ -16,7 +16,7 @@ RouteLine line(double from_m, double to_m, RouteHeights heights = RouteHeights::
 
 Result<Sites> choose(TestContext& ctx, const Surface& surface,
                      const std::vector<RouteLine>& lines) {
-  return choose_route_sites(ctx, {}, {"lanes.osm", lines}, surface, sensor_ahead());
+  return choose_route_sites(ctx, {}, {"lanes.osm", lines, {}}, surface, sensor_ahead());
 }
 
 ChosenSites chosen(const Surface& surface, const std::vector<RouteLine>& lines) {
