@@ -8,9 +8,8 @@ namespace sightline {
 // Refuses scans whose points are in the world's frame already, as SLAM programs publish registered
 // clouds: the middle of their points moves as the sensor does by its poses (where there are none,
 // by the VIEWPOINT of PCD files), while points in the sensor's frame stay around it. Compares up to
-// eight scans spread over the recording that are 30 m apart or farther; where there are no such,
-// scans and poses that name one frame (Recording::world_frame) are refused. Errors:
-// unsupported-format, and those of read_listed_scan.
+// eight scans spread over the recording that are 30 m apart or farther; without such scans nothing
+// is refused. Errors: unsupported-format, and those of read_listed_scan.
 Result<void> check_frame(const Recording& recording);
 
 }  // namespace sightline

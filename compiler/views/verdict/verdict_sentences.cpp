@@ -86,7 +86,7 @@ std::string judging_command(const MapJudgement& judgement, const VerdictFiles& f
   }
   const bool is_known = files.config != VerdictFiles().config;
   return command + (is_known ? "judges the map by another drive"
-                             : "judges the map by the drive that CONFIG names under evaluation:");
+                             : "judges the map by the drive under evaluation: in CONFIG");
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/base/portable_math.h"
+
 namespace sightline {
 namespace {
 
@@ -36,7 +38,8 @@ bool CoordinateSpacing::is_of_numbers() const {
   if (spacing_m <= 0.0) return false;
   const auto largest = static_cast<float>(largest_m);
   const double float_step_m = std::nextafter(largest, 2.0F * largest) - largest;
-  const double digits = std::log10(spacing_m);
+  constexpr double kLogOfTen = 2.302585092994046;
+  const double digits = portable_log(spacing_m) / kLogOfTen;
   return std::abs(spacing_m / float_step_m - 1.0) < kRounding ||
          (spacing_m > kLeastOfText_m && std::abs(digits - std::round(digits)) < kRounding);
 }
