@@ -31,7 +31,8 @@ constexpr std::string_view kLanelet = R"(<?xml version="1.0"?>
 )";
 
 std::string replaced(std::string text, const std::string& word, const std::string& by) {
-  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word)) {
+  for (std::size_t at = text.find(word); at != std::string::npos;
+       at = text.find(word, at + by.size())) {
     text.replace(at, word.size(), by);
   }
   return text;
