@@ -30,7 +30,8 @@ ScanConstraint constraint_in(const BoxWorld& world, std::size_t scans_before = 1
   std::vector<Eigen::Vector3d> map_m;
   for (std::size_t k = 0; k < scans_before; ++k) {
     const Pose T_map_lidar = poses[k] * test.drive.sensor.T_vehicle_lidar;
-    for (const Eigen::Vector3d& point_m : read_thinned(test.drive, k)->to_map_m) {
+    const auto before = read_thinned(test.drive, k);
+    for (const Eigen::Vector3d& point_m : before->to_map_m) {
       map_m.push_back(T_map_lidar * point_m);
     }
   }
