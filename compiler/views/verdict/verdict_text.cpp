@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
 
 #include "formats/text/table.h"
 
@@ -95,13 +96,34 @@ std::size_t line_count(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
 
+// Where the last clause begins that stands in no brackets; npos: there is one clause alone.
+std::size_t last_clause(const std::string& text) {
+  std::size_t last = std::string::npos;
+  int depth = 0;
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    depth += text[i] == '(' ? 1 : text[i] == ')' ? -1 : 0;
+    if (depth == 0 && text.compare(i, 2, "; ") == 0) last = i;
+  }
+  return last;
+}
+
+// Without what its first brackets hold.
+std::string without_brackets(std::string text) {
+  const std::size_t begin = text.find(" (");
+  const std::size_t end = text.find(')', begin == std::string::npos ? text.size() : begin);
+  if (end != std::string::npos) text.erase(begin, end + 1 - begin);
+  return text;
+}
+
 // As many clauses of the promise as fit on so many lines; the whole is in `inspect --all` and JSON.
 std::string shortened(const std::string& promise, std::size_t most) {
   std::string text = promise;
   while (line_count(wrapped(text)) > most) {
-    const std::size_t end = text.rfind("; ");
-    if (end == std::string::npos) break;
-    text = text.substr(0, end) + ".";
+    const std::size_t end = last_clause(text);
+    std::string shorter =
+        end == std::string::npos ? without_brackets(text) : text.substr(0, end) + ".";
+    if (shorter.size() >= text.size()) break;
+    text = std::move(shorter);
   }
   return wrapped(text);
 }

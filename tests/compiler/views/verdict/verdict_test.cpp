@@ -351,5 +351,22 @@ TEST(Verdict, PromisesOfManyClausesAreShortened) {
   EXPECT_GT(judgement.promise.size(), 500U) << "the whole of it is in the JSON";
 }
 
+TEST(Verdict, PromisesAreNotCutWithinBrackets) {
+  CompiledMap map = good_map();
+  for (LimitPromise& promise : map.ranges.promises) {
+    promise.statement =
+        "No promise: the model cannot distinguish the places (cross-validated R^2 -0.21; 70 m of "
+        "route, a promise needs 1.2 km), so one look is used for the whole map: 100 m, 650 "
+        "returns, "
+        "evenly spaced beyond 30 m, 40 points by normals";
+  }
+  MapJudgement judgement = judge_map(map, nullptr, {});
+  // Three lines of verdict leave one for the promise.
+  judgement.figures = std::string(120, 'x') + " " + std::string(110, 'y');
+  const std::string text = to_text(judgement);
+  EXPECT_THAT(text, Not(HasSubstr("-0.21.")));
+  EXPECT_THAT(text, HasSubstr("cannot distinguish the places, so one look is used"));
+}
+
 }  // namespace
 }  // namespace sightline
