@@ -188,8 +188,8 @@ std::string_view verdict_name(Verdict verdict) {
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
-std::size_t GateReport::count(Verdict verdict) const {
-  return static_cast<std::size_t>(std::ranges::count(checks, verdict, &Check::verdict));
+std::size_t GateReport::count(Verdict wanted) const {
+  return static_cast<std::size_t>(std::ranges::count(checks, wanted, &Check::verdict));
 }
 
 std::size_t GateReport::violations(Severity severity) const {

@@ -111,7 +111,7 @@ struct GateReport {
   MapJudgement verdict = {};             // of the map, which no rule changes
   std::vector<Check> checks;             // in the order of gate_rules()
 
-  [[nodiscard]] std::size_t count(Verdict verdict) const;
+  [[nodiscard]] std::size_t count(Verdict wanted) const;
   [[nodiscard]] std::size_t violations(Severity severity) const;
   [[nodiscard]] bool passes() const;
 };
