@@ -105,8 +105,7 @@ TEST_F(RealDrive, TooShortToTrainOnTakesItsOwnStaticAnswerOrAModelTrainedElsewhe
   EXPECT_NE(alone.err.find("too little data to train on"), std::string::npos) << alone.err;
   const ProgramResult inspected =
       run_sightline("inspect --all " + (folder_ / "drive.slmap").string());
-  EXPECT_NE(inspected.out.find("the drive is too short to train on"),
-            std::string::npos)
+  EXPECT_NE(inspected.out.find("the drive is too short to train on"), std::string::npos)
       << inspected.out;
   const ProgramResult run = compile(yaml, town_model() + " --force");
   EXPECT_EQ(run.status, 0) << run.err;
