@@ -25,7 +25,7 @@ struct DraftOptions {
 // sensors of one vehicle: the first one is used, the others are shown in comments, because nothing
 // shows where they sit. A sensor that is named, in `options` or in the path or topic of scans that
 // its beams fit, comes before one that fits as well. Errors: those of find_scans, unknown-name (no
-// such sensor), empty-directory (no drive; says what was
+// such sensor), empty-directory (no drive; the message lists what was
 // passed over and why).
 Result<ConfigDraft> draft_config(const std::filesystem::path& folder,
                                  const std::filesystem::path& file,

@@ -173,7 +173,7 @@ std::string letters_of(std::string_view name) {
   return letters;
 }
 
-// "velodyne" of "Velodyne" and of "vlp-16"; empty where neither the name nor a profile tells.
+// "velodyne" of "Velodyne" and of "vlp-16"; empty where neither the name nor a profile has it.
 std::string maker_of(std::string_view name) {
   constexpr std::pair<std::string_view, std::string_view> kBeginnings[] = {
       {"velodyne", "velodyne"}, {"vlp", "velodyne"},  {"hdl", "velodyne"},

@@ -51,7 +51,7 @@ std::string to_text(const Look& look);
 double expected_cost(const Look& look);
 
 // Reads what to_text() writes, and "even beyond 30 m" of earlier versions. Error: bad-argument,
-// which says what is wrong and shows an example.
+// whose message names the fault and shows an example.
 Result<Look> parse_look(std::string_view text);
 
 // Several looks, with "; " between one and the next. Read back, a comma will do, since each begins

@@ -7,7 +7,7 @@ namespace sightline {
 
 // Whether the points of a finished map can be metres with z up. Two measures of up to two million
 // points:
-// - Unit. The height of what stands on the ground, in columns as wide as the points are dense: more
+// - Unit. The height of objects on the ground, in columns as wide as the points are dense: more
 //   than 300 in a map whose points are farther apart than 1 are millimetres or centimetres.
 // - Axes. Planar cells of 2 m, by the axis that they face, and whether points are on one side of
 //   them alone. Ground has points above and none below; walls face each other. Where another axis

@@ -48,7 +48,7 @@ std::size_t tone_length(std::string_view text) {
   return 0;
 }
 
-// printable() of what stands between tones.
+// printable() of the text between tones.
 std::string printable_between_tones(std::string_view text) {
   std::string shown;
   std::size_t begin = 0;

@@ -107,7 +107,7 @@ void append_quality(const CompiledMap& map, const std::vector<LimitQuality>& qua
   }
 }
 
-// What the map itself says of its answers.
+// The figures of the map about its own answers.
 std::string map_table(const CompiledMap& map) {
   TextGrid grid = {{"places"}};
   for (std::size_t limit = 0; limit < std::min(map.quality.size(), kShownLimits); ++limit) {

@@ -96,7 +96,7 @@ std::size_t line_count(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
 
-// Where the last clause begins that stands in no brackets; npos: there is one clause alone.
+// Where the last clause outside brackets begins; npos: there is only one clause.
 std::size_t last_clause(const std::string& text) {
   std::size_t last = std::string::npos;
   int depth = 0;

@@ -31,7 +31,7 @@ struct DriveOptions {
   double speed_change = 0.0;
   bool has_fog = false;      // patches within 12 m that travel with the sensor
   double covered_deg = 0.0;  // of the view, around straight behind, where nothing is seen
-  SensorProfile sensor;      // T_vehicle_lidar says where the sensor sits
+  SensorProfile sensor;      // T_vehicle_lidar is the pose of the sensor
 };
 
 }  // namespace sightline::town

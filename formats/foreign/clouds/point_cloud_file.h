@@ -34,7 +34,7 @@ struct PointCloudFile {
   bool has_unclear_times = false;
   // A field that seems to hold times and was not read, because its name is unknown; else empty.
   std::string unread_time;
-  // Where the file says that the sensor was (PCD: VIEWPOINT); nothing for the origin.
+  // Position of the sensor in the file (PCD: VIEWPOINT); nothing for the origin.
   std::optional<Eigen::Vector3d> viewpoint_m;
 };
 
