@@ -139,10 +139,10 @@ std::vector<std::string> answer_row(const EvaluationFigures& evaluation, AnswerK
     const std::vector<AnswerScore>& answers = evaluation.limits[i].answers;
     const auto score = std::ranges::find(answers, kind, &AnswerScore::kind);
     if (score == answers.end()) {
-      row.insert(row.end(), {"-", "-", "-"});
+      row.insert(row.end(), {"-", "-", "-", "-"});
     } else {
       row.insert(row.end(), {percent(score->coverage), lost_cell(score->lost_count),
-                             fixed(score->time_ratio, 3)});
+                             fixed(score->work_ratio, 3), fixed(score->time_ratio, 3)});
     }
   }
   return row;
@@ -277,21 +277,23 @@ std::string answers_table(const EvaluationFigures& evaluation, const MapJudgemen
   std::vector<std::string> constant = {"best fixed choice"};
   for (std::size_t i = 0; i < limits; ++i) {
     const std::string limit = "within " + centimetres(evaluation.limits[i].limit_m);
-    grid[0].insert(grid[0].end(), {limit, "lost", "time"});
+    grid[0].insert(grid[0].end(), {limit, "lost", "work", "time"});
     const std::optional<ConstantScore>& best = judgement.limits[i].constant;
     if (best) {
       constant.insert(constant.end(), {percent(best->coverage), lost_cell(best->lost_count),
-                                       fixed(best->time_ratio, 3)});
+                                       fixed(best->work_ratio, 3), fixed(best->time_ratio, 3)});
     } else {
-      constant.insert(constant.end(), {"-", "-", "-"});
+      constant.insert(constant.end(), {"-", "-", "-", "-"});
     }
   }
   for (const AnswerKind kind : {AnswerKind::kPlan, AnswerKind::kLook, AnswerKind::kRange}) {
     if (is_judged(evaluation, kind)) grid.push_back(answer_row(evaluation, kind, limits));
   }
   grid.push_back(constant);
-  return aligned(grid) + wrapped("Time 1 is the longest range everywhere. Best fixed choice" +
-                                 constants_text(judgement, limits) + ".");
+  return aligned(grid) + wrapped(
+                             "Work (points times iterations) and time 1 are those of the longest "
+                             "range everywhere. Best fixed choice, by work" +
+                             constants_text(judgement, limits) + ".");
 }
 
 }  // namespace sightline

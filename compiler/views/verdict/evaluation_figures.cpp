@@ -25,7 +25,7 @@ LimitFigures figures_at(const CompiledMap& map, const DriveTracks& tracks, doubl
     const TrackScore score = score_track(tracks, rule, limit_m);
     if (of.is_static()) {
       figures.constants.push_back(
-          {to_text(of.look), score.coverage, score.time_ratio, score.lost_count});
+          {to_text(of.look), score.coverage, score.time_ratio, score.work_ratio, score.lost_count});
       continue;
     }
     const AnswerKind kind = kind_of(of.choice);
@@ -34,8 +34,8 @@ LimitFigures figures_at(const CompiledMap& map, const DriveTracks& tracks, doubl
       answered.add_scan(kind, limit_m, {scan.p_x_map_m, scan.p_y_map_m},
                         tracks.step(rule, i).error_m);
     }
-    figures.answers.push_back(
-        {kind, score.coverage, answered.share(kind, limit_m), score.time_ratio, score.lost_count});
+    figures.answers.push_back({kind, score.coverage, answered.share(kind, limit_m),
+                               score.time_ratio, score.work_ratio, score.lost_count});
   }
   std::ranges::sort(figures.answers, {}, &AnswerScore::kind);
   return figures;
@@ -44,7 +44,8 @@ LimitFigures figures_at(const CompiledMap& map, const DriveTracks& tracks, doubl
 void add_looks(const CompiledMap& map, const LookEvaluation& looks, std::size_t limit,
                LimitFigures& figures) {
   for (const StaticLook& look : looks.statics) {
-    figures.constants.push_back({to_text(look.look), look.coverage[limit], look.time_ratio, {}});
+    figures.constants.push_back(
+        {to_text(look.look), look.coverage[limit], look.time_ratio, look.work_ratio, {}});
   }
   if (!map.looks) return;
   const LookRuleScore& score = looks.score(limit, LookRule::kMap);
@@ -52,6 +53,7 @@ void add_looks(const CompiledMap& map, const LookEvaluation& looks, std::size_t 
                              score.coverage,
                              answered_coverage_of_looks(map, limit, score.coverage),
                              score.time_ratio,
+                             score.work_ratio,
                              {}});
 }
 
@@ -64,8 +66,11 @@ LimitFigures figures_at(const CompiledMap& map, const Evaluation& evaluation, st
   } else {
     for (const Rule rule : {Rule::kStaticEqualCoverage, Rule::kStaticLongest}) {
       const RuleScore& score = evaluation.score(limit, rule);
-      figures.constants.push_back(
-          {fixed(score.mean_range_m, 0) + " m", score.coverage, score.time_ratio, {}});
+      figures.constants.push_back({fixed(score.mean_range_m, 0) + " m",
+                                   score.coverage,
+                                   score.time_ratio,
+                                   score.work_ratio,
+                                   {}});
     }
   }
   AnsweredShares answered(map);
@@ -79,6 +84,7 @@ LimitFigures figures_at(const CompiledMap& map, const Evaluation& evaluation, st
                              score.coverage,
                              answered.share(AnswerKind::kRange, figures.limit_m),
                              score.time_ratio,
+                             score.work_ratio,
                              {}});
   std::ranges::sort(figures.answers, {}, &AnswerScore::kind);
   return figures;
@@ -107,11 +113,11 @@ const ConstantScore* best_constant(const LimitFigures& figures, const AnswerScor
   const ConstantScore* most = nullptr;
   const auto lost = [](const auto& score) { return score.lost_count.value_or(0); };
   const auto worth = [&](const ConstantScore& score) {
-    return std::tuple(-score.coverage, lost(score), score.time_ratio);
+    return std::tuple(-score.coverage, lost(score), score.work_ratio);
   };
   for (const ConstantScore& score : figures.constants) {
     const bool is_as_good = score.coverage >= answer.coverage && lost(score) <= lost(answer);
-    if (is_as_good && (cheapest == nullptr || score.time_ratio < cheapest->time_ratio)) {
+    if (is_as_good && (cheapest == nullptr || score.work_ratio < cheapest->work_ratio)) {
       cheapest = &score;
     }
     if (most == nullptr || worth(score) < worth(*most)) most = &score;

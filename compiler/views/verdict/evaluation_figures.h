@@ -14,7 +14,8 @@
 #include "formats/map/compiled_map.h"
 
 // The figures of an evaluation that the verdict is about. They are the same whether they come from
-// the artifacts of an evaluation or from the JSON that `sightline evaluate` wrote.
+// the artifacts of an evaluation or from the JSON that `sightline evaluate` wrote. Times differ
+// from run to run and are for printing; all else is the same.
 
 namespace sightline {
 
@@ -25,7 +26,8 @@ struct AnswerScore {
   double coverage = 0.0;  // error at most the limit
   // The same where the map has an answer that it calls good enough; 1 where it has none at all.
   double answered_coverage = 0.0;
-  double time_ratio = 0.0;                  // to the longest range everywhere
+  double time_ratio = 0.0;                  // to the longest range everywhere; of CPU times
+  double work_ratio = 0.0;                  // the same of points times iterations
   std::optional<std::uint32_t> lost_count;  // tracks; none: the drive was not replayed
   friend bool operator==(const AnswerScore&, const AnswerScore&) = default;
 };
@@ -35,6 +37,7 @@ struct ConstantScore {
   std::string look;
   double coverage = 0.0;
   double time_ratio = 0.0;
+  double work_ratio = 0.0;
   std::optional<std::uint32_t> lost_count;
   friend bool operator==(const ConstantScore&, const ConstantScore&) = default;
 };
@@ -68,9 +71,9 @@ Result<EvaluationFigures> read_evaluation(const std::filesystem::path& file,
                                           const CompiledMap& map);
 Result<EvaluationFigures> parse_evaluation(std::string_view json, const CompiledMap& map);
 
-// The cheapest constant answer that keeps at least as many within the limit and loses no more
-// tracks than `answer`; where there is none, the one that keeps most (then loses fewest, then is
-// cheapest). Null: none was judged.
+// The constant answer of least work that keeps at least as many within the limit and loses no more
+// tracks than `answer`; where there is none, the one that keeps most (then loses fewest, then needs
+// the least work). The first of equals. Null: none was judged.
 const ConstantScore* best_constant(const LimitFigures& figures, const AnswerScore& answer);
 
 }  // namespace sightline

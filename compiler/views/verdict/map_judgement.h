@@ -20,9 +20,10 @@ struct VerdictThresholds {
   // Partly: an answer that is good enough at fewer places, or none along so much route.
   static constexpr double kLeastAnswered = 0.99;
   static constexpr double kUnmetStretch_m = 10.0;
-  // Partly: the recommended answer takes more than so many times the time of the best fixed choice
-  // that has at least its share within the limit and loses no more tracks.
-  static constexpr double kSlower = 1.05;
+  // Partly: the recommended answer needs more than so many times the work of the best fixed choice
+  // that has at least its share within the limit and loses no more tracks. By work, since times
+  // differ from run to run.
+  static constexpr double kMoreWork = 1.05;
   // Partly: the drive judged fewer of the map's places.
   static constexpr double kLeastJudged = 0.5;
 };
@@ -38,7 +39,7 @@ enum class Evidence : std::uint8_t {
 struct LimitVerdict {
   double limit_m = 0.0;
   MapVerdict verdict = MapVerdict::kNotJudged;
-  // The first of plan, look and range that reaches the target and is not slower than a fixed
+  // The first of plan, look and range that reaches the target and needs no more work than a fixed
   // choice; where there is none, the first that reaches it; where none does, the first.
   AnswerKind recommended = AnswerKind::kRange;
   double target = VerdictThresholds::kTarget;  // share within the limit

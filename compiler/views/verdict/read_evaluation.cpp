@@ -80,14 +80,16 @@ void add_replay(const CompiledMap& map, const JsonTable& replay, const JsonTable
     const double limit_m = replay.number(row, "limit_m");
     const double coverage = replay.number(row, "coverage");
     const double time_ratio = replay.number(row, "time_ratio");
+    const double work_ratio = replay.number(row, "work_ratio");
     const auto lost = replay.cell(row, "lost_count").get<std::uint32_t>();
     LimitFigures& limit = at_limit(figures, limit_m);
     const std::optional<AnswerKind> kind = kind_named(replay.cell(row, "rule").get<std::string>());
     if (kind) {
-      limit.answers.push_back({*kind, coverage, answered.share(*kind, limit_m), time_ratio, lost});
+      limit.answers.push_back(
+          {*kind, coverage, answered.share(*kind, limit_m), time_ratio, work_ratio, lost});
     } else {
       const auto look = replay.cell(row, "look").get<std::string>();
-      limit.constants.push_back({look, coverage, time_ratio, lost});
+      limit.constants.push_back({look, coverage, time_ratio, work_ratio, lost});
     }
   }
 }
@@ -101,6 +103,7 @@ void add_looks(const CompiledMap& map, const Json& tables, EvaluationFigures& fi
         .constants.push_back({statics->cell(row, "look").get<std::string>(),
                               statics->number(row, "coverage"),
                               statics->number(row, "time_ratio"),
+                              statics->number(row, "work_ratio"),
                               {}});
   }
   for (const Json& row : rules->rows()) {
@@ -112,6 +115,7 @@ void add_looks(const CompiledMap& map, const Json& tables, EvaluationFigures& fi
                              coverage,
                              answered_coverage_of_looks(map, index, coverage),
                              rules->number(row, "time_ratio"),
+                             rules->number(row, "work_ratio"),
                              {}});
   }
 }
@@ -133,17 +137,22 @@ void add_sites(const CompiledMap& map, const Json& tables, const JsonTable& rule
     const double limit_m = rules.number(row, "limit_m");
     const double coverage = rules.number(row, "coverage");
     const double time_ratio = rules.number(row, "time_ratio");
+    const double work_ratio = rules.number(row, "work_ratio");
     LimitFigures& limit = at_limit(figures, limit_m);
     if (rules.is(row, "rule", "map")) {
       limit.answers.push_back({AnswerKind::kRange,
                                coverage,
                                answered.share(AnswerKind::kRange, limit_m),
                                time_ratio,
+                               work_ratio,
                                {}});
     } else if (!has_looks && (rules.is(row, "rule", "static-equal-coverage") ||
                               rules.is(row, "rule", "static-longest"))) {
-      limit.constants.push_back(
-          {fixed(rules.number(row, "mean_range_m"), 0) + " m", coverage, time_ratio, {}});
+      limit.constants.push_back({fixed(rules.number(row, "mean_range_m"), 0) + " m",
+                                 coverage,
+                                 time_ratio,
+                                 work_ratio,
+                                 {}});
     }
   }
 }

@@ -71,8 +71,11 @@ std::optional<AnswerScore> own_score(const CompiledMap& map, AnswerKind kind, st
   const std::size_t sites = map.sites.sites.size();
   const double answered = 1.0 - share_of(quality.unmet_count, sites);
   const double coverage = quality.measured_coverage;
-  return AnswerScore{kind, coverage, answered > 0.0 ? std::min(1.0, coverage / answered) : 1.0, 0.0,
-                     std::nullopt};
+  AnswerScore score;
+  score.kind = kind;
+  score.coverage = coverage;
+  score.answered_coverage = answered > 0.0 ? std::min(1.0, coverage / answered) : 1.0;
+  return score;
 }
 
 const AnswerScore* find_score(const LimitFigures& figures, AnswerKind kind) {
@@ -92,10 +95,10 @@ struct Trial {
     return score.answered_coverage >= target - kSlack && !loses_more();
   }
   // Than a fixed choice that is as good.
-  [[nodiscard]] bool is_slower() const {
+  [[nodiscard]] bool needs_more_work() const {
     return constant && constant->coverage >= score.coverage - kSlack &&
            constant->lost_count.value_or(0) <= score.lost_count.value_or(0) &&
-           score.time_ratio > Thresholds::kSlower * constant->time_ratio + kSlack;
+           score.work_ratio > Thresholds::kMoreWork * constant->work_ratio + kSlack;
   }
   [[nodiscard]] bool is_bad(double target) const {
     const double allowed = Thresholds::kBadMisses * (1.0 - target);
@@ -121,13 +124,15 @@ std::vector<Trial> trials_of(const CompiledMap& map, const EvaluationFigures* ev
   return trials;
 }
 
-// The first that reaches the target and is not slower than a fixed choice; else the first that
-// reaches it.
+// The first that reaches the target and needs no more work than a fixed choice; else the first
+// that reaches it.
 std::vector<Trial>::const_iterator best_of(const std::vector<Trial>& trials, double target) {
   const auto reaches = [&](const Trial& trial) { return trial.reaches(target); };
-  const auto is_quick = [&](const Trial& trial) { return reaches(trial) && !trial.is_slower(); };
-  const auto quick = std::ranges::find_if(trials, is_quick);
-  return quick != trials.end() ? quick : std::ranges::find_if(trials, reaches);
+  const auto is_cheap = [&](const Trial& trial) {
+    return reaches(trial) && !trial.needs_more_work();
+  };
+  const auto cheap = std::ranges::find_if(trials, is_cheap);
+  return cheap != trials.end() ? cheap : std::ranges::find_if(trials, reaches);
 }
 
 // Sets verdict, recommended answer and reason by what was measured.
@@ -146,8 +151,8 @@ void judge_trials(const std::vector<Trial>& trials, LimitVerdict& verdict) {
     verdict.verdict = taken.is_bad(verdict.target) ? MapVerdict::kBad : MapVerdict::kPartly;
     return;
   }
-  if (taken.is_slower()) {
-    verdict.reason += concat(verdict.reason.empty() ? "" : ". ", why_slower(verdict));
+  if (taken.needs_more_work()) {
+    verdict.reason += concat(verdict.reason.empty() ? "" : ". ", why_more_work(verdict));
   }
   verdict.verdict = verdict.reason.empty() ? MapVerdict::kGood : MapVerdict::kPartly;
 }

@@ -26,17 +26,18 @@ std::string tracks_text(std::uint32_t count) {
   return concat(count, count == 1 ? " track" : " tracks");
 }
 
-// "27 % of the time", "4.4 times the time".
-std::string times_text(double ratio) {
-  if (ratio < 1.0) return fmt::format("{:.0f} % of the time", 100.0 * ratio);
-  return fmt::format("{} times the time", fixed(ratio, ratio < 1.95 ? 2 : 1));
+// "27 % of the work", "4.4 times the work".
+std::string work_text(double ratio) {
+  if (ratio < 1.0) return fmt::format("{:.0f} % of the work", 100.0 * ratio);
+  return fmt::format("{} times the work", fixed(ratio, ratio < 1.95 ? 2 : 1));
 }
 
-// "in 27 % of the time of the best fixed choice (which keeps 97.9 % and loses 3 tracks)"
+// "with 27 % of the work (points times iterations) of the best fixed choice (which keeps 97.9 % and
+// loses 3 tracks)"
 std::string compared(const AnswerScore& score, const ConstantScore& constant) {
-  if (constant.time_ratio <= 0.0) return "";
-  std::string text = concat(", in ", times_text(score.time_ratio / constant.time_ratio),
-                            " of the best fixed choice");
+  if (constant.work_ratio <= 0.0) return "";
+  std::string text = concat(", with ", work_text(score.work_ratio / constant.work_ratio),
+                            " (points times iterations) of the best fixed choice");
   const bool keeps_less = constant.coverage < score.coverage - 1e-9;
   const bool loses_more = constant.lost_count.value_or(0) > score.lost_count.value_or(0);
   if (!keeps_less && !loses_more) return text;
@@ -110,10 +111,10 @@ std::string reaching(AnswerKind kind) {
                 " the target");
 }
 
-std::string why_slower(const LimitVerdict& verdict) {
-  return fmt::format("A fixed choice is faster here: use {} everywhere ({})",
+std::string why_more_work(const LimitVerdict& verdict) {
+  return fmt::format("A fixed choice needs less work here: use {} everywhere ({})",
                      verdict.constant->look,
-                     times_text(verdict.constant->time_ratio / verdict.score->time_ratio));
+                     work_text(verdict.constant->work_ratio / verdict.score->work_ratio));
 }
 
 std::string why_unanswered(const LimitVerdict& verdict) {

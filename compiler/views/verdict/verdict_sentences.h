@@ -14,8 +14,8 @@ std::string why_missed(const AnswerScore& score, const std::optional<ConstantSco
                        const LimitVerdict& verdict);
 // "its looks reach the target"
 std::string reaching(AnswerKind kind);
-// Of a score that takes more time than the fixed choice, both of which `verdict` has.
-std::string why_slower(const LimitVerdict& verdict);
+// Of a score that needs more work than the fixed choice, both of which `verdict` has.
+std::string why_more_work(const LimitVerdict& verdict);
 std::string why_unanswered(const LimitVerdict& verdict);
 
 // What was measured at the limit, or is predicted, without its end.

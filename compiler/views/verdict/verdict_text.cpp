@@ -58,12 +58,14 @@ Json limit_json(const LimitVerdict& limit) {
                      {"coverage", limit.score->coverage},
                      {"answered_coverage", limit.score->answered_coverage},
                      {"time_ratio", limit.constant ? Json(limit.score->time_ratio) : Json()},
+                     {"work_ratio", limit.constant ? Json(limit.score->work_ratio) : Json()},
                      {"lost_count", lost_of(limit.score->lost_count)}};
   }
   if (limit.constant) {
     json["best_fixed"] = {{"look", limit.constant->look},
                           {"coverage", limit.constant->coverage},
                           {"time_ratio", limit.constant->time_ratio},
+                          {"work_ratio", limit.constant->work_ratio},
                           {"lost_count", lost_of(limit.constant->lost_count)}};
   }
   return json;

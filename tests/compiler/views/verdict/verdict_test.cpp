@@ -70,8 +70,8 @@ EvaluationFigures replayed(double coverage, std::uint32_t lost, std::uint32_t ju
   figures.scan_count = 100;
   for (const double limit_m : {0.1, 0.25}) {
     figures.limits.push_back({limit_m,
-                              {{AnswerKind::kRange, coverage, coverage, 0.2, lost}},
-                              {{"15 m", 0.99, 0.5, 0}, {"50 m", 1.0, 1.0, 0}}});
+                              {{AnswerKind::kRange, coverage, coverage, 0.2, 0.2, lost}},
+                              {{"15 m", 0.99, 0.5, 0.5, 0}, {"50 m", 1.0, 1.0, 1.0, 0}}});
   }
   return figures;
 }
@@ -213,16 +213,17 @@ TEST(Verdict, RecommendsTheFirstAnswerThatReachesTheTarget) {
   const CompiledMap map = map_with_plan();
   EvaluationFigures figures = replayed(0.99, 0);
   for (LimitFigures& limit : figures.limits) {
-    limit.answers = {{AnswerKind::kPlan, 0.998, 0.998, 0.08, 0},
-                     {AnswerKind::kLook, 0.97, 0.97, 0.1, 2},
-                     {AnswerKind::kRange, 0.96, 0.96, 0.3, 0}};
+    limit.answers = {{AnswerKind::kPlan, 0.998, 0.998, 0.3, 0.08, 0},
+                     {AnswerKind::kLook, 0.97, 0.97, 0.1, 0.1, 2},
+                     {AnswerKind::kRange, 0.96, 0.96, 0.3, 0.3, 0}};
   }
   MapJudgement judgement = judge_map(map, &figures, {});
   EXPECT_EQ(judgement.verdict, kGood);
   EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kPlan);
-  EXPECT_THAT(judgement.figures,
-              HasSubstr("the map's plan keeps 99.8 % of 100 scans within 10 cm and no track is "
-                        "lost, in 8 % of the time of the best fixed choice"));
+  EXPECT_THAT(
+      judgement.figures,
+      HasSubstr("the map's plan keeps 99.8 % of 100 scans within 10 cm and no track is "
+                "lost, with 8 % of the work (points times iterations) of the best fixed choice"));
   for (LimitFigures& limit : figures.limits) limit.answers[0].lost_count = 4;
   judgement = judge_map(map, &figures, {});
   EXPECT_EQ(judgement.verdict, kPartly) << "the ranges still reach the target";
@@ -237,33 +238,36 @@ EvaluationFigures with_answers(const std::vector<AnswerScore>& answers) {
   return figures;
 }
 
-TEST(Verdict, AnAnswerSlowerThanAFixedChoiceGivesWayToAnotherOrIsPartly) {
+// Times, which differ from run to run, are the opposite of the work and decide nothing.
+TEST(Verdict, AnAnswerOfMoreWorkThanAFixedChoiceGivesWayToAnotherOrIsPartly) {
   const CompiledMap map = map_with_plan();
-  const EvaluationFigures look_is_quick = with_answers(
-      {{AnswerKind::kPlan, 0.98, 0.98, 0.6, 0}, {AnswerKind::kLook, 0.97, 0.97, 0.4, 0}});
-  MapJudgement judgement = judge_map(map, &look_is_quick, {});
+  const EvaluationFigures look_is_cheap = with_answers(
+      {{AnswerKind::kPlan, 0.98, 0.98, 0.1, 0.6, 0}, {AnswerKind::kLook, 0.97, 0.97, 0.9, 0.4, 0}});
+  MapJudgement judgement = judge_map(map, &look_is_cheap, {});
   EXPECT_EQ(judgement.verdict, kGood) << to_text(judgement);
   EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kLook);
-  const EvaluationFigures all_are_slow = with_answers(
-      {{AnswerKind::kPlan, 0.98, 0.98, 2.0, 0}, {AnswerKind::kLook, 0.97, 0.97, 0.8, 0}});
-  judgement = judge_map(map, &all_are_slow, {});
+  const EvaluationFigures all_are_dear = with_answers(
+      {{AnswerKind::kPlan, 0.98, 0.98, 0.1, 2.0, 0}, {AnswerKind::kLook, 0.97, 0.97, 0.2, 0.8, 0}});
+  judgement = judge_map(map, &all_are_dear, {});
   EXPECT_EQ(judgement.verdict, kPartly);
   EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kPlan);
   EXPECT_EQ(judgement.reason,
-            "A fixed choice is faster here: use 15 m everywhere (25 % of the time).");
-  EXPECT_THAT(judgement.figures, HasSubstr(", in 4.0 times the time of the best fixed choice"));
+            "A fixed choice needs less work here: use 15 m everywhere (25 % of the work).");
+  EXPECT_THAT(
+      judgement.figures,
+      HasSubstr(", with 4.0 times the work (points times iterations) of the best fixed choice"));
 }
 
-TEST(Verdict, FivePercentMoreTimeAndTimeOfAWorseFixedChoiceAreNotSlower) {
+TEST(Verdict, FivePercentMoreWorkAndThatOfAWorseFixedChoiceAreAccepted) {
   const CompiledMap map = good_map();
-  for (const auto& [coverage, time_ratio, expected] :
+  for (const auto& [coverage, work_ratio, expected] :
        {std::tuple(0.98, 0.525, kGood), std::tuple(0.98, 0.53, kPartly),
         std::tuple(1.0, 1.04, kGood)}) {
     const EvaluationFigures figures =
-        with_answers({{AnswerKind::kRange, coverage, coverage, time_ratio, 0}});
-    EXPECT_EQ(judge_map(map, &figures, {}).verdict, expected) << coverage << " " << time_ratio;
+        with_answers({{AnswerKind::kRange, coverage, coverage, 1.0, work_ratio, 0}});
+    EXPECT_EQ(judge_map(map, &figures, {}).verdict, expected) << coverage << " " << work_ratio;
   }
-  EvaluationFigures best = with_answers({{AnswerKind::kRange, 1.0, 1.0, 3.0, 0}});
+  EvaluationFigures best = with_answers({{AnswerKind::kRange, 1.0, 1.0, 1.0, 3.0, 0}});
   for (LimitFigures& limit : best.limits) limit.constants.pop_back();
   EXPECT_EQ(judge_map(map, &best, {}).verdict, kGood) << "15 m keeps less";
 }
@@ -318,18 +322,19 @@ TEST(Verdict, OneTrackIsLostNotOneTracks) {
   EXPECT_THAT(judgement.reason, HasSubstr("ranges lost 1 track, the best"));
 }
 
-TEST(Verdict, ComparesWithTheCheapestConstantAnswerThatIsAsGood) {
+TEST(Verdict, ComparesWithTheConstantAnswerOfLeastWorkThatIsAsGood) {
   const LimitFigures figures = {0.1,
                                 {},
-                                {{"10 m", 0.90, 0.1, 0},
-                                 {"20 m", 0.97, 0.3, 1},
-                                 {"30 m", 0.98, 0.5, 0},
-                                 {"50 m", 0.99, 1.0, 0}}};
+                                {{"10 m", 0.90, 0.1, 0.1, 0},
+                                 {"20 m", 0.97, 0.6, 0.3, 1},
+                                 {"30 m", 0.98, 0.9, 0.5, 0},
+                                 {"40 m", 0.98, 0.1, 0.5, 0},
+                                 {"50 m", 0.99, 0.2, 1.0, 0}}};
   const auto beside = [&](double coverage, std::uint32_t lost) {
-    return best_constant(figures, {AnswerKind::kRange, coverage, coverage, 0.2, lost})->look;
+    return best_constant(figures, {AnswerKind::kRange, coverage, coverage, 0.2, 0.2, lost})->look;
   };
   EXPECT_EQ(beside(0.96, 1), "20 m");
-  EXPECT_EQ(beside(0.96, 0), "30 m") << "20 m loses a track";
+  EXPECT_EQ(beside(0.96, 0), "30 m") << "20 m loses a track; 40 m is not the first";
   EXPECT_EQ(beside(0.999, 0), "50 m") << "none is as good: the one that keeps most";
 }
 
