@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/maps/foreign_maps.h"
@@ -73,6 +74,17 @@ const NamedDrive* same_drive(const std::vector<NamedDrive>& drives, const Record
   const auto found = std::ranges::find_if(
       drives, [&](const NamedDrive& drive) { return is_same_recording(drive.place, place); });
   return found == drives.end() ? nullptr : &*found;
+}
+
+// The role of the mapping or localization drive that is also the evaluation drive.
+std::optional<std::string> role_of_evaluation(const CompileConfig& config,
+                                              const std::vector<NamedDrive>& mapping) {
+  const RecordingPlace place = place_of(config.evaluation);
+  const std::vector<NamedDrive> localization = drives_for(RecordingUse::kLocalization, config);
+  for (const std::vector<NamedDrive>* drives : {&mapping, &localization}) {
+    if (const NamedDrive* known = same_drive(*drives, place)) return known->role;
+  }
+  return std::nullopt;
 }
 
 void become_split(CompileConfig& config) {
@@ -158,18 +170,17 @@ Result<void> settle_same_recordings(CompileConfig& config) {
 }
 
 void note_known_evaluation(CompileConfig& config) {
-  const RecordingPlace place = place_of(config.evaluation);
   const std::vector<NamedDrive> mapping = drives_for(RecordingUse::kMapping, config);
-  const std::vector<NamedDrive> localization = drives_for(RecordingUse::kLocalization, config);
-  const bool is_split_drive =
-      config.is_split() && !mapping.empty() && is_same_recording(mapping.front().place, place);
-  if (is_split_drive) return;
-  const NamedDrive* known = same_drive(mapping, place);
-  if (known == nullptr) known = same_drive(localization, place);
-  if (known == nullptr) return;
-  config.notes.push_back(concat("evaluation.scans: found the recording of ", known->role,
+  const std::optional<std::string> role = role_of_evaluation(config, mapping);
+  if (!role) return;
+  if (config.is_split() && *role == mapping.front().role) return;
+  config.notes.push_back(concat("evaluation.scans: found the recording of ", *role,
                                 ", which is an input of the map, so the results are better than on "
                                 "another drive; name an independent drive"));
+}
+
+bool is_known_evaluation(const CompileConfig& config) {
+  return role_of_evaluation(config, drives_for(RecordingUse::kMapping, config)).has_value();
 }
 
 }  // namespace sightline

@@ -331,13 +331,14 @@ TEST(Evaluate, PrintsTwelveLinesAndItsVerdictIsThatOfInspectGateAndReport) {
   EXPECT_NE(report.out.find("\n" + first), std::string::npos) << report.out;
 }
 
-// drive_1 was localized in the map.
+// drive_1 was localized in the map, under another name.
 TEST(Evaluate, ByADriveOfTheMapIsMarkedAsOptimistic) {
   const std::filesystem::path file = fresh_folder() / "own.json";
   const std::string map = compiled_map().string();
   const ProgramResult run = run_successfully(
       "evaluate " + config() + " --map " + map + " --json " + file.string() +
-      " --set evaluation.scans=" + (small_town() / "drive_1" / "scans").string() +
+      " --set evaluation.name=evening" + " --set evaluation.scans=" +
+      (small_town() / "drive_1" / "scans").string() +
       " --set evaluation.poses=" + (small_town() / "drive_1" / "poses.tum").string());
   EXPECT_NE(run.out.find("On its own drive (optimistic)"), std::string::npos) << run.out;
   EXPECT_EQ(fault_of_evaluation(bytes_of(file)), "");

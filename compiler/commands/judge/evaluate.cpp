@@ -83,13 +83,12 @@ struct Evaluated {
 };
 
 Result<Evaluated> found_in(const CompiledMap& map, const EvaluatePlan& made,
-                           const ArtifactSet& artifacts) {
+                           const ArtifactSet& artifacts, bool is_own) {
   const Evaluation& evaluation = artifacts.get(made.evaluation);
   const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
   Evaluated found = {
       concat(judged_by(map.model.localizer, judging), to_text(evaluation, map.sites.frame), "\n"),
       tables(evaluation)};
-  SIGHTLINE_ASSIGN(const bool is_own, is_own_drive(map, made, artifacts));
   found.tables.front().facts.emplace_back("drive_role", is_own ? "own" : "other");
   found.tables.front().facts.emplace_back("judged_by", to_text(judging));
   found.tables.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
@@ -125,9 +124,11 @@ std::string answers_text(const CompiledMap& map, const EvaluatePlan& made,
   return text + answers_table(figures, judgement);
 }
 
-Result<void> put_found(const EvaluateFlags& flags, const CompiledMap& map, const EvaluatePlan& made,
+Result<void> put_found(const EvaluateFlags& flags, const CompileConfig& config,
+                       const CompiledMap& map, const EvaluatePlan& made,
                        const ArtifactSet& artifacts) {
-  SIGHTLINE_ASSIGN(const Evaluated found, found_in(map, made, artifacts));
+  SIGHTLINE_ASSIGN(const bool is_own, is_own_drive(map, config, made, artifacts));
+  SIGHTLINE_ASSIGN(const Evaluated found, found_in(map, made, artifacts, is_own));
   SIGHTLINE_TRY(write_files(flags, artifacts.get(made.evaluation), found.tables));
   const std::string format = flags.result.chosen_format(kFormats);
   const bool is_text = format == "text";
@@ -139,7 +140,7 @@ Result<void> put_found(const EvaluateFlags& flags, const CompiledMap& map, const
   const DriveTracks* const tracks =
       artifacts.has(made.tracks) ? &artifacts.get(made.tracks) : nullptr;
   EvaluationFigures figures = figures_of(map, artifacts.get(made.evaluation), tracks);
-  SIGHTLINE_ASSIGN(figures.is_own_drive, is_own_drive(map, made, artifacts));
+  figures.is_own_drive = is_own;
   const MapJudgement judgement =
       judge_map(map, &figures, {.map = flags.map, .config = flags.run.config_file});
   std::string text = answers_text(map, made, artifacts, figures, judgement);
@@ -168,7 +169,7 @@ Result<void> evaluate(const EvaluateFlags& flags) {
     say_stopped(flags.run, "the map is not judged");
     return {};
   }
-  return put_found(flags, map, plan, artifacts);
+  return put_found(flags, config, map, plan, artifacts);
 }
 
 }  // namespace

@@ -191,7 +191,7 @@ Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& load
   if (sources.figures == nullptr && !config.evaluation.scans.empty()) {
     figures = figures_of(loaded.map, *sources.evaluation, sources.tracks);
     SIGHTLINE_ASSIGN(figures->is_own_drive,
-                     is_own_drive(loaded.map, judged.plan, judged.artifacts));
+                     is_own_drive(loaded.map, config, judged.plan, judged.artifacts));
     sources.figures = &*figures;
   }
   if (made.plan.trajectory.is_connected()) {

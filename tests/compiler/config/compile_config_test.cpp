@@ -433,6 +433,16 @@ TEST_F(SameRecordings, ANoteNamesADriveThatJudgesWhatItMade) {
             std::string::npos);
 }
 
+TEST_F(SameRecordings, AKnownEvaluationDriveIsFoundWhateverItsOtherKeys) {
+  const std::string drives = "mapping: {scans: a}\nlocalization: {scans: c}\n";
+  const auto is_known = [&](const std::string& evaluation) {
+    return is_known_evaluation(*load_here(drives + "evaluation: {" + evaluation + "}\n"));
+  };
+  EXPECT_TRUE(is_known("scans: b, rate_hz: 5, name: evening, height_m: 2, sensor: hdl-32e"));
+  EXPECT_TRUE(is_known("scans: c/, name: evening"));
+  EXPECT_FALSE(is_known("scans: d"));
+}
+
 TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) {
   const CompileConfig config =
       value_of(load("mapping: {scans: a/scans, poses: ../p.tum}\n", {"build-ndt.cell_m=1.0"}));
