@@ -27,7 +27,7 @@ struct AnswerScore {
   // The same where the map has an answer that it calls good enough; 1 where it has none at all.
   double answered_coverage = 0.0;
   double time_ratio = 0.0;                  // to the longest range everywhere; of CPU times
-  double work_ratio = 0.0;                  // the same of points times iterations
+  double work_ratio = 0.0;                  // of points times iterations
   std::optional<std::uint32_t> lost_count;  // tracks; none: the drive was not replayed
   friend bool operator==(const AnswerScore&, const AnswerScore&) = default;
 };
