@@ -337,8 +337,8 @@ TEST(Evaluate, ByADriveOfTheMapIsMarkedAsOptimistic) {
   const std::string map = compiled_map().string();
   const ProgramResult run = run_successfully(
       "evaluate " + config() + " --map " + map + " --json " + file.string() +
-      " --set evaluation.name=evening" + " --set evaluation.scans=" +
-      (small_town() / "drive_1" / "scans").string() +
+      " --set evaluation.name=evening" +
+      " --set evaluation.scans=" + (small_town() / "drive_1" / "scans").string() +
       " --set evaluation.poses=" + (small_town() / "drive_1" / "poses.tum").string());
   EXPECT_NE(run.out.find("On its own drive (optimistic)"), std::string::npos) << run.out;
   EXPECT_EQ(fault_of_evaluation(bytes_of(file)), "");
