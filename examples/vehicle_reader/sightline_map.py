@@ -25,6 +25,7 @@ REASONS = ("none", "model", "most-probable", "extrapolated", "dilation", "simula
            "explains-nothing", "cheaper", "drives", "tighter-limit")
 LOOK_UP = 1  # compatible feature bit 0
 PAGE = 4096
+LEVEL_M = 1.0  # a site at another height is on another level
 MASK = (1 << 64) - 1
 
 
@@ -541,8 +542,11 @@ class LookUp:
                     page = self.page(self.slot_pages + row // self.rows_per_page)
                     place = row % self.rows_per_page * self.row_size
                     site = struct.unpack_from("<I", page, place + 32)[0]
-                    distance_m = math.dist(p_m, struct.unpack_from("<3d", page, place))
-                    if distance_m <= self.map.reach_m and (not best or (distance_m, site) < best[:2]):
+                    site_m = struct.unpack_from("<3d", page, place)
+                    distance_m = math.dist(p_m, site_m)
+                    if abs(p_m[2] - site_m[2]) >= LEVEL_M or distance_m > self.map.reach_m:
+                        continue
+                    if not best or (distance_m, site) < best[:2]:
                         best = (distance_m, site, page, place)
         if best is None:
             return None

@@ -50,6 +50,13 @@ std::optional<NearPoint> PointGrid::nearest(const Eigen::Vector3d& p_m, double r
   return nearest(p_m, reach_m, [](const NearPoint&) { return true; });
 }
 
+std::optional<NearPoint> PointGrid::nearest_on_level(const Eigen::Vector3d& p_m,
+                                                     double reach_m) const {
+  return nearest_of(p_m, reach_m, [&](const NearPoint& /*point*/, const Eigen::Vector3d& point_m) {
+    return is_same_level(p_m.z(), point_m.z());
+  });
+}
+
 std::vector<NearPoint> PointGrid::within(const Eigen::Vector3d& p_m, double reach_m) const {
   std::vector<NearPoint> found;
   visit_within(p_m, reach_m, [&](const NearPoint& point) { found.push_back(point); });

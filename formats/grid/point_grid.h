@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/base/level.h"
 #include "formats/grid/cell_key.h"
 
 namespace sightline {
@@ -46,6 +47,10 @@ class PointGrid {
                                                  const Accept& accept) const;
   [[nodiscard]] std::optional<NearPoint> nearest(const Eigen::Vector3d& p_m, double reach_m) const;
 
+  // The nearest point at most reach_m away on the same level (is_same_level): of sensors' places.
+  [[nodiscard]] std::optional<NearPoint> nearest_on_level(const Eigen::Vector3d& p_m,
+                                                          double reach_m) const;
+
   // All points at most reach_m away, the nearest first.
   [[nodiscard]] std::vector<NearPoint> within(const Eigen::Vector3d& p_m, double reach_m) const;
 
@@ -72,6 +77,13 @@ class PointGrid {
   [[nodiscard]] double farthest_m(const Eigen::Vector3d& p_m) const;
   template <class Use>
   void visit_cells(const TileKey& low, const TileKey& high, const Use& use) const;
+  // Calls use(NearPoint, point) for each point at most reach_m away.
+  template <class Use>
+  void visit_near(const Eigen::Vector3d& p_m, double reach_m, const Use& use) const;
+  // The nearest point at most reach_m away that accept(NearPoint, point) is true of.
+  template <class Accept>
+  [[nodiscard]] std::optional<NearPoint> nearest_of(const Eigen::Vector3d& p_m, double reach_m,
+                                                    const Accept& accept) const;
 
   double cell_m_ = kCell_m;
   std::vector<Entry> entries_;  // ascending by (cell, index)
@@ -94,15 +106,21 @@ void PointGrid::visit_cells(const TileKey& low, const TileKey& high, const Use& 
 }
 
 template <class Use>
-void PointGrid::visit_within(const Eigen::Vector3d& p_m, double reach_m, const Use& use) const {
+void PointGrid::visit_near(const Eigen::Vector3d& p_m, double reach_m, const Use& use) const {
   if (!p_m.allFinite() || !(reach_m >= 0.0)) return;
   // Wider by more than rounding makes of a distance, squares that vanish included.
   const Eigen::Vector2d wide_m = Eigen::Vector2d::Constant(reach_m * (1.0 + 1e-12) + 1e-150);
   const Eigen::Vector2d middle_m = p_m.head<2>();
   visit_cells(cell_of(middle_m - wide_m), cell_of(middle_m + wide_m), [&](const Entry& entry) {
     const double distance_m = (entry.point_m - p_m).norm();
-    if (distance_m <= reach_m) use(NearPoint{distance_m, entry.index});
+    if (distance_m <= reach_m) use(NearPoint{distance_m, entry.index}, entry.point_m);
   });
+}
+
+template <class Use>
+void PointGrid::visit_within(const Eigen::Vector3d& p_m, double reach_m, const Use& use) const {
+  visit_near(p_m, reach_m,
+             [&](const NearPoint& point, const Eigen::Vector3d& /*point_m*/) { use(point); });
 }
 
 template <class Use>
@@ -116,6 +134,14 @@ void PointGrid::visit_over(const Eigen::AlignedBox2d& box_m, const Use& use) con
 template <class Accept>
 std::optional<NearPoint> PointGrid::nearest(const Eigen::Vector3d& p_m, double reach_m,
                                             const Accept& accept) const {
+  return nearest_of(
+      p_m, reach_m,
+      [&](const NearPoint& point, const Eigen::Vector3d& /*point_m*/) { return accept(point); });
+}
+
+template <class Accept>
+std::optional<NearPoint> PointGrid::nearest_of(const Eigen::Vector3d& p_m, double reach_m,
+                                               const Accept& accept) const {
   if (entries_.empty() || !p_m.allFinite() || !(reach_m >= 0.0)) return std::nullopt;
   // What lies within a cell's edge mostly decides; else twice as far is looked, and so on. Nothing
   // farther away than the first point found can be nearer.
@@ -123,8 +149,8 @@ std::optional<NearPoint> PointGrid::nearest(const Eigen::Vector3d& p_m, double r
   double radius_m = std::min(cell_m_, most_m);
   while (true) {
     std::optional<NearPoint> best;
-    visit_within(p_m, radius_m, [&](const NearPoint& point) {
-      if ((!best || point < *best) && accept(point)) best = point;
+    visit_near(p_m, radius_m, [&](const NearPoint& point, const Eigen::Vector3d& point_m) {
+      if ((!best || point < *best) && accept(point, point_m)) best = point;
     });
     if (best || !(radius_m < most_m)) return best;
     radius_m = std::min(2.0 * radius_m, most_m);

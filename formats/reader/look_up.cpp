@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "formats/base/bytes.h"
+#include "formats/base/level.h"
 #include "formats/reader/map_checks.h"
 #include "formats/record/codec.h"
 #include "map_generated.h"
@@ -136,7 +137,7 @@ struct RowAndDistance {
   double distance2_m2 = std::numeric_limits<double>::infinity();
 };
 
-// The first of the nearest of `count` rows. Without a branch that hangs on a distance: a processor
+// The first of the nearest of `count` rows on the level of `p_m`. Without a branch that hangs on a distance: a processor
 // that guesses it wrong waits for one row after the other, and most of a look-up's time is such
 // waiting.
 RowAndDistance nearest_row(const std::byte* rows, std::uint64_t count, std::uint64_t row_size,
@@ -147,7 +148,8 @@ RowAndDistance nearest_row(const std::byte* rows, std::uint64_t count, std::uint
     const double dy_m = load<double>(rows + 8) - p_m[1];
     const double dz_m = load<double>(rows + 16) - p_m[2];
     const double distance2_m2 = dx_m * dx_m + dy_m * dy_m + dz_m * dz_m;
-    const bool is_nearer = distance2_m2 < nearest.distance2_m2;
+    const bool is_on_level = is_same_level(dz_m, 0.0);
+    const bool is_nearer = is_on_level & (distance2_m2 < nearest.distance2_m2);
     nearest.distance2_m2 = is_nearer ? distance2_m2 : nearest.distance2_m2;
     nearest.row = is_nearer ? rows : nearest.row;
   }

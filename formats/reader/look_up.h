@@ -105,7 +105,8 @@ class LookUp {
   // Errors: out-of-bounds, checksum-mismatch, bad-layer, unknown-required-feature.
   static Result<LookUp> open(const MapFront& front);
 
-  // The site nearest to a place in map coordinates, at most reach_m away.
+  // The site nearest to a place in map coordinates, at most reach_m away and on its level
+  // (is_same_level).
   [[nodiscard]] Nearest nearest(const std::array<double, 3>& p_m) const;
 
   // The row of that number, with its site and a distance of 0; none where it is damaged.

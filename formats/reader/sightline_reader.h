@@ -135,8 +135,9 @@ void sightline_get_info(const sightline_map* map, sightline_info* info);
 int sightline_get_promise(const sightline_map* map, size_t limit, sightline_promise* promise);
 
 /* The range for a sensor at a position in world coordinates (x, y, z in metres, as the map's frame
- * defines) and an accuracy of limit_m: what the map holds at the nearest site. A limit that the map
- * does not have is served by the next tighter one. On failure *range is the longest range with
+ * defines) and an accuracy of limit_m: what the map holds at the nearest site on the level of the
+ * position (less than 1 m above or below). A limit that the map does not have is served by the next
+ * tighter one. On failure *range is the longest range with
  * SIGHTLINE_FAR, so that who forgets to look at the number still looks far enough. */
 int sightline_observation_range(const sightline_map* map, const double position_world_m[3],
                                 double limit_m, sightline_range* range);

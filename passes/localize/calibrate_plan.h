@@ -51,7 +51,7 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
                                       const TiledNds& nds, const Sites& sites,
                                       const ByFamily<RangeTable>& ranges);
 inline constexpr Pass kCalibratePlan =
-    Pass{"calibrate-plan", 2, "plan", "Threshold for a second scan sample while tracking",
+    Pass{"calibrate-plan", 3, "plan", "Threshold for a second scan sample while tracking",
          &calibrate_plan}
         .in(Stage::kLearn)
         .with({.scan_s = 0.0003});

@@ -124,7 +124,7 @@ ErrorRow row_of(std::span<const OutsideError> starts) {
   return row;
 }
 
-// For each site, the nearest of the imported scans, the first on a tie.
+// For each site, the nearest of the imported scans on its level, the first on a tie.
 std::vector<std::optional<std::size_t>> nearest_imported(const ImportErrorsOptions& options,
                                                          const std::vector<ImportedScan>& imported,
                                                          const Trajectory& in_map,
@@ -137,7 +137,7 @@ std::vector<std::optional<std::size_t>> nearest_imported(const ImportErrorsOptio
   std::vector<std::optional<std::size_t>> taken;
   for (const Site& site : sites.sites) {
     const std::optional<NearPoint> nearest =
-        grid.nearest(site.T_map_vehicle.translation(), options.site_radius_m);
+        grid.nearest_on_level(site.T_map_vehicle.translation(), options.site_radius_m);
     taken.push_back(nearest ? std::optional(nearest->index) : std::nullopt);
   }
   return taken;

@@ -31,7 +31,7 @@ Result<ByFamily<MeasuredError>> import_errors(PassContext& ctx, const ImportErro
                                               const OutsideErrors& outside, const Drive& drive,
                                               const Trajectory& trajectory, const Sites& sites);
 inline constexpr Pass kImportErrors =
-    Pass{"import-errors", 1, "measured", "Errors of an external localizer", &import_errors}.in(
+    Pass{"import-errors", 2, "measured", "Errors of an external localizer", &import_errors}.in(
         Stage::kSites);
 
 }  // namespace sightline

@@ -144,7 +144,7 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_sites(
   return fill_in_parts(ctx, {parts, fill, content, PartOrder::kApart}, ctx.threads, measured);
 }
 
-// Position of each site's nearest selected scan within the radius, the first on a tie.
+// Position of each site's nearest selected scan on its level within the radius, the first on a tie.
 std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions& options,
                                                       const SiteMeasuring& measuring,
                                                       const Sites& sites) {
@@ -161,7 +161,7 @@ std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions&
   std::vector<std::optional<std::size_t>> scans;
   for (const Site& site : sites.sites) {
     const std::optional<NearPoint> nearest =
-        grid.nearest(site.T_map_vehicle.translation(), options.site_radius_m);
+        grid.nearest_on_level(site.T_map_vehicle.translation(), options.site_radius_m);
     scans.push_back(nearest ? std::optional(selected[nearest->index]) : std::nullopt);
   }
   return scans;

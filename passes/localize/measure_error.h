@@ -65,7 +65,7 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_error(PassContext& ctx,
                                                            const Trajectory& trajectory,
                                                            const TiledNds& nds, const Sites& sites);
 inline constexpr Pass kMeasureError =
-    Pass{"measure-error", 13, "measured", "Localization error of a drive", &measure_error}
+    Pass{"measure-error", 14, "measured", "Localization error of a drive", &measure_error}
         .in(Stage::kSites)
         .with({.scan_s = 0.018});
 

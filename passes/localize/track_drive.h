@@ -31,7 +31,7 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
                                 const TiledNds& nds, const Sites& sites,
                                 const ByFamily<RangeTable>& ranges);
 inline constexpr Pass kTrackDrive =
-    Pass{"track-drive", 7, "tracks", "Replaying a drive with continuous localization", &track_drive}
+    Pass{"track-drive", 8, "tracks", "Replaying a drive with continuous localization", &track_drive}
         .in(Stage::kSites)
         .with({.scan_s = 0.03, .million_points_s = 0.3});
 

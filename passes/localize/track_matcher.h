@@ -34,9 +34,9 @@ struct DriveOnMap {
   [[nodiscard]] Eigen::Vector3d sensor_m(const Pose& T_map_vehicle) const {
     return T_map_vehicle * drive.sensor.T_vehicle_lidar.translation();
   }
-  // The nearest site to a vehicle at a pose; none where no site is within reach.
+  // The nearest site to a vehicle at a pose, on its level; none where no site is within reach.
   [[nodiscard]] std::optional<std::size_t> site_near(const Pose& T_map_vehicle) const {
-    const std::optional<NearPoint> site = places.nearest(sensor_m(T_map_vehicle), reach_m);
+    const std::optional<NearPoint> site = places.nearest_on_level(sensor_m(T_map_vehicle), reach_m);
     return site ? std::optional<std::size_t>(site->index) : std::nullopt;
   }
   // From the scan before a position in `scans` to the scan there; 0 at the first.

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/base/level.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
@@ -37,10 +38,9 @@ PointGrid grid_of(const Trajectory& trajectory, const ScanNumbers& scans) {
   return PointGrid(places_m, kCell_m);
 }
 
-// A drive passed a place where it came this near, in the same direction and at the same height; on
+// A drive passed a place where it came this near, in the same direction and on the same level; on
 // the same way it came this near from the side, so that there are sites (choose_sites).
 constexpr double kPassed_m = 10.0;
-constexpr double kSameHeight_m = 3.0;
 constexpr double kSameDirection = 0.7071067811865476;  // cosine of 45 degrees
 constexpr double kSameWay_m = 2.0;
 
@@ -67,7 +67,7 @@ class KnownWays {
       const Eigen::Vector3d ahead = there.T_map_vehicle.linear().col(0);
       const Eigen::Vector3d offset_m =
           here.T_map_vehicle.translation() - there.T_map_vehicle.translation();
-      if (there.piece != here.piece || std::abs(offset_m.z()) > kSameHeight_m) return;
+      if (there.piece != here.piece || !is_same_level(offset_m.z(), 0.0)) return;
       if (ahead.dot(here.T_map_vehicle.linear().col(0)) < kSameDirection) return;
       parts.insert(drive_.scans[earlier].part);
       const double along_m = offset_m.dot(ahead);

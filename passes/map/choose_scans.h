@@ -30,7 +30,7 @@ Result<Trajectory> choose_scans(PassContext& ctx, const ChooseScansOptions& opti
                                 const Drive& drive, const Drive& undistorted,
                                 const Trajectory& trajectory, const ReleasedPoses& released);
 inline constexpr Pass kChooseScans =
-    Pass{"choose-scans", 1, "laid-scans", "Scans that show changes of an earlier map",
+    Pass{"choose-scans", 2, "laid-scans", "Scans that show changes of an earlier map",
          &choose_scans}
         .in(Stage::kTiles);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "formats/base/level.h"
 #include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
 #include "passes/pass/scan_selection.h"
@@ -68,7 +69,6 @@ class Revisits {
  private:
   static constexpr double kSameWay_m = 2.0;
   static constexpr double kLeavesWay_m = 2.5;  // so that runs do not flicker
-  static constexpr double kSameHeight_m = 3.0;
   static constexpr double kSameDirection = 0.7071067811865476;  // cosine of 45 degrees
 
   static std::vector<Eigen::Vector3d> positions_of(const std::vector<RoutePose>& poses) {
@@ -80,7 +80,7 @@ class Revisits {
   [[nodiscard]] bool comes_back(std::size_t i, double reach_m) const {
     bool found = false;
     grid_.visit_within(poses_[i].T_map_vehicle.translation(),
-                       reach_m + 0.5 * largest_gap_m_ + kSameHeight_m, [&](const NearPoint& near) {
+                       reach_m + 0.5 * largest_gap_m_ + kLevelHeight_m, [&](const NearPoint& near) {
                          if (!found) found = is_passed_by(near.index, i, reach_m);
                        });
     return found;
@@ -104,7 +104,7 @@ class Revisits {
     const double length2 = step_m.squaredNorm();
     const double share = length2 > 0.0 ? std::clamp(offset_m.dot(step_m) / length2, 0.0, 1.0) : 0.0;
     const Eigen::Vector3d beside_m = offset_m - share * step_m;
-    return beside_m.head<2>().norm() <= reach_m && std::abs(beside_m.z()) <= kSameHeight_m;
+    return beside_m.head<2>().norm() <= reach_m && is_same_level(beside_m.z(), 0.0);
   }
 
   const std::vector<RoutePose>& poses_;

@@ -18,8 +18,7 @@ Speakers speakers_of(const MeasuredError& drive, const Sites& of_map, const Site
   const MeasuredPlaces measured = places_measured_by(drive, of_map);
   Speakers speakers;
   for (const Site& site : sites.sites) {
-    const std::optional<NearPoint> near =
-        measured.grid.nearest(site.p_map_m, radius_m, [](const NearPoint&) { return true; });
+    const std::optional<NearPoint> near = measured.grid.nearest_on_level(site.p_map_m, radius_m);
     speakers.push_back(near ? std::optional(measured.sites[near->index]) : std::nullopt);
   }
   return speakers;

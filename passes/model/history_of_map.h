@@ -30,7 +30,7 @@ Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOption
                                       const SensorProfile& sensor,
                                       const ByFamily<MeasuredError>& measured,
                                       const MeasuredDrives* now);
-inline constexpr Pass kHistoryOfMap = Pass{"history-of-map", 1, "measured-drives",
+inline constexpr Pass kHistoryOfMap = Pass{"history-of-map", 2, "measured-drives",
                                            "Errors measured in an earlier map", &history_of_map}
                                           .in(Stage::kLearn);
 

@@ -101,6 +101,26 @@ inline BoxWorld random_street(std::uint64_t seed) {
   return world;
 }
 
+// Streets above each other, as storeys 2.75 m apart with ceilings of 2.5 m; the uppermost has a
+// roof.
+inline constexpr double kTestStorey_m = 2.75;
+inline BoxWorld storeys_of(const std::vector<BoxWorld>& streets) {
+  constexpr double kCeiling_m = 2.5;
+  BoxWorld world;
+  double floor_m = 0.0;
+  for (const BoxWorld& street : streets) {
+    for (TestBox box : street.boxes) {
+      box.low_m.z() += floor_m;
+      box.high_m.z() = floor_m + std::min(box.high_m.z(), kCeiling_m);
+      world.boxes.push_back(box);
+    }
+    const double ceiling_m = floor_m + kCeiling_m;
+    floor_m += kTestStorey_m;
+    world.boxes.push_back({{-60.0, -15.0, ceiling_m}, {100.0, 15.0, floor_m}});
+  }
+  return world;
+}
+
 struct TestDrive {
   Drive drive;
   Trajectory truth;

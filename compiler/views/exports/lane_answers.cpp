@@ -163,8 +163,8 @@ Result<WeakPlaces> WeakPlaces::of(const CompiledMap& map, const WeakStretchOptio
 }
 
 bool WeakPlaces::is_weak(const Eigen::Vector3d& sensor_world_m) const {
-  const std::optional<NearPoint> site =
-      sites_.nearest(sensor_world_m - origin_world_m_, std::numeric_limits<double>::infinity());
+  const std::optional<NearPoint> site = sites_.nearest_on_level(
+      sensor_world_m - origin_world_m_, std::numeric_limits<double>::infinity());
   return site && is_weak_[site->index];
 }
 

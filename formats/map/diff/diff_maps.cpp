@@ -111,7 +111,7 @@ Result<const SiteRow*> site_near(MapSide& after, const Eigen::Vector3d& mean_m,
   const std::optional<NearPoint> of_own = own.grid.nearest(mean_m, kAnywhere_m);
   if (of_own) return &own.rows[of_own->index];
   const double tile_m = after.card().ndt.tile_m;
-  SIGHTLINE_ASSIGN(const NearestSite nearest, after.nearest(mean_m, tile_m));
+  SIGHTLINE_ASSIGN(const NearestSite nearest, after.nearest(mean_m, tile_m, MapSide::Level::kAny));
   if (nearest.row == nullptr) return nullptr;
   const TileKey key = tile_key(nearest.row->p_m, tile_m);
   const std::optional<std::uint32_t> tile = find_tile(after.container(), key.x, key.y);

@@ -22,7 +22,7 @@ bool has_same_terms(const CompiledMap& before, const CompiledMap& after) {
 Result<ComparedSite> compare_site(const SiteRow& row, const Eigen::Vector3d& shift_m,
                                   MapSide& before, const CommonLimits& limits) {
   SIGHTLINE_ASSIGN(const NearestSite nearest,
-                   before.nearest(row.p_m + shift_m, before.card().reach_m));
+                   before.nearest(row.p_m + shift_m, before.card().reach_m, MapSide::Level::kSame));
   ComparedSite site{&row, nearest.row != nullptr, {}, nearest.distance_m, 0.0, 0.0};
   if (nearest.row == nullptr) return site;
   site.longest_points_before = nearest.row->longest_virtual_points;
@@ -211,7 +211,8 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
     SIGHTLINE_ASSIGN(const TileSites* sites, before.sites(*pair.before));
     for (const SiteRow& row : sites->rows) {
       SIGHTLINE_ASSIGN(const NearestSite now,
-                       after.nearest(row.p_m - to_before_m, after.card().reach_m));
+                       after.nearest(row.p_m - to_before_m, after.card().reach_m,
+                                     MapSide::Level::kSame));
       if (now.row == nullptr) compared.only_before[row.site] = &row;
     }
   }

@@ -207,15 +207,17 @@ Digest MapSide::column_digest(const std::string& name) const {
   return digest;
 }
 
-Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double most_m,
-                             NearestSite& nearest) {
+Result<void> MapSide::search(TileKey key, const Sought& sought, NearestSite& nearest) {
+  const auto& [p_m, most_m, level] = sought;
   const double tile_m = card_.ndt.tile_m;
   const double gap = portable_hypot(gap_m(p_m.x(), key.x, tile_m), gap_m(p_m.y(), key.y, tile_m));
   if (gap > (nearest.row == nullptr ? most_m : nearest.distance_m)) return {};
   const std::optional<std::uint32_t> tile = find_tile(container_, key.x, key.y);
   if (!tile) return {};
   SIGHTLINE_ASSIGN(const TileSites* of_tile, sites(*tile));
-  const std::optional<NearPoint> found = of_tile->grid.nearest(p_m, most_m);
+  const std::optional<NearPoint> found = level == Level::kSame
+                                             ? of_tile->grid.nearest_on_level(p_m, most_m)
+                                             : of_tile->grid.nearest(p_m, most_m);
   if (!found) return {};
   const SiteRow& row = of_tile->rows[found->index];
   const bool is_nearer = nearest.row == nullptr || found->distance_m < nearest.distance_m ||
@@ -224,7 +226,7 @@ Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double mos
   return {};
 }
 
-Result<NearestSite> MapSide::nearest(const Eigen::Vector3d& p_m, double most_m) {
+Result<NearestSite> MapSide::nearest(const Eigen::Vector3d& p_m, double most_m, Level level) {
   const double tile_m = card_.ndt.tile_m;
   NearestSite nearest;
   // Beyond this no tile can be: keys are 32 bits wide.
@@ -232,11 +234,12 @@ Result<NearestSite> MapSide::nearest(const Eigen::Vector3d& p_m, double most_m) 
   if (p_m.head<2>().cwiseAbs().maxCoeff() > kFarthestTile * tile_m) return nearest;
   const TileKey own = sightline::tile_key(p_m, tile_m);  // not that of a tile by its number
   // The own tile first: what it finds spares most of its neighbours.
-  SIGHTLINE_TRY(search(own, p_m, most_m, nearest));
+  const Sought sought{p_m, most_m, level};
+  SIGHTLINE_TRY(search(own, sought, nearest));
   for (std::int32_t dx = -1; dx <= 1; ++dx) {
     for (std::int32_t dy = -1; dy <= 1; ++dy) {
       if (dx == 0 && dy == 0) continue;
-      SIGHTLINE_TRY(search({own.x + dx, own.y + dy}, p_m, most_m, nearest));
+      SIGHTLINE_TRY(search({own.x + dx, own.y + dy}, sought, nearest));
     }
   }
   return nearest;

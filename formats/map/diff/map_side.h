@@ -63,8 +63,9 @@ class MapSide {
   [[nodiscard]] Digest column_digest(const std::string& name) const;
 
   // The site nearest to a place in map coordinates, at most `most_m` away, which is at most a tile;
-  // of sites equally near the one with the lower number.
-  Result<NearestSite> nearest(const Eigen::Vector3d& p_m, double most_m);
+  // of sites equally near the one with the lower number. kSame: on the level of the place.
+  enum class Level { kAny, kSame };
+  Result<NearestSite> nearest(const Eigen::Vector3d& p_m, double most_m, Level level);
 
  private:
   explicit MapSide(const MapContainer& container);
@@ -72,7 +73,13 @@ class MapSide {
   Result<void> find_virtual_points();
   Result<void> add_virtual_points(std::uint32_t tile, std::span<const std::uint8_t> range_index,
                                   std::vector<SiteRow>& rows);
-  Result<void> search(TileKey key, const Eigen::Vector3d& p_m, double most_m, NearestSite& nearest);
+  // What nearest() searches for.
+  struct Sought {
+    const Eigen::Vector3d& p_m;
+    double most_m;
+    Level level;
+  };
+  Result<void> search(TileKey key, const Sought& sought, NearestSite& nearest);
 
   MapContainer container_;
   CompiledMap card_;

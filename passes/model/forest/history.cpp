@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "formats/base/check.h"
+#include "formats/base/level.h"
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
 
@@ -16,15 +17,17 @@ constexpr double kLeastError_m = 0.001;  // below this the logarithm would magni
 
 double log_error(double error_m) { return portable_log(std::max(error_m, kLeastError_m)); }
 
-// Of each site, those that the drive measured within kReach_m, the nearest first, the lower index
+// Of each site, those on its level that the drive measured within kReach_m, the nearest first, the lower index
 // on a tie.
 std::vector<std::vector<std::size_t>> measured_near(const Sites& sites,
                                                     const MeasuredError& measured) {
   const MeasuredPlaces places = places_measured_by(measured, sites);
   std::vector<std::vector<std::size_t>> near(sites.sites.size());
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
-    for (const NearPoint& point : places.grid.within(sites.sites[site].p_map_m, kReach_m)) {
-      near[site].push_back(places.sites[point.index]);
+    const Eigen::Vector3d& p_m = sites.sites[site].p_map_m;
+    for (const NearPoint& point : places.grid.within(p_m, kReach_m)) {
+      const std::size_t other = places.sites[point.index];
+      if (is_same_level(p_m.z(), sites.sites[other].p_map_m.z())) near[site].push_back(other);
     }
   }
   return near;

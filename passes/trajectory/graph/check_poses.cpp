@@ -121,7 +121,7 @@ std::vector<MeetingsOfPair> pairs_that_meet(const Drive& drive, const Odometry& 
     next_m = odometry.driven_m[i] + kMeetingStep_m;
     for (MeetingsOfPair& pair : of_later[drive.scans[i].part]) {
       const std::optional<NearPoint> nearest =
-          places[pair.earlier].nearest(odometry.T_map_lidar[i].translation(), kBeside_m);
+          places[pair.earlier].nearest_on_level(odometry.T_map_lidar[i].translation(), kBeside_m);
       if (!nearest) continue;
       pair.meetings.push_back(
           {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(nearest->index)});

@@ -7,8 +7,11 @@
 #include <span>
 #include <utility>
 
+#include "formats/base/level.h"
 #include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
+#include "passes/trajectory/graph/height_errors.h"
+#include "passes/trajectory/local/surface_between.h"
 
 namespace sightline {
 namespace {
@@ -42,14 +45,34 @@ double drift_m(const Odometry& odometry, const Candidate& c) {
   return std::min(kDriftShare * way_m, kLargestDrift_m);
 }
 
+// What odometry knows of heights.
+struct Heights {
+  const Odometry& odometry;
+  HeightErrors errors;
+
+  [[nodiscard]] double above_m(const Candidate& c) const {
+    return odometry.T_map_lidar[c.later].translation().z() -
+           odometry.T_map_lidar[c.earlier].translation().z();
+  }
+  // Whether a height of the later scan may be off by so much. Pieces are joined by scans or by
+  // given poses, whose heights have errors of metres.
+  [[nodiscard]] bool may_be_off(const Candidate& c, double off_m) const {
+    if (odometry.piece[c.later] != odometry.piece[c.earlier]) return true;
+    return std::abs(off_m) < kLevelHeight_m + 3.0 * errors.sigma_m(c.earlier, c.later);
+  }
+};
+
 // The nearest earlier visit of the place of scan `later`.
-std::optional<Candidate> candidate_of(const Odometry& odometry, const PointGrid& places,
+std::optional<Candidate> candidate_of(const Heights& heights, const PointGrid& places,
                                       std::size_t later, std::size_t before) {
+  const Odometry& odometry = heights.odometry;
   const auto is_earlier_visit = [&](const NearPoint& point) {
-    return point.index < std::min(later, before) &&
-           (odometry.piece[later] != odometry.piece[point.index] ||
-            odometry.driven_m[later] - odometry.driven_m[point.index] >= kShortestLoop_m) &&
-           point.distance_m <= kSamePlace_m + drift_m(odometry, {point.index, later});
+    const Candidate c{point.index, later};
+    return c.earlier < std::min(later, before) &&
+           (odometry.piece[later] != odometry.piece[c.earlier] ||
+            odometry.driven_m[later] - odometry.driven_m[c.earlier] >= kShortestLoop_m) &&
+           point.distance_m <= kSamePlace_m + drift_m(odometry, c) &&
+           heights.may_be_off(c, heights.above_m(c));
   };
   const std::optional<NearPoint> nearest = places.nearest(
       odometry.T_map_lidar[later].translation(), kSamePlace_m + kLargestDrift_m, is_earlier_visit);
@@ -57,7 +80,8 @@ std::optional<Candidate> candidate_of(const Odometry& odometry, const PointGrid&
   return Candidate{nearest->index, later};
 }
 
-std::vector<Candidate> candidates(const Odometry& odometry, const LoopSearch& search) {
+std::vector<Candidate> candidates(const Heights& heights, const LoopSearch& search) {
+  const Odometry& odometry = heights.odometry;
   std::vector<Eigen::Vector3d> places_m;
   for (const Pose& T_map_lidar : odometry.T_map_lidar)
     places_m.push_back(T_map_lidar.translation());
@@ -68,7 +92,7 @@ std::vector<Candidate> candidates(const Odometry& odometry, const LoopSearch& se
     if (odometry.driven_m[k] < next_m) continue;
     next_m = odometry.driven_m[k] + kCandidateStep_m;
     if (const std::optional<Candidate> candidate =
-            candidate_of(odometry, places, k, search.before)) {
+            candidate_of(heights, places, k, search.before)) {
       found.push_back(*candidate);
     }
   }
@@ -143,16 +167,35 @@ class Visits {
   std::map<std::size_t, std::vector<Eigen::Vector3d>> kept_;  // in the sensor's frame
 };
 
+// Whether the scans of a candidate are on two levels by the map around the lower one. That of the
+// upper one has the ground between them, on one level too.
+Result<bool> are_on_two_levels(const Drive& drive, const Heights& heights, const Candidate& c,
+                               std::span<const Eigen::Vector3d> visit_m) {
+  const Odometry& odometry = heights.odometry;
+  const double above_m = heights.above_m(c);
+  if (std::abs(above_m) < kLevelHeight_m) return false;
+  const Eigen::Vector3d earlier_m = odometry.T_map_lidar[c.earlier].translation();
+  const Eigen::Vector3d later_m = odometry.T_map_lidar[c.later].translation();
+  if (above_m > 0.0) return is_surface_between(visit_m, earlier_m, later_m);
+  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> later_visit_m,
+                   Visits(drive, odometry).points_m(c.later));
+  return is_surface_between(later_visit_m, later_m, earlier_m);
+}
+
 // The edges of a chain, where the scans match. The first is searched for within the drift of
 // odometry, later ones where the one before them was found or, where they are not there, as the
 // first.
-Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odometry, Chain chain) {
+Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Heights& heights, Chain chain) {
+  const Odometry& odometry = heights.odometry;
   Visits visits(drive, odometry);
   std::vector<GraphEdge> edges;
   std::optional<Pose> T_found_odometry;  // of the later way, at the last edge
   for (const Candidate& candidate : chain) {
     SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m,
                      visits.points_m(candidate.earlier));
+    SIGHTLINE_ASSIGN(const bool is_on_other_level,
+                     are_on_two_levels(drive, heights, candidate, visit_m));
+    if (is_on_other_level) continue;
     SIGHTLINE_ASSIGN(const ThinnedScan scan,
                      read_thinned(drive, candidate.later, ThinnedFor::kMatch));
     const LocalGrids visit = local_grids(visit_m);
@@ -165,7 +208,9 @@ Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odome
       match = search_locally(visit, scan.to_match_m, T_map_later,
                              kNearReach_m + drift_m(odometry, candidate));
     }
-    if (!match.is_sure()) continue;
+    const double moved_up_m =
+        match.T_map_lidar.translation().z() - T_map_later.translation().z();
+    if (!match.is_sure() || !heights.may_be_off(candidate, moved_up_m)) continue;
     T_found_odometry = tidied(match.T_map_lidar * T_map_later.inverse());
     edges.push_back({static_cast<std::uint32_t>(candidate.earlier),
                      static_cast<std::uint32_t>(candidate.later),
@@ -179,13 +224,16 @@ Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odome
 }  // namespace
 
 Result<std::vector<GraphEdge>> find_loops(PassContext& ctx, const Drive& drive,
-                                          const Odometry& odometry, const LoopSearch& search) {
-  const std::vector<Candidate> list = candidates(odometry, search);
+                                          const Odometry& odometry,
+                                          std::span<const GraphEdge> steps,
+                                          const LoopSearch& search) {
+  const Heights heights{odometry, HeightErrors(steps, odometry.T_map_lidar)};
+  const std::vector<Candidate> list = candidates(heights, search);
   const std::vector<Chain> chains = chains_of(odometry, list);
   using Edges = std::vector<GraphEdge>;
   SIGHTLINE_ASSIGN(const std::vector<Edges> edges,
                    parallel_results<Edges>(chains.size(), ctx.threads, [&](std::size_t i) {
-                     return confirm(drive, odometry, chains[i]);
+                     return confirm(drive, heights, chains[i]);
                    }));
   Edges loops;
   for (const Edges& of_chain : edges) loops.insert(loops.end(), of_chain.begin(), of_chain.end());

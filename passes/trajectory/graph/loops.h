@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "formats/base/result.h"
@@ -17,10 +18,15 @@ struct LoopSearch {
 };
 
 // Edges between scans of places that the route comes back to: near each other by odometry, far
-// apart on the way, and confirmed by matching the later scan to a map of the earlier visit.
-// Candidates are matched on ctx.threads; the edges do not depend on their number. Error: that of
-// reading a scan.
+// apart on the way, on one level, and confirmed by matching the later scan to a map of the earlier
+// visit. Within a piece heights may differ by 1 m, and by three standard deviations of odometry's
+// `steps` between all scans (steps_of), before the match and by it. Where heights by odometry
+// differ by 1 m and more, the map around the lower scan has no surface on the line to the upper
+// one. Candidates are matched on ctx.threads; the edges do not depend on their number. Error: that
+// of reading a scan.
 Result<std::vector<GraphEdge>> find_loops(PassContext& ctx, const Drive& drive,
-                                          const Odometry& odometry, const LoopSearch& search = {});
+                                          const Odometry& odometry,
+                                          std::span<const GraphEdge> steps,
+                                          const LoopSearch& search = {});
 
 }  // namespace sightline

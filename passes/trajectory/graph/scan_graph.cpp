@@ -151,7 +151,8 @@ Result<Connections> connect_scans(const EstimateTask& task, const GivenPoses& gi
   if (!options.closes_loops) return connections;
   LoopSearch search;
   if (known.scans > 0) search = {known.scans, known.scans};
-  SIGHTLINE_ASSIGN(connections.loops, find_loops(ctx, drive, odometry, search));
+  const std::vector<GraphEdge> steps = steps_of(odometry, all_scans(odometry));
+  SIGHTLINE_ASSIGN(connections.loops, find_loops(ctx, drive, odometry, steps, search));
   return connections;
 }
 

@@ -92,6 +92,10 @@ class Joiner {
     const std::vector<Hypothesis> agreed =
         agreeing(odometry_, look_for(ctx_, visit, odometry_, queries));
     if (agreed.empty()) return {};
+    SIGHTLINE_ASSIGN(const bool is_ambiguous,
+                     fits_another_level(ctx_, drive_, odometry_, ranges_joined_to(earlier),
+                                        {visit, queries, agreed}));
+    if (is_ambiguous) return {};
     const auto best = std::ranges::max_element(agreed, {}, &Hypothesis::overlap);
     const Pose T_earlier_later = best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse();
     SIGHTLINE_ASSIGN(const bool fits,

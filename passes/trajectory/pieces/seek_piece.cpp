@@ -7,10 +7,12 @@
 #include <optional>
 #include <tuple>
 
+#include "formats/base/level.h"
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
 #include "formats/grid/point_grid.h"
 #include "passes/trajectory/local/local_match.h"
+#include "passes/trajectory/local/surface_between.h"
 
 namespace sightline {
 namespace {
@@ -122,6 +124,34 @@ Result<bool> fits(const Drive& drive, const Odometry& odometry, const Places& se
   return is_within(kPlaceReach_m) || is_within(kPlaceReach_m + probe.drift_m);
 }
 
+// The scan of each other level above or below a place that is nearest to it in the plane.
+std::vector<std::pair<std::uint32_t, ScanRange>> scans_on_other_levels(
+    const Odometry& odometry, std::span<const ScanRange> others, const Eigen::Vector3d& place_m) {
+  struct Beside {
+    double distance_m;
+    std::uint32_t scan;
+    ScanRange range;
+  };
+  std::vector<Beside> beside;
+  for (const ScanRange& range : others) {
+    for (std::uint32_t k = range.begin; k < range.end; ++k) {
+      const Eigen::Vector3d away_m = odometry.T_map_lidar[k].translation() - place_m;
+      const double distance_m = away_m.head<2>().norm();
+      if (distance_m > kNear_m || is_same_level(away_m.z(), 0.0)) continue;
+      beside.push_back({distance_m, k, range});
+    }
+  }
+  std::ranges::stable_sort(beside, {}, &Beside::distance_m);
+  std::vector<std::pair<std::uint32_t, ScanRange>> taken;
+  const auto z_m = [&](std::uint32_t k) { return odometry.T_map_lidar[k].translation().z(); };
+  for (const Beside& one : beside) {
+    const bool is_known = std::ranges::any_of(
+        taken, [&](const auto& other) { return is_same_level(z_m(other.first), z_m(one.scan)); });
+    if (!is_known) taken.emplace_back(one.scan, one.range);
+  }
+  return taken;
+}
+
 // A place has the keys of one scan in so much of the way, within so much of its middle.
 constexpr double kKeyEvery_m = 5.0;
 constexpr double kKeyReach_m = 15.0;
@@ -147,15 +177,14 @@ Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const Sca
                    }));
   Visit visit;
   visit.middle = middle;
-  std::vector<Eigen::Vector3d> points_m;
   const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
   for (std::size_t i = 0; i < scans.size(); ++i) {
     const Pose& T_map_lidar = odometry.T_map_lidar[scans[i]];
     const std::vector<Eigen::Vector3d>& scan_m = read[i].to_map_m;
-    for (const Eigen::Vector3d& point_m : scan_m) points_m.push_back(T_map_lidar * point_m);
+    for (const Eigen::Vector3d& point_m : scan_m) visit.points_m.push_back(T_map_lidar * point_m);
     visit.upright.add(upright_points(scan_m, level), T_map_lidar, odometry.driven_m[scans[i]]);
   }
-  visit.grids = local_grids(points_m);
+  visit.grids = local_grids(visit.points_m);
   return visit;
 }
 
@@ -219,6 +248,31 @@ std::vector<Hypothesis> agreeing(const Odometry& odometry, const std::vector<Hyp
   return most;
 }
 
+Result<bool> fits_another_level(const PassContext& ctx, const Drive& drive,
+                                const Odometry& odometry, std::span<const ScanRange> others,
+                                const FoundPiece& found) {
+  const Pose& T_map_found = found.agreed.front().T_map_lidar;
+  for (const auto& [middle, range] :
+       scans_on_other_levels(odometry, others, T_map_found.translation())) {
+    SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, range, middle, ctx.threads));
+    const Eigen::Vector3d there_m = odometry.T_map_lidar[middle].translation();
+    const double higher_m = there_m.z() - T_map_found.translation().z();
+    const Visit& lower = higher_m > 0.0 ? found.visit : visit;
+    if (!is_surface_between(lower.points_m, T_map_found.translation(), there_m)) continue;
+    std::size_t fitting = 0;
+    for (const Hypothesis& one : found.agreed) {
+      const auto query = std::ranges::find(found.queries, one.scan, &Query::scan);
+      const Pose T_map_start = Eigen::Translation3d(0.0, 0.0, higher_m) * one.T_map_lidar;
+      const LocalMatch match = search_locally(visit.grids, query->thinned.to_match_m, T_map_start,
+                                              kPlaceReach_m);
+      const double overlap = visit.upright.overlap(query->upright_m, match.T_map_lidar).value_or(0);
+      fitting += match.is_good() && overlap >= one.overlap - kClearly ? 1 : 0;
+    }
+    if (2 * fitting >= found.agreed.size()) return true;
+  }
+  return false;
+}
+
 Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
                             std::span<const ScanRange> others, const PlacedPiece& placed) {
   const Places seen = places_of(odometry, others);
@@ -228,8 +282,12 @@ Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Od
     const Pose T_others_lidar = placed.T_others_piece * odometry.T_map_lidar[scan];
     const double way_m = std::abs(odometry.driven_m[scan] - odometry.driven_m[placed.from]);
     const double drift_m = std::min(kDriftShare * way_m, kLargestDrift_m);
+    const auto is_on_level = [&](const NearPoint& point) {
+      const double other_z_m = odometry.T_map_lidar[seen.scans[point.index].first].translation().z();
+      return std::abs(other_z_m - T_others_lidar.translation().z()) < kLevelHeight_m + drift_m;
+    };
     const std::optional<NearPoint> nearest =
-        seen.places.nearest(T_others_lidar.translation(), kNear_m + drift_m);
+        seen.places.nearest(T_others_lidar.translation(), kNear_m + drift_m, is_on_level);
     if (nearest) near.push_back({scan, nearest->index, T_others_lidar, drift_m});
   }
   // A long piece that only touches the others may be anywhere else.

@@ -24,6 +24,7 @@ struct Visit {
   std::uint32_t middle = 0;  // scan
   LocalGrids grids;
   UprightMap upright{std::numeric_limits<double>::infinity()};
+  std::vector<Eigen::Vector3d> points_m;  // map frame
 };
 // Error: that of reading a scan.
 Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const ScanRange& range,
@@ -50,6 +51,11 @@ struct Hypothesis {
 // Hypotheses of the queries that fit one place of the visit, and no other nearly as well.
 std::vector<Hypothesis> look_for(const PassContext& ctx, const Visit& visit,
                                  const Odometry& odometry, const std::vector<Query>& queries);
+struct FoundPiece {
+  const Visit& visit;
+  const std::vector<Query>& queries;
+  const std::vector<Hypothesis>& agreed;  // of these
+};
 // The hypotheses that agree on the pose of the later piece; none where they are too few.
 std::vector<Hypothesis> agreeing(const Odometry& odometry, const std::vector<Hypothesis>& found);
 
@@ -60,8 +66,14 @@ struct PlacedPiece {
   std::uint32_t from = 0;                  // the scan by which it was found there
 };
 
+// Whether half of the agreeing hypotheses fit as well on another level of `others`, with a surface
+// between (is_surface_between): storeys look alike. Error: that of reading a scan.
+Result<bool> fits_another_level(const PassContext& ctx, const Drive& drive,
+                                const Odometry& odometry, std::span<const ScanRange> others,
+                                const FoundPiece& found);
+
 // Since streets look alike, a few scans may fit a wrong place. Scans all along the piece that come
-// near those of `others` are matched to maps of these; two thirds must fit. False where fewer than
+// near those of `others` on their level are matched to maps of these; two thirds must fit. False where fewer than
 // three come near (every 10 m of way), unless the piece has fewer. Shared by ctx.threads. Errors:
 // those of reading a scan.
 Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Odometry& odometry,

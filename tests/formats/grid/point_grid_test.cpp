@@ -92,6 +92,14 @@ TEST(PointGrid, FindsTheNearestThatIsAccepted) {
   }
 }
 
+TEST(PointGrid, FindsTheNearestOnALevel) {
+  const PointGrid grid(Points{{0.0, 0.0, 1.8}, {2.0, 0.0, 4.55}, {2.0, 0.0, 7.3}});
+  EXPECT_EQ(grid.nearest_on_level({2.0, 0.0, 4.0}, 5.0)->index, 1U);
+  EXPECT_EQ(grid.nearest_on_level({0.0, 0.0, 4.55}, 5.0), (NearPoint{2.0, 1})) << "2.75 m above 0";
+  EXPECT_EQ(grid.nearest_on_level({0.0, 0.0, 3.0}, 5.0), std::nullopt) << "between two";
+  EXPECT_EQ(grid.nearest_on_level({0.0, 0.0, 4.55}, 1.9), std::nullopt) << "the reach";
+}
+
 TEST(PointGrid, VisitsThePointsOverABoxFacesIncluded) {
   Random random(3);
   Points points_m;

@@ -111,7 +111,7 @@ class EverySite:
         best = None
         for number, site in sorted(self.sites.items()):
             distance_m = math.dist(p_m, [site[f"p_{axis}_m"][0] for axis in "xyz"])
-            if distance_m > self.reach_m or (best and distance_m >= best[0]):
+            if abs(p_m[2] - site["p_z_m"][0]) >= 1.0 or distance_m > self.reach_m or (best and distance_m >= best[0]):
                 continue
             def of(prefix, chosen):
                 return [(index, site[chosen + "_flags"][i],

@@ -45,14 +45,16 @@ RangeAnswer brute_force(const CompiledMap& map, const Position& position_world_m
   answer.mean_error_m = std::numeric_limits<double>::infinity();
   double nearest_m = map.reach_m;
   for (std::uint32_t site = 0; site < map.ranges.site_count; ++site) {
-    const double distance_m = (map.sites.sites[site].p_map_m - p_m).norm();
+    const Eigen::Vector3d& site_m = map.sites.sites[site].p_map_m;
+    const double distance_m = (site_m - p_m).norm();
+    if (std::abs(site_m.z() - p_m.z()) >= 1.0) continue;
     if (distance_m > nearest_m || (distance_m == nearest_m && answer.site != kNoSite)) continue;
     nearest_m = answer.distance_m = distance_m;
     answer.site = site;
   }
   // The search of everything that is no vehicle says the same.
   const std::optional<NearPoint> by_grid =
-      PointGrid(positions_m(map.sites)).nearest(p_m, map.reach_m);
+      PointGrid(positions_m(map.sites)).nearest_on_level(p_m, map.reach_m);
   EXPECT_EQ(by_grid ? by_grid->index : kNoSite, answer.site);
   std::size_t limit = map.ranges.promises.size();
   while (limit > 0 && map.ranges.promises[limit - 1].limit_m > limit_m) --limit;
@@ -305,6 +307,27 @@ TEST(MapReader, TakesTheLowerIdWhereTwoSitesAreEquallyNear) {
     const MapReader reader = value_of(MapReader::open(file, "annealed"));
     EXPECT_EQ(reader.observation_range(world(map, {0.0, 0.0, 0.0}), 0.1)->site, 0u);
   }
+}
+
+TEST(MapReader, AnswersFromTheLevelOfThePosition) {
+  CompiledMap map = random_map({.seed = 1, .site_count = 3, .run_count = 1});
+  for (std::size_t site = 0; site < 3; ++site) {
+    map.sites.sites[site].p_map_m = {site == 2 ? 2.0 : 0.0, 0.0, 1.8 + 2.75 * static_cast<double>(site)};
+  }
+  const std::vector<std::byte> file = encode_map(map);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  const auto site_at = [&](double z_m) {
+    const RangeAnswer answer = *reader.observation_range(world(map, {0.0, 0.0, z_m}), 0.1);
+    EXPECT_EQ((answer.flags & kAnswerFar) != 0, answer.site == kNoSite);
+    return answer.site;
+  };
+  EXPECT_EQ(site_at(1.8), 0U);
+  EXPECT_EQ(site_at(4.55), 1U);
+  EXPECT_EQ(site_at(7.3), 2U);   // 2 m away: the storey below is as near as that
+  EXPECT_EQ(site_at(6.4), 2U);   // 0.9 m below its level
+  EXPECT_EQ(site_at(5.5), 1U);   // 0.95 m above
+  EXPECT_EQ(site_at(5.6), kNoSite);
+  EXPECT_EQ(site_at(0.75), kNoSite);
 }
 
 TEST(MapReader, FarFromAnySiteAnswersTheLongestRange) {

@@ -1,7 +1,9 @@
 #include "passes/map/choose_sites.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/support/box_world.h"
 #include "tests/support/test_context.h"
@@ -155,6 +157,45 @@ TEST(ChooseSites, LieOnceWhereOneDriveComesBack) {
   const Sites sites = sites_of(journey);
   EXPECT_NEAR(static_cast<double>(sites.sites.size()), 93.0, 2.0);
   EXPECT_EQ(sites.sites.back().run, 0U);
+}
+
+// Rounds of a circle, of which the last quarter of each rises.
+Journey drive_up(int rounds, double radius_m, double rise_m) {
+  Journey journey;
+  const int steps = static_cast<int>(2.0 * std::numbers::pi * radius_m);
+  for (int i = 0; i <= rounds * steps; ++i) {
+    const double rounds_done = static_cast<double>(i) / steps;
+    const double angle_rad = 2.0 * std::numbers::pi * rounds_done;
+    const double storey = std::floor(rounds_done);
+    const double ramp = std::clamp(4.0 * (rounds_done - storey) - 3.0, 0.0, 1.0);
+    Pose pose = pose_at(radius_m * std::sin(angle_rad), radius_m * (1.0 - std::cos(angle_rad)),
+                        angle_rad);
+    pose.translation().z() = rise_m * (storey + ramp);
+    journey.add(pose);
+  }
+  return journey;
+}
+
+TEST(ChooseSites, LieOnEveryStoreyOfACarPark) {
+  for (const double rise_m : {2.2, 2.75, 5.0}) {
+    const Journey journey = drive_up(3, 15.0, rise_m);
+    const Sites sites = sites_of(journey);
+    EXPECT_EQ(sites.sites.back().run, 0U);
+    for (const TrajectoryPose& pose : journey.trajectory.poses) {
+      double nearest_m = 1e9;
+      for (const Site& site : sites.sites) {
+        nearest_m =
+            std::min(nearest_m, (site.p_map_m - pose.T_map_vehicle.translation()).norm());
+      }
+      ASSERT_LT(nearest_m, 0.6) << rise_m << " m, height " << pose.T_map_vehicle.translation().z();
+    }
+  }
+}
+
+TEST(ChooseSites, LieOnceWhereTheHeightOfASecondRoundIsALittleOff) {
+  const auto count = [](double off_m) { return sites_of(drive_up(2, 15.0, off_m)).sites.size(); };
+  EXPECT_NEAR(static_cast<double>(count(0.9)), 93.0, 2.0);
+  EXPECT_GT(count(1.5), 150U);
 }
 
 TEST(ChooseSites, LeaveNoPlaceWithoutASiteNearby) {

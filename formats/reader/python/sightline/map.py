@@ -57,7 +57,7 @@ class Map:
         return promise
 
     def observation_range(self, position_world_m, limit_m):
-        """The range for that accuracy at this position of the sensor."""
+        """The range for that accuracy at this position of the sensor; `far` if no site is near on its level."""
         answer = c.Range()
         c.check(c.reader().sightline_observation_range(
             self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(answer)))

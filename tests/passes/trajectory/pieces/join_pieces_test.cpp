@@ -22,7 +22,8 @@ struct Street {
   TestDrive test;
   Odometry odometry;
 
-  explicit Street(const std::vector<std::vector<Pose>>& pieces) {
+  explicit Street(const std::vector<std::vector<Pose>>& pieces,
+                  const BoxWorld& world = random_street(4)) {
     std::vector<Pose> poses;
     for (std::uint32_t piece = 0; piece < pieces.size(); ++piece) {
       const auto first = static_cast<std::uint32_t>(poses.size());
@@ -30,7 +31,7 @@ struct Street {
       poses.insert(poses.end(), pieces[piece].begin(), pieces[piece].end());
       odometry.piece.resize(poses.size(), piece);
     }
-    test = drive_through(random_street(4), poses, 0.5);
+    test = drive_through(world, poses, 0.5);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const double piece = odometry.piece[i];
       const Pose T_own_map = pose_at(300.0 * piece, -40.0 * piece, 0.7 * piece);
@@ -63,6 +64,34 @@ TEST(JoinPieces, MovesAllToTheFrameOfTheFirst) {
     EXPECT_LT(street.largest_error_m(), 0.5);
     EXPECT_TRUE(street.odometry.T_map_lidar[0].isApprox(
         street.test.truth.poses[0].T_map_vehicle * street.test.drive.sensor.T_vehicle_lidar, 0.0));
+  }
+}
+
+// A first piece on two storeys, and a second one on the upper storey.
+Street on_storeys(const BoxWorld& upper) {
+  std::vector<Pose> first = along(-20.0, 20.0);
+  std::vector<Pose> second;
+  for (Pose pose : along(20.0, -20.0)) {
+    pose.translation().z() = kTestStorey_m;
+    first.push_back(pose);
+  }
+  for (Pose pose : along(-15.0, 15.0)) {
+    pose.translation().z() = kTestStorey_m;
+    second.push_back(pose);
+  }
+  return Street({first, second}, storeys_of({random_street(4), upper}));
+}
+
+TEST(JoinPieces, FindsTheStoreyOfAPieceAndLeavesItApartWhereTwoLookAlike) {
+  for (const std::uint64_t upper : {9U, 4U}) {
+    Street street = on_storeys(random_street(upper));
+    const std::vector<std::optional<Pose>> none(street.odometry.piece.size());
+    const JoinedPieces joined =
+        value_of(join_pieces(TestContext(2), street.test.drive, none, street.odometry));
+    EXPECT_EQ(joined.piece.back(), upper == 4 ? 1U : 0U);
+    if (upper != 4) {
+      EXPECT_LT(street.largest_error_m(), 0.5);
+    }
   }
 }
 
