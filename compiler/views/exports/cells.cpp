@@ -1,7 +1,7 @@
 #include "compiler/views/exports/cells.h"
 
+#include <array>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <utility>
 
@@ -74,11 +74,12 @@ Result<Table> answers_by_cell(const MapReader& map, double cell_m) {
   SIGHTLINE_ASSIGN(const std::set<ColumnPlace> cells, cells_near(map, cell_m));
   Table table{"cells", columns_of(map.info()), {}, {}};
   for (const auto& [x, y] : cells) {
-    const Eigen::Vector3d centre_m((static_cast<double>(x) + 0.5) * cell_m,
-                                   (static_cast<double>(y) + 0.5) * cell_m,
-                                   std::numeric_limits<double>::quiet_NaN());
-    SIGHTLINE_ASSIGN(std::vector<Cell> row, row_at(map, asker.sensor_world_m(centre_m)));
-    if (!row.empty()) table.rows.push_back(std::move(row));
+    const double x_m = (static_cast<double>(x) + 0.5) * cell_m;
+    const double y_m = (static_cast<double>(y) + 0.5) * cell_m;
+    for (const std::array<double, 3>& p_m : asker.levels_world_m(x_m, y_m)) {
+      SIGHTLINE_ASSIGN(std::vector<Cell> row, row_at(map, p_m));
+      if (!row.empty()) table.rows.push_back(std::move(row));
+    }
   }
   return table;
 }

@@ -86,6 +86,21 @@ std::array<double, 3> LaneAsker::sensor_world_m(const Eigen::Vector3d& road_worl
   return {p_m.x(), p_m.y(), site ? sites_m_[site->index].z() : 0.0};
 }
 
+std::vector<std::array<double, 3>> LaneAsker::levels_world_m(double x_m, double y_m) const {
+  constexpr double kBeside_m = 2.0;
+  std::vector<std::array<double, 3>> levels_m;
+  const std::vector<NearPoint> near =
+      in_plane_.within({x_m, y_m, 0.0}, map_->info().reach_m);
+  for (const NearPoint& site : near) {
+    if (site.distance_m > near.front().distance_m + kBeside_m) break;
+    const double z_m = sites_m_[site.index].z();
+    const bool is_known = std::ranges::any_of(
+        levels_m, [&](const std::array<double, 3>& p_m) { return is_same_level(p_m[2], z_m); });
+    if (!is_known) levels_m.push_back({x_m, y_m, z_m});
+  }
+  return levels_m;
+}
+
 double LaneAsker::distance_m(const Eigen::Vector3d& p_world_m) const {
   constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
   const std::optional<NearPoint> site =
