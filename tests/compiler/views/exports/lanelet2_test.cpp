@@ -321,11 +321,13 @@ bool is_weak(const OpenMap& open, const std::array<double, 3>& p_world_m, double
              double margin) {
   const Sites& sites = open.map.sites;
   const Eigen::Vector3d p_m = Eigen::Vector3d(p_world_m.data()) - sites.frame.origin_world_m;
-  std::size_t nearest = 0;
+  std::size_t nearest = 0;  // on its level; there is one where the place is answered
+  double nearest_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
-    if ((sites.sites[i].p_map_m - p_m).norm() < (sites.sites[nearest].p_map_m - p_m).norm()) {
-      nearest = i;
-    }
+    const Eigen::Vector3d off_m = sites.sites[i].p_map_m - p_m;
+    if (std::abs(off_m.z()) >= 1.0 || off_m.norm() >= nearest_m) continue;
+    nearest = i;
+    nearest_m = off_m.norm();
   }
   WeakStretchOptions options;
   options.limit_m = limit_m;
