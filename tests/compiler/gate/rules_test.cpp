@@ -372,9 +372,10 @@ TEST(SitePairs, AreTheNearestSitesByBruteForce) {
       std::optional<std::uint32_t> best;
       double best_m = b.reach_m;
       for (std::uint32_t j = 0; j < b.sites.sites.size(); ++j) {
-        const double away_m = (a.sites.sites[i].p_map_m + a.sites.frame.origin_world_m -
-                               b.sites.sites[j].p_map_m - b.sites.frame.origin_world_m)
-                                  .norm();
+        const Eigen::Vector3d off_m = a.sites.sites[i].p_map_m + a.sites.frame.origin_world_m -
+                                      b.sites.sites[j].p_map_m - b.sites.frame.origin_world_m;
+        if (std::abs(off_m.z()) >= 1.0) continue;  // on another level
+        const double away_m = off_m.norm();
         if (best ? away_m < best_m : away_m <= best_m) {
           best = j;
           best_m = away_m;

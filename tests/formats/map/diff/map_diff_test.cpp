@@ -63,7 +63,9 @@ std::optional<std::size_t> nearest(const CompiledMap& map, const Eigen::Vector3d
   double best_m = map.reach_m;
   for (std::size_t i = 0; i < map.sites.sites.size(); ++i) {
     const Eigen::Vector3d p_m = p_world_m - map.ndt.frame.origin_world_m;
-    const double distance_m = (map.sites.sites[i].p_map_m - p_m).norm();
+    const Eigen::Vector3d off_m = map.sites.sites[i].p_map_m - p_m;
+    if (std::abs(off_m.z()) >= 1.0) continue;  // on another level
+    const double distance_m = off_m.norm();
     if (distance_m < best_m || (!best && distance_m == best_m)) {
       best = i;
       best_m = distance_m;

@@ -76,7 +76,7 @@ TEST(History, FindsNeighboursAsASearchThroughAllDoes) {
       for (std::size_t j = 0; j < 120; ++j) {
         const bool is_measured = place.drives[0].scan_of_site[j] >= 0;
         const Eigen::Vector3d apart_m = place.sites.sites[i].p_map_m - place.sites.sites[j].p_map_m;
-        if (is_measured && apart_m.norm() <= 6.0) {
+        if (is_measured && apart_m.norm() <= 6.0 && std::abs(apart_m.z()) < 1.0) {
           worst_m = std::max(worst_m, place.drives[0].row(j, 0).mean_m);
         }
       }
