@@ -11,6 +11,8 @@ namespace sightline {
 inline constexpr double kLevelHeight_m = 1.0;
 
 // Whether two heights, m, of sensors at places near each other are on one level.
-inline bool is_same_level(double a_z_m, double b_z_m) { return std::abs(a_z_m - b_z_m) < kLevelHeight_m; }
+inline bool is_same_level(double a_z_m, double b_z_m) {
+  return std::abs(a_z_m - b_z_m) < kLevelHeight_m;
+}
 
 }  // namespace sightline

@@ -134,9 +134,9 @@ void PointGrid::visit_over(const Eigen::AlignedBox2d& box_m, const Use& use) con
 template <class Accept>
 std::optional<NearPoint> PointGrid::nearest(const Eigen::Vector3d& p_m, double reach_m,
                                             const Accept& accept) const {
-  return nearest_of(
-      p_m, reach_m,
-      [&](const NearPoint& point, const Eigen::Vector3d& /*point_m*/) { return accept(point); });
+  return nearest_of(p_m, reach_m, [&](const NearPoint& point, const Eigen::Vector3d& /*point_m*/) {
+    return accept(point);
+  });
 }
 
 template <class Accept>

@@ -137,9 +137,9 @@ struct RowAndDistance {
   double distance2_m2 = std::numeric_limits<double>::infinity();
 };
 
-// The first of the nearest of `count` rows on the level of `p_m`. Without a branch that hangs on a distance: a processor
-// that guesses it wrong waits for one row after the other, and most of a look-up's time is such
-// waiting.
+// The first of the nearest of `count` rows on the level of `p_m`. Without a branch that hangs on a
+// distance: a processor that guesses it wrong waits for one row after the other, and most of a
+// look-up's time is such waiting.
 RowAndDistance nearest_row(const std::byte* rows, std::uint64_t count, std::uint64_t row_size,
                            const std::array<double, 3>& p_m) {
   RowAndDistance nearest;

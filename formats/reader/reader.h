@@ -160,10 +160,11 @@ class MapReader {
 
   // The range for a sensor at this position in world coordinates (the recording's own, as the
   // map's frame defines), for an accuracy of limit_m: what the map holds at the nearest site on
-  // its level (is_same_level: less than 1 m above or below), the lower id on a tie. A limit the map does not have is served by the next tighter one; one
-  // tighter than all by the longest range, probability 0 and kAnswerTighterLimit. Far from any
-  // site: the longest range, probability 0 and kAnswerFar. Errors: bad-argument (not finite, or a
-  // limit not above 0), checksum-mismatch and bad-layer where what is needed is damaged.
+  // its level (is_same_level: less than 1 m above or below), the lower id on a tie. A limit the map
+  // does not have is served by the next tighter one; one tighter than all by the longest range,
+  // probability 0 and kAnswerTighterLimit. Far from any site: the longest range, probability 0 and
+  // kAnswerFar. Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and
+  // bad-layer where what is needed is damaged.
   [[nodiscard]] Result<RangeAnswer> observation_range(const std::array<double, 3>& position_world_m,
                                                       double limit_m) const;
 

@@ -68,7 +68,7 @@ class Revisits {
 
  private:
   static constexpr double kSameWay_m = 2.0;
-  static constexpr double kLeavesWay_m = 2.5;  // so that runs do not flicker
+  static constexpr double kLeavesWay_m = 2.5;                   // so that runs do not flicker
   static constexpr double kSameDirection = 0.7071067811865476;  // cosine of 45 degrees
 
   static std::vector<Eigen::Vector3d> positions_of(const std::vector<RoutePose>& poses) {

@@ -89,9 +89,9 @@ double largest_error_m(const std::vector<Eigen::Vector3d>& found_m,
 
 TEST(CarPark, HasSitesOnEveryStoreyFromWhichTheReaderAnswers) {
   const fs::path folder = fresh_folder();
-  const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +
-                                         " --world car-park --seed 1 --drives 0 -o " +
-                                         (folder / "park").string());
+  const ProgramResult made =
+      run_command(std::string(SIGHTLINE_TOWN) + " --world car-park --seed 1 --drives 0 -o " +
+                  (folder / "park").string());
   ASSERT_EQ(made.status, 0) << made.err;
   const fs::path config = folder / "park.yaml";
   ASSERT_TRUE(write_file_atomically(config,

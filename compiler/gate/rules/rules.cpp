@@ -37,7 +37,8 @@ std::vector<std::optional<std::uint32_t>> nearest_of(const CompiledMap& from,
   const PointGrid grid(places_m);
   std::vector<std::optional<std::uint32_t>> found(from.sites.sites.size());
   for (std::size_t site = 0; site < found.size(); ++site) {
-    const std::optional<NearPoint> nearest = grid.nearest_on_level(p_world_m(from, site), to.reach_m);
+    const std::optional<NearPoint> nearest =
+        grid.nearest_on_level(p_world_m(from, site), to.reach_m);
     if (nearest) found[site] = static_cast<std::uint32_t>(nearest->index);
   }
   return found;

@@ -89,8 +89,7 @@ std::array<double, 3> LaneAsker::sensor_world_m(const Eigen::Vector3d& road_worl
 std::vector<std::array<double, 3>> LaneAsker::levels_world_m(double x_m, double y_m) const {
   constexpr double kBeside_m = 2.0;
   std::vector<std::array<double, 3>> levels_m;
-  const std::vector<NearPoint> near =
-      in_plane_.within({x_m, y_m, 0.0}, map_->info().reach_m);
+  const std::vector<NearPoint> near = in_plane_.within({x_m, y_m, 0.0}, map_->info().reach_m);
   for (const NearPoint& site : near) {
     if (site.distance_m > near.front().distance_m + kBeside_m) break;
     const double z_m = sites_m_[site.index].z();

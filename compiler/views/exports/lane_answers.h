@@ -66,8 +66,8 @@ class LaneAsker {
   // not known (NaN) it is as high as at the nearest site in the plane.
   [[nodiscard]] std::array<double, 3> sensor_world_m(const Eigen::Vector3d& road_world_m) const;
 
-  // The sensor's places over a point of the plane, one on each level: as high as the nearest site in
-  // the plane, then as others at most 2 m farther away that are on no level of those before.
+  // The sensor's places over a point of the plane, one on each level: as high as the nearest site
+  // in the plane, then as others at most 2 m farther away that are on no level of those before.
   [[nodiscard]] std::vector<std::array<double, 3>> levels_world_m(double x_m, double y_m) const;
 
   // In the plane, to the nearest site; infinity where a map has none.

@@ -128,9 +128,9 @@ Result<Differences> compare_values(MapSide& before, MapSide& after, const SiteCo
   for (std::uint32_t tile = 0; tile < after.tile_count(); ++tile) {
     SIGHTLINE_ASSIGN(const TileSites* sites, after.sites(tile));
     for (const SiteRow& row : sites->rows) {
-      SIGHTLINE_ASSIGN(const NearestSite nearest,
-                       before.nearest(row.p_m + to_before_m, before.card().reach_m,
-                                      MapSide::Level::kSame));
+      SIGHTLINE_ASSIGN(
+          const NearestSite nearest,
+          before.nearest(row.p_m + to_before_m, before.card().reach_m, MapSide::Level::kSame));
       const bool is_known = nearest.row != nullptr && row.site < new_column.values.size() &&
                             nearest.row->site < old_column.values.size();
       if (!is_known) continue;

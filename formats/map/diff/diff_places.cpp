@@ -210,9 +210,9 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
     if (!pair.before || stayed) continue;
     SIGHTLINE_ASSIGN(const TileSites* sites, before.sites(*pair.before));
     for (const SiteRow& row : sites->rows) {
-      SIGHTLINE_ASSIGN(const NearestSite now,
-                       after.nearest(row.p_m - to_before_m, after.card().reach_m,
-                                     MapSide::Level::kSame));
+      SIGHTLINE_ASSIGN(
+          const NearestSite now,
+          after.nearest(row.p_m - to_before_m, after.card().reach_m, MapSide::Level::kSame));
       if (now.row == nullptr) compared.only_before[row.site] = &row;
     }
   }

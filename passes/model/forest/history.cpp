@@ -17,8 +17,8 @@ constexpr double kLeastError_m = 0.001;  // below this the logarithm would magni
 
 double log_error(double error_m) { return portable_log(std::max(error_m, kLeastError_m)); }
 
-// Of each site, those on its level that the drive measured within kReach_m, the nearest first, the lower index
-// on a tie.
+// Of each site, those on its level that the drive measured within kReach_m, the nearest first, the
+// lower index on a tie.
 std::vector<std::vector<std::size_t>> measured_near(const Sites& sites,
                                                     const MeasuredError& measured) {
   const MeasuredPlaces places = places_measured_by(measured, sites);

@@ -208,8 +208,7 @@ Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Heights& height
       match = search_locally(visit, scan.to_match_m, T_map_later,
                              kNearReach_m + drift_m(odometry, candidate));
     }
-    const double moved_up_m =
-        match.T_map_lidar.translation().z() - T_map_later.translation().z();
+    const double moved_up_m = match.T_map_lidar.translation().z() - T_map_later.translation().z();
     if (!match.is_sure() || !heights.may_be_off(candidate, moved_up_m)) continue;
     T_found_odometry = tidied(match.T_map_lidar * T_map_later.inverse());
     edges.push_back({static_cast<std::uint32_t>(candidate.earlier),

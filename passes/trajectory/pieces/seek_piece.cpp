@@ -263,8 +263,8 @@ Result<bool> fits_another_level(const PassContext& ctx, const Drive& drive,
     for (const Hypothesis& one : found.agreed) {
       const auto query = std::ranges::find(found.queries, one.scan, &Query::scan);
       const Pose T_map_start = Eigen::Translation3d(0.0, 0.0, higher_m) * one.T_map_lidar;
-      const LocalMatch match = search_locally(visit.grids, query->thinned.to_match_m, T_map_start,
-                                              kPlaceReach_m);
+      const LocalMatch match =
+          search_locally(visit.grids, query->thinned.to_match_m, T_map_start, kPlaceReach_m);
       const double overlap = visit.upright.overlap(query->upright_m, match.T_map_lidar).value_or(0);
       fitting += match.is_good() && overlap >= one.overlap - kClearly ? 1 : 0;
     }
@@ -283,7 +283,8 @@ Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Od
     const double way_m = std::abs(odometry.driven_m[scan] - odometry.driven_m[placed.from]);
     const double drift_m = std::min(kDriftShare * way_m, kLargestDrift_m);
     const auto is_on_level = [&](const NearPoint& point) {
-      const double other_z_m = odometry.T_map_lidar[seen.scans[point.index].first].translation().z();
+      const double other_z_m =
+          odometry.T_map_lidar[seen.scans[point.index].first].translation().z();
       return std::abs(other_z_m - T_others_lidar.translation().z()) < kLevelHeight_m + drift_m;
     };
     const std::optional<NearPoint> nearest =

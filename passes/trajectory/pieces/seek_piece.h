@@ -73,9 +73,9 @@ Result<bool> fits_another_level(const PassContext& ctx, const Drive& drive,
                                 const FoundPiece& found);
 
 // Since streets look alike, a few scans may fit a wrong place. Scans all along the piece that come
-// near those of `others` on their level are matched to maps of these; two thirds must fit. False where fewer than
-// three come near (every 10 m of way), unless the piece has fewer. Shared by ctx.threads. Errors:
-// those of reading a scan.
+// near those of `others` on their level are matched to maps of these; two thirds must fit. False
+// where fewer than three come near (every 10 m of way), unless the piece has fewer. Shared by
+// ctx.threads. Errors: those of reading a scan.
 Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
                             std::span<const ScanRange> others, const PlacedPiece& placed);
 

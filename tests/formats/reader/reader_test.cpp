@@ -312,7 +312,8 @@ TEST(MapReader, TakesTheLowerIdWhereTwoSitesAreEquallyNear) {
 TEST(MapReader, AnswersFromTheLevelOfThePosition) {
   CompiledMap map = random_map({.seed = 1, .site_count = 3, .run_count = 1});
   for (std::size_t site = 0; site < 3; ++site) {
-    map.sites.sites[site].p_map_m = {site == 2 ? 2.0 : 0.0, 0.0, 1.8 + 2.75 * static_cast<double>(site)};
+    map.sites.sites[site].p_map_m = {site == 2 ? 2.0 : 0.0, 0.0,
+                                     1.8 + 2.75 * static_cast<double>(site)};
   }
   const std::vector<std::byte> file = encode_map(map);
   const MapReader reader = value_of(MapReader::open(file, "annealed"));
@@ -323,9 +324,9 @@ TEST(MapReader, AnswersFromTheLevelOfThePosition) {
   };
   EXPECT_EQ(site_at(1.8), 0U);
   EXPECT_EQ(site_at(4.55), 1U);
-  EXPECT_EQ(site_at(7.3), 2U);   // 2 m away: the storey below is as near as that
-  EXPECT_EQ(site_at(6.4), 2U);   // 0.9 m below its level
-  EXPECT_EQ(site_at(5.5), 1U);   // 0.95 m above
+  EXPECT_EQ(site_at(7.3), 2U);  // 2 m away: the storey below is as near as that
+  EXPECT_EQ(site_at(6.4), 2U);  // 0.9 m below its level
+  EXPECT_EQ(site_at(5.5), 1U);  // 0.95 m above
   EXPECT_EQ(site_at(5.6), kNoSite);
   EXPECT_EQ(site_at(0.75), kNoSite);
 }

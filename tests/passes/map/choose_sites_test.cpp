@@ -168,8 +168,8 @@ Journey drive_up(int rounds, double radius_m, double rise_m) {
     const double angle_rad = 2.0 * std::numbers::pi * rounds_done;
     const double storey = std::floor(rounds_done);
     const double ramp = std::clamp(4.0 * (rounds_done - storey) - 3.0, 0.0, 1.0);
-    Pose pose = pose_at(radius_m * std::sin(angle_rad), radius_m * (1.0 - std::cos(angle_rad)),
-                        angle_rad);
+    Pose pose =
+        pose_at(radius_m * std::sin(angle_rad), radius_m * (1.0 - std::cos(angle_rad)), angle_rad);
     pose.translation().z() = rise_m * (storey + ramp);
     journey.add(pose);
   }
@@ -184,8 +184,7 @@ TEST(ChooseSites, LieOnEveryStoreyOfACarPark) {
     for (const TrajectoryPose& pose : journey.trajectory.poses) {
       double nearest_m = 1e9;
       for (const Site& site : sites.sites) {
-        nearest_m =
-            std::min(nearest_m, (site.p_map_m - pose.T_map_vehicle.translation()).norm());
+        nearest_m = std::min(nearest_m, (site.p_map_m - pose.T_map_vehicle.translation()).norm());
       }
       ASSERT_LT(nearest_m, 1.0) << rise_m << " m, height " << pose.T_map_vehicle.translation().z();
     }
