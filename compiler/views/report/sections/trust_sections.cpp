@@ -135,7 +135,7 @@ std::string stretches_table(const Weakness& weakness, const Sites& sites) {
   return html_table(grid, "The weakest stretches; positions are world coordinates, m");
 }
 
-// What the map promises of its ranges and looks, but for the sentence below the verdict.
+// Statements about ranges and looks, but for the sentence below the verdict.
 std::string statements_beside(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   const std::string promise = judge_map(map, sources.figures, {}).promise;
