@@ -255,6 +255,10 @@ TEST(Train, ItsModelNamesTheRecordingsItWasTrainedOn) {
   while (std::getline(rows, row)) expected += "town.yaml," + row + "\n";
   EXPECT_EQ(std::ranges::count(expected, '\n'), 4) << "three drives below a heading";
   EXPECT_EQ(recordings(model), expected);
+  const nlohmann::json json = nlohmann::json::parse(
+      run_successfully("train " + config() + " --with-evaluation --force --format json -o " + model)
+          .out);
+  EXPECT_EQ(schema_faults(schema("inspect"), json), "");
   const ProgramResult inspected = run_sightline("inspect " + model);
   EXPECT_NE(inspected.out.find("Recordings that it was trained on"), std::string::npos);
 }
