@@ -194,16 +194,28 @@ Result<void> check_exclusions(const Verb& verb, const std::vector<CLI::Option*>&
   return {};
 }
 
+// What follows --version: its format.
+Result<int> print_version(const Program& program, std::vector<std::string> words) {
+  if (words.size() == 2 && words[0] == "--format") words = {concat("--format=", words[1])};
+  const bool is_json = words == std::vector<std::string>{"--format=json"};
+  if (!words.empty() && !is_json && words != std::vector<std::string>{"--format=text"}) {
+    return bad_argument(concat("--version: found '", words[0],
+                               "', expected nothing, --format text or --format json"));
+  }
+  std::fputs(is_json ? program.version_json.c_str()
+                     : concat(program.name, " ", program.version, "\n", program.build).c_str(),
+             stdout);
+  return 0;
+}
+
 // --help, --version, or a flag that needs a verb before it.
-Result<int> run_without_verb(const Program& program, const std::string& flag) {
+Result<int> run_without_verb(const Program& program, const std::vector<std::string>& words) {
+  const std::string& flag = words.front();
   if (asks_for_help({flag})) {
     std::fputs(help_text(program).c_str(), stdout);
     return 0;
   }
-  if (flag == "--version") {
-    std::printf("%s %s\n%s", program.name.c_str(), program.version.c_str(), program.build.c_str());
-    return 0;
-  }
+  if (flag == "--version") return print_version(program, {words.begin() + 1, words.end()});
   return unknown(concat("unknown flag ", flag, " before the verb"), flag, {"--help", "--version"},
                  program.name);
 }
@@ -241,7 +253,7 @@ bool is_set(const Verb& verb, const std::string& name) {
 }
 
 Result<int> run_words(const Program& program, const std::vector<std::string>& words) {
-  if (words.front().starts_with('-')) return run_without_verb(program, words.front());
+  if (words.front().starts_with('-')) return run_without_verb(program, words);
   const Called called = find_called(program, words);
   if (called.verb == nullptr && called.family != nullptr) {
     return run_family(program, *called.family, words);

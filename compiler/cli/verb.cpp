@@ -162,7 +162,9 @@ std::vector<Flag> shown_flags(const Verb& verb) {
 }
 
 std::vector<Flag> flags_without_verb() {
-  return {help_flag(), {.names = "--version", .help = "Print the version of the program"}};
+  return {
+      help_flag(),
+      {.names = "--version", .help = "Print the version of the program (--format json: as JSON)"}};
 }
 
 std::vector<std::string> top_names(const Program& program) {

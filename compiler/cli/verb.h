@@ -72,7 +72,8 @@ struct Family {
 struct Program {
   std::string name;
   std::string version;
-  std::string build;  // what --version adds: lines, each with its end
+  std::string build;         // what --version adds: lines, each with its end
+  std::string version_json;  // what --version --format json prints (schemas/version.schema.json)
   std::string summary;
   std::vector<std::string> first_steps;  // commands for somebody who is new here
   std::string details;                   // paragraphs

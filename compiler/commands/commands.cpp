@@ -1,5 +1,8 @@
 #include "compiler/commands/commands.h"
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "built_with.h"
 #include "commit.h"
 #include "compiler/cli/common_flags.h"
@@ -37,6 +40,30 @@ std::string kernels() {
   return names;
 }
 
+// A name and its value, as --version prints them and as a key of its JSON.
+struct BuildFact {
+  std::string name;
+  std::string value;
+};
+
+std::vector<BuildFact> build_facts() {
+  return {{"commit", SIGHTLINE_COMMIT},
+          {"map format", to_string(kFormatVersion)},
+          {"model format", std::to_string(ArtifactTraits<ErrorModel>::kVersion)},
+          {"configuration", "schema " SIGHTLINE_CONFIG_SCHEMA},
+          {"kernels", kernels()},
+          {"libraries", SIGHTLINE_LIBRARIES}};
+}
+
+std::string version_json(const Program& program) {
+  nlohmann::ordered_json json = {{"program", program.name}, {"version", program.version}};
+  for (BuildFact fact : build_facts()) {
+    std::ranges::replace(fact.name, ' ', '_');
+    json[fact.name] = fact.value;
+  }
+  return json.dump(2) + "\n";
+}
+
 std::string line(std::string name, const std::string& value) {
   constexpr std::size_t kWidth = 15;
   name.resize(kWidth, ' ');
@@ -50,6 +77,7 @@ Program sightline_program() {
   program.name = "sightline";
   program.version = program_version();
   program.build = build_details();
+  program.version_json = version_json(program);
   program.summary =
       "sightline compiles recorded drives into a map of how far a vehicle must look at "
       "each place.";
@@ -81,10 +109,9 @@ Program sightline_program() {
 }
 
 std::string build_details() {
-  return line("commit", SIGHTLINE_COMMIT) + line("map format", to_string(kFormatVersion)) +
-         line("model format", std::to_string(ArtifactTraits<ErrorModel>::kVersion)) +
-         line("configuration", "schema " SIGHTLINE_CONFIG_SCHEMA) + line("kernels", kernels()) +
-         line("libraries", SIGHTLINE_LIBRARIES);
+  std::string text;
+  for (const BuildFact& fact : build_facts()) text += line(fact.name, fact.value);
+  return text;
 }
 
 }  // namespace sightline

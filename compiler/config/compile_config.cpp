@@ -1,6 +1,7 @@
 #include "compiler/config/compile_config.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 
@@ -114,6 +115,34 @@ Result<void> expand_all(CompileConfig& config) {
                            config.later_localization);
 }
 
+// A drive that names no sensor has the one of `from`: beams, height and mounting too, as far as it
+// has none of its own.
+void inherit_sensor(const RecordingOptions& from, RecordingOptions& to) {
+  to.sensor = from.sensor.empty() ? RecordingOptions().sensor : from.sensor;
+  if (to.rings == 0) {
+    to.rings = from.rings;
+    to.lowest_beam_deg = from.lowest_beam_deg;
+    to.highest_beam_deg = from.highest_beam_deg;
+  }
+  if (to.azimuth_view_deg == 0.0) to.azimuth_view_deg = from.azimuth_view_deg;
+  if (to.height_m == 0.0) to.height_m = from.height_m;
+  constexpr std::array<double RecordingOptions::*, 6> kMounting = {
+      &RecordingOptions::lidar_x_m,       &RecordingOptions::lidar_y_m,
+      &RecordingOptions::lidar_z_m,       &RecordingOptions::lidar_roll_deg,
+      &RecordingOptions::lidar_pitch_deg, &RecordingOptions::lidar_yaw_deg};
+  const bool is_mounted = std::ranges::any_of(
+      kMounting, [&](double RecordingOptions::*value) { return to.*value != 0.0; });
+  if (is_mounted) return;
+  for (double RecordingOptions::*value : kMounting) to.*value = from.*value;
+}
+
+void inherit_sensors(CompileConfig& config) {
+  visit_recordings(config, [&](const RecordingRole& /*role*/, RecordingOptions& recording) {
+    if (recording.scans.empty() || !recording.sensor.empty()) return;
+    inherit_sensor(config.has_map() ? config.map.localizing : config.mapping, recording);
+  });
+}
+
 // Drives of lists.
 Result<void> check_lists(const CompileConfig& config) {
   std::string missing;
@@ -208,6 +237,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   }
   const Result<void> expanded = expand_all(config);
   if (!expanded) return in_file(expanded.error(), file.string());
+  inherit_sensors(config);
   const Result<void> settled = settle_world(config);
   if (!settled) return in_file(settled.error(), file.string());
   visit_recordings(config, [&](const RecordingRole& role, RecordingOptions& recording) {

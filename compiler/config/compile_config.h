@@ -84,9 +84,11 @@ struct CompileConfig {
   std::string base_poses;
   // What else on the vehicle scanned during the mapping drive; no scans: there is none.
   std::array<RecordingOptions, 3> other_sensors;
-  MapOptions map;                 // with `route`, in place of the mapping drive
-  RouteOptions route;             // where `map` is annotated
-  RecordingOptions localization;  // no scans: see AnnotationOptions::split
+  MapOptions map;      // with `route`, in place of the mapping drive
+  RouteOptions route;  // where `map` is annotated
+  // No scans: see AnnotationOptions::split. No sensor, here and below: that of the mapping drive,
+  // else of `map`, where read_compile_config finds it.
+  RecordingOptions localization;
   // More drives that are localized in the map, each by itself.
   std::deque<RecordingOptions> later_localization;
   std::string localization_recordings;  // as mapping_recordings
@@ -95,6 +97,8 @@ struct CompileConfig {
   PassSettings passes;                  // options of passes, with what they share
   // What was changed or may be meant otherwise, for the user; a run prints them as warnings.
   std::vector<std::string> notes;
+
+  CompileConfig() { localization.sensor = evaluation.sensor = ""; }
 
   [[nodiscard]] bool has_map() const { return !map.points.empty(); }
   [[nodiscard]] bool is_split() const { return localization.scans.empty() && !has_map(); }

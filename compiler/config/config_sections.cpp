@@ -1,5 +1,7 @@
 #include "compiler/config/compile_config.h"
 
+#include <algorithm>
+
 #include "compiler/gate/settings.h"
 #include "formats/annotation/measured_drives.h"
 #include "passes/ingest/ingest.h"
@@ -48,13 +50,24 @@ ConfigSection mapping_section(CompileConfig& config) {
                         config.mapping, config.later_mapping, config.mapping_recordings);
 }
 
+// Of a drive whose sensor may be that of another section.
+void describe_inherited(std::vector<OptionField>& fields) {
+  const auto sensor = std::ranges::find(fields, "sensor", &OptionField::name);
+  sensor->help =
+      "sensor, as under mapping; empty: sensor, beams, height and mounting of the mapping drive, "
+      "or "
+      "of the section map";
+}
+
 ConfigSection localization_section(CompileConfig& config) {
-  return drives_section("localization",
-                        "A second drive that is matched against the map to measure localization "
-                        "errors; or a list of drives, each measured separately: the first must "
-                        "overlap the map, the others have the keys that differ from it",
-                        config.localization, config.later_localization,
-                        config.localization_recordings);
+  ConfigSection section = drives_section(
+      "localization",
+      "A second drive that is matched against the map to measure localization "
+      "errors; or a list of drives, each measured separately: the first must "
+      "overlap the map, the others have the keys that differ from it",
+      config.localization, config.later_localization, config.localization_recordings);
+  describe_inherited(section.fields);
+  return section;
 }
 
 // A finished map: the keys of a drive that tell of its sensor.
@@ -171,6 +184,7 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   all.push_back({"evaluation",
                  "An independent drive that judges the finished map (sightline evaluate)",
                  option_fields(config.evaluation)});
+  describe_inherited(all.back().fields);
   all.push_back({"import-errors", "Errors of your own localizer, measured by another program",
                  option_fields(config.outside)});
   return all;

@@ -88,7 +88,7 @@ std::optional<std::string> role_of_evaluation(const CompileConfig& config,
 }
 
 void become_split(CompileConfig& config) {
-  config.localization = {};
+  config.localization = CompileConfig().localization;
   config.later_localization.clear();
   config.localization_recordings.clear();
   config.localization.world = config.annotation.world;

@@ -247,6 +247,17 @@ void write_head(const fs::path& folder, const fs::path& file, const std::string&
   yaml.line("");
 }
 
+// How to judge the map; `mapping`: as this drive.
+void write_evaluation(const FoundDrive& mapping, const std::string& task, YamlText& yaml) {
+  yaml.line("");
+  yaml.comment(concat(task,
+                      " To use one, remove the # below and name it. Without `sensor`, it has "
+                      "that of the mapping drive."));
+  yaml.line("# evaluation:");
+  yaml.line("#   scans: another-drive/");
+  if (!mapping.poses.empty()) yaml.line("#   poses: another-drive/poses.txt");
+}
+
 // What this drive cannot do alone.
 void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
   constexpr double kTwoBlocks_m = 30.0;
@@ -259,9 +270,9 @@ void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
         "--model FILE, a model that `sightline train` has trained on other drives.");
   } else {
     yaml.comment(
-        "A map made from this drive alone has no promise for the next drive. A promise of at most "
-        "5 % misses needs a model that `sightline train` has trained on drives in two places or "
-        "more, 1.2 km of route in all.");
+        "A map made from this drive alone has no promise for the next drive. A promise needs a "
+        "model "
+        "of other drives with 1.2 km of route: `sightline train` makes it.");
   }
 }
 
@@ -306,6 +317,9 @@ Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file,
     yaml.comment("With one drive, even scans make the map and odd scans are localized in it.");
     yaml.line("annotation:");
     yaml.line("  split: even-odd");
+  }
+  if (drives.drives.size() < kRoles.size()) {
+    write_evaluation(drives.drives.front(), kTasks.back(), yaml);
   }
   write_shortness(drives.drives.front(), yaml);
   if (!drives.passed_over.empty()) yaml.line("");

@@ -253,6 +253,7 @@ class Runner {
     std::vector<std::string> said;
     ctx.warning_sink = [&](const std::string& message) {
       const std::lock_guard<std::mutex> lock(mutex);
+      if (std::ranges::find(said, message) != said.end()) return;  // of ranges, then of looks
       said.push_back(message);
       note(step, report, message);
     };

@@ -1,5 +1,8 @@
 #include "formats/text/quoted_text.h"
 
+#include <algorithm>
+#include <cctype>
+
 namespace sightline {
 namespace {
 
@@ -39,6 +42,14 @@ std::string shell_word(std::string_view text) {
   std::string word = "'";
   for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return word + "'";
+}
+
+std::string command_word(std::string_view text) {
+  const bool is_plain = std::ranges::all_of(text, [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("/-._~+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  return is_plain && !text.empty() ? std::string(text) : shell_word(text);
 }
 
 }  // namespace sightline

@@ -16,5 +16,7 @@ std::string xml_text(std::string_view text);
 
 // One word for a POSIX shell, in single quotes.
 std::string shell_word(std::string_view text);
+// The same, without quotes where a shell would neither split nor expand it.
+std::string command_word(std::string_view text);
 
 }  // namespace sightline

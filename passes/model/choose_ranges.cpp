@@ -84,16 +84,6 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
   }
 }
 
-void warn_of_static(const PassContext& ctx, const RangeTable& table) {
-  for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
-    bool is_static = table.site_count > 0;
-    for (std::size_t site = 0; site < table.site_count; ++site) {
-      is_static &= (table.flags_of(site, limit) & kStatic) != 0;
-    }
-    if (is_static) ctx.inform(table.promises[limit].statement);
-  }
-}
-
 }  // namespace
 
 std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
@@ -173,7 +163,6 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
   table.extrapolated_takes_static = options.extrapolated_takes_static;
   warn_of_flags(ctx, table);
-  warn_of_static(ctx, table);
   return table;
 }
 

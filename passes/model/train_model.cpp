@@ -35,8 +35,8 @@ Result<TrainingSet> prepare_training_set(const PassContext& ctx, const DrivenPla
   ctx.warn(concat("the drive is too short for two blocks of ", wanted_m,
                   " m: it is cross-validated on ", smaller_blocks.folds.block_count(),
                   " blocks of ", static_cast<int>(options.block_m),
-                  " m, whose figures are optimistic, and there is no promise; record a longer "
-                  "drive"));
+                  " m, whose figures are optimistic, and there is no promise. A promise needs a "
+                  "model of other drives with 1.2 km of route: `sightline train` makes it"));
   return smaller_blocks;
 }
 

@@ -100,7 +100,7 @@ TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   const ProgramResult counted =
       annotate(utm_map(), "--route everywhere --no-cache --stop-after choose-field-sites");
   EXPECT_EQ(counted.status, 0) << counted.err;
-  EXPECT_THAT(counted.err, HasSubstr("minutes of one core"));
+  EXPECT_THAT(counted.err, HasSubstr(" of one core and "));
 }
 
 TEST(AnnotateAnew, TriesSomePlacesOnceTheyAreChosen) {

@@ -255,6 +255,10 @@ TEST(Train, ItsModelNamesTheRecordingsItWasTrainedOn) {
   while (std::getline(rows, row)) expected += "town.yaml," + row + "\n";
   EXPECT_EQ(std::ranges::count(expected, '\n'), 4) << "three drives below a heading";
   EXPECT_EQ(recordings(model), expected);
+  const nlohmann::json json = nlohmann::json::parse(
+      run_successfully("train " + config() + " --with-evaluation --force --format json -o " + model)
+          .out);
+  EXPECT_EQ(schema_faults(schema("inspect"), json), "");
   const ProgramResult inspected = run_sightline("inspect " + model);
   EXPECT_NE(inspected.out.find("Recordings that it was trained on"), std::string::npos);
 }
@@ -357,6 +361,50 @@ TEST(Compile, PrintsTablesAndJsonByTheirFlags) {
   EXPECT_NE(run_successfully(again + " --tables").out.find("Table I."), std::string::npos);
   const nlohmann::json json = nlohmann::json::parse(run_successfully(again + " --format json").out);
   EXPECT_EQ(schema_faults(schema("inspect"), json), "");
+}
+
+TEST(Compile, EstimatesItsCostAsJson) {
+  const ProgramResult run =
+      run_successfully("compile " + config() + " --dry-run --format json --no-cache");
+  const nlohmann::json json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(schema_faults(schema("cost"), json), "");
+  EXPECT_GT(json.at("steps").size(), 10U);
+}
+
+TEST(Version, IsPrintedAsJsonToo) {
+  const nlohmann::json json =
+      nlohmann::json::parse(run_successfully("--version --format json").out);
+  EXPECT_EQ(schema_faults(schema("version"), json), "");
+  const std::string text = run_successfully("--version").out;
+  EXPECT_NE(text.find(json.at("commit").get<std::string>()), std::string::npos);
+  EXPECT_EQ(run_sightline("--version --format yaml").status, 64);
+}
+
+TEST(Admit, PrintsReleaseAndRootAsJson) {
+  const std::string in = fresh_folder().string() + "/";
+  run_successfully("fleet key " + in + "a");
+  run_successfully("fleet root --fleet metropolis --signer " + in + "a.pub --threshold 1 -o " + in +
+                   "root.1");
+  run_successfully("fleet root --previous " + in + "root.1 --signer " + in +
+                   "a.pub --threshold 1 -o " + in + "root.2");
+  run_successfully("fleet release " + compiled_map().string() +
+                   " --fleet metropolis --counter 1 -o " + in + "release");
+  for (const char* record : {"root.2", "release"}) {
+    run_successfully("fleet sign " + in + record + " --key " + in + "a.key");
+  }
+  const std::string admit = "fleet admit --root " + in + "root.1 --format json ";
+  const nlohmann::json root =
+      nlohmann::json::parse(run_successfully(admit + "--next-root " + in + "root.2").out);
+  EXPECT_EQ(schema_faults(schema("admit"), root), "");
+  EXPECT_EQ(root.at("root").at("version"), 2);
+  const std::string file = in + "admitted.json";
+  run_successfully(admit + in + "release -o " + file);
+  const nlohmann::json release = nlohmann::json::parse(bytes_of(file));
+  EXPECT_EQ(schema_faults(schema("admit"), release), "");
+  EXPECT_EQ(release.at("fetch").at("kind"), "map");
+  const nlohmann::json present = nlohmann::json::parse(
+      run_successfully(admit + in + "release --present " + compiled_map().string()).out);
+  EXPECT_EQ(present.at("fetch").at("file"), nullptr) << present;
 }
 
 TEST(Evaluate, AddsWorldCoordinatesToEveryPlace) {

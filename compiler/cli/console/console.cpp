@@ -101,7 +101,7 @@ class ProgressLine {
     std::string line = concat(head_, "  ", done, "/", total);
     if (done > 0) {
       const double elapsed_s = seconds_since(begin_);
-      const double left_s = seconds_left(elapsed_s, done, total);
+      const double left_s = remaining_.of_step_s(elapsed_s, done, total);
       line += concat("  ", clock_text(left_s), " left");
       const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s);
       if (run_s && *run_s > left_s) line += concat(", ", clock_text(*run_s), " of the whole run");
@@ -191,7 +191,7 @@ class JsonLines {
     const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
     Json rest = {{"done", done}, {"total", total}, {"elapsed_s", rounded(elapsed_s)}};
     if (done > 0) {
-      const double left_s = seconds_left(elapsed_s, done, total);
+      const double left_s = remaining_.of_step_s(elapsed_s, done, total);
       rest["remaining_s"] = rounded(left_s);
       if (const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s)) {
         rest["run_remaining_s"] = rounded(*run_s);
@@ -350,36 +350,6 @@ void explain_interruption(bool has_cache) {
   const auto handler = has_cache ? &on_interrupt<true> : &on_interrupt<false>;
   std::signal(SIGINT, handler);
   std::signal(SIGTERM, handler);
-}
-
-void RemainingTime::finish(const StepReport& report) {
-  if (step_ >= expected_s_.size() || report.from_cache) return;
-  taken_s_ += report.wall_s;
-  foreseen_s_ += expected_s_[step_];
-}
-
-std::optional<double> RemainingTime::of_run_s(double step_left_s, double elapsed_s) const {
-  if (step_ >= expected_s_.size()) return std::nullopt;
-  double later_s = 0.0;
-  for (std::size_t i = step_ + 1; i < expected_s_.size(); ++i) later_s += expected_s_[i];
-  // Measured and expected speed of this machine have the same weight after so much expected time.
-  constexpr double kWeight_s = 1.0;
-  const double step_s = elapsed_s + step_left_s;
-  const double foreseen_s =
-      foreseen_s_ + (step_s > 0.0 ? expected_s_[step_] * elapsed_s / step_s : 0.0);
-  const double slower = (taken_s_ + elapsed_s + kWeight_s) / (foreseen_s + kWeight_s);
-  return step_left_s + later_s * std::clamp(slower, 0.1, 10.0);
-}
-
-double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
-  const double share = static_cast<double>(done) / static_cast<double>(total);
-  return elapsed_s * (1.0 - share) / share;
-}
-
-std::string clock_text(double seconds) {
-  const int whole = static_cast<int>(std::lround(seconds));
-  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
-  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 RunObserver json_observer(int descriptor, std::vector<double> expected_s) {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "compiler/cli/console/remaining_time.h"
 #include "compiler/pipeline/runner.h"
 #include "formats/base/error.h"
 #include "formats/base/result.h"
@@ -14,33 +15,6 @@
 // and progress go to stderr.
 
 namespace sightline {
-
-// How long a run will still take: its step by the share that is done, later steps by what is
-// expected of them, corrected by how far off that was so far. Not safe for several threads.
-class RemainingTime {
- public:
-  // What each step of the run is expected to take, in running order; empty: not known.
-  explicit RemainingTime(std::vector<double> expected_s) : expected_s_(std::move(expected_s)) {}
-
-  void start(std::size_t step) { step_ = step; }
-  void finish(const StepReport& report);
-
-  // Of the whole run, whose present step has taken elapsed_s and takes step_left_s more; nothing
-  // where that is not known.
-  [[nodiscard]] std::optional<double> of_run_s(double step_left_s, double elapsed_s = 0.0) const;
-
- private:
-  std::vector<double> expected_s_;
-  std::size_t step_ = 0;
-  double taken_s_ = 0.0;     // by the steps that ran
-  double foreseen_s_ = 0.0;  // of these
-};
-
-// Of a step that has done this share in this time, at the same speed; `done` above 0.
-double seconds_left(double elapsed_s, std::size_t done, std::size_t total);
-
-// "1:05", "2:03:00"
-std::string clock_text(double seconds);
 
 enum class Verbosity {
   kQuiet,   // warnings

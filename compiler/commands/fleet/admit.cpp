@@ -1,6 +1,8 @@
-#include <cstdio>
+#include <array>
 #include <memory>
+#include <nlohmann/json.hpp>
 
+#include "compiler/cli/result_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/fleet/signing_files.h"
 #include "formats/base/files/atomic_file.h"
@@ -21,7 +23,51 @@ struct AdmitFlags {
   std::string map_id;
   std::string present;
   std::string map;
+  ResultFlags result;
 };
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const ReleasedFile& file) {
+  return {{"name", file.name}, {"size", file.size}, {"sha256", to_hex(file.sha256)}};
+}
+
+Json json_of(const ReleaseRecord& record) {
+  Json json = {{"fleet", record.fleet},
+               {"map_id", record.map_id},
+               {"version", record.version},
+               {"counter", record.counter},
+               {"expires", utc_text(record.expires_s)},
+               {"minimum_format", concat(record.minimum_major, ".", record.minimum_minor)},
+               {"sensor_sha256", to_hex(record.sensor)},
+               {"map_release", record.map_release},
+               {"root_digest", to_hex(record.root_digest)},
+               {"map", json_of(record.map)},
+               {"deltas", Json::array()}};
+  for (const ReleasedDelta& delta : record.deltas) {
+    Json file = json_of(delta.file);
+    file["base_sha256"] = to_hex(delta.base_sha256);
+    json["deltas"].push_back(std::move(file));
+  }
+  return json;
+}
+
+Json json_of(const RootRecord& root) {
+  Json json = {{"fleet", root.fleet},
+               {"version", root.version},
+               {"expires", utc_text(root.expires_s)},
+               {"threshold", root.threshold},
+               {"keys", Json::array()}};
+  for (const PublicKey& key : root.keys) json["keys"].push_back(to_base64(key));
+  return json;
+}
+
+Json json_of(const FetchPlan& plan) {
+  static constexpr std::array<const char*, 3> kKinds = {"nothing", "delta", "map"};
+  const bool is_nothing = plan.kind == FetchPlan::Kind::kNothing;
+  return {{"kind", kKinds.at(static_cast<std::size_t>(plan.kind))},
+          {"file", is_nothing ? Json() : json_of(plan.file)}};
+}
 
 struct SignedText {
   std::string text;
@@ -56,14 +102,15 @@ Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
   SIGHTLINE_ASSIGN(const SignedText next, read_signed(flags.next_root));
   const Result<RootRecord> root = next_root(trusted, next.text, next.signatures);
   if (!root) return in_file(root.error(), flags.next_root);
-  std::fputs(encode(*root).c_str(), stdout);
-  return {};
+  const Json json = {{"root", json_of(*root)}};
+  return put_result(flags.result, flags.result.is_json() ? json.dump(2) + "\n" : encode(*root));
 }
 
 Result<void> admit(const AdmitFlags& flags) {
   if (flags.next_root.empty() == flags.release.empty()) {
     return Error{ErrorCode::kBadArgument, "name a RELEASE, or a root by --next-root"};
   }
+  SIGHTLINE_TRY(try_result(flags.result));
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.root, kLargestRecord));
   const Result<RootRecord> root = decode_root_record(text);
   if (!root) return in_file(root.error(), flags.root);
@@ -78,9 +125,11 @@ Result<void> admit(const AdmitFlags& flags) {
   const Result<ReleaseRecord>& record = admission.record;
   if (!record) return in_file(record.error(), flags.release);
   if (!flags.map.empty()) SIGHTLINE_TRY(check_map(flags.map, *record));
-  std::fputs(encode(*record).c_str(), stdout);
-  std::printf("fetch %s\n", to_text(plan_fetch(flags.present, *record)).c_str());
-  return {};
+  const FetchPlan fetch = plan_fetch(flags.present, *record);
+  const Json json = {{"release", json_of(*record)}, {"fetch", json_of(fetch)}};
+  return put_result(flags.result, flags.result.is_json()
+                                      ? json.dump(2) + "\n"
+                                      : concat(encode(*record), "fetch ", to_text(fetch), "\n"));
 }
 
 }  // namespace
@@ -143,6 +192,8 @@ Verb admit_verb() {
        .value = "FILE",
        .help = "The map to check against the release (.slmap)",
        .target = &flags->map}};
+  add_result_flags(verb, flags->result, {"text", "json"},
+                   "json as schemas/admit.schema.json describes it");
   verb.run = [flags] { return exit_status_of(admit(*flags)); };
   return verb;
 }

@@ -8,6 +8,8 @@
 #include "compiler/views/text/weakness_text.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
+#include "formats/text/quoted_text.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {
@@ -33,7 +35,8 @@ Result<std::string> text_of(const Weakness& weakness, const CompiledMap& map,
     SIGHTLINE_ASSIGN(const World world, named_world(flags.world, map.world));
     return to_geojson(weakness, map.sites, world);
   }
-  return to_text(weakness, map.sites);
+  return to_text(weakness, map.sites) + concat("Next: sightline report ", command_word(flags.map),
+                                               " -o map.html  # shows these stretches on a page\n");
 }
 
 Result<void> weak(WeakFlags flags) {

@@ -220,7 +220,11 @@ Result<void> estimate_cost(const CompileFlags& flags, const CompileConfig& confi
   ExpectedCost cost =
       expected_cost(compile.plan, reported_artifacts(compile), options, config, artifacts);
   SIGHTLINE_ASSIGN(cost.places, try_places(compile, options, artifacts));
-  print_text(to_text(cost, options.cache_directory));
+  if (flags.summary.format == "json") {
+    print_data(to_json(cost));
+  } else {
+    print_text(to_text(cost, options.cache_directory));
+  }
   return {};
 }
 
@@ -315,7 +319,8 @@ void add_summary_flags(Verb& verb, SummaryFlags& flags) {
   verb.flags.push_back({.names = "--format",
                         .value = "FORMAT",
                         .help = "Form of what is printed of the map; json: as "
-                                "schemas/inspect.schema.json describes it",
+                                "schemas/inspect.schema.json describes it (with --dry-run: "
+                                "schemas/cost.schema.json)",
                         .target = &flags.format,
                         .choices = {"text", "json"}});
   verb.flags.push_back(

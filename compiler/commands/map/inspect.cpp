@@ -25,18 +25,6 @@ struct InspectFlags {
   ResultFlags result;
 };
 
-nlohmann::ordered_json model_json(const ByFamily<ErrorModel>& model) {
-  const ModelRecord record = record_of(model);
-  nlohmann::ordered_json card = nlohmann::ordered_json::object();
-  for (const auto& [name, value] : record.card) card[name] = value;
-  return {{"schema", 1},
-          {"model",
-           {{"sha256", to_hex(record.digest)},
-            {"encoding", record.encoding_version},
-            {"localizer", to_text(record.localizer)},
-            {"card", card}}}};
-}
-
 Result<void> inspect_model(const InspectFlags& flags) {
   if (flags.site >= 0 || !flags.evaluation.empty()) {
     return Error{ErrorCode::kBadArgument,

@@ -1,4 +1,5 @@
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "compiler/cli/common_flags.h"
@@ -10,6 +11,8 @@
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
+#include "compiler/views/text/map_summary_text.h"
+#include "compiler/views/verdict/verdict_text.h"
 #include "formats/annotation/driven_places.h"
 #include "formats/base/files/atomic_file.h"
 #include "passes/model/choose_ranges.h"
@@ -22,6 +25,7 @@ struct TrainFlags {
   RunFlags run;
   std::vector<std::string> configs;
   std::string output;
+  std::string format = "text";
   bool with_evaluation = false;
   bool shows_tables = false;
   bool is_forced = false;
@@ -183,6 +187,7 @@ Result<void> run_places(const TrainFlags& flags, std::vector<OpenPlace> open) {
 void print_model(const TrainFlags& flags, const CompileConfig& config,
                  const ByFamily<ErrorModel>& model) {
   if (flags.run.is_quiet) return;
+  if (flags.format == "json") return print_data(json_text(model_json(model)));
   print_written(flags.output, concat("an error model of ", flags.configs.size(), " places"));
   for (const std::string& promise :
        promises_of(config.passes.options(kChooseRanges), model.ranges)) {
@@ -241,6 +246,12 @@ Verb train_verb() {
                        .target = &flags->configs}};
   verb.flags = {required_output_flag(flags->output, "The model to write (.slmodel)"),
                 force_flag(flags->is_forced),
+                {.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of what is printed of the model; json: as "
+                         "schemas/inspect.schema.json describes it",
+                 .target = &flags->format,
+                 .choices = {"text", "json"}},
                 {.names = "--with-evaluation",
                  .help = "Also learn from the evaluation drive of each place",
                  .target = &flags->with_evaluation},

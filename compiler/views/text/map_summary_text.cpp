@@ -271,6 +271,18 @@ Json to_json(const InspectedMap& inspected) {
           {"verdict", to_json(inspected.judgement)}};
 }
 
+nlohmann::ordered_json model_json(const ByFamily<ErrorModel>& model) {
+  const ModelRecord record = record_of(model);
+  nlohmann::ordered_json card = nlohmann::ordered_json::object();
+  for (const auto& [name, value] : record.card) card[name] = value;
+  return {{"schema", 1},
+          {"model",
+           {{"sha256", to_hex(record.digest)},
+            {"encoding", record.encoding_version},
+            {"localizer", to_text(record.localizer)},
+            {"card", card}}}};
+}
+
 std::string answers_table(const EvaluationFigures& evaluation, const MapJudgement& judgement) {
   const std::size_t limits = std::min(evaluation.limits.size(), kShownLimits);
   TextGrid grid = {{evaluation.scan_count > 0 ? "share of scans" : "share of places"}};

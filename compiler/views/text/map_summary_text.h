@@ -29,6 +29,9 @@ std::string summary_text(const InspectedMap& inspected);
 // schemas/inspect.schema.json
 nlohmann::ordered_json to_json(const InspectedMap& inspected);
 
+// Of a model, as the same schema has it.
+nlohmann::ordered_json model_json(const ByFamily<ErrorModel>& model);
+
 // What the drive of an evaluation found: plan, look and range of the map beside the best constant
 // answer, for each of the first four limits. At most seven lines.
 std::string answers_table(const EvaluationFigures& evaluation, const MapJudgement& judgement);

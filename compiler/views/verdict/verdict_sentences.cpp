@@ -64,19 +64,10 @@ std::string predicted_words(const LimitVerdict& limit) {
       answered_words(limit));
 }
 
-// A word of a command line: quoted where a shell would split or expand it.
-std::string word(const std::string& text) {
-  const bool is_plain = std::ranges::all_of(text, [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("/-._~+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  return is_plain && !text.empty() ? text : shell_word(text);
-}
-
 // How to judge the map by a drive that it was not made from.
 std::string judging_command(const MapJudgement& judgement, const VerdictFiles& files) {
-  const std::string map = word(files.map);
-  const std::string config = word(files.config);
+  const std::string map = command_word(files.map);
+  const std::string config = command_word(files.config);
   if (!files.names_evaluation) {
     return concat("sightline report ", map, " -o map.html  # shows the map; to judge it, name ",
                   "another drive under evaluation: in ", config);
@@ -156,7 +147,7 @@ std::string as_sentence(std::string text) {
 
 std::string next_command(const MapJudgement& judgement, bool is_in_pieces,
                          const VerdictFiles& files) {
-  const std::string map = word(files.map);
+  const std::string map = command_word(files.map);
   if (is_in_pieces) return concat("sightline inspect ", map, " --all  # lists the pieces");
   if (judgement.verdict == MapVerdict::kBad) {
     return concat("sightline weak ", map, "  # shows where the map is weak, and why");

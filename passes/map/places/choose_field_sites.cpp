@@ -166,20 +166,28 @@ std::vector<std::vector<std::uint32_t>> runs_of(const FreeGround& free, const Gr
   return runs;
 }
 
-void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& options,
-                    const FreeGround& free, std::uint32_t stretch, std::size_t count) {
+// Counts are information, ground without answers is a warning.
+void report_places(const PassContext& ctx, const ChooseFieldSitesOptions& options,
+                   const FreeGround& free, std::uint32_t stretch, std::size_t count) {
   const double square_m2 = free.step_m() * free.step_m();
   const std::size_t apart = free.places().size() - free.stretch_sizes()[stretch];
   const auto places = static_cast<double>(count);
+  const double minutes = std::ceil(places * kCpuOfPlace_s / 60.0);
   char text[320];
   std::snprintf(
       text, sizeof text,
-      "everywhere: %zu places, %s apart, on %.0f m^2 of connected ground; %.0f m^2 in %zu separate "
-      "areas were left out. The places need about %.0f minutes of one core and %.1f GiB of memory",
+      "everywhere: %zu places, %s apart, on %.0f m^2 of connected ground. They need about "
+      "%.0f minute%s of one core and %.1f GiB of memory",
       count, metres(options.spacing_m).c_str(),
-      static_cast<double>(free.stretch_sizes()[stretch]) * square_m2,
-      static_cast<double>(apart) * square_m2, free.stretch_sizes().size() - 1,
-      std::ceil(places * kCpuOfPlace_s / 60.0), memory_of_places_mib(places) / 1024.0);
+      static_cast<double>(free.stretch_sizes()[stretch]) * square_m2, minutes,
+      minutes > 1.0 ? "s" : "", memory_of_places_mib(places) / 1024.0);
+  ctx.inform(text);
+  const std::size_t areas = free.stretch_sizes().size() - 1;
+  if (areas == 0) return;
+  std::snprintf(text, sizeof text,
+                "everywhere: %.0f m^2 of ground in %zu separate area%s left out, without answers. "
+                "To annotate one of them, name a place in it (from)",
+                static_cast<double>(apart) * square_m2, areas, areas > 1 ? "s are" : " is");
   ctx.warn(text);
 }
 
@@ -293,7 +301,7 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
         "", kPlace};
   }
   SIGHTLINE_TRY(check_places(rows.size(), options));
-  warn_of_places(ctx, options, free, stretch, rows.size());
+  report_places(ctx, options, free, stretch, rows.size());
   if (!sensor.sees_all_round()) {
     ctx.warn(concat(
         "the sensor ", sensor.name, " has a view of ", format_double(sensor.azimuth_view_deg),

@@ -443,6 +443,29 @@ TEST_F(SameRecordings, AKnownEvaluationDriveIsFoundWhateverItsOtherKeys) {
   EXPECT_FALSE(is_known("scans: d"));
 }
 
+TEST(CompileConfig, DrivesWithoutASensorHaveThatOfTheMappingDrive) {
+  const CompileConfig config =
+      value_of(load("mapping: {scans: a, sensor: hdl-64e, height_m: 1.7, lidar_x_m: 0.5}\n"
+                    "localization: [{scans: b}, {scans: c}]\n"
+                    "evaluation: {scans: d, sensor: generic-16}\n"));
+  for (const RecordingOptions& drive : {config.localization, config.later_localization.front()}) {
+    EXPECT_EQ(drive.sensor, "hdl-64e");
+    EXPECT_EQ(drive.height_m, 1.7);
+    EXPECT_EQ(drive.lidar_x_m, 0.5);
+  }
+  EXPECT_EQ(config.evaluation.sensor, "generic-16") << "named";
+  EXPECT_EQ(config.evaluation.height_m, 0.0);
+  const CompileConfig own =
+      value_of(load("mapping: {scans: a, sensor: hdl-64e, height_m: 1.7, lidar_x_m: 0.5}\n"
+                    "evaluation: {scans: b, height_m: 2, lidar_y_m: 0.1}\n"));
+  EXPECT_EQ(own.evaluation.sensor, "hdl-64e");
+  EXPECT_EQ(own.evaluation.height_m, 2.0);
+  EXPECT_EQ(own.evaluation.lidar_x_m, 0.0) << "mounted elsewhere";
+  const CompileConfig finished = value_of(load(
+      "map: {points: a.pcd, sensor: os1-64}\nroute: {file: r.tum}\nlocalization: {scans: b}\n"));
+  EXPECT_EQ(finished.localization.sensor, "os1-64");
+}
+
 TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) {
   const CompileConfig config =
       value_of(load("mapping: {scans: a/scans, poses: ../p.tum}\n", {"build-ndt.cell_m=1.0"}));

@@ -56,6 +56,7 @@ int g_calls = 0;  // how often a pass really ran
 Result<Number> scale(PassContext& ctx, const ScaleOptions& options, const Number& a) {
   ++g_calls;
   ctx.warn("scaled once");
+  ctx.warn("scaled once");  // the same again is not repeated
   if (options.factor == 0) return Error{ErrorCode::kNoOverlap, "nothing left"};
   return Number{a.value * options.factor};
 }

@@ -73,13 +73,11 @@ std::string shares(const RangeTable& looks, std::size_t limit) {
 
 std::string choice_at(const CompiledMap& map, std::size_t limit) {
   const RangeTable& looks = map.looks->ranges;
-  const LimitPromise& promise = looks.promises[limit];
-  const std::string limit_words = limit_text(promise.limit_m);
+  const std::string limit_words = limit_text(looks.promises[limit].limit_m);
   const std::string id = concat("looks-", limit);
   return concat("<h3>Limit ", limit_words, "</h3>\n",
                 paragraph("Expected within " + limit_words + ": " +
-                          percent(map.looks->quality[limit].expected_coverage) + " of the sites. " +
-                          promise.statement),
+                          percent(map.looks->quality[limit].expected_coverage) + " of the sites."),
                 html_figure({id, "Looks, " + limit_words + ".",
                              "The look chosen at each place, and the share of the sites for each "
                              "look, in order of matching time.",

@@ -80,7 +80,7 @@ std::string limit_card(const CompiledMap& map, const MapJudgement& judgement, st
   const LimitPromise& promise = (goes_by_looks ? map.looks->ranges : map.ranges).promises[index];
   return card("Within " + limit_text(limit.limit_m),
               share_status(judgement, limit) + lost_status(limit) + answered_status(limit) +
-                  promise_status(promise) + why(promise.statement));
+                  promise_status(promise));
 }
 
 std::string violations_of(const GateResult& gate) {

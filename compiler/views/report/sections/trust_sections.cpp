@@ -2,6 +2,8 @@
 #include "compiler/views/picture/charts/chart.h"
 #include "compiler/views/report/sections/sections.h"
 #include "compiler/views/text/weakness_text.h"
+#include "compiler/views/verdict/verdict.h"
+#include "compiler/views/verdict/verdict_sentences.h"
 
 // Promises, how well they match the judging drive, and how well held-out places are predicted.
 
@@ -133,15 +135,27 @@ std::string stretches_table(const Weakness& weakness, const Sites& sites) {
   return html_table(grid, "The weakest stretches; positions are world coordinates, m");
 }
 
+// Statements about ranges and looks, but for the sentence below the verdict.
+std::string statements_beside(const ReportSources& sources) {
+  const CompiledMap& map = *sources.map;
+  const std::string promise = judge_map(map, sources.figures, {}).promise;
+  std::string html;
+  const auto append = [&](const std::string& kind, const RangeTable& table) {
+    for (const LimitPromise& of : table.promises) {
+      if (of.statement.empty() || as_sentence(of.statement) == promise) continue;
+      html += paragraph(concat(kind, ", ", limit_text(of.limit_m), ": ", of.statement));
+    }
+  };
+  append("Ranges", map.ranges);
+  if (map.looks) append("Looks", map.looks->ranges);
+  return html;
+}
+
 }  // namespace
 
 Section trust_section(const ReportSources& sources) {
   Section section = {"trust", "Promises and calibration", ""};
-  section.html = promises_table(*sources.map);
-  for (const LimitPromise& promise : sources.map->ranges.promises) {
-    if (promise.statement.empty()) continue;
-    section.html += paragraph(concat(limit_text(promise.limit_m), ": ", promise.statement));
-  }
+  section.html = promises_table(*sources.map) + statements_beside(sources);
   if (sources.evaluation) {
     section.html += calibration(*sources.evaluation) + calibration_table(*sources.evaluation) +
                     prediction_table(*sources.evaluation);

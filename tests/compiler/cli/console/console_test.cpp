@@ -67,6 +67,17 @@ TEST(RemainingTime, IsCorrectedByThePresentStepAlready) {
   EXPECT_NEAR(time.of_run_s(225.0, 75.0).value(), 225.0 + 100.0 * 76.0 / 26.0, 1e-9);
 }
 
+// The odometry of a step is counted, what follows is not.
+TEST(RemainingTime, IsAsExpectedWhereTheCountIsFarFromIt) {
+  RemainingTime time({0.0, 20.0, 10.0});
+  time.start(1);
+  EXPECT_EQ(time.of_step_s(1.0, 50, 100), 19.0) << "not 1 s";
+  EXPECT_EQ(time.of_step_s(2.0, 100, 100), 18.0);
+  EXPECT_EQ(time.of_step_s(4.0, 50, 100), 4.0) << "8 s instead of 20 s are believed";
+  time.start(3);
+  EXPECT_EQ(time.of_step_s(1.0, 50, 100), 1.0) << "nothing is expected";
+}
+
 TEST(RemainingTime, OfARunOfWhichNothingIsExpectedIsNotTold) {
   RemainingTime time({});
   time.start(0);
