@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 
+#include "formats/base/result.h"
 #include "formats/record/fields.h"
 
 namespace sightline {
@@ -19,5 +21,11 @@ struct Notice {
   friend bool operator==(const Notice&, const Notice&) = default;
 };
 SIGHTLINE_FIELDS(Notice, code, text, count, first_scan, last_scan, amount, unit)
+
+// Error: invalid-artifact (no code, an amount that is not finite).
+inline Result<void> validate(const Notice& notice) {
+  if (!notice.code.empty() && std::isfinite(notice.amount)) return {};
+  return Error{ErrorCode::kInvalidArtifact, "a notice has no code, or its amount is not finite"};
+}
 
 }  // namespace sightline

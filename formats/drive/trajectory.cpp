@@ -67,11 +67,6 @@ bool is_known(const Unconstrained& weak) {
          (weak.is_any() || weak.substitute == Substitute::kNone);
 }
 
-Result<void> validate(const Notice& notice) {
-  if (!notice.code.empty() && std::isfinite(notice.amount)) return {};
-  return Error{ErrorCode::kInvalidArtifact, "a notice has no code, or its amount is not finite"};
-}
-
 bool is_residual(double value) { return std::isfinite(value) && value >= 0.0; }
 
 }  // namespace

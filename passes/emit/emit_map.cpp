@@ -200,7 +200,7 @@ Result<std::optional<LooksOfMap>> looks_of(const EmitMapInputs& inputs) {
 
 void put_trajectory(const Trajectory& trajectory, CompiledMap& map) {
   map.trajectory = quality_of(trajectory);
-  map.notices = trajectory.notices;
+  map.notices.insert(map.notices.end(), trajectory.notices.begin(), trajectory.notices.end());
   for (SiteColumn& column : unconstrained_columns(trajectory, map.sites)) {
     map.columns.push_back(std::move(column));
   }
@@ -229,6 +229,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   map.model = inputs.model.record;
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
   map.columns = inputs.columns;
+  if (inputs.mapping != nullptr) map.notices = inputs.mapping->notices;
   if (inputs.trajectory != nullptr) put_trajectory(*inputs.trajectory, map);
   if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
   std::ranges::sort(map.columns, {}, &SiteColumn::name);
