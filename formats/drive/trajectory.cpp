@@ -125,7 +125,8 @@ Result<void> validate(const Trajectory& trajectory) {
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
     if (!is_known(pose.unconstrained)) return invalid_pose(i, "found an unknown substitute");
-    if (pose.piece > kPiece || pose.piece > pieces || (pose.overlap && !(*pose.overlap >= 0.0 && *pose.overlap <= 1.0))) {
+    if (pose.piece > kPiece || pose.piece > pieces ||
+        (pose.overlap && !(*pose.overlap >= 0.0 && *pose.overlap <= 1.0))) {
       return invalid_pose(i, "a piece is out of order, or an overlap is outside 0 to 1");
     }
     pieces = std::max(pieces, pose.piece + 1);

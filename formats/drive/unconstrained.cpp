@@ -31,9 +31,8 @@ bool has_sigma(Substitute substitute) {
 // By how much the variance of the position grew between two poses, in the directions that are not
 // constrained at the later one. A heading moves the vehicle aside.
 double grown_m2(const TrajectoryPose& before, const TrajectoryPose& pose) {
-  const Eigen::Matrix3d grown =
-      pose.covariance.matrix().topLeftCorner<3, 3>() -
-      before.covariance.matrix().topLeftCorner<3, 3>();
+  const Eigen::Matrix3d grown = pose.covariance.matrix().topLeftCorner<3, 3>() -
+                                before.covariance.matrix().topLeftCorner<3, 3>();
   const auto along = [&](int axis) -> double {
     const Eigen::Vector3d direction = pose.T_map_vehicle.linear().col(axis);
     return std::max(0.0, direction.dot(grown * direction));

@@ -18,8 +18,8 @@ struct Trajectory;
 // What the poses there rest on instead; none: the speed before was not known.
 enum class Substitute : std::uint8_t { kNone, kGivenPoses, kConstantSpeed, kWheelSpeed, kInertial };
 template <>
-inline constexpr auto kNamesOf<Substitute> =
-    enum_names("none", "given-poses", "constant-speed", "wheel-speed", "inertial");
+inline constexpr auto kNamesOf<Substitute> = enum_names("none", "given-poses", "constant-speed",
+                                                        "wheel-speed", "inertial");
 
 // Of a pose: the directions of the vehicle's motion that scans do not constrain.
 struct Unconstrained {

@@ -171,9 +171,9 @@ flatbuffers::Offset<EncodedNotices> encode_notices(const std::vector<Notice>& no
   if (notices.empty()) return 0;
   std::vector<flatbuffers::Offset<schema::Notice>> encoded;
   for (const Notice& notice : notices) {
-    encoded.push_back(schema::CreateNoticeDirect(
-        builder, notice.code.c_str(), notice.text.c_str(), notice.count, notice.first_scan,
-        notice.last_scan, notice.amount, notice.unit.c_str()));
+    encoded.push_back(schema::CreateNoticeDirect(builder, notice.code.c_str(), notice.text.c_str(),
+                                                 notice.count, notice.first_scan, notice.last_scan,
+                                                 notice.amount, notice.unit.c_str()));
   }
   return builder.CreateVector(encoded);
 }

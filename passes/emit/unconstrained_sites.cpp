@@ -31,8 +31,7 @@ std::vector<SiteColumn> unconstrained_columns(const Trajectory& trajectory, cons
   if (!has_any) return {};
   std::vector<Eigen::Vector3d> places_m;
   for (const TrajectoryPose& pose : trajectory.poses) {
-    places_m.emplace_back(
-        rebase(pose.T_map_vehicle, trajectory.frame, sites.frame).translation());
+    places_m.emplace_back(rebase(pose.T_map_vehicle, trajectory.frame, sites.frame).translation());
   }
   const PointGrid grid(places_m);
   const std::vector<std::optional<double>> sigmas_m = unconstrained_sigmas_m(trajectory);

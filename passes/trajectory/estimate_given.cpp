@@ -215,11 +215,11 @@ Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const
   }
   std::vector<Notice> notices;
   if (disagrees) {
-    notices.push_back(warned(ctx, disagreements_notice(
-                                      disagreements, drive,
-                                      refined ? ""
-                                              : ". The given poses are used; to refine them, set "
-                                                "estimate-trajectory.bad_poses=repair")));
+    notices.push_back(warned(
+        ctx, disagreements_notice(disagreements, drive,
+                                  refined ? ""
+                                          : ". The given poses are used; to refine them, set "
+                                            "estimate-trajectory.bad_poses=repair")));
   }
   if (refined) return noted(notices, *std::move(refined));
   SIGHTLINE_ASSIGN(Trajectory unchanged, trajectory_as_given(drive));

@@ -223,8 +223,7 @@ std::vector<Found> find_unconstrained(const GateInput& input, const Threshold& t
   const auto is_worse = [](const Found& a, const Found& b) { return a.value < b.value; };
   for (const UnconstrainedStretch& stretch : trajectory->unconstrained) {
     if (!stretch.is_assumed()) continue;
-    found.push_back(
-        {std::nullopt, place_of(*input.map, stretch), stretch.way_m, to_text(stretch)});
+    found.push_back({std::nullopt, place_of(*input.map, stretch), stretch.way_m, to_text(stretch)});
   }
   if (found.empty()) {
     return of_whole_map(0.0, "scans constrain all poses, or given poses or measured speeds do");

@@ -114,10 +114,10 @@ void warn_of_unconstrained(const PassContext& ctx, const std::string& drive,
     if (++count <= kMostNamed) text += (count == 1 ? "" : "; ") + to_text(stretch);
   }
   if (count == 0) return;
-  ctx.warn(fmt::format(
-      "drive {}: the scans do not constrain the vehicle on {} stretch{} of the "
-      "way: {}{}. Give poses to know its motion there",
-      drive, count, count == 1 ? "" : "es", text, count > kMostNamed ? "; ..." : ""));
+  ctx.warn(
+      fmt::format("drive {}: the scans do not constrain the vehicle on {} stretch{} of the "
+                  "way: {}{}. Give poses to know its motion there",
+                  drive, count, count == 1 ? "" : "es", text, count > kMostNamed ? "; ..." : ""));
 }
 
 std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,

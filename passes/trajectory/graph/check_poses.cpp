@@ -272,15 +272,14 @@ Result<void> warn_of_scale_differences(const PassContext& ctx, const Drive& driv
   if (found.empty()) return {};
   const auto off = [](const ScaleDifference& one) { return std::abs(one.ratio - 1.0); };
   trajectory.notices.push_back(warned(
-      ctx,
-      {.code = "drives-differ-in-scale",
-       .text = with_first_places("drives measure different distances to the same surfaces", found,
-                                 drive) +
-               ". Walls may appear doubled, more so farther from the route. Check the range "
-               "calibration of these sensors, or leave out the wrong drive",
-       .count = static_cast<std::uint32_t>(found.size()),
-       .amount = 100.0 * off(*std::ranges::max_element(found, {}, off)),
-       .unit = "%"}));
+      ctx, {.code = "drives-differ-in-scale",
+            .text = with_first_places("drives measure different distances to the same surfaces",
+                                      found, drive) +
+                    ". Walls may appear doubled, more so farther from the route. Check the range "
+                    "calibration of these sensors, or leave out the wrong drive",
+            .count = static_cast<std::uint32_t>(found.size()),
+            .amount = 100.0 * off(*std::ranges::max_element(found, {}, off)),
+            .unit = "%"}));
   return {};
 }
 

@@ -261,9 +261,9 @@ Result<Trajectory> align_to(const EstimateTask& task, const Trajectory& released
       are_held_by_loops(all, connections) ? PlaneUse::kCovariance : PlaneUse::kPoses;
   SIGHTLINE_ASSIGN(const Adjustment adjusted,
                    adjust_to_planes(ctx, drive, key_graph(all, connections, poses), poses, use));
-  warn_of_contradictions(
-      ctx, drive, find_contradictions(all.odometry, connections.loops, adjusted.T_map_lidar),
-      extended.notices);
+  warn_of_contradictions(ctx, drive,
+                         find_contradictions(all.odometry, connections.loops, adjusted.T_map_lidar),
+                         extended.notices);
   std::vector<TrajectoryPose> later =
       vehicle_poses(drive, adjusted, all.odometry, connections.pieces.piece, all.known.scans);
   keep_unconstrained(own, later);

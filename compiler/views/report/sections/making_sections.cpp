@@ -42,7 +42,8 @@ std::string pieces_table(const TrajectoryQuality& quality, const MapFrame& frame
 
 std::string unconstrained_table(const std::vector<UnconstrainedStretch>& stretches) {
   if (stretches.empty()) return "";
-  TextGrid grid = {{"scans", "way (m)", "not constrained", "used instead", "1 sigma at the end (m)"}};
+  TextGrid grid = {
+      {"scans", "way (m)", "not constrained", "used instead", "1 sigma at the end (m)"}};
   for (const UnconstrainedStretch& stretch : stretches) {
     grid.push_back({fmt::format("{} to {}", stretch.first_scan, stretch.last_scan),
                     fixed(stretch.way_m, 1), directions_text(stretch.directions),

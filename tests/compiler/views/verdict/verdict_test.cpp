@@ -109,10 +109,8 @@ std::vector<Case> cases() {
                  replayed(0.99, 0), kPartly});
   all.push_back({"tunnel at an unknown speed", with_tunnel(Substitute::kNone, 20.0), {}, kPartly});
   all.push_back({"short tunnel", with_tunnel(Substitute::kConstantSpeed, 19.0), {}, kGood});
-  all.push_back(
-      {"tunnel with given poses", with_tunnel(Substitute::kGivenPoses, 30.0), {}, kGood});
-  all.push_back(
-      {"tunnel with wheel speed", with_tunnel(Substitute::kWheelSpeed, 30.0), {}, kGood});
+  all.push_back({"tunnel with given poses", with_tunnel(Substitute::kGivenPoses, 30.0), {}, kGood});
+  all.push_back({"tunnel with wheel speed", with_tunnel(Substitute::kWheelSpeed, 30.0), {}, kGood});
   all.push_back({"simulated", simulated(), {}, kNotJudged});
   all.push_back({"no site measured", simulated(), {}, kNotJudged});
   all.back().map.measurement.reference = ErrorReference::kKnownPose;
@@ -152,11 +150,12 @@ TEST(Verdict, InspectNamesWhatWasNotObservedAndWhatWasContradicted) {
   CompiledMap map = with_tunnel(Substitute::kConstantSpeed, 30.0);
   MapSummary summary;
   const MapJudgement judgement = judge_map(map, nullptr, {});
-  EXPECT_THAT(summary_text({"road.slmap", map, summary, judgement}),
-              AllOf(HasSubstr("Unobserved scans 12 to 42: 30.0 m of the way are not constrained "
-                              "along the road; constant speed is assumed, +/- 1.5 m\n"),
-                    HasSubstr("Doubts     given-poses-disagree (5 places, most 69.1 m at scans 3 to "
-                              "4) (--all explains them)\n")));
+  EXPECT_THAT(
+      summary_text({"road.slmap", map, summary, judgement}),
+      AllOf(HasSubstr("Unobserved scans 12 to 42: 30.0 m of the way are not constrained "
+                      "along the road; constant speed is assumed, +/- 1.5 m\n"),
+            HasSubstr("Doubts     given-poses-disagree (5 places, most 69.1 m at scans 3 to "
+                      "4) (--all explains them)\n")));
   map.trajectory->unconstrained.push_back({50, 60, 12.0, {false, true, true, Substitute::kNone}});
   EXPECT_THAT(summary_text({"road.slmap", map, summary, judgement}),
               HasSubstr("Unobserved 42.0 m of the way on 2 stretches; scans 12 to 42: 30.0 m"));
