@@ -235,7 +235,7 @@ Result<std::vector<Pose>> solve_later(const Followed& all, const Connections& co
   return poses;
 }
 
-// The aligned poses keep what their own estimate says is not constrained, and its covariance: the
+// The aligned poses keep the unconstrained directions and the covariance of their own estimate: the
 // released scans of the same place do not constrain it either.
 void keep_unconstrained(const Trajectory& own, std::vector<TrajectoryPose>& aligned) {
   const bool has_any = std::ranges::any_of(

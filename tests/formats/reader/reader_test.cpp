@@ -602,7 +602,7 @@ TEST(MapReaderColumns, AreThoseOfTheMapByTheNumberOfASite) {
   EXPECT_EQ(reader.column("height_m").error().code, ErrorCode::kBadArgument);
 }
 
-TEST(MapReaderPoses, AreConstrainedButWhereTheMapSaysOtherwise) {
+TEST(MapReaderPoses, AreConstrainedUnlessTheColumnNamesADirection) {
   CompiledMap map = random_map({.seed = 4, .site_count = 130});
   const std::vector<std::byte> silent = encode_map(map);
   const MapPoses known = value_of(value_of(MapReader::open(silent, "annealed")).poses());
