@@ -17,6 +17,7 @@
 #include "formats/base/hash.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
+#include "formats/drive/unconstrained_stretches.h"
 #include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
 #include "formats/record/fields.h"

@@ -5,6 +5,7 @@
 #include "formats/annotation/site_column.h"
 #include "formats/annotation/sites.h"
 #include "formats/drive/trajectory.h"
+#include "formats/drive/unconstrained_stretches.h"
 
 // Which sites are where scans do not constrain the poses of the map; part of emit-map.
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "compiler/views/verdict/map_judgement.h"
-#include "formats/drive/unconstrained.h"
+#include "formats/drive/unconstrained_stretches.h"
 
 // The sentences of a verdict. Places are those of the map, scans those of the evaluated drive.
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/drive/trajectory.h"
+#include "formats/drive/unconstrained_stretches.h"
 #include "passes/matching/match_score.h"
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/following/followed_scans.h"

@@ -1,4 +1,5 @@
 #include "formats/drive/trajectory.h"
+#include "formats/drive/unconstrained_stretches.h"
 
 #include <gtest/gtest.h>
 

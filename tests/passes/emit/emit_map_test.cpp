@@ -11,6 +11,7 @@
 #include <string>
 
 #include "formats/base/random.h"
+#include "formats/drive/unconstrained_stretches.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"

@@ -1,10 +1,9 @@
-#include "formats/drive/unconstrained.h"
+#include "formats/drive/unconstrained_stretches.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "formats/drive/trajectory.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {
