@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-// What the poses there rest on instead; none: the speed before was not known.
+// What poses rest on where scans do not constrain them; none: the speed before was not known.
 enum class Substitute : std::uint8_t { kNone, kGivenPoses, kConstantSpeed, kWheelSpeed, kInertial };
 template <>
 inline constexpr auto kNamesOf<Substitute> = enum_names("none", "given-poses", "constant-speed",
