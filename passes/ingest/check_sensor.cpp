@@ -217,7 +217,7 @@ Result<void> check_sensor(PassContext& ctx, const Recording& recording,
       to_string(error) +
       ". Factors and predictions are computed for this profile's beams: correct `sensor` if it is "
       "wrong";
-  notices.push_back(warned(ctx, {.code = "unlike-profile", .text = text}));
+  notices.push_back(warned(ctx, {.code = "unlike-profile", .text = text, .unit = ""}));
   return {};
 }
 
