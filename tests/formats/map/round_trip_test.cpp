@@ -64,7 +64,7 @@ TEST(MapFile, CarriesWhatScansDoNotConstrainAndWhatWasContradicted) {
       {3, 40, 36.0, {true, false, true, Substitute::kConstantSpeed}, 1.8, {1, 2, 3}, {4, 5, 6}},
       {50, 70, 20.0, {false, true, false, Substitute::kGivenPoses}, {}, {7, 8, 9}, {1, 1, 1}}};
   map.notices = {{"given-poses-disagree", "they disagree", 5, 113, 114, 69.1, "m"},
-                 {"unlike-profile", "another sensor"}};
+                 {"unlike-profile", "another sensor", 1, 0, 0, 0.0, ""}};
   const std::vector<std::byte> file = encode_map(map);
   EXPECT_NE(file, without);
   const CompiledMap back = value_of(read_map(file));

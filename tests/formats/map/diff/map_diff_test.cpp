@@ -325,7 +325,7 @@ TEST(MapDiff, NamesEveryFigureOfTheManifest) {
               }),
               testing::Contains("trajectory.unconstrained.0.way_m"));
   EXPECT_THAT(changes_of([](CompiledMap& changed) {
-                changed.notices = {{"given-poses-disagree", "they disagree"}};
+                changed.notices = {{"given-poses-disagree", "they disagree", 2, 3, 4, 69.1, "m"}};
               }),
               ElementsAre("notice.given-poses-disagree"));
 }
