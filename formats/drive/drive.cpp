@@ -105,6 +105,7 @@ bool is_selected(const ScanInfo& scan, ScanSelection selection) {
 
 Result<void> validate(const Drive& drive) {
   SIGHTLINE_TRY(validate(drive.sensor));
+  for (const Notice& notice : drive.notices) SIGHTLINE_TRY(validate(notice));
   for (const SensorProfile& other : drive.other_sensors) {
     SIGHTLINE_TRY(validate(other));
   }
@@ -138,6 +139,9 @@ Table dump(const Drive& drive) {
     table.facts.emplace_back("other_sensor", other.name);
   }
   for (const std::string& part : drive.later_parts) table.facts.emplace_back("later_part", part);
+  for (const Notice& notice : drive.notices) {
+    table.facts.emplace_back("notice." + notice.code, notice.text);
+  }
   if (!drive.turn_rates.empty()) {
     table.facts.emplace_back("turn_rates", static_cast<std::int64_t>(drive.turn_rates.size()));
   }

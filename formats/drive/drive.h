@@ -9,6 +9,7 @@
 
 #include "formats/artifact.h"
 #include "formats/base/hash.h"
+#include "formats/drive/notice.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/geometry.h"
 #include "formats/record/fields.h"
@@ -81,6 +82,7 @@ struct Drive {
   MapFrame frame;  // near the first given pose; origin zero where there are no poses
   std::vector<ScanInfo> scans;
   std::vector<TurnRate> turn_rates;        // ascending in time; empty: nothing measured them
+  std::vector<Notice> notices;             // contradictions that were accepted
   std::shared_ptr<const ScanStore> store;  // not encoded; index = position in `scans`
 
   [[nodiscard]] bool has_poses() const;  // every scan has one
@@ -90,12 +92,13 @@ struct Drive {
   [[nodiscard]] const std::string& name_of_part(std::uint32_t part) const;
   [[nodiscard]] std::string names_of_parts() const;  // "monday, tuesday"
 };
-SIGHTLINE_SOME_FIELDS(Drive, name, sensor, other_sensors, later_parts, frame, scans, turn_rates)
+SIGHTLINE_SOME_FIELDS(Drive, name, sensor, other_sensors, later_parts, frame, scans, turn_rates,
+                      notices)
 
 template <>
 struct ArtifactTraits<Drive> {
   static constexpr std::string_view kName = "drive";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
   static constexpr bool kRefersOutside = true;  // the store
 };
 

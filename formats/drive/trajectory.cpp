@@ -39,8 +39,33 @@ PoseCovariance decode_covariance(ByteReader& reader) {
 }
 
 constexpr double kNotMeasured = -1.0;  // an overlap
-// Beside the number of a piece: its scan is not laid into the map.
+// Bits beside the number of a piece: its scan is not laid into the map, directions that are not
+// constrained, and what was used instead.
 constexpr std::uint32_t kNotLaid = std::uint32_t{1} << 31;
+constexpr std::uint32_t kAlong = std::uint32_t{1} << 30;
+constexpr std::uint32_t kAcross = std::uint32_t{1} << 29;
+constexpr std::uint32_t kHeading = std::uint32_t{1} << 28;
+constexpr std::uint32_t kSubstituteShift = 25;
+constexpr std::uint32_t kSubstitute = std::uint32_t{7} << kSubstituteShift;
+constexpr std::uint32_t kPiece = (std::uint32_t{1} << kSubstituteShift) - 1;
+
+std::uint32_t bits_of(const TrajectoryPose& pose) {
+  const Unconstrained& weak = pose.unconstrained;
+  return (pose.is_laid ? 0 : kNotLaid) | (weak.along ? kAlong : 0) | (weak.across ? kAcross : 0) |
+         (weak.heading ? kHeading : 0) |
+         (static_cast<std::uint32_t>(weak.substitute) << kSubstituteShift);
+}
+
+void set_bits(std::uint32_t bits, TrajectoryPose& pose) {
+  pose.is_laid = (bits & kNotLaid) == 0;
+  pose.unconstrained = {(bits & kAlong) != 0, (bits & kAcross) != 0, (bits & kHeading) != 0,
+                        static_cast<Substitute>((bits & kSubstitute) >> kSubstituteShift)};
+}
+
+bool is_known(const Unconstrained& weak) {
+  return !name_of(weak.substitute).empty() &&
+         (weak.is_any() || weak.substitute == Substitute::kNone);
+}
 
 bool is_residual(double value) { return std::isfinite(value) && value >= 0.0; }
 
@@ -63,7 +88,7 @@ void encode(const TrajectoryPose& pose, ByteWriter& writer) {
   writer.put(pose.stamp_ns);
   encode(pose.T_map_vehicle, writer);
   encode(pose.covariance, writer);
-  writer.put(pose.piece | (pose.is_laid ? 0 : kNotLaid));
+  writer.put(pose.piece | bits_of(pose));
   writer.put(pose.overlap.value_or(kNotMeasured));
 }
 
@@ -73,8 +98,8 @@ void decode(ByteReader& reader, TrajectoryPose& pose) {
   decode(reader, pose.T_map_vehicle);
   pose.covariance = decode_covariance(reader);
   const auto piece = reader.get<std::uint32_t>();
-  pose.piece = piece & ~kNotLaid;
-  pose.is_laid = (piece & kNotLaid) == 0;
+  pose.piece = piece & kPiece;
+  set_bits(piece, pose);
   const auto overlap = reader.get<double>();
   if (overlap != kNotMeasured) pose.overlap = overlap;
 }
@@ -95,10 +120,13 @@ Result<void> validate(const Trajectory& trajectory) {
     return Error{ErrorCode::kInvalidArtifact,
                  "the trajectory's origin, source or residuals are invalid"};
   }
+  for (const Notice& notice : trajectory.notices) SIGHTLINE_TRY(validate(notice));
   std::uint32_t pieces = 0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
-    if (pose.piece > pieces || (pose.overlap && !(*pose.overlap >= 0.0 && *pose.overlap <= 1.0))) {
+    if (!is_known(pose.unconstrained)) return invalid_pose(i, "found an unknown substitute");
+    if (pose.piece > kPiece || pose.piece > pieces ||
+        (pose.overlap && !(*pose.overlap >= 0.0 && *pose.overlap <= 1.0))) {
       return invalid_pose(i, "a piece is out of order, or an overlap is outside 0 to 1");
     }
     pieces = std::max(pieces, pose.piece + 1);
@@ -126,6 +154,9 @@ Table dump(const Trajectory& trajectory) {
   Table table{"trajectory", {}, {}, {}};
   append_facts(trajectory.frame, table);
   append_facts(trajectory, table);
+  for (const Notice& notice : trajectory.notices) {
+    table.facts.emplace_back("notice." + notice.code, notice.text);
+  }
   table.columns = {"recording_index", "stamp_ns"};
   append_pose_columns(table.columns);
   const std::vector<std::string> sigmas = {"sigma_x_m",    "sigma_y_m",    "sigma_z_m",
@@ -134,6 +165,9 @@ Table dump(const Trajectory& trajectory) {
   table.columns.insert(table.columns.end(), sigmas.begin(), sigmas.end());
   const bool are_all_laid = std::ranges::all_of(trajectory.poses, &TrajectoryPose::is_laid);
   if (!are_all_laid) table.columns.emplace_back("is_laid");
+  const bool has_weak = std::ranges::any_of(
+      trajectory.poses, [](const TrajectoryPose& pose) { return pose.unconstrained.is_any(); });
+  if (has_weak) append_columns<Unconstrained>(table.columns);
   for (const TrajectoryPose& pose : trajectory.poses) {
     std::vector<Cell> row = {std::int64_t{pose.recording_index}, pose.stamp_ns};
     append_cells(pose.T_map_vehicle, row);
@@ -141,6 +175,7 @@ Table dump(const Trajectory& trajectory) {
     row.emplace_back(std::int64_t{pose.piece});
     row.push_back(cell_of(pose.overlap));
     if (!are_all_laid) row.push_back(cell_of(pose.is_laid));
+    if (has_weak) append_cells(pose.unconstrained, row);
     table.rows.push_back(std::move(row));
   }
   return table;

@@ -8,6 +8,8 @@
 #include "formats/artifact.h"
 #include "formats/base/hash.h"
 #include "formats/drive/drive.h"
+#include "formats/drive/notice.h"
+#include "formats/drive/unconstrained.h"
 #include "formats/geometry.h"
 #include "formats/record/fields.h"
 
@@ -47,9 +49,11 @@ struct TrajectoryPose {
   // Whether its scan is laid into the map: beside an earlier map (`base`) one that shows nothing
   // new is not, and no pass behind choose-scans takes it.
   bool is_laid = true;
+  // What scans do not constrain of the motion to this pose; the same along a stretch of such poses.
+  Unconstrained unconstrained = {};
 };
-// An overlap that was not measured is -1, and the highest bit of `piece` says that a scan is not
-// laid.
+// An overlap that was not measured is -1. The highest bits of `piece` hold is_laid and
+// `unconstrained`, and are 0 where a scan is laid and constrained.
 void encode(const TrajectoryPose& pose, ByteWriter& writer);
 void decode(ByteReader& reader, TrajectoryPose& pose);
 
@@ -65,10 +69,11 @@ struct Trajectory {
   std::uint32_t prior_edges = 0;
   double rms_translation_residual_m = 0.0;
   double rms_rotation_residual_rad = 0.0;
+  std::vector<Notice> notices = {};  // of given poses and of the poses found
 };
 SIGHTLINE_FIELDS(Trajectory, frame, source, odometry_edges, loop_edges, prior_edges,
-                 rms_translation_residual_m, rms_rotation_residual_rad, poses)
-SIGHTLINE_ARTIFACT(Trajectory, "trajectory", 3)
+                 rms_translation_residual_m, rms_rotation_residual_rad, poses, notices)
+SIGHTLINE_ARTIFACT(Trajectory, "trajectory", 4)
 
 // The same poses in another map frame of the same world.
 Trajectory rebase(const Trajectory& trajectory, const MapFrame& to);
@@ -87,7 +92,7 @@ struct ReleasedPoses {
   std::vector<Digest> scans;  // of each pose: which scan (ScanStore::identity)
 };
 SIGHTLINE_FIELDS(ReleasedPoses, trajectory, scans)
-SIGHTLINE_ARTIFACT(ReleasedPoses, "released-poses", 1)
+SIGHTLINE_ARTIFACT(ReleasedPoses, "released-poses", 2)
 
 // The poses of a drive to be shipped. Error: invalid-artifact (scans that have no identity).
 Result<ReleasedPoses> release(const Drive& drive, const Trajectory& trajectory);

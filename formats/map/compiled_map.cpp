@@ -204,6 +204,7 @@ TrajectoryQuality quality_of(const Trajectory& trajectory) {
                             trajectory.rms_translation_residual_m,
                             trajectory.rms_rotation_residual_rad};
   quality.pieces = pieces_of(trajectory);
+  quality.unconstrained = unconstrained_stretches(trajectory);
   std::vector<double> overlaps;
   for (const TrajectoryPose& pose : trajectory.poses) {
     if (pose.overlap) overlaps.push_back(*pose.overlap);

@@ -17,6 +17,7 @@
 #include "formats/base/hash.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
+#include "formats/drive/unconstrained_stretches.h"
 #include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
 #include "formats/record/fields.h"
@@ -101,11 +102,12 @@ struct TrajectoryQuality {
   std::uint32_t overlap_count = 0;
   double median_overlap = 0.0;
   double least_overlap = 0.0;
+  std::vector<UnconstrainedStretch> unconstrained = {};
   friend bool operator==(const TrajectoryQuality&, const TrajectoryQuality&) = default;
 };
 SIGHTLINE_FIELDS(TrajectoryQuality, source, odometry_edges, loop_edges, prior_edges,
                  rms_translation_residual_m, rms_rotation_residual_rad, pieces, overlap_count,
-                 median_overlap, least_overlap)
+                 median_overlap, least_overlap, unconstrained)
 
 // The annotation for looks that take a sample.
 struct LooksOfMap {
@@ -136,6 +138,7 @@ struct CompiledMap {
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
   std::optional<TileDrives> tile_drives;        // of a map of several drives
   std::vector<SiteColumn> columns;              // further figures of each site, ascending name
+  std::vector<Notice> notices;                  // contradictions in the inputs that were accepted
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
   std::optional<LooksOfMap> looks;
 };

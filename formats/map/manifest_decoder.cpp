@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "formats/map/container/packed_block.h"
 #include "formats/map/manifest.h"
 #include "formats/reader/map_checks.h"
@@ -108,6 +110,23 @@ SharpnessFigures decode_figures(const schema::SharpnessFigures& figures) {
           figures.plane_points()};
 }
 
+Eigen::Vector3d from_schema(const schema::Vector3& point_m) {
+  return {point_m.x(), point_m.y(), point_m.z()};
+}
+
+UnconstrainedStretch decode_stretch(const schema::UnconstrainedStretch& from) {
+  UnconstrainedStretch stretch;
+  stretch.first_scan = from.first_scan();
+  stretch.last_scan = from.last_scan();
+  stretch.way_m = from.way_m();
+  stretch.directions = {from.along(), from.across(), from.heading(),
+                        static_cast<Substitute>(from.substitute())};
+  if (from.sigma_m() >= 0.0) stretch.sigma_m = from.sigma_m();
+  stretch.begin_map_m = from_schema(*from.begin_map_m());
+  stretch.end_map_m = from_schema(*from.end_map_m());
+  return stretch;
+}
+
 std::optional<TrajectoryQuality> decode_trajectory(const schema::TrajectoryQuality* from) {
   if (from == nullptr) return std::nullopt;
   TrajectoryQuality quality{static_cast<PoseSource>(from->source()),
@@ -118,18 +137,43 @@ std::optional<TrajectoryQuality> decode_trajectory(const schema::TrajectoryQuali
                             from->rms_rotation_residual_rad()};
   if (from->pieces() != nullptr) {
     for (const schema::TrajectoryPiece* piece : *from->pieces()) {
-      const schema::Vector3& at_m = *piece->begin_map_m();
-      quality.pieces.push_back({piece->first_scan(),
-                                piece->stamp_ns(),
-                                piece->scan_count(),
-                                piece->way_m(),
-                                {at_m.x(), at_m.y(), at_m.z()}});
+      quality.pieces.push_back({piece->first_scan(), piece->stamp_ns(), piece->scan_count(),
+                                piece->way_m(), from_schema(*piece->begin_map_m())});
+    }
+  }
+  if (from->unconstrained() != nullptr) {
+    for (const schema::UnconstrainedStretch* stretch : *from->unconstrained()) {
+      quality.unconstrained.push_back(decode_stretch(*stretch));
     }
   }
   quality.overlap_count = from->overlap_count();
   quality.median_overlap = from->median_overlap();
   quality.least_overlap = from->least_overlap();
   return quality;
+}
+
+std::vector<Notice> decode_notices(
+    const flatbuffers::Vector<flatbuffers::Offset<schema::Notice>>* from) {
+  std::vector<Notice> notices;
+  if (from == nullptr) return notices;
+  for (const schema::Notice* notice : *from) {
+    notices.push_back({notice->code()->str(), notice->text()->str(), notice->count(),
+                       notice->first_scan(), notice->last_scan(), notice->amount(),
+                       notice->unit()->str()});
+  }
+  return notices;
+}
+
+// An unknown direction or substitute could not be named.
+bool has_known_stretches(const schema::TrajectoryQuality* trajectory) {
+  if (trajectory == nullptr || trajectory->unconstrained() == nullptr) return true;
+  const auto is_known = [](const schema::UnconstrainedStretch* stretch) {
+    return stretch->substitute() <= schema::Substitute::MAX &&
+           (stretch->along() || stretch->across() || stretch->heading()) &&
+           std::isfinite(stretch->way_m()) && std::isfinite(stretch->sigma_m());
+  };
+  return std::all_of(trajectory->unconstrained()->begin(), trajectory->unconstrained()->end(),
+                     is_known);
 }
 
 std::optional<Sharpness> decode_sharpness(const schema::Sharpness* from) {
@@ -197,7 +241,8 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
       manifest.measurement()->reference() > schema::Reference::MAX ||
       (figures != nullptr && std::any_of(figures->begin(), figures->end(), is_unknown_figure)) ||
       (manifest.trajectory() != nullptr &&
-       manifest.trajectory()->source() > schema::PoseSource::MAX)) {
+       manifest.trajectory()->source() > schema::PoseSource::MAX) ||
+      !has_known_stretches(manifest.trajectory())) {
     return Error{ErrorCode::kBadManifest,
                  "the tile edge is not a multiple of the cell, or a choice is unknown", "",
                  "manifest"};
@@ -207,8 +252,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   map.release = manifest.release();
   map.writer = manifest.writer()->str();
   if (manifest.world() != nullptr) map.world = manifest.world()->str();
-  const schema::Vector3& origin = *manifest.origin_world_m();
-  map.ndt.frame.origin_world_m = {origin.x(), origin.y(), origin.z()};
+  map.ndt.frame.origin_world_m = from_schema(*manifest.origin_world_m());
   map.sites.frame = map.ndt.frame;
   map.ndt.cell_m = manifest.cell_m();
   map.ndt.tile_m = manifest.tile_m();
@@ -231,6 +275,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
       map.columns.push_back({column->name()->str(), column->unit()->str(), {}});
     }
   }
+  map.notices = decode_notices(manifest.notices());
   map.predicted.support_margin = manifest.support_margin();
   map.ranges.extrapolated_takes_static = manifest.extrapolated_takes_static();
   if (!map.looks) return {};

@@ -142,21 +142,58 @@ flatbuffers::Offset<schema::Sharpness> encode_sharpness(const std::optional<Shar
   return schema::CreateSharpness(builder, of_map, of_given);
 }
 
+schema::Vector3 to_schema(const Eigen::Vector3d& point_m) {
+  return {point_m.x(), point_m.y(), point_m.z()};
+}
+
+using EncodedStretches = flatbuffers::Vector<flatbuffers::Offset<schema::UnconstrainedStretch>>;
+
+flatbuffers::Offset<EncodedStretches> encode_unconstrained(
+    const std::vector<UnconstrainedStretch>& stretches, Builder& builder) {
+  if (stretches.empty()) return 0;
+  std::vector<flatbuffers::Offset<schema::UnconstrainedStretch>> encoded;
+  for (const UnconstrainedStretch& stretch : stretches) {
+    const schema::Vector3 begin_map_m = to_schema(stretch.begin_map_m);
+    const schema::Vector3 end_map_m = to_schema(stretch.end_map_m);
+    const auto& [along, across, heading, substitute] = stretch.directions;
+    encoded.push_back(schema::CreateUnconstrainedStretch(
+        builder, stretch.first_scan, stretch.last_scan, stretch.way_m, along, across, heading,
+        static_cast<schema::Substitute>(substitute), stretch.sigma_m.value_or(-1.0), &begin_map_m,
+        &end_map_m));
+  }
+  return builder.CreateVector(encoded);
+}
+
+using EncodedNotices = flatbuffers::Vector<flatbuffers::Offset<schema::Notice>>;
+
+flatbuffers::Offset<EncodedNotices> encode_notices(const std::vector<Notice>& notices,
+                                                   Builder& builder) {
+  if (notices.empty()) return 0;
+  std::vector<flatbuffers::Offset<schema::Notice>> encoded;
+  for (const Notice& notice : notices) {
+    encoded.push_back(schema::CreateNoticeDirect(builder, notice.code.c_str(), notice.text.c_str(),
+                                                 notice.count, notice.first_scan, notice.last_scan,
+                                                 notice.amount, notice.unit.c_str()));
+  }
+  return builder.CreateVector(encoded);
+}
+
 flatbuffers::Offset<schema::TrajectoryQuality> encode_trajectory(
     const std::optional<TrajectoryQuality>& trajectory, Builder& builder) {
   if (!trajectory) return 0;
   std::vector<flatbuffers::Offset<schema::TrajectoryPiece>> pieces;
   for (const TrajectoryPiece& piece : trajectory->pieces) {
-    const Eigen::Vector3d& at_m = piece.begin_map_m;
-    const schema::Vector3 begin_map_m(at_m.x(), at_m.y(), at_m.z());
+    const schema::Vector3 begin_map_m = to_schema(piece.begin_map_m);
     pieces.push_back(schema::CreateTrajectoryPiece(builder, piece.first_scan, piece.stamp_ns,
                                                    piece.scan_count, piece.way_m, &begin_map_m));
   }
-  return schema::CreateTrajectoryQualityDirect(
+  const auto all_pieces = builder.CreateVector(pieces);
+  const auto unconstrained = encode_unconstrained(trajectory->unconstrained, builder);
+  return schema::CreateTrajectoryQuality(
       builder, static_cast<schema::PoseSource>(trajectory->source), trajectory->odometry_edges,
       trajectory->loop_edges, trajectory->prior_edges, trajectory->rms_translation_residual_m,
-      trajectory->rms_rotation_residual_rad, &pieces, trajectory->overlap_count,
-      trajectory->median_overlap, trajectory->least_overlap);
+      trajectory->rms_rotation_residual_rad, all_pieces, trajectory->overlap_count,
+      trajectory->median_overlap, trajectory->least_overlap, unconstrained);
 }
 
 using EncodedColumns = flatbuffers::Vector<flatbuffers::Offset<schema::SiteColumn>>;
@@ -203,7 +240,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
 std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_count) {
   Builder builder;
   const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
-  const schema::Vector3 origin(origin_m.x(), origin_m.y(), origin_m.z());
+  const schema::Vector3 origin = to_schema(origin_m);
   const std::vector<double> ranges_m = ranges_of(map.ranges.looks);
   const auto promises = encode_promises(map.ranges, builder);
   const auto quality = encode_quality(map.quality, builder);
@@ -222,6 +259,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_
   const auto all_quality = builder.CreateVector(quality);
   const auto all_definitions = builder.CreateVector(definitions);
   const auto columns = encode_columns(map.columns, builder);
+  const auto notices = encode_notices(map.notices, builder);
   flatbuffers::Offset<flatbuffers::String> world = 0;  // none where it is local
   if (map.world != kLocalWorld) world = builder.CreateString(map.world);
   builder.Finish(schema::CreateManifest(
@@ -231,7 +269,8 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_
       static_cast<schema::Rule>(map.ranges.selection), map.ranges.dilation_m, all_promises,
       all_quality, sensor, measurement, all_definitions, model, sharpness, trajectory,
       map.predicted.support_margin, map.ranges.extrapolated_takes_static, looks.looks,
-      looks.promises, looks.quality, looks.plan, simulated_site_count(map.ranges), world, columns));
+      looks.promises, looks.quality, looks.plan, simulated_site_count(map.ranges), world, columns,
+      notices));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }

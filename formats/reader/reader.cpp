@@ -267,6 +267,15 @@ Result<MapColumn> MapReader::column(std::string_view name) const {
                    {reinterpret_cast<const float*>(bytes.data()), info_.site_count}};
 }
 
+Result<MapPoses> MapReader::poses() const {
+  constexpr std::string_view kDirections = "unconstrained";
+  constexpr std::string_view kSigma = "pose_sigma_m";
+  if (std::ranges::find(columns_, kDirections) == columns_.end()) return MapPoses{};
+  SIGHTLINE_ASSIGN(const MapColumn directions, column(kDirections));
+  SIGHTLINE_ASSIGN(const MapColumn sigmas, column(kSigma));
+  return MapPoses{directions.values, sigmas.values};
+}
+
 Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m, double limit_m,
                                    double visible_m) const {
   if (!(visible_m > 0.0)) {

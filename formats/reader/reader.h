@@ -103,6 +103,23 @@ struct MapColumn {  // refers into the map
   std::span<const float> values;  // [site]; +-inf where there is none
 };
 
+// Which sites have poses that scans do not constrain ("Unconstrained poses" in
+// schemas/definitions.md). Refers into the map.
+struct MapPoses {
+  std::span<const float> directions;  // [site], or empty: every site is constrained
+  std::span<const float> sigmas_m;
+
+  // False where the position of the site in the map rests on an assumed or given motion.
+  [[nodiscard]] bool is_constrained(std::uint32_t site) const {
+    return site >= directions.size() || directions[site] == 0.0F;
+  }
+  // Standard deviation of that position, relative to where the stretch of such sites begins, m.
+  // Infinite where it is not known; 0 where scans constrain the pose or it was given.
+  [[nodiscard]] double sigma_m(std::uint32_t site) const {
+    return site >= sigmas_m.size() || sigmas_m[site] < 0.0F ? 0.0 : double{sigmas_m[site]};
+  }
+};
+
 // A site, and what the map holds there for one limit.
 struct MapSite {
   std::array<double, 3> position_world_m{};
@@ -194,6 +211,10 @@ class MapReader {
   // those of RangeAnswer::site. Reads the directory and checks the whole column. Errors:
   // bad-argument (no such column), checksum-mismatch, bad-layer, and those of open_directory().
   [[nodiscard]] Result<MapColumn> column(std::string_view name) const;
+
+  // By the columns "unconstrained" and "pose_sigma_m": look up once and keep it. A map without them
+  // has no such site, or is older than these columns. Errors: those of column().
+  [[nodiscard]] Result<MapPoses> poses() const;
 
   [[nodiscard]] const MapInfo& info() const { return info_; }
 

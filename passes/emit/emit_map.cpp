@@ -8,6 +8,7 @@
 #include "formats/base/hash.h"
 #include "formats/base/version.h"
 #include "formats/map/map_writer.h"
+#include "passes/emit/unconstrained_sites.h"
 #include "passes/model/forest/measured_columns.h"
 
 namespace sightline {
@@ -197,6 +198,14 @@ Result<std::optional<LooksOfMap>> looks_of(const EmitMapInputs& inputs) {
   return std::optional(std::move(looks));
 }
 
+void put_trajectory(const Trajectory& trajectory, CompiledMap& map) {
+  map.trajectory = quality_of(trajectory);
+  map.notices.insert(map.notices.end(), trajectory.notices.begin(), trajectory.notices.end());
+  for (SiteColumn& column : unconstrained_columns(trajectory, map.sites)) {
+    map.columns.push_back(std::move(column));
+  }
+}
+
 // All of the map but its NDs and factors.
 Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& options,
                                const EmitMapInputs& inputs) {
@@ -219,9 +228,10 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   map.definitions = definitions_of(inputs);
   map.model = inputs.model.record;
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
-  if (inputs.trajectory != nullptr) map.trajectory = quality_of(*inputs.trajectory);
-  if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
   map.columns = inputs.columns;
+  if (inputs.mapping != nullptr) map.notices = inputs.mapping->notices;
+  if (inputs.trajectory != nullptr) put_trajectory(*inputs.trajectory, map);
+  if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
   std::ranges::sort(map.columns, {}, &SiteColumn::name);
   map.quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);

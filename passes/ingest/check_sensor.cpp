@@ -13,6 +13,7 @@
 #include "formats/text/numbers.h"
 #include "formats/text/table.h"
 #include "passes/ingest/guess_sensor.h"
+#include "passes/pass/notices.h"
 
 // A profile is contradicted by what it cannot explain, not by what a place does not show: beams
 // that look at the sky return nothing, so that few returns high up say little. Three things do not
@@ -191,7 +192,8 @@ Error misfit(const Recording& recording, const std::vector<double>& elevations,
 
 }  // namespace
 
-Result<void> check_sensor(PassContext& ctx, const Recording& recording) {
+Result<void> check_sensor(PassContext& ctx, const Recording& recording,
+                          std::vector<Notice>& notices) {
   const SensorProfile& sensor = recording.sensor;
   if (sensor.ring_count() < 2) return {};
   std::vector<PointCloudFile> scans;
@@ -211,9 +213,11 @@ Result<void> check_sensor(PassContext& ctx, const Recording& recording) {
     error.message += ". Most returns contradict this profile, so no map is made: correct `sensor`";
     return error;
   }
-  ctx.warn(to_string(error) +
-           ". Factors and predictions are computed for this profile's beams: correct `sensor` if "
-           "it is wrong");
+  const std::string text =
+      to_string(error) +
+      ". Factors and predictions are computed for this profile's beams: correct `sensor` if it is "
+      "wrong";
+  notices.push_back(warned(ctx, {.code = "unlike-profile", .text = text, .unit = ""}));
   return {};
 }
 

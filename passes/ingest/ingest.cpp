@@ -361,8 +361,8 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   SIGHTLINE_TRY(check_reach(recording, counts));
   SIGHTLINE_TRY(check_frame(recording));
   SIGHTLINE_TRY(check_pose_clock(recording));
-  SIGHTLINE_TRY(check_sensor(ctx, recording));
   Drive drive;
+  SIGHTLINE_TRY(check_sensor(ctx, recording, drive.notices));
   drive.name = recording.name;
   drive.sensor = recording.sensor;
   drive.scans = describe(recording, counts);

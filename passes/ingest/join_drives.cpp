@@ -65,6 +65,7 @@ Drive with_part(const PassContext& ctx, const Drive& drive, const Drive& later) 
     scan.part = part;
     origins.push_back({1, i, later_ns});
   }
+  joined.notices.insert(joined.notices.end(), later.notices.begin(), later.notices.end());
   for (TurnRate rate : later.turn_rates) {
     rate.stamp_ns += later_ns;
     joined.turn_rates.push_back(rate);
@@ -121,6 +122,7 @@ Result<Drive> with_sensor(const PassContext& ctx, const Drive& drive, const Driv
   });
   Drive joined = drive;
   joined.other_sensors.push_back(other.sensor);
+  joined.notices.insert(joined.notices.end(), other.notices.begin(), other.notices.end());
   if (joined.turn_rates.empty()) joined.turn_rates = other.turn_rates;
   joined.scans.clear();
   std::vector<ScanOrigin> origins;

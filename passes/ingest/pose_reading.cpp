@@ -8,6 +8,7 @@
 
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/grid/cell_index.h"
+#include "passes/pass/notices.h"
 
 namespace sightline {
 namespace {
@@ -110,7 +111,9 @@ Result<void> try_w_first(PassContext& ctx, const Recording& recording, Drive& dr
   const Evidence as_other = weigh(pairs, drive.sensor, other);
   if (!is_far_better(as_other, as_read)) return {};
   for (std::size_t i = 0; i < other.size(); ++i) drive.scans[i].T_world_vehicle = other[i];
-  ctx.warn(warning_of(drive, as_read, as_other));
+  drive.notices.push_back(warned(
+      ctx,
+      {.code = "quaternions-reordered", .text = warning_of(drive, as_read, as_other), .unit = ""}));
   return {};
 }
 

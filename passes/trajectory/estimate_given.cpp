@@ -10,7 +10,9 @@
 
 #include "formats/base/portable_math.h"
 #include "formats/drive/drive.h"
+#include "passes/pass/notices.h"
 #include "passes/pass/pass_context.h"
+#include "passes/trajectory/following/unconstrained.h"
 #include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/given/misplaced_parts.h"
 #include "passes/trajectory/given/sharpening.h"
@@ -50,19 +52,55 @@ std::string jumps_text(const std::vector<PoseJump>& jumps, const Drive& drive) {
                            jumps, drive);
 }
 
+Notice jumps_notice(const std::vector<PoseJump>& jumps, const Drive& drive) {
+  const PoseJump& worst = *std::ranges::max_element(jumps, {}, &PoseJump::off_m);
+  return {.code = "given-poses-left-out",
+          .text = jumps_text(jumps, drive) + ". These are left out, and the others are refined",
+          .count = static_cast<std::uint32_t>(jumps.size()),
+          .first_scan = drive.scans[worst.first].recording_index,
+          .last_scan = drive.scans[worst.last].recording_index,
+          .amount = worst.off_m,
+          .unit = "m"};
+}
+
+Notice parts_notice(const std::vector<MisplacedPart>& parts, const Drive& drive) {
+  const MisplacedPart& worst = *std::ranges::max_element(parts, {}, &MisplacedPart::off_m);
+  const std::uint32_t scan = drive.scans[worst.worst].recording_index;
+  return {.code = "given-poses-left-out",
+          .text = parts_text(parts, drive) + ". Their poses are left out",
+          .count = static_cast<std::uint32_t>(parts.size()),
+          .first_scan = scan,
+          .last_scan = scan,
+          .amount = worst.off_m,
+          .unit = "m"};
+}
+
 std::string disagreements_text(const std::vector<PoseDisagreement>& found, const Drive& drive) {
   return with_first_places(fmt::format("given poses and scans disagree on {} stretches of drive {}",
                                        found.size(), drive.name),
                            found, drive);
 }
 
-std::string sharpening_text(const Sharpening& found, const std::vector<WayStretch>& stretches,
-                            const Drive& drive) {
+// `what_is_done`: the end of its text.
+Notice disagreements_notice(const std::vector<PoseDisagreement>& found, const Drive& drive,
+                            const std::string& what_is_done) {
+  const PoseDisagreement& worst = *std::ranges::max_element(found, {}, &PoseDisagreement::off_m);
+  return {.code = "given-poses-disagree",
+          .text = disagreements_text(found, drive) + what_is_done,
+          .count = static_cast<std::uint32_t>(found.size()),
+          .first_scan = drive.scans[worst.first].recording_index,
+          .last_scan = drive.scans[worst.last].recording_index,
+          .amount = worst.off_m,
+          .unit = "m"};
+}
+
+Notice sharpening_notice(const Sharpening& found, const std::vector<WayStretch>& stretches,
+                         const Drive& drive) {
   const auto off = [](const WayStretch& stretch) {
     return stretch.off_rad + portable_hypot(stretch.along_m, stretch.aside_m);
   };
   const WayStretch& worst = *std::ranges::max_element(stretches, {}, off);
-  return fmt::format(
+  const std::string text = fmt::format(
       "given poses of drive {} are refined, since they blur the map: on {} of {} stretches of 50 m "
       "their motion differs from that of the scans, most by {:.2f} m and {:.2f} degrees over 10 m "
       "at scans {} to {} (mean map entropy {:.3f} nat, refined {:.3f} nat). To keep them, set "
@@ -71,6 +109,21 @@ std::string sharpening_text(const Sharpening& found, const std::vector<WayStretc
       portable_hypot(worst.along_m, worst.aside_m), worst.off_rad * 180.0 / std::numbers::pi,
       drive.scans[worst.first].recording_index, drive.scans[worst.last].recording_index,
       found.given.entropy_nat, found.refined.entropy_nat);
+  return {.code = "given-poses-refined",
+          .text = text,
+          .count = static_cast<std::uint32_t>(std::ranges::count_if(stretches, is_doubtful)),
+          .first_scan = drive.scans[worst.first].recording_index,
+          .last_scan = drive.scans[worst.last].recording_index,
+          .amount = portable_hypot(worst.along_m, worst.aside_m),
+          .unit = "m"};
+}
+
+// With these notices first.
+Result<Estimate> noted(const std::vector<Notice>& notices, Result<Estimate> estimate) {
+  if (!estimate) return estimate;
+  std::vector<Notice>& all = estimate->trajectory.notices;
+  all.insert(all.begin(), notices.begin(), notices.end());
+  return estimate;
 }
 
 Error refused(const std::string& text, const Drive& drive, std::uint32_t scan) {
@@ -99,7 +152,7 @@ Result<Estimate> repaired(const EstimateTask& task, const GivenPoses& given,
       options.bad_poses == BadPoses::kRepair ||
       (options.mode == PoseMode::kRefine && options.bad_poses == BadPoses::kWarn);
   if (!may_repair) return refused_jumps(jumps, task.drive);
-  task.ctx.warn(jumps_text(jumps, task.drive) + ". These are left out, and the others are refined");
+  const Notice notice = warned(task.ctx, jumps_notice(jumps, task.drive));
   GivenPoses used = given;
   for (const PoseJump& jump : jumps) {
     for (std::uint32_t k = jump.first; k <= jump.last; ++k) used[k].reset();
@@ -107,7 +160,7 @@ Result<Estimate> repaired(const EstimateTask& task, const GivenPoses& given,
   // Anew: where a scan did not match, odometry continued from its given pose.
   SIGHTLINE_ASSIGN(const Odometry odometry,
                    run_odometry(task.ctx, options.local_map_m, task.drive, used));
-  return solve(used, odometry);
+  return noted({notice}, solve(used, odometry));
 }
 
 Result<Trajectory> trajectory_as_given(const Drive& drive) {
@@ -137,7 +190,8 @@ Result<std::optional<Estimate>> sharpened(const EstimateTask& task, const GivenP
                    compare_sharpness(task.ctx, task.drive, stretches, given,
                                      sensor_poses(task.drive, refined.trajectory)));
   if (!sharpening.is_sharper) return none;
-  task.ctx.warn(sharpening_text(sharpening, stretches, task.drive));
+  refined.trajectory.notices.push_back(
+      warned(task.ctx, sharpening_notice(sharpening, stretches, task.drive)));
   return std::optional<Estimate>(std::move(refined));
 }
 
@@ -151,22 +205,26 @@ Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const
     return refused(disagreements_text(disagreements, drive), drive, disagreements.front().first);
   }
   if (disagrees && options.bad_poses == BadPoses::kRepair) {
-    ctx.warn(disagreements_text(disagreements, drive) + ". They are refined");
-    return solve(given, odometry);
+    const Notice notice =
+        warned(ctx, disagreements_notice(disagreements, drive, ". They are refined"));
+    return noted({notice}, solve(given, odometry));
   }
   std::optional<Estimate> refined;
   if (options.mode == PoseMode::kAuto) {
     SIGHTLINE_ASSIGN(refined, sharpened(task, given, odometry, disagreements, solve));
   }
+  std::vector<Notice> notices;
   if (disagrees) {
-    ctx.warn(disagreements_text(disagreements, drive) +
-             (refined ? ""
-                      : ". The given poses are used; to refine them, set "
-                        "estimate-trajectory.bad_poses=repair"));
+    notices.push_back(warned(
+        ctx, disagreements_notice(disagreements, drive,
+                                  refined ? ""
+                                          : ". The given poses are used; to refine them, set "
+                                            "estimate-trajectory.bad_poses=repair")));
   }
-  if (refined) return *std::move(refined);
+  if (refined) return noted(notices, *std::move(refined));
   SIGHTLINE_ASSIGN(Trajectory unchanged, trajectory_as_given(drive));
-  return Estimate{std::move(unchanged), {}};
+  mark_unconstrained(odometry, unchanged.poses);
+  return noted(notices, Estimate{std::move(unchanged), {}});
 }
 
 }  // namespace
@@ -199,11 +257,12 @@ Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve)
   const auto& [ctx, options, drive] = task;
   const bool compares = options.bad_poses != BadPoses::kIgnore;
   GivenPoses given = given_poses(drive);
+  std::vector<Notice> notices;
   if (compares) {
     SIGHTLINE_ASSIGN(const std::vector<MisplacedPart> misplaced,
                      find_misplaced_parts(drive, given));
     if (!misplaced.empty()) {
-      ctx.warn(parts_text(misplaced, drive) + ". Their poses are left out");
+      notices.push_back(warned(ctx, parts_notice(misplaced, drive)));
       given = without_parts(std::move(given), drive, misplaced);
     }
   }
@@ -211,9 +270,9 @@ Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve)
   if (compares) {
     SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,
                      find_jumps(drive, limits_of(options), given, odometry));
-    if (!jumps.empty()) return repaired(task, given, jumps, solve);
+    if (!jumps.empty()) return noted(notices, repaired(task, given, jumps, solve));
   }
-  return solve(given, odometry);
+  return noted(notices, solve(given, odometry));
 }
 
 Result<Drive> undistorted_by_given(PassContext& ctx, const Drive& drive) {

@@ -92,9 +92,9 @@ Result<Estimate> solved(const EstimateTask& task, const GivenPoses& given, Odome
   Estimate estimate{solved_trajectory(drive.frame, graph, solution), {}};
   estimate.trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
   estimate.trajectory.poses = vehicle_poses(drive, adjusted, odometry, connections.pieces.piece);
+  mark_unconstrained(odometry, estimate.trajectory.poses);
   estimate.contradictions = find_contradictions(odometry, connections.loops, adjusted.T_map_lidar);
   warn_of_unmatched(ctx, odometry);
-  warn_of_unconstrained(ctx, drive, odometry);
   return estimate;
 }
 
@@ -190,8 +190,9 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
   SIGHTLINE_ASSIGN(Estimate answer, estimate_by({ctx, options, drive}, from));
 
   // 8. The poses are checked by the loops that contradict them, and by how large drives measure the
-  // same walls.
-  warn_of_contradictions(ctx, drive, answer.contradictions);
+  // same walls. Stretches that the scans do not constrain are named.
+  warn_of_unconstrained(ctx, drive.name, answer.trajectory);
+  warn_of_contradictions(ctx, drive, answer.contradictions, answer.trajectory.notices);
   SIGHTLINE_TRY(warn_of_scale_differences(ctx, drive, answer.trajectory));
   return std::move(answer.trajectory);
 }

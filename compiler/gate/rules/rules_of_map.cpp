@@ -200,6 +200,48 @@ std::vector<Found> find_overlap(const GateInput& input, const Threshold&) {
       overlap, concat("the median overlap of a scan with earlier scans is ", percent(overlap)));
 }
 
+// The sites along a stretch, where those nearest to its ends are of one run.
+std::optional<RouteStretch> place_of(const CompiledMap& map, const UnconstrainedStretch& stretch) {
+  const std::vector<Site>& sites = map.sites.sites;
+  const auto nearest = [&](const Eigen::Vector3d& place_m) {
+    const auto found = std::ranges::min_element(sites, {}, [&](const Site& site) {
+      return (site.T_map_vehicle.translation() - place_m).squaredNorm();
+    });
+    return static_cast<std::size_t>(found - sites.begin());
+  };
+  if (sites.empty()) return std::nullopt;
+  const auto [first, last] =
+      std::minmax({nearest(stretch.begin_map_m), nearest(stretch.end_map_m)});
+  if (sites[first].run != sites[last].run) return std::nullopt;
+  return stretch_between(map.sites, first, last);
+}
+
+std::vector<Found> find_unconstrained(const GateInput& input, const Threshold& threshold) {
+  const auto& trajectory = input.map->trajectory;
+  if (!trajectory) return not_judged("the map has no trajectory");
+  std::vector<Found> found;
+  const auto is_worse = [](const Found& a, const Found& b) { return a.value < b.value; };
+  for (const UnconstrainedStretch& stretch : trajectory->unconstrained) {
+    if (!stretch.is_assumed()) continue;
+    found.push_back({std::nullopt, place_of(*input.map, stretch), stretch.way_m, to_text(stretch)});
+  }
+  if (found.empty()) {
+    return of_whole_map(0.0, "scans constrain all poses, or given poses or measured speeds do");
+  }
+  const Found worst = *std::ranges::max_element(found, is_worse);
+  const double allowed = threshold.at({}).value_or(std::numeric_limits<double>::infinity());
+  std::erase_if(found, [&](const Found& one) { return one.value <= allowed; });
+  return found.empty() ? std::vector<Found>{worst} : found;
+}
+
+std::vector<Found> find_notices(const GateInput& input, const Threshold&) {
+  const std::vector<Notice>& notices = input.map->notices;
+  if (notices.empty()) return of_whole_map(0.0, "no contradiction in the inputs was accepted");
+  std::string text;
+  for (const Notice& notice : notices) text += (text.empty() ? "" : "; ") + notice.text;
+  return of_whole_map(static_cast<double>(notices.size()), text);
+}
+
 using enum Severity;
 using enum Needs;
 using enum Bound;
@@ -244,6 +286,14 @@ const GateRule kRules[] = {
      "Pieces of the trajectory, whose relative poses are unknown; the message names the scans that "
      "begin them",
      find_pieces},
+    {"trajectory-unconstrained", kMap, kWarning, kAtMost, 20.0, "m",
+     "Longest way whose poses rest on an assumed speed, since scans do not constrain them; the "
+     "message names the scans, the direction and the uncertainty",
+     find_unconstrained},
+    {"input-contradictions", kMap, kWarning, kAtMost, 0.0, "contradictions",
+     "Contradictions in the inputs that were accepted with a warning, such as given poses that the "
+     "scans contradict",
+     find_notices},
     {"scan-overlap", kMap, kWarning, kAtLeast, 0.5, "share",
      "Median share of a scan's upright returns that match surfaces seen before it", find_overlap},
     {"plane-thickness", kMap, kWarning, kAtMost, 0.15, "m",

@@ -83,10 +83,24 @@ std::string describe_pieces(const TrajectoryQuality& trajectory, const MapFrame&
                                       100.0 * trajectory.least_overlap, trajectory.overlap_count));
 }
 
+std::string describe_unconstrained(const TrajectoryQuality& trajectory) {
+  std::string text;
+  for (const UnconstrainedStretch& stretch : trajectory.unconstrained) {
+    text += field(text.empty() ? "unconstrained" : "", to_text(stretch));
+  }
+  return text;
+}
+
+std::string describe_notices(const std::vector<Notice>& notices) {
+  std::string text = "contradictions in the inputs that were accepted\n";
+  for (const Notice& notice : notices) text += field(notice.code.c_str(), notice.text);
+  return text;
+}
+
 std::string describe_trajectory(const TrajectoryQuality& trajectory, const MapFrame& frame) {
   static constexpr std::array kSources = {"as given", "given, then refined", "estimated"};
   std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]) +
-                     describe_pieces(trajectory, frame);
+                     describe_pieces(trajectory, frame) + describe_unconstrained(trajectory);
   if (trajectory.odometry_edges == 0) return text;
   return text +
          field("pose graph",
@@ -230,6 +244,7 @@ std::string describe_model(const ModelRecord& model) {
 std::string describe(const CompiledMap& map) {
   std::string text = describe_map(map) + describe_measurement(map);
   if (map.trajectory) text += describe_trajectory(*map.trajectory, map.ndt.frame);
+  if (!map.notices.empty()) text += describe_notices(map.notices);
   if (map.tile_drives) text += describe_drives(*map.tile_drives);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
   text +=

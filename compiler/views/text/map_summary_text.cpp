@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "compiler/views/verdict/verdict_text.h"
 #include "formats/text/numbers.h"
@@ -65,6 +66,42 @@ std::string poses_text(const TrajectoryQuality& trajectory) {
                             trajectory.loop_edges);
 }
 
+// The one that leaves most of the way open: an assumed one before others, of these the longest.
+const UnconstrainedStretch& worst_of(const std::vector<UnconstrainedStretch>& stretches) {
+  return *std::ranges::max_element(stretches, {}, [](const UnconstrainedStretch& stretch) {
+    return std::pair(stretch.is_assumed(), stretch.way_m);
+  });
+}
+
+std::string unconstrained_text(const std::vector<UnconstrainedStretch>& stretches) {
+  const UnconstrainedStretch& worst = worst_of(stretches);
+  if (stretches.size() == 1) return to_text(worst);
+  double way_m = 0.0;
+  for (const UnconstrainedStretch& stretch : stretches) way_m += stretch.way_m;
+  return fmt::format("{} m of the way on {} stretches; {} (--all lists them)", fixed(way_m, 1),
+                     stretches.size(), to_text(worst));
+}
+
+// "given-poses-disagree (5 places, most 69.1 m at scans 113 to 114)"
+std::string notice_text(const Notice& notice) {
+  std::string facts;
+  if (notice.count > 1) facts = fmt::format("{} places", notice.count);
+  if (!notice.unit.empty()) {
+    facts += fmt::format("{}{}{} {}", facts.empty() ? "" : ", ", notice.count > 1 ? "most " : "",
+                         fixed(notice.amount, notice.amount < 10.0 ? 2 : 1), notice.unit);
+  }
+  if (notice.last_scan > 0) {
+    facts += fmt::format(" at scans {} to {}", notice.first_scan, notice.last_scan);
+  }
+  return facts.empty() ? notice.code : concat(notice.code, " (", facts, ")");
+}
+
+std::string notices_text(const std::vector<Notice>& notices) {
+  std::string text;
+  for (const Notice& notice : notices) text += (text.empty() ? "" : "; ") + notice_text(notice);
+  return text + " (--all explains them)";
+}
+
 std::string facts_text(const InspectedMap& inspected) {
   const CompiledMap& map = inspected.map;
   const MapSummary& summary = inspected.summary;
@@ -82,6 +119,10 @@ std::string facts_text(const InspectedMap& inspected) {
                 map.world == kLocalWorld ? "the coordinates of the recording's poses" : map.world);
   text += field("Drives", drives_text(map.measurement));
   if (map.trajectory) text += field("Poses", poses_text(*map.trajectory));
+  if (map.trajectory && !map.trajectory->unconstrained.empty()) {
+    text += field("Unobserved", unconstrained_text(map.trajectory->unconstrained));
+  }
+  if (!map.notices.empty()) text += field("Doubts", notices_text(map.notices));
   text += field("Sensor", fmt::format("{}, {} beams", map.sensor.name, map.sensor.ring_count()));
   text += field("Localizer", localizer_title(map.model.localizer) +
                                  ": ranges, looks and probabilities are for it alone");
@@ -204,12 +245,43 @@ Json limits_json(const CompiledMap& map) {
   return limits;
 }
 
+Json stretches_json(const std::vector<UnconstrainedStretch>& stretches) {
+  Json json = Json::array();
+  for (const UnconstrainedStretch& stretch : stretches) {
+    const auto& [along, across, heading, substitute] = stretch.directions;
+    json.push_back({{"first_scan", stretch.first_scan},
+                    {"last_scan", stretch.last_scan},
+                    {"way_m", stretch.way_m},
+                    {"along", along},
+                    {"across", across},
+                    {"heading", heading},
+                    {"substitute", name_of(substitute)},
+                    {"sigma_m", stretch.sigma_m ? Json(*stretch.sigma_m) : Json()}});
+  }
+  return json;
+}
+
+Json notices_json(const std::vector<Notice>& notices) {
+  Json json = Json::array();
+  for (const Notice& notice : notices) {
+    json.push_back({{"code", notice.code},
+                    {"text", notice.text},
+                    {"count", notice.count},
+                    {"first_scan", notice.first_scan},
+                    {"last_scan", notice.last_scan},
+                    {"amount", notice.unit.empty() ? Json() : Json(notice.amount)},
+                    {"unit", notice.unit}});
+  }
+  return json;
+}
+
 Json trajectory_json(const CompiledMap& map) {
   if (!map.trajectory) return {};
   return {{"source", source_name(map.trajectory->source)},
           {"pieces", map.trajectory->pieces.size()},
           {"odometry_edges", map.trajectory->odometry_edges},
-          {"loop_edges", map.trajectory->loop_edges}};
+          {"loop_edges", map.trajectory->loop_edges},
+          {"unconstrained", stretches_json(map.trajectory->unconstrained)}};
 }
 
 Json drives_json(const MeasurementCard& card) {
@@ -265,6 +337,7 @@ Json to_json(const InspectedMap& inspected) {
           {"localizer", to_text(map.model.localizer)},
           {"drives", drives_json(map.measurement)},
           {"trajectory", trajectory_json(map)},
+          {"notices", notices_json(map.notices)},
           {"limits", limits_json(map)},
           {"plan",
            map.looks && map.looks->ranges.plan ? Json(to_text(*map.looks->ranges.plan)) : Json()},

@@ -26,6 +26,9 @@ struct VerdictThresholds {
   static constexpr double kMoreWork = 1.05;
   // Partly: the drive judged fewer of the map's places.
   static constexpr double kLeastJudged = 0.5;
+  // Partly: a stretch of the way of such a length whose poses rest on an assumed speed, since scans
+  // do not constrain them.
+  static constexpr double kAssumed_m = 20.0;
 };
 
 // What the verdict rests on.

@@ -237,6 +237,35 @@ void decide(MapJudgement& judgement) {
   judgement.reason = as_sentence(worst->reason);
 }
 
+// Long stretches whose poses rest on an assumed speed.
+std::vector<UnconstrainedStretch> assumed_stretches(const TrajectoryQuality& trajectory) {
+  std::vector<UnconstrainedStretch> assumed;
+  for (const UnconstrainedStretch& stretch : trajectory.unconstrained) {
+    if (stretch.is_assumed() && stretch.way_m >= Thresholds::kAssumed_m) assumed.push_back(stretch);
+  }
+  return assumed;
+}
+
+// The poses of the map, by which its answers were measured: a drive through it does not judge them.
+void judge_poses(const TrajectoryQuality& trajectory, const VerdictFiles& files,
+                 MapJudgement& judgement) {
+  const std::vector<UnconstrainedStretch> assumed = assumed_stretches(trajectory);
+  if (!assumed.empty()) {
+    const std::string sentence = as_sentence(why_assumed(assumed));
+    judgement.reason += concat(judgement.reason.empty() ? "" : " ", sentence);
+    if (judgement.verdict == MapVerdict::kGood) {
+      judgement.verdict = MapVerdict::kPartly;
+      judgement.next = listing_command(files, "lists the stretches that scans do not constrain");
+    }
+  }
+  const std::size_t pieces = trajectory.pieces.size();
+  if (pieces < 2) return;
+  judgement.verdict = MapVerdict::kBad;
+  judgement.reason = concat("The trajectory has ", pieces,
+                            " pieces that are not connected: their relative position is unknown.");
+  judgement.next = listing_command(files, "lists the pieces");
+}
+
 }  // namespace
 
 std::string_view word_of(MapVerdict verdict) {
@@ -270,14 +299,8 @@ MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluati
     judgement.figures = as_sentence(figures_sentence(judgement, limit));
     judgement.promise = promise_of(map, limit, judgement.deciding);
   }
-  const std::size_t pieces = map.trajectory ? map.trajectory->pieces.size() : 0;
-  if (pieces > 1) {
-    judgement.verdict = MapVerdict::kBad;
-    judgement.reason =
-        concat("The trajectory has ", pieces,
-               " pieces that are not connected: their relative position is unknown.");
-  }
-  judgement.next = next_command(judgement, pieces > 1, files);
+  judgement.next = next_command(judgement, files);
+  if (map.trajectory) judge_poses(*map.trajectory, files, judgement);
   return judgement;
 }
 

@@ -117,6 +117,17 @@ std::string why_unanswered(const LimitVerdict& verdict) {
                             verdict.unmet_site);
 }
 
+std::string why_assumed(const std::vector<UnconstrainedStretch>& stretches) {
+  double way_m = 0.0;
+  for (const UnconstrainedStretch& stretch : stretches) way_m += stretch.way_m;
+  const UnconstrainedStretch& longest =
+      *std::ranges::max_element(stretches, {}, &UnconstrainedStretch::way_m);
+  return fmt::format(
+      "On {} m of the way the scans do not constrain the poses of the map{}: {} (scans {} to {})",
+      fixed(way_m, 0), stretches.size() > 1 ? ", most" : "", substitute_text(longest),
+      longest.first_scan, longest.last_scan);
+}
+
 std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& limit) {
   if (!limit.score) return predicted_words(limit);
   const AnswerScore& score = *limit.score;
@@ -145,10 +156,12 @@ std::string as_sentence(std::string text) {
   return text.back() == '.' ? text : text + ".";
 }
 
-std::string next_command(const MapJudgement& judgement, bool is_in_pieces,
-                         const VerdictFiles& files) {
+std::string listing_command(const VerdictFiles& files, const std::string& what_it_does) {
+  return concat("sightline inspect ", command_word(files.map), " --all  # ", what_it_does);
+}
+
+std::string next_command(const MapJudgement& judgement, const VerdictFiles& files) {
   const std::string map = command_word(files.map);
-  if (is_in_pieces) return concat("sightline inspect ", map, " --all  # lists the pieces");
   if (judgement.verdict == MapVerdict::kBad) {
     return concat("sightline weak ", map, "  # shows where the map is weak, and why");
   }

@@ -2,8 +2,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "compiler/views/verdict/map_judgement.h"
+#include "formats/drive/unconstrained_stretches.h"
 
 // The sentences of a verdict. Places are those of the map, scans those of the evaluated drive.
 
@@ -18,14 +20,18 @@ std::string reaching(AnswerKind kind);
 std::string why_more_work(const LimitVerdict& verdict);
 std::string why_unanswered(const LimitVerdict& verdict);
 
+// Of one stretch or more, whose poses rest on an assumed speed.
+std::string why_assumed(const std::vector<UnconstrainedStretch>& stretches);
+
 // What was measured at the limit, or is predicted, without its end.
 std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& limit);
 
 // With a capital letter and a full stop; an empty text stays empty.
 std::string as_sentence(std::string text);
 
+// A command that lists what `inspect` has of poses.
+std::string listing_command(const VerdictFiles& files, const std::string& what_it_does);
 // A command that works with these files, and after "  # " what it does.
-std::string next_command(const MapJudgement& judgement, bool is_in_pieces,
-                         const VerdictFiles& files);
+std::string next_command(const MapJudgement& judgement, const VerdictFiles& files);
 
 }  // namespace sightline

@@ -92,6 +92,7 @@ Facts facts_of(const CompiledMap& map) {
     facts.add("sharpness.of_given", map.sharpness->of_given);
   }
   facts.add("trajectory", map.trajectory);
+  for (const Notice& notice : map.notices) facts.add("notice." + notice.code, notice.text);
   return facts.take();
 }
 

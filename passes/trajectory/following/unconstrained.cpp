@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "passes/trajectory/local/scan_constraint.h"
 
@@ -26,32 +25,27 @@ double step_m(const Odometry& odometry, std::size_t k) {
   return k == 0 ? 0.0 : odometry.driven_m[k] - odometry.driven_m[k - 1];
 }
 
-bool is_long(const UnconstrainedStretch& stretch) {
-  return stretch.way_m >= kLeastWay_m ||
-         (stretch.forecast == Forecast::kNone && stretch.last - stretch.first + 1 >= kLeastScans);
+bool is_long(const WeakSteps& steps) {
+  return steps.way_m >= kLeastWay_m ||
+         (steps.forecast == Forecast::kNone && steps.last - steps.first + 1 >= kLeastScans);
 }
 
-std::string axes_text(const Eigen::Vector3d& weak) {
-  static constexpr std::array kAxes = {"along the road", "across it", "in heading"};
-  std::string text;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (weak[axis] < kNamed) continue;
-    if (!text.empty()) text += ", ";
-    text += kAxes[static_cast<std::size_t>(axis)];
-  }
-  return text.empty() ? "in a direction between these" : text;
-}
-
-std::string forecast_text(const UnconstrainedStretch& stretch) {
-  switch (stretch.forecast) {
+Substitute substitute_of(Forecast forecast) {
+  switch (forecast) {
     case Forecast::kGiven:
-      return "the given poses are used";
+      return Substitute::kGivenPoses;
     case Forecast::kSteady:
-      return fmt::format("constant speed is assumed, +/- {:.1f} m", stretch.way_sigma_m());
+      return Substitute::kConstantSpeed;
     case Forecast::kNone:
       break;
   }
-  return "the speed before is not known, so the way may be far too short";
+  return Substitute::kNone;
+}
+
+Unconstrained unconstrained_of(const WeakSteps& steps) {
+  const double least = std::min(kNamed, steps.weak.maxCoeff());
+  return {steps.weak[0] >= least, steps.weak[1] >= least, steps.weak[2] >= least,
+          substitute_of(steps.forecast)};
 }
 
 // What one unknown number, of standard deviation 1, does to a pose.
@@ -79,12 +73,10 @@ struct ForecastErrors {
 
 }  // namespace
 
-double UnconstrainedStretch::way_sigma_m() const { return kSpeedShare * way_m; }
-
-std::vector<UnconstrainedStretch> unconstrained_stretches(const Odometry& odometry) {
-  std::vector<UnconstrainedStretch> all;
+std::vector<WeakSteps> weak_steps(const Odometry& odometry) {
+  std::vector<WeakSteps> all;
   double last_m = 0.0;  // of the way, at the last weak step
-  std::uint32_t steps = 0;
+  std::uint32_t count = 0;
   for (std::uint32_t k = 1; k < odometry.constraint.size(); ++k) {
     const StepConstraint& step = odometry.constraint[k];
     if (!is_weak(step)) continue;
@@ -93,38 +85,39 @@ std::vector<UnconstrainedStretch> unconstrained_stretches(const Odometry& odomet
                          odometry.driven_m[k - 1] - last_m <= kLongestGap_m;
     if (!goes_on) {
       all.push_back({k, k, 0.0, Eigen::Vector3d::Zero(), step.forecast});
-      steps = 0;
+      count = 0;
     }
-    UnconstrainedStretch& stretch = all.back();
-    stretch.last = k;
-    stretch.way_m += step_m(odometry, k);
-    stretch.weak += (step.weak - stretch.weak) / ++steps;
+    WeakSteps& steps = all.back();
+    steps.last = k;
+    steps.way_m += step_m(odometry, k);
+    steps.weak += (step.weak - steps.weak) / ++count;
     last_m = odometry.driven_m[k];
   }
-  std::erase_if(all, [](const UnconstrainedStretch& stretch) { return !is_long(stretch); });
+  std::erase_if(all, [](const WeakSteps& steps) { return !is_long(steps); });
   return all;
 }
 
-std::string to_text(const UnconstrainedStretch& stretch, const Drive& drive) {
-  return fmt::format("scans {} to {}: {:.1f} m of the way are not constrained {}; {}",
-                     drive.scans[stretch.first].recording_index,
-                     drive.scans[stretch.last].recording_index, stretch.way_m,
-                     axes_text(stretch.weak), forecast_text(stretch));
+void mark_unconstrained(const Odometry& odometry, std::vector<TrajectoryPose>& poses) {
+  for (const WeakSteps& steps : weak_steps(odometry)) {
+    const Unconstrained directions = unconstrained_of(steps);
+    for (std::uint32_t k = steps.first; k <= steps.last; ++k) poses[k].unconstrained = directions;
+  }
 }
 
-void warn_of_unconstrained(const PassContext& ctx, const Drive& drive, const Odometry& odometry) {
+void warn_of_unconstrained(const PassContext& ctx, const std::string& drive,
+                           const Trajectory& trajectory) {
   constexpr std::size_t kMostNamed = 5;
   std::string text;
   std::size_t count = 0;
-  for (const UnconstrainedStretch& stretch : unconstrained_stretches(odometry)) {
-    if (stretch.forecast == Forecast::kGiven) continue;
-    if (++count <= kMostNamed) text += (count == 1 ? "" : "; ") + to_text(stretch, drive);
+  for (const UnconstrainedStretch& stretch : unconstrained_stretches(trajectory)) {
+    if (stretch.directions.substitute == Substitute::kGivenPoses) continue;
+    if (++count <= kMostNamed) text += (count == 1 ? "" : "; ") + to_text(stretch);
   }
   if (count == 0) return;
-  ctx.warn(fmt::format(
-      "drive {}: the scans do not constrain the vehicle on {} stretch{} of the "
-      "way: {}{}. Give poses to know its motion there",
-      drive.name, count, count == 1 ? "" : "es", text, count > kMostNamed ? "; ..." : ""));
+  ctx.warn(
+      fmt::format("drive {}: the scans do not constrain the vehicle on {} stretch{} of the "
+                  "way: {}{}. Give poses to know its motion there",
+                  drive, count, count == 1 ? "" : "es", text, count > kMostNamed ? "; ..." : ""));
 }
 
 std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,

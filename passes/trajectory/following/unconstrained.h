@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "formats/drive/unconstrained_stretches.h"
 #include "passes/matching/match_score.h"
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/following/followed_scans.h"
@@ -14,26 +15,25 @@
 namespace sightline {
 
 // Steps in a row that scans do not constrain, in one or more of the vehicle's axes.
-struct UnconstrainedStretch {
+struct WeakSteps {
   std::uint32_t first = 0;  // scans, by their place in the drive: those that the steps lead to
   std::uint32_t last = 0;
   double way_m = 0.0;                              // of these steps
   Eigen::Vector3d weak = Eigen::Vector3d::Zero();  // forward, left and turn: mean, 0 to 1
   Forecast forecast = Forecast::kNone;             // what was used instead
-
-  // Standard deviation of the way that was forecast at constant speed, m.
-  [[nodiscard]] double way_sigma_m() const;
 };
 
 // Ascending. Steps up to 5 m of way apart are one stretch. Shorter ones than 10 m are left out;
 // where no forecast was known, as the way may be wrong there, those of fewer than ten scans.
-std::vector<UnconstrainedStretch> unconstrained_stretches(const Odometry& odometry);
+std::vector<WeakSteps> weak_steps(const Odometry& odometry);
 
-// "scans 3 to 40: 36.2 m of the way ...": where, in which directions, and what was used.
-std::string to_text(const UnconstrainedStretch& stretch, const Drive& drive);
+// Sets `unconstrained` of the poses that these steps lead to: the axes of which a half or more is
+// weak; where there is none, the weakest.
+void mark_unconstrained(const Odometry& odometry, std::vector<TrajectoryPose>& poses);
 
-// One warning of all stretches whose motion is not that of given poses; none without any.
-void warn_of_unconstrained(const PassContext& ctx, const Drive& drive, const Odometry& odometry);
+// One warning of all stretches that rest on no given poses; none without any.
+void warn_of_unconstrained(const PassContext& ctx, const std::string& drive,
+                           const Trajectory& trajectory);
 
 // What constant speed leaves unknown of each pose, relative to the first of its piece: a speed off
 // by 5 % and a heading that drifts by 0.001 rad/m, both constant over a stretch of weak steps. Map

@@ -10,6 +10,7 @@
 #include "formats/base/portable_math.h"
 #include "formats/base/statistics.h"
 #include "formats/grid/point_grid.h"
+#include "passes/pass/notices.h"
 #include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/pieces/seek_piece.h"
@@ -216,11 +217,20 @@ std::string to_text(const Contradiction& found, const Drive& drive) {
 }
 
 void warn_of_contradictions(const PassContext& ctx, const Drive& drive,
-                            const std::vector<Contradiction>& found) {
+                            const std::vector<Contradiction>& found, std::vector<Notice>& notices) {
   if (found.empty()) return;
-  ctx.warn(with_first_places("loop closures contradict the trajectory", found, drive) +
-           ". Walls may appear doubled there, because of drift or a false loop at a similar place. "
-           "Check these scans, or give poses");
+  const Contradiction& worst = *std::ranges::max_element(found, {}, &Contradiction::off_m);
+  notices.push_back(warned(
+      ctx,
+      {.code = "loops-contradict-poses",
+       .text = with_first_places("loop closures contradict the trajectory", found, drive) +
+               ". Walls may appear doubled there, because of drift or a false loop at a similar "
+               "place. Check these scans, or give poses",
+       .count = static_cast<std::uint32_t>(found.size()),
+       .first_scan = drive.scans[worst.first].recording_index,
+       .last_scan = drive.scans[worst.last].recording_index,
+       .amount = worst.off_m,
+       .unit = "m"}));
 }
 
 Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& ctx,
@@ -256,14 +266,20 @@ std::string to_text(const ScaleDifference& found, const Drive& drive) {
 }
 
 Result<void> warn_of_scale_differences(const PassContext& ctx, const Drive& drive,
-                                       const Trajectory& trajectory, std::size_t from) {
+                                       Trajectory& trajectory, std::size_t from) {
   SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> found,
                    find_scale_differences(ctx, drive, trajectory, from));
   if (found.empty()) return {};
-  ctx.warn(
-      with_first_places("drives measure different distances to the same surfaces", found, drive) +
-      ". Walls may appear doubled, more so farther from the route. Check the range calibration of "
-      "these sensors, or leave out the wrong drive");
+  const auto off = [](const ScaleDifference& one) { return std::abs(one.ratio - 1.0); };
+  trajectory.notices.push_back(warned(
+      ctx, {.code = "drives-differ-in-scale",
+            .text = with_first_places("drives measure different distances to the same surfaces",
+                                      found, drive) +
+                    ". Walls may appear doubled, more so farther from the route. Check the range "
+                    "calibration of these sensors, or leave out the wrong drive",
+            .count = static_cast<std::uint32_t>(found.size()),
+            .amount = 100.0 * off(*std::ranges::max_element(found, {}, off)),
+            .unit = "%"}));
   return {};
 }
 

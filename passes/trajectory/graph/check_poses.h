@@ -61,9 +61,9 @@ std::string with_first_places(const std::string& what, const std::vector<Found>&
   return text;
 }
 
-// One warning of all contradictions; none without any.
+// One warning of all contradictions, which is also added to `notices`; none without any.
 void warn_of_contradictions(const PassContext& ctx, const Drive& drive,
-                            const std::vector<Contradiction>& found);
+                            const std::vector<Contradiction>& found, std::vector<Notice>& notices);
 
 // Two parts of a drive that differ.
 struct ScaleDifference {
@@ -85,9 +85,10 @@ Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& c
 
 std::string to_text(const ScaleDifference& found, const Drive& drive);
 
-// One warning of all differences; none without any. Error: that of finding them.
+// One warning of all differences, which is also added to the trajectory's notices; none without
+// any. Error: that of finding them.
 Result<void> warn_of_scale_differences(const PassContext& ctx, const Drive& drive,
-                                       const Trajectory& trajectory, std::size_t from = 0);
+                                       Trajectory& trajectory, std::size_t from = 0);
 
 // The match of a scan with a map at one scale, to compare how drives measure distances: the larger
 // `fit`, the better. It is sure where others may be judged by it.

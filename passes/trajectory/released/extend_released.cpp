@@ -235,6 +235,17 @@ Result<std::vector<Pose>> solve_later(const Followed& all, const Connections& co
   return poses;
 }
 
+// The aligned poses keep the unconstrained directions and the covariance of their own estimate: the
+// released scans of the same place do not constrain it either.
+void keep_unconstrained(const Trajectory& own, std::vector<TrajectoryPose>& aligned) {
+  const bool has_any = std::ranges::any_of(
+      own.poses, [](const TrajectoryPose& pose) { return pose.unconstrained.is_any(); });
+  for (std::size_t i = 0; has_any && i < aligned.size(); ++i) {
+    aligned[i].unconstrained = own.poses[i].unconstrained;
+    aligned[i].covariance = own.poses[i].covariance;
+  }
+}
+
 // The steps of estimate_trajectory.cpp for drives whose poses `own` are estimated already and are
 // aligned to `released`, which do not move. `task`: all scans, undistorted.
 Result<Trajectory> align_to(const EstimateTask& task, const Trajectory& released,
@@ -250,10 +261,13 @@ Result<Trajectory> align_to(const EstimateTask& task, const Trajectory& released
       are_held_by_loops(all, connections) ? PlaneUse::kCovariance : PlaneUse::kPoses;
   SIGHTLINE_ASSIGN(const Adjustment adjusted,
                    adjust_to_planes(ctx, drive, key_graph(all, connections, poses), poses, use));
-  warn_of_contradictions(
-      ctx, drive, find_contradictions(all.odometry, connections.loops, adjusted.T_map_lidar));
-  const std::vector<TrajectoryPose> later =
+  warn_of_contradictions(ctx, drive,
+                         find_contradictions(all.odometry, connections.loops, adjusted.T_map_lidar),
+                         extended.notices);
+  std::vector<TrajectoryPose> later =
       vehicle_poses(drive, adjusted, all.odometry, connections.pieces.piece, all.known.scans);
+  keep_unconstrained(own, later);
+  extended.notices.insert(extended.notices.end(), own.notices.begin(), own.notices.end());
   extended.poses.insert(extended.poses.end(), later.begin(), later.end());
   SIGHTLINE_TRY(warn_of_scale_differences(ctx, drive, extended, all.known.scans));
   return extended;

@@ -93,6 +93,46 @@ TEST(GateOnOneMap, RefusesPiecesThatNobodyExplainedAndNamesTheirScans) {
   EXPECT_THAT(pieces.message, HasSubstr("one begins at scan 60"));
 }
 
+TEST(GateOnOneMap, WarnsOfPosesThatRestOnAnAssumedSpeed) {
+  CompiledMap map = route_map(100);
+  const auto at_m = [&](std::size_t site) -> Eigen::Vector3d {
+    return map.sites.sites[site].T_map_vehicle.translation();
+  };
+  const Unconstrained assumed = {true, false, false, Substitute::kConstantSpeed};
+  const Unconstrained given = {true, false, false, Substitute::kGivenPoses};
+  map.trajectory->unconstrained = {{3, 20, 18.0, assumed, 0.9, at_m(3), at_m(20)},
+                                   {25, 60, 36.0, assumed, 1.8, at_m(25), at_m(60)},
+                                   {61, 90, 29.0, given, {}, at_m(61), at_m(90)}};
+  const GateReport report = judged(map);
+  EXPECT_TRUE(report.passes());
+  const std::vector<Check> checks = checks_of(report, "trajectory-unconstrained");
+  ASSERT_EQ(checks.size(), 1U);
+  EXPECT_EQ(checks[0].verdict, Verdict::kViolated);
+  EXPECT_EQ(checks[0].severity, Severity::kWarning);
+  EXPECT_DOUBLE_EQ(checks[0].found, 36.0);
+  EXPECT_EQ(checks[0].place->first_site, 25U);
+  EXPECT_EQ(checks[0].place->last_site, 60U);
+  EXPECT_THAT(checks[0].message,
+              HasSubstr("scans 25 to 60: 36.0 m of the way are not constrained along the road; "
+                        "constant speed is assumed, +/- 1.8 m"));
+  map.trajectory->unconstrained.erase(map.trajectory->unconstrained.begin() + 1);
+  const Check short_one = checks_of(judged(map), "trajectory-unconstrained").at(0);
+  EXPECT_EQ(short_one.verdict, Verdict::kMet);
+  EXPECT_DOUBLE_EQ(short_one.found, 18.0);
+  map.trajectory->unconstrained.erase(map.trajectory->unconstrained.begin());
+  EXPECT_DOUBLE_EQ(checks_of(judged(map), "trajectory-unconstrained").at(0).found, 0.0);
+}
+
+TEST(GateOnOneMap, WarnsOfContradictionsThatWereAccepted) {
+  CompiledMap map = route_map(20);
+  EXPECT_EQ(checks_of(judged(map), "input-contradictions").at(0).verdict, Verdict::kMet);
+  map.notices = {{"given-poses-disagree", "given poses and scans disagree", 2, 3, 4, 69.1, "m"}};
+  const Check check = checks_of(judged(map), "input-contradictions").at(0);
+  EXPECT_EQ(check.verdict, Verdict::kViolated);
+  EXPECT_EQ(check.severity, Severity::kWarning);
+  EXPECT_THAT(check.message, HasSubstr("given poses and scans disagree"));
+}
+
 TEST(GateOnOneMap, SaysWhatItCannotJudge) {
   CompiledMap map = route_map(20);
   map.factors = {};

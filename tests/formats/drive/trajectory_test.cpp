@@ -1,4 +1,5 @@
 #include "formats/drive/trajectory.h"
+#include "formats/drive/unconstrained_stretches.h"
 
 #include <gtest/gtest.h>
 
@@ -79,6 +80,88 @@ TEST(Trajectory, SaysWhichScansAreNotLaid) {
   EXPECT_EQ(table.columns.back(), "is_laid");
   EXPECT_EQ(table.rows[0].back(), Cell(std::int64_t{1}));
   EXPECT_EQ(table.rows[1].back(), Cell(std::int64_t{0}));
+}
+
+// Covariances as of a vehicle that drives ten steps of 1 m along x, the last eight of them weak.
+Trajectory weak_along() {
+  Trajectory trajectory;
+  for (std::uint32_t i = 0; i <= 10; ++i) {
+    TrajectoryPose pose{7 + i, 100 * i, turned(0.0, {1.0 * i, 0.0, 0.0})};
+    PoseCovariance::Matrix covariance = PoseCovariance::Matrix::Zero();
+    covariance(0, 0) = i < 3 ? 0.01 : 0.01 + 0.25 * (i - 2) * (i - 2);
+    pose.covariance = covariance;
+    if (i >= 3) pose.unconstrained = {true, false, false, Substitute::kConstantSpeed};
+    trajectory.poses.push_back(pose);
+  }
+  return trajectory;
+}
+
+TEST(Trajectory, KeepsWhatScansDoNotConstrain) {
+  const Trajectory trajectory = weak_along();
+  expect_survives_disk(trajectory);
+  const Trajectory again = value_of(from_bytes<Trajectory>(to_bytes(trajectory)));
+  EXPECT_EQ(again.poses[2].unconstrained, Unconstrained());
+  EXPECT_EQ(again.poses[3].unconstrained, trajectory.poses[3].unconstrained);
+  EXPECT_EQ(again.poses[3].piece, 0U);
+  EXPECT_TRUE(again.poses[3].is_laid);
+  const Table table = dump(trajectory);
+  EXPECT_EQ(table.columns.back(), "substitute");
+  EXPECT_EQ(table.rows[3].back(), Cell(std::string("constant-speed")));
+  EXPECT_EQ(table.rows[2][table.rows[2].size() - 4], Cell(std::int64_t{0}));
+}
+
+// A constrained pose and its bytes are those of a trajectory that knows nothing of such poses.
+TEST(Trajectory, HasNoOtherBytesWhereScansConstrainAll) {
+  const auto bytes_of = [](const TrajectoryPose& pose) {
+    ByteWriter writer;
+    encode(pose, writer);
+    return writer.take();
+  };
+  const TrajectoryPose pose = two_poses().poses[1];
+  const std::vector<std::byte> bytes = bytes_of(pose);
+  const std::size_t piece = bytes.size() - sizeof(double) - sizeof(std::uint32_t);
+  EXPECT_EQ(bytes[piece], std::byte{1});
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_EQ(bytes[piece + i], std::byte{0});
+}
+
+TEST(Trajectory, IsRefusedWithASubstituteThatNothingNeeds) {
+  expect_refused<Trajectory>(
+      weak_along(), {[](Trajectory& needless) {
+                       needless.poses[0].unconstrained.substitute = Substitute::kWheelSpeed;
+                     },
+                     [](Trajectory& unknown) {
+                       unknown.poses[5].unconstrained.substitute = static_cast<Substitute>(7);
+                     },
+                     [](Trajectory& nameless) { nameless.notices.emplace_back(); }});
+}
+
+TEST(UnconstrainedStretches, HaveTheirWayAndTheGrowthOfTheVariance) {
+  Trajectory trajectory = weak_along();
+  std::vector<UnconstrainedStretch> stretches = unconstrained_stretches(trajectory);
+  ASSERT_EQ(stretches.size(), 1U);
+  EXPECT_EQ(stretches[0].first_scan, 10U);
+  EXPECT_EQ(stretches[0].last_scan, 17U);
+  EXPECT_DOUBLE_EQ(stretches[0].way_m, 8.0);
+  EXPECT_NEAR(stretches[0].sigma_m.value(), 0.5 * 8.0, 1e-12);
+  EXPECT_NEAR(unconstrained_sigmas_m(trajectory)[4].value(), 0.5 * 2.0, 1e-12);
+  EXPECT_EQ(stretches[0].end_map_m.x(), 10.0);
+  trajectory.poses[6].unconstrained = {};
+  for (std::size_t i = 7; i <= 10; ++i) {
+    trajectory.poses[i].unconstrained.substitute = Substitute::kGivenPoses;
+  }
+  stretches = unconstrained_stretches(trajectory);
+  ASSERT_EQ(stretches.size(), 2U);
+  EXPECT_FALSE(stretches[1].is_assumed());
+  EXPECT_EQ(stretches[1].sigma_m, std::nullopt);
+  EXPECT_EQ(substitute_text(stretches[1]), "the given poses are used");
+}
+
+TEST(Trajectory, KeepsItsNotices) {
+  Trajectory trajectory = two_poses();
+  trajectory.notices = {{"given-poses-disagree", "they disagree", 2, 3, 4, 69.1, "m"}};
+  expect_survives_disk(trajectory);
+  const Trajectory again = value_of(from_bytes<Trajectory>(to_bytes(trajectory)));
+  EXPECT_EQ(again.notices, trajectory.notices);
 }
 
 TEST(Trajectory, RefusesPiecesOutOfOrderAndOverlapsThatAreNoShares) {

@@ -57,6 +57,27 @@ TEST(MapFile, CarriesTheNameOfItsWorldAndNothingOfALocalOne) {
   }
 }
 
+TEST(MapFile, CarriesWhatScansDoNotConstrainAndWhatWasContradicted) {
+  CompiledMap map = random_map({.seed = 3});
+  const std::vector<std::byte> without = encode_map(map);
+  map.trajectory->unconstrained = {
+      {3, 40, 36.0, {true, false, true, Substitute::kConstantSpeed}, 1.8, {1, 2, 3}, {4, 5, 6}},
+      {50, 70, 20.0, {false, true, false, Substitute::kGivenPoses}, {}, {7, 8, 9}, {1, 1, 1}}};
+  map.notices = {{"given-poses-disagree", "they disagree", 5, 113, 114, 69.1, "m"},
+                 {"unlike-profile", "another sensor", 1, 0, 0, 0.0, ""}};
+  const std::vector<std::byte> file = encode_map(map);
+  EXPECT_NE(file, without);
+  const CompiledMap back = value_of(read_map(file));
+  EXPECT_EQ(back.trajectory, map.trajectory);
+  EXPECT_EQ(back.notices, map.notices);
+  map.trajectory->unconstrained.clear();
+  map.notices.clear();
+  EXPECT_EQ(encode_map(map), without);
+  const CompiledMap older = value_of(read_map(without));
+  EXPECT_TRUE(older.trajectory->unconstrained.empty());
+  EXPECT_TRUE(older.notices.empty());
+}
+
 TEST(MapFile, CarriesColumnsOfSitesInTheOrderOfTheirNames) {
   CompiledMap map = random_map({.seed = 3, .has_columns = true});
   const std::vector<std::byte> file = encode_map(map);

@@ -626,6 +626,30 @@ TEST(MapReaderColumns, AreThoseOfTheMapByTheNumberOfASite) {
   EXPECT_EQ(reader.column("height_m").error().code, ErrorCode::kBadArgument);
 }
 
+TEST(MapReaderPoses, AreConstrainedUnlessTheColumnNamesADirection) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 130});
+  const std::vector<std::byte> silent = encode_map(map);
+  const MapPoses known = value_of(value_of(MapReader::open(silent, "annealed")).poses());
+  EXPECT_TRUE(known.is_constrained(7));
+  EXPECT_EQ(known.sigma_m(7), 0.0);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  map.columns = {{"pose_sigma_m", "m", std::vector<float>(130, -kInfinity)},
+                 {"unconstrained", "", std::vector<float>(130, 0.0F)}};
+  map.columns[0].values[7] = 2.5F;
+  map.columns[0].values[8] = kInfinity;
+  for (const std::size_t site : {7U, 8U, 9U}) map.columns[1].values[site] = 1.0F;
+  const std::vector<std::byte> file = encode_map(map);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  const MapPoses poses = value_of(reader.poses());
+  EXPECT_TRUE(poses.is_constrained(6));
+  EXPECT_EQ(poses.sigma_m(6), 0.0);
+  EXPECT_FALSE(poses.is_constrained(7));
+  EXPECT_EQ(poses.sigma_m(7), 2.5);
+  EXPECT_TRUE(std::isinf(poses.sigma_m(8)));
+  EXPECT_FALSE(poses.is_constrained(9));
+  EXPECT_EQ(poses.sigma_m(9), 0.0);
+}
+
 TEST(MapReaderColumns, AreRefusedWhereTheyAreDamaged) {
   const CompiledMap map = random_map({.seed = 4, .site_count = 130, .has_columns = true});
   std::vector<std::byte> file = encode_map(map);

@@ -5,10 +5,13 @@
 
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "formats/base/random.h"
+#include "formats/drive/unconstrained_stretches.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
@@ -54,6 +57,7 @@ struct Workshop {
                                                   .sensor = made.sensor,
                                                   .recordings = recordings,
                                                   .mapping = is_finished ? nullptr : &mapping,
+                                                  .trajectory = trajectory ? &*trajectory : nullptr,
                                                   .columns = made.columns}));
     EXPECT_TRUE(validate(map));
     EXPECT_EQ(map.predicted_localizer, model.card.localizer);
@@ -63,6 +67,7 @@ struct Workshop {
 
   CompiledMap made;
   Drive mapping;
+  std::optional<Trajectory> trajectory;
   RecordingCards recordings;
   bool chooses_no_looks = false;  // though they are predicted
   bool is_finished = false;       // not of drives: a finished map was annotated
@@ -105,6 +110,49 @@ TEST(EmitMap, KeepsColumnsOfSitesInTheOrderOfTheirNames) {
   EXPECT_EQ(map.columns[0].values, workshop.made.columns[1].values);
   workshop.made.columns[0].values.pop_back();
   EXPECT_EQ(workshop.emit().error().code, ErrorCode::kMismatchedInputs);
+}
+
+// Poses at the first ten sites, of which those from the third on are not constrained.
+Trajectory weak_trajectory(const Sites& sites) {
+  Trajectory trajectory;
+  trajectory.frame = sites.frame;
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    TrajectoryPose pose{i, 100 * i, sites.sites[i].T_map_vehicle};
+    PoseCovariance::Matrix covariance = PoseCovariance::Matrix::Zero();
+    if (i >= 2) {
+      pose.unconstrained = {true, true, false, Substitute::kConstantSpeed};
+      covariance.diagonal().head<2>().setConstant(0.5 * i * i);
+    }
+    pose.covariance = covariance;
+    trajectory.poses.push_back(pose);
+  }
+  return trajectory;
+}
+
+TEST(EmitMap, SaysWhichSitesScansDoNotConstrain) {
+  Workshop workshop({.seed = 1});
+  workshop.trajectory = weak_trajectory(workshop.made.sites);
+  workshop.trajectory->notices = {{"given-poses-disagree", "they disagree", 2, 3, 4, 69.1, "m"}};
+  const CompiledMap map = value_of(workshop.emit());
+  ASSERT_EQ(map.columns.size(), 2U);
+  EXPECT_EQ(map.columns[0].name, "pose_sigma_m");
+  EXPECT_EQ(map.columns[1].name, "unconstrained");
+  EXPECT_EQ(map.columns[1].values[1], 0.0F);
+  EXPECT_EQ(map.columns[1].values[5], 3.0F);
+  EXPECT_EQ(map.columns[0].values[1], -std::numeric_limits<float>::infinity());
+  EXPECT_NEAR(map.columns[0].values[5], 5.0, 1e-6);
+  ASSERT_EQ(map.trajectory->unconstrained.size(), 1U);
+  EXPECT_EQ(map.trajectory->unconstrained[0], unconstrained_stretches(*workshop.trajectory)[0]);
+  EXPECT_EQ(map.notices, workshop.trajectory->notices);
+}
+
+TEST(EmitMap, HasNoSuchColumnsWhereScansConstrainAll) {
+  Workshop workshop({.seed = 1});
+  workshop.trajectory = weak_trajectory(workshop.made.sites);
+  for (TrajectoryPose& pose : workshop.trajectory->poses) pose.unconstrained = {};
+  const CompiledMap map = value_of(workshop.emit());
+  EXPECT_TRUE(map.columns.empty());
+  EXPECT_TRUE(map.trajectory->unconstrained.empty());
 }
 
 // The version in the heading of a definition: "## Sites (v2)"; 0 where there is no such heading.

@@ -32,13 +32,14 @@ class RealSensors : public testing::Test {
   std::string warning_under(const std::string& sensor) {
     ctx_.warnings.clear();
     recording_.sensor = *sensor_profile(sensor);
-    const Result<void> checked = check_sensor(ctx_, recording_);
+    const Result<void> checked = check_sensor(ctx_, recording_, notices_);
     if (!checked) return to_string(checked.error());
     return ctx_.warnings.empty() ? "" : ctx_.warnings.front();
   }
 
   Recording recording_;
   TestContext ctx_;
+  std::vector<Notice> notices_;
 };
 
 TEST_F(RealSensors, Kitti0005IsAnHdl64e) {

@@ -38,6 +38,17 @@ std::vector<float> as_floats(const std::vector<double>& values) {
   return {values.begin(), values.end()};
 }
 
+// Of the column "unconstrained"; empty in a map whose poses all are constrained.
+std::vector<std::uint8_t> unconstrained_of(const CompiledMap& map) {
+  std::vector<std::uint8_t> directions;
+  const auto column = std::ranges::find(map.columns, "unconstrained", &SiteColumn::name);
+  if (column == map.columns.end()) return directions;
+  for (const float value : column->values) {
+    directions.push_back(static_cast<std::uint8_t>(std::clamp(value, 0.0F, 255.0F)));
+  }
+  return directions;
+}
+
 PageJson sites_json(const CompiledMap& map) {
   std::vector<double> x_m, y_m, z_m, s_m, heading_rad;
   std::vector<std::uint32_t> run;
@@ -50,11 +61,14 @@ PageJson sites_json(const CompiledMap& map) {
     heading_rad.push_back(std::atan2(ahead.y(), ahead.x()));
     run.push_back(site.run);
   }
-  return {
+  PageJson json = {
       {"count", map.sites.sites.size()}, {"x_m", json_numbers(x_m)},
       {"y_m", json_numbers(y_m)},        {"z_m", json_numbers(z_m)},
       {"s_m", json_numbers(s_m)},        {"heading_rad", json_numbers(heading_rad)},
       {"run", json_numbers(run)},        {"route_m", json_numbers(route_of_sites_m(map.sites))}};
+  const std::vector<std::uint8_t> unconstrained = unconstrained_of(map);
+  if (!unconstrained.empty()) json["unconstrained"] = json_numbers(unconstrained);
+  return json;
 }
 
 PageJson predicted_json(const CompiledMap& map) {

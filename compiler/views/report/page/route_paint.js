@@ -84,6 +84,19 @@ function byFlag(page) {
   };
 }
 
+// Whether scans constrain the poses of the map, without which no answer is known to be right.
+function byPose(page) {
+  return {
+    name: "poses",
+    colours: () => {
+      const [constrained, open] = [css("blue"), css("orange")];
+      return (site) => (page.sites.unconstrained[site] > 0 ? open : constrained);
+    },
+    legend: () => legendOf("poses of the map:", [css("blue"), "constrained by the scans"],
+      [css("orange"), "not constrained by the scans"]),
+  };
+}
+
 // Change of the range from the older map.
 function byChange(page) {
   const places = new Map();
@@ -119,6 +132,7 @@ export function paintsOf(page) {
   const paints = [byRange(page), byError(page, "predicted error (cm)", (site, range) => predictedError(page, site, range))];
   if (page.judged) paints.push(byError(page, "measured error (cm)", (site, range) => measuredError(page, site, range)));
   paints.push(byProbability(page), byFlag(page));
+  if (page.sites.unconstrained) paints.push(byPose(page));
   if (page.diff) paints.push(byChange(page));
   return paints;
 }

@@ -40,6 +40,28 @@ std::string pieces_table(const TrajectoryQuality& quality, const MapFrame& frame
                     "side by side, and distances between pieces have no meaning");
 }
 
+std::string unconstrained_table(const std::vector<UnconstrainedStretch>& stretches) {
+  if (stretches.empty()) return "";
+  TextGrid grid = {
+      {"scans", "way (m)", "not constrained", "used instead", "1 sigma at the end (m)"}};
+  for (const UnconstrainedStretch& stretch : stretches) {
+    grid.push_back({fmt::format("{} to {}", stretch.first_scan, stretch.last_scan),
+                    fixed(stretch.way_m, 1), directions_text(stretch.directions),
+                    std::string(name_of(stretch.directions.substitute)),
+                    stretch.sigma_m ? fixed(*stretch.sigma_m, 1) : "unknown"});
+  }
+  return html_table(grid,
+                    "Stretches of the way that scans do not constrain: poses there rest on what is "
+                    "used instead, and distances along them are as uncertain");
+}
+
+std::string notices_table(const std::vector<Notice>& notices) {
+  if (notices.empty()) return "";
+  Facts facts;
+  for (const Notice& notice : notices) facts.emplace_back(notice.code, notice.text);
+  return "<h3>Contradictions in the inputs that were accepted</h3>\n" + fact_table(facts);
+}
+
 std::string trajectory_facts(const Trajectory& trajectory) {
   double way_m = 0.0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) way_m += step_m(trajectory, i);
@@ -224,6 +246,10 @@ Section making_section(const ReportSources& sources) {
     if (std::ranges::any_of(sources.trajectory->poses, is_uncertain))
       section.html += uncertainty_figure(*sources.trajectory);
   }
+  if (sources.map->trajectory) {
+    section.html += unconstrained_table(sources.map->trajectory->unconstrained);
+  }
+  section.html += notices_table(sources.map->notices);
   if (sources.map->sharpness) section.html += sharpness_table(*sources.map->sharpness);
   section.html += "<h3>Moving objects removed</h3>\n";
   section.html +=

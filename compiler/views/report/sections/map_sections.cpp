@@ -44,9 +44,32 @@ struct RouteColours {
   std::string (*colour_of)(std::size_t) = nullptr;
 };
 
+// A dashed line along the sites whose poses scans do not constrain; empty where there are none.
+std::string unconstrained_svg(const CompiledMap& map, double width_m) {
+  const auto column = std::ranges::find(map.columns, "unconstrained", &SiteColumn::name);
+  if (column == map.columns.end()) return "";
+  const std::vector<Site>& sites = map.sites.sites;
+  std::string path;
+  bool goes_on = false;
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const bool is_open = column->values[i] > 0.0F;
+    goes_on = goes_on && i > 0 && sites[i].run == sites[i - 1].run;
+    if (is_open) {
+      path += fmt::format("{}{:.2f} {:.2f}", goes_on ? "L" : "M", sites[i].p_map_m.x(),
+                          -sites[i].p_map_m.y());
+    }
+    goes_on = is_open;
+  }
+  return fmt::format(
+      "<path d=\"{}\" style=\"fill:none;stroke:currentColor;stroke-width:{:.2f};"
+      "stroke-dasharray:{:.2f}\"/>\n",
+      path, 0.4 * width_m, 1.5 * width_m);
+}
+
 // The route from above at one limit, over a background in SVG.
-std::string still_route(const Sites& sites, const RangeTable& choice, std::size_t limit,
+std::string still_route(const CompiledMap& map, const RangeTable& choice, std::size_t limit,
                         const RouteColours& colours, const std::string& background) {
+  const Sites& sites = map.sites;
   const MapBox box = box_of_route(sites, kMargin_m);
   const double route_m = std::max(box.width_m(), box.height_m()) / 150.0;
   return concat(
@@ -54,7 +77,7 @@ std::string still_route(const Sites& sites, const RangeTable& choice, std::size_
                   "<title>The route from above, coloured by {}</title>\n",
                   box.low_x_m, -box.high_y_m, box.width_m(), box.height_m(), colours.by),
       background, route_svg(sites, choice, limit, route_m, colours.colour_of),
-      scale_bar_svg(box, "currentColor"), "</svg>\n");
+      unconstrained_svg(map, route_m), scale_bar_svg(box, "currentColor"), "</svg>\n");
 }
 
 // How often each look is chosen that any site takes, with its colour.
@@ -81,7 +104,7 @@ std::string choice_at(const CompiledMap& map, std::size_t limit) {
                 html_figure({id, "Looks, " + limit_words + ".",
                              "The look chosen at each place, and the share of the sites for each "
                              "look, in order of matching time.",
-                             still_route(map.sites, looks, limit, {"look", &look_colour}, "") +
+                             still_route(map, looks, limit, {"look", &look_colour}, "") +
                                  shares(looks, limit),
                              ""}));
 }
@@ -137,13 +160,16 @@ Section map_section(const ReportSources& sources) {
     figure.caption +=
         " Grey: surfaces seen by the mapping drive, darker where higher above the road.";
   }
+  if (map.trajectory && !map.trajectory->unconstrained.empty()) {
+    figure.caption += " Dashed: scans do not constrain the poses of the map.";
+  }
   if (!page_script().empty()) {
     figure.caption += " Click the route, or use the buttons, to see why a site has its range.";
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     figure.picture_html +=
         concat("<h3>Limit ", limit_text(map.ranges.promises[limit].limit_m), "</h3>\n",
-               still_route(map.sites, map.ranges, limit, {"range", &range_colour},
+               still_route(map, map.ranges, limit, {"range", &range_colour},
                            background_of(sources, limit)),
                legend(map));
   }

@@ -21,6 +21,7 @@
 namespace sightline {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using enum MapVerdict;
 
@@ -61,6 +62,14 @@ CompiledMap in_pieces() {
   return map;
 }
 
+// A tunnel of 30 m, through which the poses rest on `substitute`.
+CompiledMap with_tunnel(Substitute substitute, double way_m) {
+  CompiledMap map = good_map();
+  map.trajectory->unconstrained = {{12, 42, way_m, {true, false, false, substitute}, 1.5}};
+  map.notices = {{"given-poses-disagree", "they disagree", 5, 3, 4, 69.1, "m"}};
+  return map;
+}
+
 // Of a replayed drive: every answer beside two constant ones.
 EvaluationFigures replayed(double coverage, std::uint32_t lost, std::uint32_t judged = kSites) {
   EvaluationFigures figures;
@@ -96,6 +105,12 @@ std::vector<Case> cases() {
   all.push_back({"evaluation far below the target", good_map(), replayed(0.85, 0), kBad});
   all.push_back({"tracks lost", good_map(), replayed(0.98, 3), kBad});
   all.push_back({"three pieces", in_pieces(), replayed(0.98, 0), kBad});
+  all.push_back({"tunnel at a constant speed", with_tunnel(Substitute::kConstantSpeed, 30.0),
+                 replayed(0.99, 0), kPartly});
+  all.push_back({"tunnel at an unknown speed", with_tunnel(Substitute::kNone, 20.0), {}, kPartly});
+  all.push_back({"short tunnel", with_tunnel(Substitute::kConstantSpeed, 19.0), {}, kGood});
+  all.push_back({"tunnel with given poses", with_tunnel(Substitute::kGivenPoses, 30.0), {}, kGood});
+  all.push_back({"tunnel with wheel speed", with_tunnel(Substitute::kWheelSpeed, 30.0), {}, kGood});
   all.push_back({"simulated", simulated(), {}, kNotJudged});
   all.push_back({"no site measured", simulated(), {}, kNotJudged});
   all.back().map.measurement.reference = ErrorReference::kKnownPose;
@@ -115,6 +130,39 @@ TEST(Verdict, IsAsItsThresholdsSay) {
     const bool has_reason = each.expected == kPartly || each.expected == kBad;
     EXPECT_EQ(!judgement.reason.empty(), has_reason) << each.name;
   }
+}
+
+TEST(Verdict, NamesTheWayThatRestsOnAnAssumedSpeed) {
+  CompiledMap map = with_tunnel(Substitute::kConstantSpeed, 30.0);
+  const EvaluationFigures figures = replayed(0.99, 0);
+  const MapJudgement judgement = judge_map(map, &figures, {});
+  EXPECT_EQ(judgement.reason,
+            "On 30 m of the way the scans do not constrain the poses of the map: constant speed is "
+            "assumed, +/- 1.5 m (scans 12 to 42).");
+  EXPECT_THAT(judgement.next, HasSubstr("inspect MAP --all"));
+  for (LimitQuality& quality : map.quality) quality.measured_coverage = 0.8;
+  const MapJudgement bad = judge_map(map, nullptr, {});
+  EXPECT_EQ(bad.verdict, kBad);
+  EXPECT_THAT(bad.reason, HasSubstr(". On 30 m of the way"));
+}
+
+TEST(Verdict, InspectNamesWhatWasNotObservedAndWhatWasContradicted) {
+  CompiledMap map = with_tunnel(Substitute::kConstantSpeed, 30.0);
+  MapSummary summary;
+  const MapJudgement judgement = judge_map(map, nullptr, {});
+  EXPECT_THAT(
+      summary_text({"road.slmap", map, summary, judgement}),
+      AllOf(HasSubstr("Unobserved scans 12 to 42: 30.0 m of the way are not constrained "
+                      "along the road; constant speed is assumed, +/- 1.5 m\n"),
+            HasSubstr("Doubts     given-poses-disagree (5 places, most 69.1 m at scans 3 to "
+                      "4) (--all explains them)\n")));
+  map.trajectory->unconstrained.push_back({50, 60, 12.0, {false, true, true, Substitute::kNone}});
+  EXPECT_THAT(summary_text({"road.slmap", map, summary, judgement}),
+              HasSubstr("Unobserved 42.0 m of the way on 2 stretches; scans 12 to 42: 30.0 m"));
+  const CompiledMap known = good_map();
+  const std::string without = summary_text({"road.slmap", known, summary, judgement});
+  EXPECT_THAT(without, testing::Not(HasSubstr("Unobserved")));
+  EXPECT_THAT(without, testing::Not(HasSubstr("Doubts")));
 }
 
 TEST(Verdict, TheCasesHaveTwoOfEachVerdict) {

@@ -321,6 +321,15 @@ TEST(MapDiff, NamesEveryFigureOfTheManifest) {
               ElementsAre("trajectory.pieces.0.way_m", "trajectory.pieces.1.first_scan",
                           "trajectory.pieces.1.stamp_ns", "trajectory.pieces.1.scan_count",
                           "trajectory.pieces.1.way_m", "trajectory.pieces.1.begin_map_m"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) {
+                changed.trajectory->unconstrained = {
+                    {3, 9, 27.0, {true, false, false, Substitute::kConstantSpeed}, 1.4}};
+              }),
+              testing::Contains("trajectory.unconstrained.0.way_m"));
+  EXPECT_THAT(changes_of([](CompiledMap& changed) {
+                changed.notices = {{"given-poses-disagree", "they disagree", 2, 3, 4, 69.1, "m"}};
+              }),
+              ElementsAre("notice.given-poses-disagree"));
 }
 
 TEST(MapDiff, SaysWhatBecameOfColumnsOfSites) {

@@ -28,26 +28,32 @@ Odometry weak_way(std::size_t count, std::size_t first, std::size_t last, Foreca
   return odometry;
 }
 
-Drive drive_of(std::size_t scans) {
-  Drive drive;
-  drive.name = "test";
-  drive.scans.resize(scans);
-  for (std::uint32_t k = 0; k < scans; ++k) drive.scans[k].recording_index = 2 * k;
-  return drive;
+// Its poses, with the covariance of the forecast; the scans are every second one of a recording.
+Trajectory trajectory_of(const Odometry& odometry) {
+  const std::vector<Matrix6d> covariance =
+      forecast_covariance(odometry, odometry.T_map_lidar, Pose::Identity());
+  Trajectory trajectory;
+  for (std::uint32_t k = 0; k < odometry.T_map_lidar.size(); ++k) {
+    trajectory.poses.push_back({2 * k, 100 * k, odometry.T_map_lidar[k]});
+    trajectory.poses.back().covariance = covariance[k];
+  }
+  mark_unconstrained(odometry, trajectory.poses);
+  return trajectory;
 }
 
 TEST(Unconstrained, IsNamedByScansWayDirectionAndWhatWasUsed) {
-  const Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
-  const std::vector<UnconstrainedStretch> found = unconstrained_stretches(odometry);
+  const Trajectory trajectory = trajectory_of(weak_way(80, 20, 59, Forecast::kSteady));
+  const std::vector<UnconstrainedStretch> found = unconstrained_stretches(trajectory);
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].first, 20U);
-  EXPECT_EQ(found[0].last, 59U);
+  EXPECT_EQ(found[0].first_scan, 40U);
+  EXPECT_EQ(found[0].last_scan, 118U);
   EXPECT_NEAR(found[0].way_m, 40.0, 1e-9);
-  EXPECT_EQ(to_text(found[0], drive_of(80)),
+  EXPECT_NEAR(found[0].sigma_m.value(), 2.0, 1e-9);
+  EXPECT_EQ(to_text(found[0]),
             "scans 40 to 118: 40.0 m of the way are not constrained along the road; constant speed "
             "is assumed, +/- 2.0 m");
   TestContext ctx;
-  warn_of_unconstrained(ctx, drive_of(80), odometry);
+  warn_of_unconstrained(ctx, "test", trajectory);
   ASSERT_EQ(ctx.warnings.size(), 1U);
   EXPECT_THAT(ctx.warnings[0], HasSubstr("scans 40 to 118"));
 }
@@ -55,16 +61,21 @@ TEST(Unconstrained, IsNamedByScansWayDirectionAndWhatWasUsed) {
 TEST(Unconstrained, BridgesShortGapsAndLeavesOutShortStretches) {
   Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
   for (const std::size_t k : {30U, 31U, 32U}) odometry.constraint[k] = {};
-  EXPECT_EQ(unconstrained_stretches(odometry).size(), 1U);
-  EXPECT_EQ(unconstrained_stretches(weak_way(80, 20, 28, Forecast::kSteady)).size(), 0U);
+  EXPECT_EQ(unconstrained_stretches(trajectory_of(odometry)).size(), 1U);
+  EXPECT_EQ(weak_steps(weak_way(80, 20, 28, Forecast::kSteady)).size(), 0U);
   // Without a forecast the way itself may be too short.
-  EXPECT_EQ(unconstrained_stretches(weak_way(80, 1, 9, Forecast::kNone)).size(), 0U);
-  EXPECT_EQ(unconstrained_stretches(weak_way(80, 1, 10, Forecast::kNone)).size(), 1U);
+  EXPECT_EQ(weak_steps(weak_way(80, 1, 9, Forecast::kNone)).size(), 0U);
+  EXPECT_EQ(weak_steps(weak_way(80, 1, 10, Forecast::kNone)).size(), 1U);
 }
 
-TEST(Unconstrained, WhereGivenPosesLeadIsNoWarning) {
+TEST(Unconstrained, WhereGivenPosesLeadIsSaidWithoutAWarning) {
+  const Trajectory trajectory = trajectory_of(weak_way(80, 20, 59, Forecast::kGiven));
+  const std::vector<UnconstrainedStretch> found = unconstrained_stretches(trajectory);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_FALSE(found[0].is_assumed());
+  EXPECT_EQ(found[0].sigma_m, std::nullopt);
   TestContext ctx;
-  warn_of_unconstrained(ctx, drive_of(80), weak_way(80, 20, 59, Forecast::kGiven));
+  warn_of_unconstrained(ctx, "test", trajectory);
   EXPECT_TRUE(ctx.warnings.empty());
 }
 
@@ -137,6 +148,12 @@ TEST(Unconstrained, ATunnelKeepsItsLengthWhichIsSaid) {
   ASSERT_EQ(ctx.warnings.size(), 1U);
   EXPECT_THAT(ctx.warnings[0], HasSubstr("not constrained along the road; constant speed"));
   EXPECT_GT(found.poses.back().covariance(0, 0), 1.0) << "several metres are not known";
+  const std::vector<UnconstrainedStretch> stretches = unconstrained_stretches(found);
+  ASSERT_FALSE(stretches.empty());
+  EXPECT_TRUE(stretches.back().directions.along);
+  EXPECT_EQ(stretches.back().directions.substitute, Substitute::kConstantSpeed);
+  EXPECT_NEAR(stretches.back().sigma_m.value(), 0.05 * stretches.back().way_m,
+              0.2 * stretches.back().sigma_m.value());
 }
 
 TEST(Unconstrained, GivenPosesOfATunnelStayWithoutAWarning) {
@@ -148,6 +165,11 @@ TEST(Unconstrained, GivenPosesOfATunnelStayWithoutAWarning) {
   const Trajectory kept = value_of(estimate_trajectory(ctx, {}, test.drive));
   EXPECT_EQ(kept.source, PoseSource::kGiven);
   EXPECT_THAT(ctx.warnings, testing::IsEmpty());
+  const std::vector<UnconstrainedStretch> stretches = unconstrained_stretches(kept);
+  ASSERT_FALSE(stretches.empty()) << "given poses are used there, which is said";
+  for (const UnconstrainedStretch& stretch : stretches) {
+    EXPECT_EQ(stretch.directions.substitute, Substitute::kGivenPoses);
+  }
   const EstimateTrajectoryOptions refine{.mode = PoseMode::kRefine};
   const Trajectory refined = value_of(estimate_trajectory(ctx, refine, test.drive));
   EXPECT_LT(largest_error_m(refined, test.truth), 0.05);

@@ -115,8 +115,13 @@ TEST(Contradictions, NameDrivesAndScans) {
   for (const std::uint32_t i : {1U, 2U, 3U}) pieces.put_off(i, 0.5);
   pieces.put_off(2, 0.5);
   TestContext ctx;
-  warn_of_contradictions(ctx, drive, pieces.found());
-  warn_of_contradictions(ctx, drive, {});
+  std::vector<Notice> notices;
+  warn_of_contradictions(ctx, drive, pieces.found(), notices);
+  warn_of_contradictions(ctx, drive, {}, notices);
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_EQ(notices[0].code, "loops-contradict-poses");
+  EXPECT_EQ(notices[0].text, ctx.warnings[0]);
+  EXPECT_GT(notices[0].amount, 0.25);
   EXPECT_THAT(ctx.warnings,
               ElementsAre(AllOf(
                   HasSubstr("drive tue, scans 112 to 118: 3 of 7 loops"),
