@@ -198,8 +198,7 @@ Result<Estimate> decide(const EstimateTask& task, double uneven_rad, const Given
   }
   std::optional<Estimate> refined;
   if (options.mode == PoseMode::kAuto) {
-    SIGHTLINE_ASSIGN(refined,
-                     sharpened(task, uneven_rad, given, odometry, disagreements, solve));
+    SIGHTLINE_ASSIGN(refined, sharpened(task, uneven_rad, given, odometry, disagreements, solve));
   }
   if (disagrees) {
     ctx.warn(disagreements_text(disagreements, drive) +
@@ -214,8 +213,7 @@ Result<Estimate> decide(const EstimateTask& task, double uneven_rad, const Given
 
 }  // namespace
 
-Result<Estimate> check_given(const EstimateTask& task, double uneven_rad,
-                             const SolvePoses& solve) {
+Result<Estimate> check_given(const EstimateTask& task, double uneven_rad, const SolvePoses& solve) {
   const auto& [ctx, options, drive] = task;
   SIGHTLINE_ASSIGN(Trajectory unchanged, trajectory_as_given(drive));
   if (options.bad_poses == BadPoses::kIgnore || drive.scans.size() < 2) {
@@ -265,18 +263,21 @@ Result<StraightDrive> undistorted_by_given(PassContext& ctx, const Drive& drive)
   SIGHTLINE_ASSIGN(const Trajectory given, trajectory_as_given(drive));
   PassContext without_warnings = quiet(ctx);  // undistort-scans gives them
   double uneven_rad = 0.0;
-  SIGHTLINE_ASSIGN(Drive straight_drive, change_parts(
-      drive, given,
-      [&](const Drive& part, const Trajectory& poses) -> Result<std::optional<Drive>> {
-        if (!has_point_times(part)) return std::optional<Drive>();
-        SIGHTLINE_ASSIGN(const Drive turned, with_imu_if_sharper(without_warnings, part, poses));
-        const Drive straight = undistorted(turned, poses);
-        if (!turned.turn_rates.empty()) return std::optional(straight);
-        uneven_rad = std::max(uneven_rad, uneven_turning_rad(part, poses));
-        SIGHTLINE_ASSIGN(const bool is_sharper,
+  SIGHTLINE_ASSIGN(
+      Drive straight_drive,
+      change_parts(drive, given,
+                   [&](const Drive& part, const Trajectory& poses) -> Result<std::optional<Drive>> {
+                     if (!has_point_times(part)) return std::optional<Drive>();
+                     SIGHTLINE_ASSIGN(const Drive turned,
+                                      with_imu_if_sharper(without_warnings, part, poses));
+                     const Drive straight = undistorted(turned, poses);
+                     if (!turned.turn_rates.empty()) return std::optional(straight);
+                     uneven_rad = std::max(uneven_rad, uneven_turning_rad(part, poses));
+                     SIGHTLINE_ASSIGN(
+                         const bool is_sharper,
                          is_sharper_undistorted(without_warnings, part, straight, poses));
-        return is_sharper ? std::optional(straight) : std::nullopt;
-      }));
+                     return is_sharper ? std::optional(straight) : std::nullopt;
+                   }));
   return StraightDrive{std::move(straight_drive), uneven_rad};
 }
 

@@ -83,8 +83,7 @@ Result<Estimate> solved(const EstimateTask& task, const GivenPoses& given, Odome
   // move the key scans or give their covariance.
   SIGHTLINE_ASSIGN(
       Adjustment adjusted,
-      adjust_to_planes(ctx, drive,
-                       key_graph_of(task, given, odometry, graph, solution.T_map_pose),
+      adjust_to_planes(ctx, drive, key_graph_of(task, given, odometry, graph, solution.T_map_pose),
                        solution.T_map_pose, plane_use(odometry, connections, refines)));
 
   add_forecasts(drive, odometry, adjusted);

@@ -183,9 +183,8 @@ bool is_matched_through(const Odometry& odometry, std::uint32_t from, std::uint3
 bool is_constrained_through(const Odometry& odometry, std::uint32_t from, std::uint32_t to) {
   const auto step = odometry.constraint.begin();
   return is_matched_through(odometry, from, to) &&
-         std::all_of(step + from + 1, step + to + 1, [](const StepConstraint& one) {
-           return one.forecast_motions.isZero(0.0);
-         });
+         std::all_of(step + from + 1, step + to + 1,
+                     [](const StepConstraint& one) { return one.forecast_motions.isZero(0.0); });
 }
 
 bool MotionOverlaps::contradict_given() const {

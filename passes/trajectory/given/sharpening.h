@@ -19,7 +19,7 @@ struct WayStretch {
   double along_m = 0.0;  // the way
   double aside_m = 0.0;
   double off_rad = 0.0;
-  double sigma_m = 0.0;  // of the matched motions, in their least constrained direction
+  double sigma_m = 0.0;          // of the matched motions, in their least constrained direction
   bool turns_otherwise = false;  // by more than matching errors
   bool moves_along = false;
   bool moves_aside = false;

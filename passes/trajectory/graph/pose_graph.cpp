@@ -1,9 +1,9 @@
 #include "passes/trajectory/graph/pose_graph.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <array>
 #include <cmath>
@@ -172,8 +172,8 @@ struct PriorCost {
 void add_edge(const GraphEdge& edge, bool is_doubted, std::vector<PoseBlock>& blocks,
               ceres::Problem& problem) {
   auto* cost = new ceres::AutoDiffCostFunction<EdgeCost, 6, 3, 4, 3, 4>(
-      new EdgeCost{to_block(edge.T_from_to), edge.sigma_m, edge.sigma_rad,
-                   !edge.more.isZero(0.0), root_weights(edge)});
+      new EdgeCost{to_block(edge.T_from_to), edge.sigma_m, edge.sigma_rad, !edge.more.isZero(0.0),
+                   root_weights(edge)});
   ceres::LossFunction* loss = is_doubted ? new ceres::HuberLoss(1.0) : nullptr;
   PoseBlock& from = blocks[edge.from];
   PoseBlock& to = blocks[edge.to];

@@ -22,8 +22,8 @@ struct RampWay {
       Pose pose = pose_at(k, 0.0, 0.0);
       const bool is_on_ramp = k >= 30 && k < 50;
       if (is_on_ramp) {
-        pose.rotate(Eigen::AngleAxisd(-ramp_deg * std::numbers::pi / 180.0,
-                                      Eigen::Vector3d::UnitY()));
+        pose.rotate(
+            Eigen::AngleAxisd(-ramp_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitY()));
       }
       given.emplace_back(pose);
       Pose sensor = pose * Eigen::Translation3d(arm_m);
