@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/following/unconstrained.h"
 #include "passes/trajectory/given/disagreements.h"
+#include "passes/trajectory/given/lever_arm.h"
 #include "passes/trajectory/given/misplaced_parts.h"
 #include "passes/trajectory/given/sharpening.h"
 #include "passes/trajectory/local/parts_of_drive.h"
@@ -33,6 +35,10 @@ GivenPoses given_poses(const Drive& drive) {
   }
   return given;
 }
+
+// Half of the heading by which given poses may differ from scans (sharpening.cpp). A car that turns
+// into a street stays below 0.03 degrees.
+constexpr double kMostUneven_rad = 0.1 * std::numbers::pi / 180.0;
 
 // Beyond three standard deviations of given poses, a pose is wrong and not inaccurate.
 JumpLimits limits_of(const EstimateTrajectoryOptions& options) {
@@ -126,6 +132,15 @@ Result<Estimate> noted(const std::vector<Notice>& notices, Result<Estimate> esti
   return estimate;
 }
 
+// Empty where the sensor is where the configuration puts it.
+std::string lever_arm_text(const std::optional<Eigen::Vector3d>& arm_m) {
+  if (!arm_m) return "";
+  return fmt::format(
+      ". The scans fit them if the sensor is mounted {:.1f} m farther ahead, {:.1f} m farther left "
+      "and {:.1f} m higher in the vehicle: check lidar_x_m, lidar_y_m and lidar_z_m",
+      arm_m->x(), arm_m->y(), arm_m->z());
+}
+
 Error refused(const std::string& text, const Drive& drive, std::uint32_t scan) {
   const ScanInfo& worst = drive.scans[scan];
   return {ErrorCode::kMismatchedInputs, text, worst.source, concat("scan ", worst.recording_index)};
@@ -177,26 +192,53 @@ Result<Trajectory> trajectory_as_given(const Drive& drive) {
   return trajectory;
 }
 
+// Root mean square of what turning from pose to pose may be off from an even one in the middle
+// between them: an eighth of the change of two steps' turning.
+double uneven_turning_rad(const Drive& drive, const Trajectory& given) {
+  const std::vector<TrajectoryPose> poses = poses_of_first_sensor(drive, given).poses;
+  double sum_rad2 = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 2; i < poses.size(); ++i) {
+    const Eigen::Matrix3d before =
+        poses[i - 2].T_map_vehicle.linear().transpose() * poses[i - 1].T_map_vehicle.linear();
+    const Eigen::Matrix3d after =
+        poses[i - 1].T_map_vehicle.linear().transpose() * poses[i].T_map_vehicle.linear();
+    const double off_rad = rotation_angle_rad(before.transpose() * after) / 8.0;
+    sum_rad2 += off_rad * off_rad;
+    count += 1.0;
+  }
+  return std::sqrt(sum_rad2 / std::max(count, 1.0));
+}
+
 // Refined, with a warning, where the scans then fit each other more sharply; else none.
-Result<std::optional<Estimate>> sharpened(const EstimateTask& task, const GivenPoses& given,
-                                          const Odometry& odometry,
+Result<std::optional<Estimate>> sharpened(const EstimateTask& task, double uneven_rad,
+                                          const GivenPoses& given, const Odometry& odometry,
                                           const std::vector<PoseDisagreement>& disagreements,
                                           const SolvePoses& solve) {
   const std::optional<Estimate> none;
   const std::vector<WayStretch> stretches = stretches_of(given, odometry, disagreements);
   if (std::ranges::none_of(stretches, is_doubtful)) return none;
+  if (uneven_rad > kMostUneven_rad) {
+    task.ctx.inform(fmt::format(
+        "drive {}: given poses are kept, although scans fit each other better otherwise: the "
+        "vehicle turned unevenly during scans (by {:.2f} degrees), and no turn rates correct that",
+        task.drive.name, uneven_rad * 180.0 / std::numbers::pi));
+    return none;
+  }
   SIGHTLINE_ASSIGN(Estimate refined, solve(given, odometry));
   SIGHTLINE_ASSIGN(const Sharpening sharpening,
                    compare_sharpness(task.ctx, task.drive, stretches, given,
                                      sensor_poses(task.drive, refined.trajectory)));
   if (!sharpening.is_sharper) return none;
-  refined.trajectory.notices.push_back(
-      warned(task.ctx, sharpening_notice(sharpening, stretches, task.drive)));
+  Notice notice = sharpening_notice(sharpening, stretches, task.drive);
+  notice.text += lever_arm_text(lever_arm_m(task.drive, given, odometry));
+  refined.trajectory.notices.push_back(warned(task.ctx, std::move(notice)));
   return std::optional<Estimate>(std::move(refined));
 }
 
 // The given poses, or refined ones, by where the given ones disagree with odometry.
-Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const Odometry& odometry,
+Result<Estimate> decide(const EstimateTask& task, double uneven_rad, const GivenPoses& given,
+                        const Odometry& odometry,
                         const std::vector<PoseDisagreement>& disagreements,
                         const SolvePoses& solve) {
   const auto& [ctx, options, drive] = task;
@@ -211,7 +253,7 @@ Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const
   }
   std::optional<Estimate> refined;
   if (options.mode == PoseMode::kAuto) {
-    SIGHTLINE_ASSIGN(refined, sharpened(task, given, odometry, disagreements, solve));
+    SIGHTLINE_ASSIGN(refined, sharpened(task, uneven_rad, given, odometry, disagreements, solve));
   }
   std::vector<Notice> notices;
   if (disagrees) {
@@ -229,7 +271,7 @@ Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const
 
 }  // namespace
 
-Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve) {
+Result<Estimate> check_given(const EstimateTask& task, double uneven_rad, const SolvePoses& solve) {
   const auto& [ctx, options, drive] = task;
   SIGHTLINE_ASSIGN(Trajectory unchanged, trajectory_as_given(drive));
   if (options.bad_poses == BadPoses::kIgnore || drive.scans.size() < 2) {
@@ -250,7 +292,7 @@ Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve) 
   if (!jumps.empty()) return repaired(task, given, jumps, solve);
   SIGHTLINE_ASSIGN(const std::vector<PoseDisagreement> disagreements,
                    find_disagreements(drive, given, odometry));
-  return decide(task, given, odometry, disagreements, solve);
+  return decide(task, uneven_rad, given, odometry, disagreements, solve);
 }
 
 Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve) {
@@ -275,21 +317,27 @@ Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve)
   return noted(notices, solve(given, odometry));
 }
 
-Result<Drive> undistorted_by_given(PassContext& ctx, const Drive& drive) {
-  if (!has_point_times(drive) || !drive.has_poses()) return drive;
+Result<StraightDrive> undistorted_by_given(PassContext& ctx, const Drive& drive) {
+  if (!has_point_times(drive) || !drive.has_poses()) return StraightDrive{drive};
   SIGHTLINE_ASSIGN(const Trajectory given, trajectory_as_given(drive));
   PassContext without_warnings = quiet(ctx);  // undistort-scans gives them
-  return change_parts(
-      drive, given,
-      [&](const Drive& part, const Trajectory& poses) -> Result<std::optional<Drive>> {
-        if (!has_point_times(part)) return std::optional<Drive>();
-        SIGHTLINE_ASSIGN(const Drive turned, with_imu_if_sharper(without_warnings, part, poses));
-        const Drive straight = undistorted(turned, poses);
-        if (!turned.turn_rates.empty()) return std::optional(straight);
-        SIGHTLINE_ASSIGN(const bool is_sharper,
+  double uneven_rad = 0.0;
+  SIGHTLINE_ASSIGN(
+      Drive straight_drive,
+      change_parts(drive, given,
+                   [&](const Drive& part, const Trajectory& poses) -> Result<std::optional<Drive>> {
+                     if (!has_point_times(part)) return std::optional<Drive>();
+                     SIGHTLINE_ASSIGN(const Drive turned,
+                                      with_imu_if_sharper(without_warnings, part, poses));
+                     const Drive straight = undistorted(turned, poses);
+                     if (!turned.turn_rates.empty()) return std::optional(straight);
+                     uneven_rad = std::max(uneven_rad, uneven_turning_rad(part, poses));
+                     SIGHTLINE_ASSIGN(
+                         const bool is_sharper,
                          is_sharper_undistorted(without_warnings, part, straight, poses));
-        return is_sharper ? std::optional(straight) : std::nullopt;
-      });
+                     return is_sharper ? std::optional(straight) : std::nullopt;
+                   }));
+  return StraightDrive{std::move(straight_drive), uneven_rad};
 }
 
 }  // namespace sightline

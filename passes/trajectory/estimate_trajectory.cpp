@@ -17,8 +17,8 @@
 // 4 pose graph, 5 planes, 6 the vehicle's poses; 7 all of them again with scans that are
 // undistorted by the poses found; 8 checks by loops and scale. Each step is a function of a folder.
 // following/ uses local/; sweep/ uses local/; given/ and pieces/ use following/ and local/; graph/
-// uses pieces/, following/ and local/; released/, for drives beside an earlier map, uses graph/ and
-// local/. Numbers and limits are in schemas/definitions.md, "Trajectories". Sources:
+// uses given/, pieces/, following/ and local/; released/, for drives beside an earlier map, uses
+// graph/ and local/. Numbers and limits are in schemas/definitions.md, "Trajectories". Sources:
 //
 //   Biber, Strasser, "The normal distributions transform", IROS 2003; in 3D: Magnusson, "The
 //     three-dimensional normal-distributions transform", thesis, Orebro 2009
@@ -76,14 +76,14 @@ Result<Estimate> solved(const EstimateTask& task, const GivenPoses& given, Odome
 
   // 4. Pose graph (Lu, Milios): least squares over steps, joins, loops and given poses, the latter
   // three with Huber's loss. Given poses share their error over 100 m of way.
-  const PoseGraph graph = graph_of_scans(options, given, odometry, connections);
+  const PoseGraph graph = graph_of_scans(task, given, odometry, connections);
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, odometry.T_map_lidar));
 
   // 5. Planes (Zhou et al.): the distances of points from small planes that several scans measured
   // move the key scans or give their covariance.
   SIGHTLINE_ASSIGN(
       Adjustment adjusted,
-      adjust_to_planes(ctx, drive, key_graph_of(options, given, odometry, graph),
+      adjust_to_planes(ctx, drive, key_graph_of(task, given, odometry, graph, solution.T_map_pose),
                        solution.T_map_pose, plane_use(odometry, connections, refines)));
 
   add_forecasts(drive, odometry, adjusted);
@@ -136,9 +136,9 @@ Result<Estimate> estimate_by(const EstimateTask& task, PosesFrom from) {
   // Given poses are compared with odometry, and kept unless refined ones are sharper (Droeschel et
   // al.; Razlaw et al.).
   if (from == PosesFrom::kGiven) {
-    SIGHTLINE_ASSIGN(const Drive straight, undistorted_by_given(task.ctx, task.drive));
-    const EstimateTask by_straight{task.ctx, task.options, straight};
-    return check_given(by_straight, solver_of(by_straight));
+    SIGHTLINE_ASSIGN(const StraightDrive straight, undistorted_by_given(task.ctx, task.drive));
+    const EstimateTask by_straight{task.ctx, task.options, straight.drive};
+    return check_given(by_straight, straight.uneven_rad, solver_of(by_straight));
   }
   const EstimatePoses by_rigid_scans = [&](PassContext& ctx, const Drive& drive) {
     const EstimateTask of_drive{ctx, task.options, drive};

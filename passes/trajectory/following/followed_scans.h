@@ -27,6 +27,8 @@ struct StepConstraint {
   // By axis, forward, left and turn: how much of it is not constrained, 0 to 1.
   Eigen::Vector3d weak = Eigen::Vector3d::Zero();
   Forecast forecast = Forecast::kNone;  // what was used instead; none: the match all the same
+  // Projects a motion (PlanarMotion) onto what was used instead of the match; zero: nothing.
+  Eigen::Matrix3d forecast_motions = Eigen::Matrix3d::Zero();
 };
 
 struct Odometry {
@@ -56,6 +58,8 @@ struct GraphEdge {
   Pose T_from_to = Pose::Identity();
   double sigma_m = 0.1;
   double sigma_rad = 0.01;
+  // Covariance in addition to the sigmas: translation, then rotation, in the axes of `from`.
+  Eigen::Matrix<double, 6, 6> more = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 // Scans [begin, end) of a drive.

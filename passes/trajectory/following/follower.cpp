@@ -242,7 +242,8 @@ void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
   const bool is_matched = found.match.is_good();
   Placed to{T_map_given, {}};
   if (is_matched && fits_given_better(scan, found.match.T_map_lidar, T_map_given)) {
-    to.constraint = {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kGiven};
+    to.constraint = {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kGiven,
+                     Eigen::Matrix3d::Identity()};
   } else if (is_matched) {
     average_.add(found.match, found.overlap);
     to = placed(k, scan, found.match.T_map_lidar);
@@ -291,8 +292,9 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   to.constraint.forecast = has_given_step(k) ? Forecast::kGiven : Forecast::kSteady;
   const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
   const PlanarMotion off = planar_motion(T_map_vehicle, *T_map_forecast * T_lidar_vehicle);
-  to.T_map_lidar = tidied(moved_in_plane(T_map_vehicle, constraint.weak_part(off, most_m)) *
-                          drive_->sensor.T_vehicle_lidar);
+  to.constraint.forecast_motions = constraint.weak_part(most_m);
+  const PlanarMotion weak = to.constraint.forecast_motions * off;
+  to.T_map_lidar = tidied(moved_in_plane(T_map_vehicle, weak) * drive_->sensor.T_vehicle_lidar);
   return to;
 }
 

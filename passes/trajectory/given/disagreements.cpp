@@ -50,7 +50,7 @@ bool is_gross(const MotionPair& motion) {
 
 // Overlap of upright returns; scans of one street have 0.65 and more.
 constexpr double kLeastOverlap = 0.35;
-// A contradicted motion has less than this share of the matched one's overlap.
+// A contradicted motion has less than this share of the other one's overlap.
 constexpr double kContradictedShare = 0.9;
 
 // Share of the motion and of the turn: a wrong scale is a disagreement, not a jump at every scan.
@@ -99,7 +99,8 @@ class JumpFinder {
     const MotionPair step = motion_between(given_, odometry_, before, after);
     if (step.given.translation().norm() > kFarthestStep_m) return true;
     if (!is_far(step) || !is_matched_through(odometry_, before, after)) return false;
-    return is_contradicted(drive_, step);
+    SIGHTLINE_ASSIGN(const MotionOverlaps overlaps, overlaps_of(drive_, step));
+    return overlaps.contradict_given();
   }
 
   [[nodiscard]] Result<std::vector<Part>> cut() const {
@@ -179,16 +180,31 @@ bool is_matched_through(const Odometry& odometry, std::uint32_t from, std::uint3
   return std::find(scan + from + 1, scan + to + 1, false) == scan + to + 1;
 }
 
-Result<bool> is_contradicted(const Drive& drive, const MotionPair& motion) {
+bool is_constrained_through(const Odometry& odometry, std::uint32_t from, std::uint32_t to) {
+  const auto step = odometry.constraint.begin();
+  return is_matched_through(odometry, from, to) &&
+         std::all_of(step + from + 1, step + to + 1,
+                     [](const StepConstraint& one) { return one.forecast_motions.isZero(0.0); });
+}
+
+bool MotionOverlaps::contradict_given() const {
+  if (!matched || *matched < kLeastOverlap) return false;
+  return given.value_or(0.0) < kContradictedShare * *matched;
+}
+
+bool MotionOverlaps::contradict_matched() const {
+  return given && matched && *matched < kContradictedShare * *given;
+}
+
+Result<MotionOverlaps> overlaps_of(const Drive& drive, const MotionPair& motion) {
   const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
   SIGHTLINE_ASSIGN(const ThinnedScan from, read_thinned(drive, motion.from, ThinnedFor::kMap));
   SIGHTLINE_ASSIGN(const ThinnedScan to, read_thinned(drive, motion.to, ThinnedFor::kMatch));
   UprightMap seen(1.0);
   seen.add(upright_points(from.to_map_m, level), Pose::Identity(), 0.0);
   const std::vector<Eigen::Vector3d> upright_m = upright_points(to.to_match_m, level);
-  const std::optional<double> matched = seen.overlap(upright_m, motion.matched);
-  if (!matched || *matched < kLeastOverlap) return false;
-  return seen.overlap(upright_m, motion.given).value_or(0.0) < kContradictedShare * *matched;
+  return MotionOverlaps{seen.overlap(upright_m, motion.given),
+                        seen.overlap(upright_m, motion.matched)};
 }
 
 Result<std::vector<PoseDisagreement>> find_disagreements(const Drive& drive,
@@ -207,8 +223,10 @@ Result<std::vector<PoseDisagreement>> find_disagreements(const Drive& drive,
     if (!is_matched_through(odometry, first, last)) continue;
     const MotionPair motion = motion_between(given, odometry, first, last);
     if (!is_bad(motion)) continue;
-    SIGHTLINE_ASSIGN(const bool is_wrong, is_contradicted(drive, motion));
-    if (!is_wrong && !is_gross(motion)) continue;
+    SIGHTLINE_ASSIGN(const MotionOverlaps overlaps, overlaps_of(drive, motion));
+    const bool is_wrong =
+        overlaps.contradict_given() || (is_gross(motion) && !overlaps.contradict_matched());
+    if (!is_wrong) continue;
     if (stretches.empty() || stretches.back().last < first) {
       stretches.push_back(compare(given, odometry, first, last));
     } else {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,11 +29,22 @@ MotionPair motion_between(const GivenPoses& given, const Odometry& odometry, std
 
 // Whether every scan after `from` up to `to` was matched to those before it.
 bool is_matched_through(const Odometry& odometry, std::uint32_t from, std::uint32_t to);
+// Whether scans also constrained all motions of these steps: none is that of given poses.
+bool is_constrained_through(const Odometry& odometry, std::uint32_t from, std::uint32_t to);
 
-// Whether the two scans contradict the given motion: by it, fewer upright returns of one meet the
-// other's than by the matched motion. Along a wall without features, where matching slips, neither
-// is contradicted; nor by scans that hardly overlap. Errors: those of reading a scan.
-Result<bool> is_contradicted(const Drive& drive, const MotionPair& motion);
+// What the two scans alone show of a motion: the share of the upright returns of one that meet the
+// other's by each motion; none where there are too few.
+struct MotionOverlaps {
+  std::optional<double> given;
+  std::optional<double> matched;
+
+  // Fewer meet by the given motion. Along a wall without features, where matching slips, neither
+  // motion is contradicted; nor by scans that hardly overlap.
+  [[nodiscard]] bool contradict_given() const;
+  [[nodiscard]] bool contradict_matched() const;  // more meet by the given motion
+};
+// Errors: those of reading a scan.
+Result<MotionOverlaps> overlaps_of(const Drive& drive, const MotionPair& motion);
 
 // A stretch on which given poses move otherwise than matched scans.
 struct PoseDisagreement {
@@ -48,8 +60,9 @@ struct PoseDisagreement {
 
 // Compares motions over about 3 m of way: 0.15 m and 5 % of the way, or 1 degree and 5 % of the
 // turn, are allowed. Stretches that touch are one. Left out are scans without a given pose, those
-// that could not be matched, and motions that the scans do not contradict (is_contradicted), unless
-// they are off by 1 m and 25 % of the way. Errors: those of reading a scan.
+// that could not be matched, and motions that the scans do not contradict (MotionOverlaps), unless
+// they are off by 1 m and 25 % of the way and scans do not contradict the matched motion instead.
+// Errors: those of reading a scan.
 Result<std::vector<PoseDisagreement>> find_disagreements(const Drive& drive,
                                                          const GivenPoses& given,
                                                          const Odometry& odometry);
@@ -71,7 +84,7 @@ struct JumpLimits {
 };
 
 // Given poses are cut where from one to the next they move otherwise than matched scans by more
-// than the limits and a tenth of the motion, and the scans contradict that (is_contradicted). The
+// than the limits and a tenth of the motion, and the scans contradict that (MotionOverlaps). The
 // longest part is kept, and each further part that is where odometry leads from the nearest kept
 // one; the others are jumps. Ascending. Errors: those of reading a scan.
 Result<std::vector<PoseJump>> find_jumps(const Drive& drive, const JumpLimits& limits,

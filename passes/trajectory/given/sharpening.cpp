@@ -6,6 +6,7 @@
 
 #include "formats/base/parallel.h"
 #include "passes/map/sharpness/measure_sharpness.h"
+#include "passes/trajectory/local/scan_constraint.h"
 
 namespace sightline {
 namespace {
@@ -18,6 +19,8 @@ constexpr double kSlow_m = 3.0;
 // it has none, by 10 cm and more along the walls (measured on generated towns).
 constexpr double kAllowed_rad = 0.2 * std::numbers::pi / 180.0;
 constexpr double kAllowed_m = 0.1;
+// A matched motion may be off by so many of its standard deviations.
+constexpr double kSigmas = 3.0;
 // Positions off by 2 cm and 0.04 degrees, as good ones are, cost 0.2 nat on a generated street,
 // most of it by their headings; refining exact poses gains up to 0.06.
 constexpr double kLeastGain_nat = 0.1;
@@ -114,6 +117,7 @@ void measure_motion(const GivenPoses& given, const Odometry& odometry, WayStretc
   double along_m2 = 0.0;
   double aside_m2 = 0.0;
   double square_rad2 = 0.0;
+  double variance_m2 = 0.0;
   double count = 0.0;
   std::uint32_t last = stretch.first;
   for (std::uint32_t first = stretch.first; first <= stretch.last; ++first) {
@@ -121,19 +125,23 @@ void measure_motion(const GivenPoses& given, const Odometry& odometry, WayStretc
     const auto way_m = [&] { return odometry.driven_m[last] - odometry.driven_m[first]; };
     while (last + 1 < given.size() && way_m() < kWindow_m) ++last;
     if (way_m() < 0.5 * kWindow_m && count > 0.0) break;
-    if (!is_matched_through(odometry, first, last)) continue;
+    if (!is_constrained_through(odometry, first, last)) continue;
     const MotionPair motion = motion_between(given, odometry, first, last);
     const Eigen::Vector3d off_m = motion.given.translation() - motion.matched.translation();
     const double along_m = off_m.dot(motion.matched.translation().normalized());
     along_m2 += along_m * along_m;
     aside_m2 += off_m.squaredNorm() - along_m * along_m;
     square_rad2 += motion.off_rad() * motion.off_rad();
+    for (std::uint32_t k = first + 1; k <= last; ++k) {
+      variance_m2 += odometry.constraint[k].sigma_m * odometry.constraint[k].sigma_m;
+    }
     count += 1.0;
   }
   if (count == 0.0) return;
   stretch.along_m = std::sqrt(along_m2 / count);
   stretch.aside_m = std::sqrt(aside_m2 / count);
   stretch.off_rad = std::sqrt(square_rad2 / count);
+  stretch.sigma_m = std::sqrt(variance_m2 / count);
 }
 
 }  // namespace
@@ -150,9 +158,10 @@ std::vector<WayStretch> stretches_of(const GivenPoses& given, const Odometry& od
   }
   for (WayStretch& stretch : stretches) {
     measure_motion(given, odometry, stretch);
-    stretch.turns_otherwise = stretch.off_rad > kAllowed_rad;
-    stretch.moves_along = stretch.along_m > kAllowed_m;
-    stretch.moves_aside = stretch.aside_m > kAllowed_m;
+    const double error_m = kSigmas * stretch.sigma_m;
+    stretch.turns_otherwise = stretch.off_rad > kAllowed_rad + error_m / kTurnArm_m;
+    stretch.moves_along = stretch.along_m > kAllowed_m + error_m;
+    stretch.moves_aside = stretch.aside_m > kAllowed_m + error_m;
     for (const PoseDisagreement& found : disagreements) {
       if (found.last >= stretch.first && found.first <= stretch.last)
         stretch.moves_along = stretch.moves_aside = true;

@@ -11,14 +11,15 @@
 
 namespace sightline {
 
-// About 50 m of way, and how far its given poses move otherwise than matched scans over 10 m: root
-// mean squares.
+// About 50 m of way, and how far its given poses move otherwise than matched scans over 10 m where
+// scans constrain every step: root mean squares.
 struct WayStretch {
   std::uint32_t first = 0;  // scans, by their place in the drive
   std::uint32_t last = 0;
   double along_m = 0.0;  // the way
   double aside_m = 0.0;
   double off_rad = 0.0;
+  double sigma_m = 0.0;          // of the matched motions, in their least constrained direction
   bool turns_otherwise = false;  // by more than matching errors
   bool moves_along = false;
   bool moves_aside = false;

@@ -2,6 +2,8 @@
 
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <array>
 #include <cmath>
@@ -112,10 +114,25 @@ void weighted_difference(const T* rotation, const T* position_m, const PoseBlock
   }
 }
 
+// What a residual that is divided by the sigmas of its edge is to be multiplied with: the root of
+// the information of both parts of its covariance. Identity without a second part.
+Matrix6d root_weights(const GraphEdge& edge) {
+  if (edge.more.isZero(0.0)) return Matrix6d::Identity();
+  Vector6d sigmas;
+  sigmas << Eigen::Vector3d::Constant(edge.sigma_m), Eigen::Vector3d::Constant(edge.sigma_rad);
+  const Matrix6d in_sigmas =
+      sigmas.cwiseInverse().asDiagonal() * edge.more * sigmas.cwiseInverse().asDiagonal();
+  const Matrix6d information = (Matrix6d::Identity() + in_sigmas).inverse();
+  const Matrix6d symmetric = 0.5 * (information + information.transpose());
+  return symmetric.llt().matrixU();
+}
+
 struct EdgeCost {
   PoseBlock expected;
   double sigma_m;
   double sigma_rad;
+  bool is_weighted;
+  Matrix6d weights;  // root_weights
 
   template <class T>
   bool operator()(const T* p_from, const T* q_from, const T* p_to, const T* q_to,
@@ -127,6 +144,15 @@ struct EdgeCost {
     ceres::QuaternionRotatePoint(q_inverse, step, position_m);
     ceres::QuaternionProduct(q_inverse, q_to, rotation);
     weighted_difference(rotation, position_m, expected, sigma_m, sigma_rad, residual);
+    if (!is_weighted) return true;
+    T weighted[6];
+    for (int row = 0; row < 6; ++row) {
+      weighted[row] = T(0.0);
+      for (int column = row; column < 6; ++column) {
+        weighted[row] += T(weights(row, column)) * residual[column];
+      }
+    }
+    for (int row = 0; row < 6; ++row) residual[row] = weighted[row];
     return true;
   }
 };
@@ -146,7 +172,8 @@ struct PriorCost {
 void add_edge(const GraphEdge& edge, bool is_doubted, std::vector<PoseBlock>& blocks,
               ceres::Problem& problem) {
   auto* cost = new ceres::AutoDiffCostFunction<EdgeCost, 6, 3, 4, 3, 4>(
-      new EdgeCost{to_block(edge.T_from_to), edge.sigma_m, edge.sigma_rad});
+      new EdgeCost{to_block(edge.T_from_to), edge.sigma_m, edge.sigma_rad, !edge.more.isZero(0.0),
+                   root_weights(edge)});
   ceres::LossFunction* loss = is_doubted ? new ceres::HuberLoss(1.0) : nullptr;
   PoseBlock& from = blocks[edge.from];
   PoseBlock& to = blocks[edge.to];

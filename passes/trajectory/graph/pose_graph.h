@@ -6,6 +6,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/trajectory.h"
 #include "formats/geometry.h"
+#include "passes/matching/match_score.h"
 #include "passes/trajectory/following/followed_scans.h"
 
 namespace sightline {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "formats/geometry.h"
+#include "passes/trajectory/graph/given_steps.h"
 #include "passes/trajectory/graph/loops.h"
 
 namespace sightline {
@@ -37,6 +38,14 @@ double shared_by(const EstimateTrajectoryOptions& options, double way_m, std::si
 // Whether the step to a scan is not known.
 bool begins_piece(const Odometry& odometry, std::size_t scan) {
   return scan > 0 && odometry.piece[scan] != odometry.piece[scan - 1];
+}
+
+bool uses_given_motion(const Odometry& odometry, std::uint32_t from, std::uint32_t to) {
+  for (std::uint32_t k = from + 1; k <= to; ++k) {
+    const StepConstraint& step = odometry.constraint[k];
+    if (step.forecast == Forecast::kGiven && !step.forecast_motions.isZero(0.0)) return true;
+  }
+  return false;
 }
 
 // Pose i is that of scans[i].
@@ -123,17 +132,27 @@ KeyGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
   return of_keys;
 }
 
-PoseGraph graph_of_scans(const EstimateTrajectoryOptions& options, const GivenPoses& given,
+PoseGraph graph_of_scans(const EstimateTask& task, const GivenPoses& given,
                          const Odometry& odometry, const Connections& connections) {
   const std::vector<std::uint32_t> scans = all_scans(odometry);
-  return {steps_of(odometry, scans), connections.edges(),
-          priors_of(options, odometry, given, scans), connections.pieces.held};
+  PoseGraph graph{steps_of(odometry, scans), connections.edges(),
+                  priors_of(task.options, odometry, given, scans), connections.pieces.held};
+  add_given_drift(task.drive, odometry, given_drift(task.options, given, odometry), scans,
+                  graph.odometry);
+  return graph;
 }
 
-KeyGraph key_graph_of(const EstimateTrajectoryOptions& options, const GivenPoses& given,
-                      const Odometry& odometry, const PoseGraph& graph) {
+KeyGraph key_graph_of(const EstimateTask& task, const GivenPoses& given, const Odometry& odometry,
+                      const PoseGraph& graph, const std::vector<Pose>& solved) {
   const std::vector<std::uint32_t> keys = key_scans(odometry);
-  return graph_of_keys(graph, odometry, priors_of(options, odometry, given, keys), keys);
+  KeyGraph of_keys =
+      graph_of_keys(graph, odometry, priors_of(task.options, odometry, given, keys), keys);
+  for (GraphEdge& step : of_keys.graph.odometry) {
+    const std::uint32_t from = keys[step.from];
+    const std::uint32_t to = keys[step.to];
+    if (uses_given_motion(odometry, from, to)) step.T_from_to = solved[from].inverse() * solved[to];
+  }
+  return of_keys;
 }
 
 std::vector<GraphEdge> Connections::edges() const {

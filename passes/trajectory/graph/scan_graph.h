@@ -50,12 +50,14 @@ KeyGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
                        std::vector<GraphPrior> priors, const std::vector<std::uint32_t>& keys);
 
 // The graph of all scans: steps, joins and loops, and priors on given poses. Together, the priors
-// weigh as much as independent ones every `prior_correlation_m` of way.
-PoseGraph graph_of_scans(const EstimateTrajectoryOptions& options, const GivenPoses& given,
+// weigh as much as independent ones every `prior_correlation_m` of way. Where given steps are used,
+// steps are as accurate as these (given_drift).
+PoseGraph graph_of_scans(const EstimateTask& task, const GivenPoses& given,
                          const Odometry& odometry, const Connections& connections);
 
-// That graph reduced to key scans.
-KeyGraph key_graph_of(const EstimateTrajectoryOptions& options, const GivenPoses& given,
-                      const Odometry& odometry, const PoseGraph& graph);
+// That graph reduced to key scans. Steps that use given motions are those between the poses that
+// solve it: planes measure nothing of them.
+KeyGraph key_graph_of(const EstimateTask& task, const GivenPoses& given, const Odometry& odometry,
+                      const PoseGraph& graph, const std::vector<Pose>& solved);
 
 }  // namespace sightline

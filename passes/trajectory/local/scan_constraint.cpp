@@ -169,12 +169,12 @@ double clear_information(const std::vector<Observation>& observations, const Pla
 
 }  // namespace
 
-PlanarMotion ScanConstraint::weak_part(const PlanarMotion& motion, double most_m) const {
-  PlanarMotion part = PlanarMotion::Zero();
+Eigen::Matrix3d ScanConstraint::weak_part(double most_m) const {
+  Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();
   for (int i = 0; i < 3; ++i) {
-    if (sigma_m[i] > most_m) part += motions.col(i).dot(motion) * motions.col(i);
+    if (sigma_m[i] > most_m) projector += motions.col(i) * motions.col(i).transpose();
   }
-  return part;
+  return projector;
 }
 
 Eigen::Vector3d ScanConstraint::weak_axes(double most_m) const {

@@ -25,8 +25,8 @@ struct ScanConstraint {
   [[nodiscard]] bool has_weak(double most_m) const { return sigma_m[0] > most_m; }
   // By axis, forward, left and turn: how much of it is weak, 0 to 1.
   [[nodiscard]] Eigen::Vector3d weak_axes(double most_m) const;
-  // The part of a motion that is weak.
-  [[nodiscard]] PlanarMotion weak_part(const PlanarMotion& motion, double most_m) const;
+  // Projects a motion onto its weak part.
+  [[nodiscard]] Eigen::Matrix3d weak_part(double most_m) const;
 };
 
 // Above 2 cm matches are off by up to metres, where rings meet rings; in streets it is 2 to 6 mm.

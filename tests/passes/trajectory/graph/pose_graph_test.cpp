@@ -32,6 +32,26 @@ TEST(PoseGraph, SharesAContradictionBetweenSpringsOfEqualStrength) {
   EXPECT_NEAR(solution.rms_translation_m, 0.1, 1e-4);
 }
 
+// Of three steps of 1 m, scans do not constrain the second one ahead: there a prior that puts the
+// end at 3.3 m and 0.03 m to the left moves the poses along x, and along y all steps alike.
+TEST(PoseGraph, MovesPosesAheadWhereTheirScansDoNotConstrainThem) {
+  PoseGraph graph;
+  const std::vector<Pose> start = {along_x(0.0), along_x(1.0), along_x(2.0), along_x(3.0)};
+  for (std::uint32_t k = 1; k < 4; ++k) {
+    graph.odometry.push_back(edge(k - 1, k, along_x(1.0), 0.005));
+    graph.odometry.back().sigma_rad = 1e-6;
+  }
+  graph.odometry[1].more(0, 0) = 0.25;
+  Pose end = along_x(3.3);
+  end.translation().y() = 0.03;
+  graph.priors = {{0, along_x(0.0), 1e-4, 1e-4}, {3, end, 1e-3, 0.1}};
+  const std::vector<Pose> found = value_of(solve_pose_graph(graph, start)).T_map_pose;
+  EXPECT_NEAR(found[1].translation().x(), 1.0, 0.01);
+  EXPECT_NEAR(found[2].translation().x(), 2.3, 0.01);
+  EXPECT_NEAR(found[1].translation().y(), 0.01, 0.001);
+  EXPECT_NEAR(found[2].translation().y(), 0.02, 0.001);
+}
+
 TEST(PoseGraph, KeepsTheFirstPoseWhereNothingElseIsKnown) {
   PoseGraph graph;
   graph.odometry = {edge(0, 1, along_x(1.0), 0.1)};
