@@ -13,6 +13,7 @@
 #include "passes/pass/pass_context.h"
 #include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/given/misplaced_parts.h"
+#include "passes/trajectory/given/motion_drift.h"
 #include "passes/trajectory/given/sharpening.h"
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/swept_drive.h"
@@ -141,6 +142,28 @@ Result<std::optional<Estimate>> sharpened(const EstimateTask& task, const GivenP
   return std::optional<Estimate>(std::move(refined));
 }
 
+// Refuses given poses that drift from the scans, and warns where their scale differs.
+Result<void> check_drift(const EstimateTask& task, const GivenPoses& given,
+                         const Odometry& odometry) {
+  const auto& [ctx, options, drive] = task;
+  const std::vector<MotionDrift> drifts = find_drifts(limits_of(options), given, odometry);
+  if (!drifts.empty() && options.bad_poses != BadPoses::kRepair) {
+    return refused(with_first_places(concat("given poses of drive ", drive.name,
+                                            " drift from the motion in the scans"),
+                                     drifts, drive) +
+                       ". Check the scale, axes and times of the poses and lidar_yaw_deg, or refine "
+                       "them with estimate-trajectory.bad_poses=repair",
+                   drive, drifts.front().first);
+  }
+  const std::optional<double> scale = find_scale_error(given, odometry);
+  if (!scale) return {};
+  ctx.warn(fmt::format(
+      "given poses of drive {} move {:.1f} % {} than the scans show. Check their scale (wheel size, "
+      "map projection) and the range calibration of the sensor",
+      drive.name, 100.0 * std::abs(*scale), *scale > 0.0 ? "farther" : "less far"));
+  return {};
+}
+
 // The given poses, or refined ones, by where the given ones disagree with odometry.
 Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const Odometry& odometry,
                         const std::vector<PoseDisagreement>& disagreements,
@@ -169,6 +192,29 @@ Result<Estimate> decide(const EstimateTask& task, const GivenPoses& given, const
   return Estimate{std::move(unchanged), {}};
 }
 
+Result<Estimate> judged(const EstimateTask& task, const GivenPoses& given, const Odometry& odometry,
+                        const SolvePoses& solve) {
+  SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,
+                   find_jumps(task.drive, limits_of(task.options), given, odometry));
+  if (!jumps.empty()) return repaired(task, given, jumps, solve);
+  SIGHTLINE_TRY(check_drift(task, given, odometry));
+  SIGHTLINE_ASSIGN(const std::vector<PoseDisagreement> disagreements,
+                   find_disagreements(task.drive, given, odometry));
+  return decide(task, given, odometry, disagreements, solve);
+}
+
+// Poses at the times of the scans by another clock are judged instead of those given.
+Result<Estimate> judged_by_clock(const EstimateTask& task, const ClockShift& shift,
+                                 const Odometry& odometry, const SolvePoses& solve) {
+  const auto& [ctx, options, drive] = task;
+  if (options.bad_poses == BadPoses::kRefuse) return refused(to_text(shift, drive), drive, 0);
+  ctx.warn(to_text(shift, drive) + ". These are used; correct the times of the poses");
+  const Drive of_clock = with_clock(drive, shift, odometry);
+  const GivenPoses given = given_poses(of_clock);
+  SIGHTLINE_ASSIGN(const Odometry again, run_odometry(ctx, options.local_map_m, of_clock, given));
+  return judged({ctx, options, of_clock}, given, again, solve);
+}
+
 }  // namespace
 
 Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve) {
@@ -187,12 +233,9 @@ Result<Estimate> check_given(const EstimateTask& task, const SolvePoses& solve) 
         drive, misplaced.front().worst);
   }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
-  SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,
-                   find_jumps(drive, limits_of(options), given, odometry));
-  if (!jumps.empty()) return repaired(task, given, jumps, solve);
-  SIGHTLINE_ASSIGN(const std::vector<PoseDisagreement> disagreements,
-                   find_disagreements(drive, given, odometry));
-  return decide(task, given, odometry, disagreements, solve);
+  const std::optional<ClockShift> shift = find_clock_shift(drive, given, odometry);
+  if (shift) return judged_by_clock(task, *shift, odometry, solve);
+  return judged(task, given, odometry, solve);
 }
 
 Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve) {
