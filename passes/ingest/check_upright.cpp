@@ -44,7 +44,7 @@ class Heights {
     std::size_t ground = kFirst;
     double most_below = 0.0;
     for (std::size_t step = kFirst; step <= kLast; ++step) {
-      if (band(kZero + step) > band(kZero + ground)) ground = step;
+      if (band(kZero + step) >= band(kZero + ground)) ground = step;
       most_below = std::max(most_below, band(kZero - step - 2));
     }
     double higher = 0.0;

@@ -8,7 +8,9 @@
 namespace sightline {
 namespace {
 
-// A scan agrees with another one less than this share of what its neighbours do.
+// A scan agrees with another one less than this share of what its neighbours do: in widened views,
+// in which turned cells agree as well as others, and in fine ones.
+constexpr double kContradictsWide = 0.8;
 constexpr double kContradicts = 0.65;
 // Neighbours that agree less are too far apart or see too little to judge others.
 constexpr double kNeighboursAgree = 0.4;
@@ -21,7 +23,7 @@ class OddFinder {
   OddFinder(const std::vector<TopView>& views,
             const std::vector<std::optional<Pose>>& T_world_sensor, int threads)
       : views_(views), poses_(T_world_sensor), is_odd_(views.size(), false) {
-    next_ = parallel_map<std::optional<double>>(
+    next_ = parallel_map<std::optional<Agreement>>(
         views.size() - 1, threads, [&](std::size_t k) { return compared(k, k + 1, kAhead_rad); });
   }
 
@@ -42,7 +44,7 @@ class OddFinder {
   static constexpr double kAhead_rad = 0.12;
   static constexpr double kSwing_rad = 1.75;
 
-  [[nodiscard]] std::optional<double> compared(std::size_t a, std::size_t b,
+  [[nodiscard]] std::optional<Agreement> compared(std::size_t a, std::size_t b,
                                                double turn_rad) const {
     AgreementSearch search;
     search.turn_rad = turn_rad;
@@ -53,17 +55,21 @@ class OddFinder {
     return agreement(views_[a], views_[b], search);
   }
 
+  static bool is_less(const std::optional<Agreement>& found, const Agreement& agreed) {
+    return found && found->wide < kContradictsWide * agreed.wide &&
+           found->fine < kContradicts * agreed.fine;
+  }
+
   // Also with a sensor that swung aside.
-  [[nodiscard]] bool contradicts(std::size_t k, std::size_t other, double least) const {
+  [[nodiscard]] bool contradicts(std::size_t k, std::size_t other, const Agreement& agreed) const {
     const auto [a, b] = std::minmax(k, other);
-    if (b == a + 1 && next_[a].value_or(1.0) >= least) return false;
-    const std::optional<double> found = compared(a, b, kSwing_rad);
-    return found && *found < least;
+    if (b == a + 1 && !is_less(next_[a], agreed)) return false;
+    return is_less(compared(a, b, kSwing_rad), agreed);
   }
 
   // Of scans after `before`; 0 where they agree.
   [[nodiscard]] std::size_t length_of_odd_run(std::size_t before) const {
-    if (next_[before].value_or(1.0) >= kAgrees * usual_near(before)) return 0;
+    if (!next_[before] || next_[before]->fine >= kAgrees * usual_near(before)) return 0;
     for (std::size_t run = 1; run <= kLongestRun && before + run + 1 < views_.size(); ++run) {
       if (is_odd_run(before, before + run + 1)) return run;
     }
@@ -71,11 +77,10 @@ class OddFinder {
   }
 
   [[nodiscard]] bool is_odd_run(std::size_t before, std::size_t after) const {
-    const double agreed = compared(before, after, kAhead_rad).value_or(0.0);
-    if (agreed < kNeighboursAgree) return false;
-    const double least = kContradicts * agreed;
+    const Agreement agreed = compared(before, after, kAhead_rad).value_or(Agreement{});
+    if (agreed.fine < kNeighboursAgree) return false;
     for (std::size_t k = before + 1; k < after; ++k) {
-      if (!contradicts(k, before, least) || !contradicts(k, after, least)) return false;
+      if (!contradicts(k, before, agreed) || !contradicts(k, after, agreed)) return false;
     }
     return true;
   }
@@ -83,11 +88,11 @@ class OddFinder {
   [[nodiscard]] bool is_odd_end(std::size_t end, std::size_t second, std::size_t third,
                                 std::size_t fourth) const {
     if (views_.size() < 4) return false;
-    const double agreed = std::min(next_[std::min(second, third)].value_or(0.0),
-                                   next_[std::min(third, fourth)].value_or(0.0));
-    if (agreed < kNeighboursAgree) return false;
-    const double least = kContradicts * agreed;
-    return contradicts(end, second, least) && contradicts(end, third, least);
+    const Agreement near = next_[std::min(second, third)].value_or(Agreement{});
+    const Agreement far = next_[std::min(third, fourth)].value_or(Agreement{});
+    const Agreement agreed{std::min(near.wide, far.wide), std::min(near.fine, far.fine)};
+    return agreed.fine >= kNeighboursAgree && contradicts(end, second, agreed) &&
+           contradicts(end, third, agreed);
   }
 
   // The median of consecutive scans around.
@@ -96,7 +101,7 @@ class OddFinder {
     std::vector<double> near;
     for (std::size_t i = k < kAround ? 0 : k - kAround; i < std::min(next_.size(), k + kAround);
          ++i) {
-      if (next_[i]) near.push_back(*next_[i]);
+      if (next_[i]) near.push_back(next_[i]->fine);
     }
     if (near.empty()) return 0.0;
     std::ranges::nth_element(near, near.begin() + static_cast<std::ptrdiff_t>(near.size() / 2));
@@ -106,7 +111,7 @@ class OddFinder {
   const std::vector<TopView>& views_;
   const std::vector<std::optional<Pose>>& poses_;
   std::vector<bool> is_odd_;
-  std::vector<std::optional<double>> next_;  // how each scan agrees with the next one
+  std::vector<std::optional<Agreement>> next_;  // how each scan agrees with the next one
 };
 
 }  // namespace

@@ -170,15 +170,18 @@ TopView TopView::widened() const {
   return wide;
 }
 
-std::optional<double> agreement(const TopView& before, const TopView& after,
-                                const AgreementSearch& search) {
+std::optional<Agreement> agreement(const TopView& before, const TopView& after,
+                                   const AgreementSearch& search) {
   if (!before.is_rich() || !after.is_rich()) return std::nullopt;
-  if (after.count() <= before.count()) {
-    return fine_share(before, after.cells(), coarse_fit(before, after.cells(), search));
+  const bool is_back = after.count() > before.count();
+  AgreementSearch of_fewer = search;
+  if (is_back) {
+    for (PlaneMotion& motion : of_fewer.around) motion = inverse(motion);
   }
-  AgreementSearch back = search;
-  for (PlaneMotion& motion : back.around) motion = inverse(motion);
-  return fine_share(after, before.cells(), coarse_fit(after, before.cells(), back));
+  const TopView& fewer = is_back ? before : after;
+  const TopView& other = is_back ? after : before;
+  const Fit coarse = coarse_fit(other, fewer.cells(), of_fewer);
+  return Agreement{coarse.share, fine_share(other, fewer.cells(), coarse)};
 }
 
 }  // namespace sightline

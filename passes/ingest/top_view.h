@@ -59,11 +59,16 @@ struct AgreementSearch {
   double turn_rad = 0.12;
 };
 
-// The largest share of the cells of one view, that with fewer, that are cells of the other one too,
-// over motions of `after` in the axes of `before`: in steps of 1 m and 0.06 rad with widened views,
-// then around the best one to 0.25 m. Consecutive scans of streets have 0.45 to 0.97, scans of
-// other places up to 0.45. None where a view is not rich.
-std::optional<double> agreement(const TopView& before, const TopView& after,
-                                const AgreementSearch& search);
+// How well two views agree: shares of the cells of the one with fewer that the other one has too.
+struct Agreement {
+  double wide = 0.0;  // with widened views
+  double fine = 0.0;
+};
+
+// The best agreement over motions of `after` in the axes of `before`: in steps of 1 m and 0.06 rad
+// with widened views, then around the best one to 0.25 m. Consecutive scans of streets have 0.8 to 1
+// and 0.45 to 0.97, scans of other places up to 0.6 and 0.45. None where a view is not rich.
+std::optional<Agreement> agreement(const TopView& before, const TopView& after,
+                                   const AgreementSearch& search);
 
 }  // namespace sightline

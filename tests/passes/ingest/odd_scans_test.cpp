@@ -30,7 +30,7 @@ class OddScansTest : public testing::Test {
   }
   static Pose pose_of(std::size_t scan, double yaw_rad = 0.0) {
     Pose pose = Pose::Identity();
-    pose.translate(Eigen::Vector3d(static_cast<double>(scan), 0.0, 0.0));
+    pose.translate(Eigen::Vector3d(1.13 * static_cast<double>(scan), 0.0, 0.0));
     pose.rotate(rotation_matrix({Eigen::Vector3d::UnitZ(), yaw_rad}));
     return pose;
   }
@@ -87,8 +87,8 @@ TEST_F(OddScansTest, KeepsScansOfASensorThatSwingsThereAndBackAndOfOneThatStaysT
 TEST_F(OddScansTest, KeepsScansThatAreFarApartByTheirPosesAndScansWhosePoseIsWrong) {
   views_.clear();
   for (std::size_t i = 0; i < 10; ++i) {
-    views_.push_back(seen(pose_of(7 * i)));
-    poses_.emplace_back(pose_of(7 * i));
+    views_.push_back(seen(pose_of(6 * i)));
+    poses_.emplace_back(pose_of(6 * i));
   }
   EXPECT_TRUE(odd().empty());
   poses_.clear();
