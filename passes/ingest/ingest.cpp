@@ -175,8 +175,9 @@ Result<Recording> without_odd(const PassContext& ctx, Recording recording, Count
              names_of_odd(is_odd, recording));
   if (!are_few(odd, recording.scans.size())) {
     return Error{ErrorCode::kMismatchedInputs,
-                 concat(which, ". Up to 5 % are left out. These may be turned, or scans of another "
-                               "place or sensor: remove them"),
+                 concat(which,
+                        ". Up to 5 % are left out. These may be turned, or scans of another "
+                        "place or sensor: remove them"),
                  recording.source.string(), "drive " + recording.name};
   }
   ctx.warn(concat("drive ", recording.name, ": ", which, ". They are left out"));

@@ -45,7 +45,7 @@ class OddFinder {
   static constexpr double kSwing_rad = 1.75;
 
   [[nodiscard]] std::optional<Agreement> compared(std::size_t a, std::size_t b,
-                                               double turn_rad) const {
+                                                  double turn_rad) const {
     AgreementSearch search;
     search.turn_rad = turn_rad;
     search.reach_m *= static_cast<double>(std::min<std::size_t>(2, b - a));

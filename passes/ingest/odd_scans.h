@@ -16,8 +16,8 @@ namespace sightline {
 // and end of the drive: one scan, where the next three agree. Scans with few upright returns are
 // not judged. One flag a view, true: odd.
 //
-// `views`: of consecutive scans. `T_world_sensor`: level_sensor_poses(). Up to `threads` threads (0:
-// all).
+// `views`: of consecutive scans. `T_world_sensor`: level_sensor_poses(). Up to `threads` threads
+// (0: all).
 std::vector<bool> odd_scans(const std::vector<TopView>& views,
                             const std::vector<std::optional<Pose>>& T_world_sensor, int threads);
 

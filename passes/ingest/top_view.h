@@ -66,8 +66,8 @@ struct Agreement {
 };
 
 // The best agreement over motions of `after` in the axes of `before`: in steps of 1 m and 0.06 rad
-// with widened views, then around the best one to 0.25 m. Consecutive scans of streets have 0.8 to 1
-// and 0.45 to 0.97, scans of other places up to 0.6 and 0.45. None where a view is not rich.
+// with widened views, then around the best one to 0.25 m. Consecutive scans of streets have 0.8 to
+// 1 and 0.45 to 0.97, scans of other places up to 0.6 and 0.45. None where a view is not rich.
 std::optional<Agreement> agreement(const TopView& before, const TopView& after,
                                    const AgreementSearch& search);
 

@@ -148,19 +148,21 @@ Result<void> check_drift(const EstimateTask& task, const GivenPoses& given,
   const auto& [ctx, options, drive] = task;
   const std::vector<MotionDrift> drifts = find_drifts(limits_of(options), given, odometry);
   if (!drifts.empty() && options.bad_poses != BadPoses::kRepair) {
-    return refused(with_first_places(concat("given poses of drive ", drive.name,
-                                            " drift from the motion in the scans"),
-                                     drifts, drive) +
-                       ". Check the scale, axes and times of the poses and lidar_yaw_deg, or refine "
-                       "them with estimate-trajectory.bad_poses=repair",
-                   drive, drifts.front().first);
+    return refused(
+        with_first_places(
+            concat("given poses of drive ", drive.name, " drift from the motion in the scans"),
+            drifts, drive) +
+            ". Check the scale, axes and times of the poses and lidar_yaw_deg, or refine "
+            "them with estimate-trajectory.bad_poses=repair",
+        drive, drifts.front().first);
   }
   const std::optional<double> scale = find_scale_error(given, odometry);
   if (!scale) return {};
-  ctx.warn(fmt::format(
-      "given poses of drive {} move {:.1f} % {} than the scans show. Check their scale (wheel size, "
-      "map projection) and the range calibration of the sensor",
-      drive.name, 100.0 * std::abs(*scale), *scale > 0.0 ? "farther" : "less far"));
+  ctx.warn(
+      fmt::format("given poses of drive {} move {:.1f} % {} than the scans show. Check their scale "
+                  "(wheel size, "
+                  "map projection) and the range calibration of the sensor",
+                  drive.name, 100.0 * std::abs(*scale), *scale > 0.0 ? "farther" : "less far"));
   return {};
 }
 

@@ -88,10 +88,10 @@ class ShiftTrial {
     for (const MotionPair& motion : motions_) {
       const auto from = poses_.at(drive_.scans[motion.from].stamp_ns + shift_ns);
       const auto to = poses_.at(drive_.scans[motion.to].stamp_ns + shift_ns);
-      offs.push_back(from && to ? off_m(T_vehicle_lidar.inverse() * from->inverse() * *to *
-                                            T_vehicle_lidar,
-                                        motion.matched)
-                                : std::nan(""));
+      offs.push_back(
+          from && to ? off_m(T_vehicle_lidar.inverse() * from->inverse() * *to * T_vehicle_lidar,
+                             motion.matched)
+                     : std::nan(""));
     }
     return offs;
   }
@@ -161,8 +161,8 @@ std::int64_t whole_scans(const Drive& drive, std::int64_t shift_ns) {
   std::ranges::nth_element(steps_ns, middle);
   if (*middle <= 2 * kNear_ns) return shift_ns;
   const std::int64_t whole_ns =
-      *middle * static_cast<std::int64_t>(std::llround(static_cast<double>(shift_ns) /
-                                                       static_cast<double>(*middle)));
+      *middle * static_cast<std::int64_t>(
+                    std::llround(static_cast<double>(shift_ns) / static_cast<double>(*middle)));
   return std::abs(whole_ns - shift_ns) <= kNear_ns ? whole_ns : shift_ns;
 }
 

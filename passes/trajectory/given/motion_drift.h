@@ -9,9 +9,9 @@
 #include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/given/disagreements.h"
 
-// Errors of given poses that grow or repeat all along a drive, where no single pose is wrong: another
-// clock, another scale, a drift. They are found from motions over about 3 m whose every step was
-// matched and is constrained by the scans.
+// Errors of given poses that grow or repeat all along a drive, where no single pose is wrong:
+// another clock, another scale, a drift. They are found from motions over about 3 m whose every
+// step was matched and is constrained by the scans.
 
 namespace sightline {
 
@@ -23,8 +23,8 @@ struct ClockShift {
 };
 
 // A constant shift of 0.08 to 1 s that explains most of the difference between given and matched
-// motions. None where the vehicle moves evenly, since all times then fit equally, and for a drive of
-// several parts.
+// motions. None where the vehicle moves evenly, since all times then fit equally, and for a drive
+// of several parts.
 std::optional<ClockShift> find_clock_shift(const Drive& drive, const GivenPoses& given,
                                            const Odometry& odometry);
 
@@ -34,8 +34,8 @@ Drive with_clock(Drive drive, const ClockShift& shift, const Odometry& odometry)
 
 std::string to_text(const ClockShift& shift, const Drive& drive);
 
-// How given poses move otherwise than matched scans, in the sensor's level axes: mean of the motions
-// without the quarter that differs most.
+// How given poses move otherwise than matched scans, in the sensor's level axes: mean of the
+// motions without the quarter that differs most.
 struct MotionDrift {
   std::uint32_t first = 0;  // scans, by their place in the drive
   std::uint32_t last = 0;
