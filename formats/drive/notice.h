@@ -17,7 +17,7 @@ struct Notice {
   std::uint32_t first_scan = 0;  // of the worst place, recording index
   std::uint32_t last_scan = 0;
   double amount = 0.0;  // there, in `unit`; 0: no figure
-  std::string unit;     // "m", "deg", "%"; empty: no figure
+  std::string unit;     // "m", "s", "deg", "%"; empty: no figure
   friend bool operator==(const Notice&, const Notice&) = default;
 };
 SIGHTLINE_FIELDS(Notice, code, text, count, first_scan, last_scan, amount, unit)

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "formats/base/parallel.h"
 #include "formats/base/units.h"
-#include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/left_out_scans.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/recording/point_times.h"
@@ -21,7 +19,10 @@
 #include "passes/ingest/check_frame.h"
 #include "passes/ingest/check_pose_clock.h"
 #include "passes/ingest/check_sensor.h"
+#include "passes/ingest/check_upright.h"
+#include "passes/ingest/odd_scans.h"
 #include "passes/ingest/pose_reading.h"
+#include "passes/ingest/top_view.h"
 
 namespace sightline {
 namespace {
@@ -97,6 +98,7 @@ void warn_of_gaps(const PassContext& ctx, const Recording& recording) {
 // the lowest index, since a scan is skipped only behind a known failure.
 struct CountedScans {
   std::vector<ScanCounts> counts;
+  std::vector<TopView> views;
   std::vector<bool> is_empty;
   std::optional<Error> first_empty;  // why it cannot be read
 };
@@ -105,6 +107,7 @@ Result<CountedScans> count_all(PassContext& ctx, const Recording& recording) {
   const std::size_t total = recording.scans.size();
   const std::int64_t step_ns = usual_step_ns(recording.scans);
   std::vector<ScanCounts> counts(total);
+  std::vector<TopView> views(total);
   std::vector<std::optional<Error>> failures(total);
   std::atomic<std::size_t> first_failure = total;
   std::atomic<std::size_t> done = 0;
@@ -112,6 +115,7 @@ Result<CountedScans> count_all(PassContext& ctx, const Recording& recording) {
     if (i > first_failure.load()) return;
     Result<PointCloudFile> cloud = read_recorded_scan(recording, i);
     if (cloud) {
+      views[i] = TopView(*cloud, recording.sensor);
       counts[i] = count(*std::move(cloud), recording.scans[i], step_ns);
     } else {
       failures[i] = cloud.error();
@@ -123,12 +127,27 @@ Result<CountedScans> count_all(PassContext& ctx, const Recording& recording) {
     ctx.progress(done.fetch_add(1) + 1, total);
   });
   if (first_failure.load() < total) return *failures[first_failure.load()];
-  CountedScans counted{std::move(counts), std::vector<bool>(total, false), {}};
+  CountedScans counted{std::move(counts), std::move(views), std::vector<bool>(total, false), {}};
   for (std::size_t i = 0; i < total; ++i) {
     if (failures[i] && !counted.first_empty) counted.first_empty = failures[i];
     counted.is_empty[i] = failures[i].has_value();
   }
   return counted;
+}
+
+template <class Of>
+void leave_out(const std::vector<bool>& is_odd, std::vector<Of>& of_scans) {
+  std::vector<Of> kept;
+  for (std::size_t i = 0; i < of_scans.size(); ++i) {
+    if (!is_odd[i]) kept.push_back(std::move(of_scans[i]));
+  }
+  of_scans = std::move(kept);
+}
+
+void leave_out(const std::vector<bool>& is_odd, Recording& recording, CountedScans& counted) {
+  leave_out(is_odd, recording);
+  leave_out(is_odd, counted.counts);
+  leave_out(is_odd, counted.views);
 }
 
 // The recording without scans that have no returns, where these are few. Error: that of the first.
@@ -140,12 +159,29 @@ Result<Recording> without_empty(const PassContext& ctx, Recording recording,
   ctx.warn(concat(
       "drive ", recording.name, ": ", empty, " of ", recording.scans.size(),
       " scans have no returns and are left out: ", names_of_odd(counted.is_empty, recording)));
-  leave_out(counted.is_empty, recording);
-  std::vector<ScanCounts> kept;
-  for (std::size_t i = 0; i < counted.counts.size(); ++i) {
-    if (!counted.is_empty[i]) kept.push_back(counted.counts[i]);
+  leave_out(counted.is_empty, recording, counted);
+  return recording;
+}
+
+// The recording without scans that contradict their neighbours, where these are few.
+Result<Recording> without_odd(const PassContext& ctx, Recording recording, CountedScans& counted) {
+  const std::vector<bool> is_odd =
+      odd_scans(counted.views, level_sensor_poses(recording), ctx.threads);
+  const auto odd = static_cast<std::size_t>(std::ranges::count(is_odd, true));
+  if (odd == 0) return recording;
+  const std::string which =
+      concat(odd, " of ", recording.scans.size(),
+             " scans do not fit the scans before and after them, which fit each other: ",
+             names_of_odd(is_odd, recording));
+  if (!are_few(odd, recording.scans.size())) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 concat(which,
+                        ". Up to 5 % are left out. These may be turned, or scans of another "
+                        "place or sensor: remove them"),
+                 recording.source.string(), "drive " + recording.name};
   }
-  counted.counts = std::move(kept);
+  ctx.warn(concat("drive ", recording.name, ": ", which, ". They are left out"));
+  leave_out(is_odd, recording, counted);
   return recording;
 }
 
@@ -282,92 +318,26 @@ std::vector<ScanInfo> describe(const Recording& recording, const std::vector<Sca
 
 }  // namespace
 
-std::vector<OptionField> option_fields(IngestOptions& options) {
-  return {shared(number("tile_m", options.tile_m, "edge length of a map tile, m", 1.0, 4096.0))};
-}
-
-std::vector<OptionField> option_fields(RecordingOptions& options) {
-  return {
-      text("name", options.name, "name of the drive; empty: the name of the folder"),
-      text("scans", options.scans,
-           fmt::format("folder with one file per scan ({}); or a bag of ROS 1 (.bag) or ROS 2 "
-                       "(.db3, .mcap, folder), or a pcap of a Velodyne, Hesai or Ouster sensor",
-                       scan_endings_text())),
-      text("topic", options.topic,
-           "topic of the scans in a bag (PointCloud2, Livox CustomMsg, VelodyneScan); empty: the "
-           "only one"),
-      text("columns", options.columns,
-           "columns of .bin scans: the number of floats per point, or names such as x y z "
-           "intensity ring time; empty: guessed from the values"),
-      text("poses", options.poses,
-           "pose file (KITTI, TUM, Apollo, nuScenes' ego_pose.json; in degrees: GNSS CSV, NMEA, "
-           "KITTI's oxts) or ROS bag; "
-           "empty: the trajectory is estimated"),
-      text("poses_topic", options.poses_topic,
-           "topic of the poses, odometry, /tf or NavSatFix in a bag; empty: the only one"),
-      text("imu_topic", options.imu_topic,
-           "topic of the turn rates (sensor_msgs/Imu) in the bag of the scans, for rotation during "
-           "a scan; empty: the one with a known frame; none: not used"),
-      choice("pose_format", options.pose_format, "format of a pose file",
-             {"auto", "kitti", "tum", "apollo"}),
-      choice("poses_of", options.poses_of, "frame of the poses: the vehicle or the sensor",
-             {"vehicle", "sensor"}),
-      text("calibration", options.calibration,
-           "KITTI's calib.txt or calib_imu_to_velo.txt, for poses of the camera or the inertial "
-           "unit; empty: none"),
-      text("stamps", options.stamps,
-           "file with one time per line, one for each scan; empty: times from file names or poses"),
-      number("rate_hz", options.rate_hz, "scans per second, used where scan times are unknown",
-             0.01, 1000.0),
-      text("sensor", options.sensor,
-           fmt::format("sensor: {}, or a file that lists its beams",
-                       fmt::join(sensor_profile_names(), ", "))),
-      integer("rings", options.rings,
-              "number of evenly spaced beams; 0: as in the sensor's profile", 0, 1024),
-      number("lowest_beam_deg", options.lowest_beam_deg, "elevation of the lowest beam, degrees",
-             -90.0, 90.0),
-      number("highest_beam_deg", options.highest_beam_deg, "elevation of the highest beam, degrees",
-             -90.0, 90.0),
-      number("azimuth_view_deg", options.azimuth_view_deg,
-             "horizontal field of view, centred on the sensor's x axis, degrees; 0: as in the "
-             "sensor's profile",
-             0.0, 360.0),
-      number("height_m", options.height_m,
-             "height of the sensor above the ground, m; 0: as in the sensor's profile", 0.0, 100.0),
-      number("lidar_x_m", options.lidar_x_m, "position of the sensor in the vehicle frame, x, m",
-             -100.0, 100.0),
-      number("lidar_y_m", options.lidar_y_m, "position of the sensor in the vehicle frame, y, m",
-             -100.0, 100.0),
-      number("lidar_z_m", options.lidar_z_m, "position of the sensor in the vehicle frame, z, m",
-             -100.0, 100.0),
-      number("lidar_roll_deg", options.lidar_roll_deg,
-             "rotation of the sensor about the vehicle's x axis, degrees", -180.0, 180.0),
-      number("lidar_pitch_deg", options.lidar_pitch_deg,
-             "rotation of the sensor about the vehicle's y axis, degrees", -180.0, 180.0),
-      number("lidar_yaw_deg", options.lidar_yaw_deg,
-             "rotation of the sensor about the vehicle's z axis, degrees", -180.0, 180.0),
-  };
-}
-
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& opened) {
   if (opened.scans.empty()) {
     return Error{ErrorCode::kDriveTooShort, concat("drive ", opened.name, " has no scans")};
   }
   SIGHTLINE_TRY(check_times(opened));
   SIGHTLINE_ASSIGN(CountedScans counted, count_all(ctx, opened));
-  SIGHTLINE_ASSIGN(const Recording recording, without_empty(ctx, opened, counted));
-  const std::vector<ScanCounts>& counts = counted.counts;
-  warn_of(ctx, recording, counts);
-  SIGHTLINE_TRY(check_reach(recording, counts));
+  SIGHTLINE_ASSIGN(Recording recording, without_empty(ctx, opened, counted));
+  warn_of(ctx, recording, counted.counts);
+  SIGHTLINE_TRY(check_reach(recording, counted.counts));
   SIGHTLINE_TRY(check_frame(recording));
   SIGHTLINE_TRY(check_pose_clock(recording));
+  SIGHTLINE_ASSIGN(recording, without_odd(ctx, std::move(recording), counted));
   Drive drive;
   SIGHTLINE_TRY(check_sensor(ctx, recording, drive.notices));
   drive.name = recording.name;
   drive.sensor = recording.sensor;
-  drive.scans = describe(recording, counts);
+  drive.scans = describe(recording, counted.counts);
   drive.turn_rates = recording.turn_rates;
   SIGHTLINE_TRY(try_w_first(ctx, recording, drive));
+  SIGHTLINE_TRY(check_upright(recording, drive));
   if (drive.has_poses()) {
     const Eigen::Vector3d first_m = drive.scans.front().T_world_vehicle->translation();
     drive.frame = frame_near(first_m, options.tile_m);

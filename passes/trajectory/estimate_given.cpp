@@ -17,6 +17,7 @@
 #include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/given/lever_arm.h"
 #include "passes/trajectory/given/misplaced_parts.h"
+#include "passes/trajectory/given/motion_drift.h"
 #include "passes/trajectory/given/sharpening.h"
 #include "passes/trajectory/local/parts_of_drive.h"
 #include "passes/trajectory/sweep/swept_drive.h"
@@ -236,6 +237,34 @@ Result<std::optional<Estimate>> sharpened(const EstimateTask& task, double uneve
   return std::optional<Estimate>(std::move(refined));
 }
 
+// The wrong scale of given poses, where they have one. Error: mismatched-inputs (they drift from the
+// scans).
+Result<std::vector<Notice>> check_drift(const EstimateTask& task, const GivenPoses& given,
+                                        const Odometry& odometry) {
+  const auto& [ctx, options, drive] = task;
+  const std::vector<MotionDrift> drifts = find_drifts(limits_of(options), given, odometry);
+  if (!drifts.empty() && options.bad_poses != BadPoses::kRepair) {
+    return refused(
+        with_first_places(
+            concat("given poses of drive ", drive.name, " drift from the motion in the scans"),
+            drifts, drive) +
+            ". Check the scale, axes and times of the poses and lidar_yaw_deg, or refine "
+            "them with estimate-trajectory.bad_poses=repair",
+        drive, drifts.front().first);
+  }
+  const std::optional<double> scale = find_scale_error(given, odometry);
+  if (!scale) return std::vector<Notice>();
+  const double wrong = 100.0 * std::abs(*scale);
+  return std::vector{warned(
+      ctx, {.code = "given-poses-scale",
+            .text = fmt::format(
+                "given poses of drive {} move {:.1f} % {} than the scans show. Check their scale "
+                "(wheel size, map projection) and the range calibration of the sensor",
+                drive.name, wrong, *scale > 0.0 ? "farther" : "less far"),
+            .amount = wrong,
+            .unit = "%"})};
+}
+
 // The given poses, or refined ones, by where the given ones disagree with odometry.
 Result<Estimate> decide(const EstimateTask& task, double uneven_rad, const GivenPoses& given,
                         const Odometry& odometry,
@@ -269,6 +298,33 @@ Result<Estimate> decide(const EstimateTask& task, double uneven_rad, const Given
   return noted(notices, Estimate{std::move(unchanged), {}});
 }
 
+Result<Estimate> judged(const EstimateTask& task, double uneven_rad, const GivenPoses& given, const Odometry& odometry,
+                        const SolvePoses& solve) {
+  SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,
+                   find_jumps(task.drive, limits_of(task.options), given, odometry));
+  if (!jumps.empty()) return repaired(task, given, jumps, solve);
+  SIGHTLINE_ASSIGN(const std::vector<Notice> notices, check_drift(task, given, odometry));
+  SIGHTLINE_ASSIGN(const std::vector<PoseDisagreement> disagreements,
+                   find_disagreements(task.drive, given, odometry));
+  return noted(notices, decide(task, uneven_rad, given, odometry, disagreements, solve));
+}
+
+// Poses at the times of the scans by another clock are judged instead of those given.
+Result<Estimate> judged_by_clock(const EstimateTask& task, double uneven_rad, const ClockShift& shift,
+                                 const Odometry& odometry, const SolvePoses& solve) {
+  const auto& [ctx, options, drive] = task;
+  if (options.bad_poses == BadPoses::kRefuse) return refused(to_text(shift, drive), drive, 0);
+  const Notice notice = warned(
+      ctx, {.code = "given-poses-clock",
+            .text = to_text(shift, drive) + ". These are used; correct the times of the poses",
+            .amount = 1e-9 * static_cast<double>(shift.ahead_ns),
+            .unit = "s"});
+  const Drive of_clock = with_clock(drive, shift, odometry);
+  const GivenPoses given = given_poses(of_clock);
+  SIGHTLINE_ASSIGN(const Odometry again, run_odometry(ctx, options.local_map_m, of_clock, given));
+  return noted({notice}, judged({ctx, options, of_clock}, uneven_rad, given, again, solve));
+}
+
 }  // namespace
 
 Result<Estimate> check_given(const EstimateTask& task, double uneven_rad, const SolvePoses& solve) {
@@ -287,12 +343,9 @@ Result<Estimate> check_given(const EstimateTask& task, double uneven_rad, const 
         drive, misplaced.front().worst);
   }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
-  SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,
-                   find_jumps(drive, limits_of(options), given, odometry));
-  if (!jumps.empty()) return repaired(task, given, jumps, solve);
-  SIGHTLINE_ASSIGN(const std::vector<PoseDisagreement> disagreements,
-                   find_disagreements(drive, given, odometry));
-  return decide(task, uneven_rad, given, odometry, disagreements, solve);
+  const std::optional<ClockShift> shift = find_clock_shift(drive, given, odometry);
+  if (shift) return judged_by_clock(task, uneven_rad, *shift, odometry, solve);
+  return judged(task, uneven_rad, given, odometry, solve);
 }
 
 Result<Estimate> refine_given(const EstimateTask& task, const SolvePoses& solve) {

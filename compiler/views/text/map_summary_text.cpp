@@ -106,28 +106,28 @@ std::string facts_text(const InspectedMap& inspected) {
   const CompiledMap& map = inspected.map;
   const MapSummary& summary = inspected.summary;
   std::string text = field(
-      "Map", fmt::format("{}, {} bytes, format {}, version {}, release {}", inspected.file.string(),
+      "map", fmt::format("{}, {} bytes, format {}, version {}, release {}", inspected.file.string(),
                          summary.file_size, summary.format, map.version, map.release));
   const std::size_t runs = run_count(map.sites);
-  text += field("Route", fmt::format("{}, a place every {:g} m, in {} {}", extent_text(map.sites),
+  text += field("route", fmt::format("{}, a place every {:g} m, in {} {}", extent_text(map.sites),
                                      map.sites.spacing_m, runs, runs == 1 ? "run" : "runs"));
-  text += field("Content", fmt::format("{} NDs of {:g} m in {} tiles; factors {}, model {}",
+  text += field("content", fmt::format("{} NDs of {:g} m in {} tiles; factors {}, model {}",
                                        rows_of(summary, "ndt"), map.ndt.cell_m, summary.tile_count,
                                        map.factors.factors.empty() ? "stripped" : "included",
                                        map.model.bytes.empty() ? "stripped" : "included"));
-  text += field("World",
+  text += field("world",
                 map.world == kLocalWorld ? "the coordinates of the recording's poses" : map.world);
-  text += field("Drives", drives_text(map.measurement));
-  if (map.trajectory) text += field("Poses", poses_text(*map.trajectory));
+  text += field("drives", drives_text(map.measurement));
+  if (map.trajectory) text += field("poses", poses_text(*map.trajectory));
   if (map.trajectory && !map.trajectory->unconstrained.empty()) {
-    text += field("Unobserved", unconstrained_text(map.trajectory->unconstrained));
+    text += field("unobserved", unconstrained_text(map.trajectory->unconstrained));
   }
-  if (!map.notices.empty()) text += field("Doubts", notices_text(map.notices));
-  text += field("Sensor", fmt::format("{}, {} beams", map.sensor.name, map.sensor.ring_count()));
-  text += field("Localizer", localizer_title(map.model.localizer) +
+  if (!map.notices.empty()) text += field("doubts", notices_text(map.notices));
+  text += field("sensor", fmt::format("{}, {} beams", map.sensor.name, map.sensor.ring_count()));
+  text += field("localizer", localizer_title(map.model.localizer) +
                                  ": ranges, looks and probabilities are for it alone");
   if (map.looks && map.looks->ranges.plan) {
-    text += field("Plan", to_text(*map.looks->ranges.plan));
+    text += field("plan", to_text(*map.looks->ranges.plan));
   }
   return text;
 }
