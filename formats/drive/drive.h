@@ -23,6 +23,22 @@ struct TurnRate {
 };
 SIGHTLINE_FIELDS(TurnRate, stamp_ns, rate_rad_per_s)
 
+// What an accelerometer measured at one time, about the axes of the vehicle's frame: acceleration
+// less gravity, so upwards at rest. The clock is that of the scans' stamps.
+struct SpecificForce {
+  std::int64_t stamp_ns = 0;
+  Eigen::Vector3d force_m_s2 = Eigen::Vector3d::Zero();
+};
+SIGHTLINE_FIELDS(SpecificForce, stamp_ns, force_m_s2)
+
+// How fast the wheels turned, as the speed of the vehicle at one time: negative backwards. Its
+// scale may be off by percents. The clock is that of the scans' stamps.
+struct WheelSpeed {
+  std::int64_t stamp_ns = 0;
+  double speed_m_s = 0.0;
+};
+SIGHTLINE_FIELDS(WheelSpeed, stamp_ns, speed_m_s)
+
 // One revolution of the LiDAR: finite returns only, in the sensor's frame, metres.
 struct Scan {
   std::int64_t stamp_ns = 0;
@@ -80,7 +96,10 @@ struct Drive {
   std::vector<std::string> later_parts;  // names of the parts after the first, ascending in time
   MapFrame frame;  // near the first given pose; origin zero where there are no poses
   std::vector<ScanInfo> scans;
-  std::vector<TurnRate> turn_rates;        // ascending in time; empty: nothing measured them
+  // Ascending in time; empty: nothing measured them.
+  std::vector<TurnRate> turn_rates;
+  std::vector<SpecificForce> specific_forces;
+  std::vector<WheelSpeed> wheel_speeds;
   std::shared_ptr<const ScanStore> store;  // not encoded; index = position in `scans`
 
   [[nodiscard]] bool has_poses() const;  // every scan has one
@@ -90,12 +109,13 @@ struct Drive {
   [[nodiscard]] const std::string& name_of_part(std::uint32_t part) const;
   [[nodiscard]] std::string names_of_parts() const;  // "monday, tuesday"
 };
-SIGHTLINE_SOME_FIELDS(Drive, name, sensor, other_sensors, later_parts, frame, scans, turn_rates)
+SIGHTLINE_SOME_FIELDS(Drive, name, sensor, other_sensors, later_parts, frame, scans, turn_rates,
+                      specific_forces, wheel_speeds)
 
 template <>
 struct ArtifactTraits<Drive> {
   static constexpr std::string_view kName = "drive";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
   static constexpr bool kRefersOutside = true;  // the store
 };
 

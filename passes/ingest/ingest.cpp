@@ -231,6 +231,9 @@ void warn_of_times(const PassContext& ctx, const Recording& recording,
 void warn_of(const PassContext& ctx, const Recording& recording,
              const std::vector<ScanCounts>& counts) {
   for (const std::string& warning : recording.warnings) ctx.warn(warning);
+  for (const std::string& remark : recording.remarks) {
+    ctx.inform(concat("drive ", recording.name, ": ", remark));
+  }
   ScanCounts sum;
   for (const ScanCounts& scan : counts) {
     sum.point_count += scan.point_count;
@@ -306,8 +309,13 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
       text("poses_topic", options.poses_topic,
            "topic of the poses, odometry, /tf or NavSatFix in a bag; empty: the only one"),
       text("imu_topic", options.imu_topic,
-           "topic of the turn rates (sensor_msgs/Imu) in the bag of the scans, for rotation during "
-           "a scan; empty: the one with a known frame; none: not used"),
+           "topic of the inertial unit (sensor_msgs/Imu) in the bag of the scans, for rotation "
+           "during a scan and for the speed where scans do not constrain it; empty: the one with a "
+           "known frame; none: not used"),
+      text("wheel_speed", options.wheel_speed,
+           "topic of the vehicle's speed (TwistStamped, TwistWithCovarianceStamped, Autoware's "
+           "VelocityReport, twist of Odometry) in the bag of the scans, used where scans do not "
+           "constrain the speed; empty: the only one; none: not used"),
       choice("pose_format", options.pose_format, "format of a pose file",
              {"auto", "kitti", "tum", "apollo"}),
       choice("poses_of", options.poses_of, "frame of the poses: the vehicle or the sensor",
@@ -367,6 +375,8 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   drive.sensor = recording.sensor;
   drive.scans = describe(recording, counts);
   drive.turn_rates = recording.turn_rates;
+  drive.specific_forces = recording.specific_forces;
+  drive.wheel_speeds = recording.wheel_speeds;
   SIGHTLINE_TRY(try_w_first(ctx, recording, drive));
   if (drive.has_poses()) {
     const Eigen::Vector3d first_m = drive.scans.front().T_world_vehicle->translation();

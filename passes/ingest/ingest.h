@@ -30,7 +30,7 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
 // Connects a decoded drive to the files of its recording, from which its scans are read: the
 // encoded drive contains no points.
 void reattach(Drive& drive, const Recording& recording);
-inline constexpr Pass kIngest = Pass{"ingest", 5, "drive", "Recorded drives", &ingest}
+inline constexpr Pass kIngest = Pass{"ingest", 6, "drive", "Recorded drives", &ingest}
                                     .in(Stage::kDrives)
                                     .with({.scan_s = 0.0003});
 
