@@ -18,8 +18,12 @@ struct PieceStart {
   double overlap_elsewhere = 0.0;  // in another place than that one
 };
 
-// What leads where scans do not constrain a motion.
-enum class Forecast : std::uint8_t { kNone, kGiven, kSteady };
+// What leads where scans do not constrain a motion: given poses, constant speed, the speed of the
+// wheels, or the accelerations of an inertial unit.
+enum class Forecast : std::uint8_t { kNone, kGiven, kSteady, kWheels, kInertial };
+
+// Drivers change their speed by a few percent within half a minute.
+inline constexpr double kSteadyShare = 0.05;
 
 // What the scans constrain of a step (ScanConstraint).
 struct StepConstraint {
@@ -27,6 +31,9 @@ struct StepConstraint {
   // By axis, forward, left and turn: how much of it is not constrained, 0 to 1.
   Eigen::Vector3d weak = Eigen::Vector3d::Zero();
   Forecast forecast = Forecast::kNone;  // what was used instead; none: the match all the same
+  // Standard deviation of the way that was forecast, as a share of it; the same error all along a
+  // stretch.
+  double way_share = kSteadyShare;
 };
 
 struct Odometry {

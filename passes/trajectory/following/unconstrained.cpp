@@ -10,8 +10,6 @@
 namespace sightline {
 namespace {
 
-// Drivers change their speed by a few percent within half a minute.
-constexpr double kSpeedShare = 0.05;
 // 0.1 rad over 100 m: a bend of a road that nothing shows.
 constexpr double kDrift_rad_per_m = 0.001;
 constexpr double kLongestGap_m = 5.0;
@@ -47,7 +45,11 @@ std::string forecast_text(const UnconstrainedStretch& stretch) {
     case Forecast::kGiven:
       return "the given poses are used";
     case Forecast::kSteady:
-      return fmt::format("constant speed is assumed, +/- {:.1f} m", stretch.way_sigma_m());
+      return fmt::format("constant speed is assumed, +/- {:.1f} m", stretch.way_sigma_m);
+    case Forecast::kWheels:
+      return fmt::format("wheel speed is used, +/- {:.1f} m", stretch.way_sigma_m);
+    case Forecast::kInertial:
+      return fmt::format("accelerations are used, +/- {:.1f} m", stretch.way_sigma_m);
     case Forecast::kNone:
       break;
   }
@@ -68,18 +70,16 @@ struct ForecastErrors {
       effect->head<3>() += Eigen::Vector3d(effect->tail<3>()).cross(way_m);
     }
   }
-  void add(const Eigen::Vector3d& way_m, const Eigen::Vector3d& weak) {
+  void add(const Eigen::Vector3d& way_m, const StepConstraint& step) {
     const double length_m = way_m.norm();
-    speed.head<3>() += kSpeedShare * weak[0] * way_m;
-    drift[5] += kDrift_rad_per_m * weak[2] * length_m;
+    speed.head<3>() += step.way_share * step.weak[0] * way_m;
+    drift[5] += kDrift_rad_per_m * step.weak[2] * length_m;
     const Eigen::Vector3d left_m = Eigen::Vector3d::UnitZ().cross(way_m);
-    drift.head<3>() += 0.5 * kDrift_rad_per_m * weak[1] * length_m * left_m;
+    drift.head<3>() += 0.5 * kDrift_rad_per_m * step.weak[1] * length_m * left_m;
   }
 };
 
 }  // namespace
-
-double UnconstrainedStretch::way_sigma_m() const { return kSpeedShare * way_m; }
 
 std::vector<UnconstrainedStretch> unconstrained_stretches(const Odometry& odometry) {
   std::vector<UnconstrainedStretch> all;
@@ -92,12 +92,13 @@ std::vector<UnconstrainedStretch> unconstrained_stretches(const Odometry& odomet
                          odometry.piece[k] == odometry.piece[all.back().last] &&
                          odometry.driven_m[k - 1] - last_m <= kLongestGap_m;
     if (!goes_on) {
-      all.push_back({k, k, 0.0, Eigen::Vector3d::Zero(), step.forecast});
+      all.push_back({k, k, 0.0, Eigen::Vector3d::Zero(), step.forecast, 0.0});
       steps = 0;
     }
     UnconstrainedStretch& stretch = all.back();
     stretch.last = k;
     stretch.way_m += step_m(odometry, k);
+    stretch.way_sigma_m += step.way_share * step_m(odometry, k);
     stretch.weak += (step.weak - stretch.weak) / ++steps;
     last_m = odometry.driven_m[k];
   }
@@ -140,13 +141,14 @@ std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
       continue;
     }
     const StepConstraint& step = odometry.constraint[k];
-    const bool is_forecast = is_weak(step) && step.forecast == Forecast::kSteady;
+    const bool is_forecast = is_weak(step) && step.forecast != Forecast::kGiven &&
+                             step.forecast != Forecast::kNone;
     if (is_forecast && !goes_on) stretches.emplace_back();
     goes_on = is_forecast;
     const Eigen::Vector3d way_m = (T_map_lidar[k] * T_lidar_vehicle).translation() -
                                   (T_map_lidar[k - 1] * T_lidar_vehicle).translation();
     for (ForecastErrors& errors : stretches) errors.carry(way_m);
-    if (is_forecast) stretches.back().add(way_m, step.weak);
+    if (is_forecast) stretches.back().add(way_m, step);
     for (const ForecastErrors& errors : stretches) {
       covariance[k] += errors.speed * errors.speed.transpose();
       covariance[k] += errors.drift * errors.drift.transpose();

@@ -20,9 +20,7 @@ struct UnconstrainedStretch {
   double way_m = 0.0;                              // of these steps
   Eigen::Vector3d weak = Eigen::Vector3d::Zero();  // forward, left and turn: mean, 0 to 1
   Forecast forecast = Forecast::kNone;             // what was used instead
-
-  // Standard deviation of the way that was forecast at constant speed, m.
-  [[nodiscard]] double way_sigma_m() const;
+  double way_sigma_m = 0.0;                        // standard deviation of the way by the forecast
 };
 
 // Ascending. Steps up to 5 m of way apart are one stretch. Shorter ones than 10 m are left out;
@@ -35,8 +33,8 @@ std::string to_text(const UnconstrainedStretch& stretch, const Drive& drive);
 // One warning of all stretches whose motion is not that of given poses; none without any.
 void warn_of_unconstrained(const PassContext& ctx, const Drive& drive, const Odometry& odometry);
 
-// What constant speed leaves unknown of each pose, relative to the first of its piece: a speed off
-// by 5 % and a heading that drifts by 0.001 rad/m, both constant over a stretch of weak steps. Map
+// What a forecast leaves unknown of each pose, relative to the first of its piece: a speed off
+// by its share and a heading that drifts by 0.001 rad/m, both constant over a stretch of weak steps. Map
 // axes, order dx dy dz wx wy wz; added to the covariance of the graph. Zero where steps are
 // constrained or given. `T_map_lidar` and `T_lidar_vehicle` give the vehicle's axes.
 std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
