@@ -1,6 +1,8 @@
 #include "passes/trajectory/following/follower.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <utility>
 
@@ -32,6 +34,9 @@ constexpr double kShortestStepsFrom_m = 20.0;
 constexpr double kFarFromGiven_m = 0.5;
 // In a sparse place, a match farther from the forecast is not believed.
 constexpr double kNearForecast_m = 0.5;
+// A match of a sparse scan is not believed this far, and three standard deviations, from a way that
+// the vehicle's sensors measured.
+constexpr double kMostOff_m = 0.03;
 // The standard deviation of a step that was only forecast.
 constexpr double kNoConstraint_m = 100.0;
 
@@ -282,9 +287,10 @@ std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
   const std::optional<SpeedForecast::Way> way = speed_.way(step_to_scan(k, T_map_before()));
   if (!way && !steady_.is_known()) return std::nullopt;
   Pose step = steady_.is_known() ? steady_.step(step_ns(k)) : Pose::Identity();
-  if (way) step.translation() = way->moved_m;
-  return Forecasted{tidied(T_map_before() * step), way ? way->source : Forecast::kSteady,
-                    way ? way->share : kSteadyShare};
+  if (!way) return Forecasted{tidied(T_map_before() * step), Forecast::kSteady, kSteadyShare};
+  step.translation() = way->moved_m;
+  return Forecasted{tidied(T_map_before() * step), way->source, way->share,
+                    kMostOff_m + 3.0 * way->sigma_m};
 }
 
 // A matched pose; what the scan does not constrain of it is as forecast. A match there
@@ -294,17 +300,28 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
   const ScanConstraint constraint =
       scan_constraint(map_.grids(), scan.thinned.to_match_m, T_map_matched, T_lidar_vehicle);
-  const double most_m = has_given_step(k) ? kWeakBesideGiven_m : kWeak_m;
   Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}};
-  if (!constraint.has_weak(most_m)) return to;
   const std::optional<Forecasted> by_forecast = forecast(k);
   if (!by_forecast) return to;
-  to.constraint.forecast = by_forecast->source;
-  to.constraint.way_share = by_forecast->way_share;
+  const bool is_measured =
+      by_forecast->source == Forecast::kWheels || by_forecast->source == Forecast::kInertial;
+  const double most_m = has_given_step(k) || is_measured ? kWeakBesideGiven_m : kWeak_m;
+  if (is_measured) to.constraint.weak = constraint.weak_axes(most_m);
   const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
   const PlanarMotion off = planar_motion(T_map_vehicle, by_forecast->T_map_lidar * T_lidar_vehicle);
-  to.T_map_lidar = tidied(moved_in_plane(T_map_vehicle, constraint.weak_part(off, most_m)) *
-                          drive_->sensor.T_vehicle_lidar);
+  PlanarMotion weak_part = constraint.weak_part(off, most_m);
+  if (getenv("DBG")) fprintf(stderr, "DBG %zu sig %.4f %.4f dir %.2f off %.3f src %d fc %.4f ssig %.4f gate %.3f\n", k, constraint.sigma_m[0], constraint.sigma_m[1], constraint.motions(0,0), off.x(), (int)by_forecast->source, (T_map_before().inverse()*by_forecast->T_map_lidar).translation().norm(), by_forecast->way_share, by_forecast->most_off_m);
+  const bool is_refuted = is_measured && constraint.has_weak(kSparse_m) &&
+                          std::abs(off.x()) > by_forecast->most_off_m;
+  if (is_refuted && to.constraint.weak[0] == 0.0) {
+    to.constraint.weak[0] = 1.0;
+    weak_part = PlanarMotion(off.x(), 0.0, 0.0);
+  }
+  if (to.constraint.weak.isZero(0.0) && !constraint.has_weak(most_m)) return to;
+  to.constraint.forecast = by_forecast->source;
+  to.constraint.way_share = by_forecast->way_share;
+  to.T_map_lidar =
+      tidied(moved_in_plane(T_map_vehicle, weak_part) * drive_->sensor.T_vehicle_lidar);
   return to;
 }
 

@@ -103,6 +103,7 @@ class Follower {
     Pose T_map_lidar = Pose::Identity();
     Forecast source = Forecast::kNone;
     double way_share = 0.0;
+    double most_off_m = 0.0;  // of a match from a way that sensors measured
   };
   [[nodiscard]] ScanStep step_to_scan(std::size_t k, const Pose& T_map_lidar) const;
   [[nodiscard]] std::optional<Forecasted> forecast(std::size_t k) const;

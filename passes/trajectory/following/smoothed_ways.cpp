@@ -114,9 +114,6 @@ class InertialRun {
   }
 
  private:
-  static Eigen::Vector2d by_state(const MotionSensors::Gain& gain) {
-    return {gain.time_s, -0.5 * gain.time_s * gain.time_s};
-  }
   void add(std::size_t i, const Eigen::Vector2d& by_state, double value, double sigma) {
     equations_.add(i, by_state, Eigen::Vector2d::Zero(), value, 1.0 / (sigma * sigma));
   }
@@ -131,7 +128,7 @@ class InertialRun {
     equations_.add(i, -Eigen::Vector2d::UnitY(), Eigen::Vector2d::UnitY(), 0.0,
                    weight(noise.bias_m_s2_per_sqrt_s));
     if (odometry_.constraint[k].weak[0] > 0.0) return;
-    add(i, by_state(gain), steps_[k].way_m - gain.way_m, noise.way_m);
+    add(i, way_by_state(gain), steps_[k].way_m - gain.way_m, noise.way_m);
   }
 
   void smooth_stretch(const std::vector<std::size_t>& stretch,
@@ -140,7 +137,7 @@ class InertialRun {
     double way_m = 0.0;
     for (const std::size_t k : stretch) {
       const MotionSensors::Gain& gain = *steps_[k].gain;
-      const Eigen::Vector2d by = by_state(gain);
+      const Eigen::Vector2d by = way_by_state(gain);
       weights[k - begin_] = by;
       ways[k] = SmoothedWay{by.dot(solution_[k - begin_]) + gain.way_m, 0.0};
       way_m += std::abs(ways[k]->way_m);

@@ -47,6 +47,10 @@ void DirectionAhead::take(const Eigen::Vector3d& moved_m,
   is_known_ = true;
 }
 
+Eigen::Vector2d way_by_state(const MotionSensors::Gain& gain) {
+  return {gain.time_s, -0.5 * gain.time_s * gain.time_s};
+}
+
 MotionSensors::MotionSensors(const Drive& drive)
     : speeds_(kLongestWheelStep_ns),
       forces_(kLongestForceStep_ns),
@@ -105,7 +109,12 @@ bool WheelScale::is_contradicted() const {
 bool InertialSpeed::is_known() const { return measured_ >= kLeastMeasured; }
 
 double InertialSpeed::way_m(const MotionSensors::Gain& gain) const {
-  return gain.way_m + gain.time_s * state_[0] - 0.5 * gain.time_s * gain.time_s * state_[1];
+  return gain.way_m + way_by_state(gain).dot(state_);
+}
+
+double InertialSpeed::way_sigma_m(const MotionSensors::Gain& gain) const {
+  const Eigen::Vector2d by_state = way_by_state(gain);
+  return std::sqrt(by_state.dot(covariance_ * by_state));
 }
 
 void InertialSpeed::take(const MotionSensors::Gain& gain, std::optional<double> way_m) {
@@ -114,7 +123,7 @@ void InertialSpeed::take(const MotionSensors::Gain& gain, std::optional<double> 
     covariance_.diagonal() << std::pow(noise.first_speed_m_s, 2), std::pow(noise.first_bias_m_s2, 2);
   }
   if (way_m) {
-    const Eigen::Vector2d by_state(gain.time_s, -0.5 * gain.time_s * gain.time_s);
+    const Eigen::Vector2d by_state = way_by_state(gain);
     const Eigen::Vector2d with_state = covariance_ * by_state;
     const double variance_m2 = by_state.dot(with_state) + noise.way_m * noise.way_m;
     const double off_m = *way_m - this->way_m(gain);
@@ -140,14 +149,16 @@ std::optional<SpeedForecast::Way> SpeedForecast::way(const ScanStep& step) const
   if (!sensors_) return std::nullopt;
   const std::optional<double> wheel_m = sensors_->wheel_way_m(step.from_ns, step.to_ns);
   if (wheel_m && !wheels_.is_contradicted()) {
-    return Way{wheels_.way_per_wheel() * *wheel_m * ahead(), Forecast::kWheels, wheels_.sigma()};
+    return Way{wheels_.way_per_wheel() * *wheel_m * ahead(), Forecast::kWheels, wheels_.sigma(),
+               wheels_.sigma() * std::abs(*wheel_m)};
   }
   if (!inertial_.is_known()) return std::nullopt;
   ScanStep level = step;
   level.T_map_to = step.T_map_from;
   const std::optional<MotionSensors::Gain> gain = sensors_->gain(level, ahead());
   if (!gain) return std::nullopt;
-  return Way{inertial_.way_m(*gain) * ahead(), Forecast::kInertial, kInertialShare};
+  return Way{inertial_.way_m(*gain) * ahead(), Forecast::kInertial, kInertialShare,
+             inertial_.way_sigma_m(*gain)};
 }
 
 void SpeedForecast::take(const ScanStep& step, bool is_constrained) {

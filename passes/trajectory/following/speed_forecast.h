@@ -51,6 +51,9 @@ class MotionSensors {
   Eigen::Vector3d x_axis_;
 };
 
+// The way of a step, but for gain.way_m, by the speed and the bias before it: their factors.
+Eigen::Vector2d way_by_state(const MotionSensors::Gain& gain);
+
 // The direction in which the vehicle moves forward, in the sensor's axes: by its steps, since the
 // mounting of a sensor may not be known.
 class DirectionAhead {
@@ -99,6 +102,7 @@ class InertialSpeed {
  public:
   [[nodiscard]] bool is_known() const;
   [[nodiscard]] double way_m(const MotionSensors::Gain& gain) const;
+  [[nodiscard]] double way_sigma_m(const MotionSensors::Gain& gain) const;
   // A step of a way that scans measured, or did not.
   void take(const MotionSensors::Gain& gain, std::optional<double> way_m);
 
@@ -117,7 +121,8 @@ class SpeedForecast {
   struct Way {
     Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();  // in the sensor's axes before the step
     Forecast source = Forecast::kNone;
-    double share = 0.0;  // standard deviation, as a share of the way
+    double share = 0.0;    // standard deviation along a stretch, as a share of the way
+    double sigma_m = 0.0;  // of this step
   };
   // The way of the next step, whose second pose is not used; by wheels rather than by
   // accelerations. None where neither is known.
