@@ -1,8 +1,6 @@
 #include "passes/trajectory/following/follower.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <utility>
 
@@ -34,9 +32,11 @@ constexpr double kShortestStepsFrom_m = 20.0;
 constexpr double kFarFromGiven_m = 0.5;
 // In a sparse place, a match farther from the forecast is not believed.
 constexpr double kNearForecast_m = 0.5;
-// A match of a sparse scan is not believed this far, and three standard deviations, from a way that
-// the vehicle's sensors measured.
+// A match of a sparse scan is not believed this far, and three standard deviations, from the way
+// that the vehicle's sensors measured, nor where the latest ones are so far from it on average.
 constexpr double kMostOff_m = 0.03;
+constexpr double kMostMeanOff_m = 0.01;
+constexpr double kNewOff = 0.2;
 // The standard deviation of a step that was only forecast.
 constexpr double kNoConstraint_m = 100.0;
 
@@ -246,9 +246,9 @@ void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
   if (!is_jump(k)) found = follow_from(starts, scan);
   const Pose& T_map_given = starts.back();
   const bool is_matched = found.match.is_good();
-  Placed to{T_map_given, {}};
+  Placed to{T_map_given, {}, {}};
   if (is_matched && fits_given_better(scan, found.match.T_map_lidar, T_map_given)) {
-    to.constraint = {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kGiven};
+    to.constraint = {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kGiven, 0.0};
   } else if (is_matched) {
     average_.add(found.match, found.overlap);
     to = placed(k, scan, found.match.T_map_lidar);
@@ -290,7 +290,15 @@ std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
   if (!way) return Forecasted{tidied(T_map_before() * step), Forecast::kSteady, kSteadyShare};
   step.translation() = way->moved_m;
   return Forecasted{tidied(T_map_before() * step), way->source, way->share,
-                    kMostOff_m + 3.0 * way->sigma_m};
+                    way->sigma_m};
+}
+
+// Whether the way that sensors measured contradicts matches: several that are each a little short
+// are off by metres along a tunnel.
+bool Follower::is_refuted(double off_m, const Forecasted& by_forecast) const {
+  const double mean_m = mean_off_measured_m_ + kNewOff * (off_m - mean_off_measured_m_);
+  const double sigma_m = 3.0 * by_forecast.way_sigma_m;
+  return std::abs(off_m) > kMostOff_m + sigma_m || std::abs(mean_m) > kMostMeanOff_m + sigma_m;
 }
 
 // A matched pose; what the scan does not constrain of it is as forecast. A match there
@@ -300,7 +308,7 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
   const ScanConstraint constraint =
       scan_constraint(map_.grids(), scan.thinned.to_match_m, T_map_matched, T_lidar_vehicle);
-  Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}};
+  Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}, {}};
   const std::optional<Forecasted> by_forecast = forecast(k);
   if (!by_forecast) return to;
   const bool is_measured =
@@ -310,12 +318,12 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
   const PlanarMotion off = planar_motion(T_map_vehicle, by_forecast->T_map_lidar * T_lidar_vehicle);
   PlanarMotion weak_part = constraint.weak_part(off, most_m);
-  if (getenv("DBG")) fprintf(stderr, "DBG %zu sig %.4f %.4f dir %.2f off %.3f src %d fc %.4f ssig %.4f gate %.3f\n", k, constraint.sigma_m[0], constraint.sigma_m[1], constraint.motions(0,0), off.x(), (int)by_forecast->source, (T_map_before().inverse()*by_forecast->T_map_lidar).translation().norm(), by_forecast->way_share, by_forecast->most_off_m);
-  const bool is_refuted = is_measured && constraint.has_weak(kSparse_m) &&
-                          std::abs(off.x()) > by_forecast->most_off_m;
-  if (is_refuted && to.constraint.weak[0] == 0.0) {
-    to.constraint.weak[0] = 1.0;
-    weak_part = PlanarMotion(off.x(), 0.0, 0.0);
+  if (is_measured && to.constraint.weak[0] == 0.0) {
+    to.off_measured_m = -off.x();
+    if (constraint.has_weak(kSparse_m) && is_refuted(-off.x(), *by_forecast)) {
+      to.constraint.weak[0] = 1.0;
+      weak_part = PlanarMotion(off.x(), 0.0, 0.0);
+    }
   }
   if (to.constraint.weak.isZero(0.0) && !constraint.has_weak(most_m)) return to;
   to.constraint.forecast = by_forecast->source;
@@ -340,7 +348,8 @@ Follower::Placed Follower::placed_or_carried(std::size_t k, const ReadScan& scan
     if (planar_motion(to.T_map_lidar, by_forecast.T_map_lidar).norm() < kNearForecast_m) return to;
   }
   return {by_forecast.T_map_lidar,
-          {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source, by_forecast.way_share}};
+          {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source, by_forecast.way_share},
+          {}};
 }
 
 void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
@@ -369,6 +378,9 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
   if (to.constraint.weak.isZero()) steady_.add(step);
   speed_.take(step_to_scan(k, T_map_lidar), to.constraint.weak[0] == 0.0);
+  if (to.off_measured_m) {
+    mean_off_measured_m_ += kNewOff * (*to.off_measured_m - mean_off_measured_m_);
+  }
   was_found_widely_ = found.is_wide;
   if (found.is_wide && !steps_.empty()) {
     // The recording may lack scans and the speed be as before, or the vehicle be as fast as this
@@ -434,6 +446,7 @@ void Follower::begin_piece(const PieceStart& start) {
   steps_.clear();
   steady_ = {};
   speed_.begin_piece();
+  mean_off_measured_m_ = 0.0;
   is_map_empty_ = true;
   append(T_map_before(), false, {});
   piece_began_m_ = odometry.driven_m.back();

@@ -81,6 +81,8 @@ class Follower {
   struct Placed {
     Pose T_map_lidar = Pose::Identity();
     StepConstraint constraint;
+    // Of a match whose way the surfaces constrain from the way that sensors measured, ahead.
+    std::optional<double> off_measured_m;
   };
 
   [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
@@ -103,11 +105,12 @@ class Follower {
     Pose T_map_lidar = Pose::Identity();
     Forecast source = Forecast::kNone;
     double way_share = 0.0;
-    double most_off_m = 0.0;  // of a match from a way that sensors measured
+    double way_sigma_m = 0.0;  // of a way that sensors measured
   };
   [[nodiscard]] ScanStep step_to_scan(std::size_t k, const Pose& T_map_lidar) const;
   [[nodiscard]] std::optional<Forecasted> forecast(std::size_t k) const;
   [[nodiscard]] Placed placed(std::size_t k, const ReadScan& scan, const Pose& T_map_matched) const;
+  [[nodiscard]] bool is_refuted(double off_m, const Forecasted& by_forecast) const;
   [[nodiscard]] bool is_sparse(std::size_t k) const;
   [[nodiscard]] Placed placed_or_carried(std::size_t k, const ReadScan& scan,
                                          const Found& found) const;
@@ -132,6 +135,7 @@ class Follower {
   std::vector<TimedStep> steps_;  // that may continue
   SteadyMotion steady_;
   SpeedForecast speed_;
+  double mean_off_measured_m_ = 0.0;  // of the latest ones (Placed)
   std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;

@@ -8,6 +8,7 @@
 
 #include "formats/base/random.h"
 #include "passes/trajectory/estimate_trajectory.h"
+#include "passes/trajectory/following/odometry.h"
 #include "passes/trajectory/following/smoothed_ways.h"
 #include "tests/support/box_world.h"
 #include "tests/support/test_context.h"
@@ -239,6 +240,27 @@ TEST(SmoothedWays, LeaveStepsAloneThatScansConstrainOrGivenPosesLead) {
       EXPECT_EQ(odometry.T_map_lidar[k].matrix(), before.T_map_lidar[k].matrix());
     }
   }
+}
+
+// Where scans constrain every step, the poses are those without such sensors, to the last bit.
+TEST(SpeedForecast, LeavesAStreetAsItIs) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 40; ++i) poses.push_back(pose_at(0.7 * i, 0.0, 0.0));
+  TestDrive test = drive_through(random_street(4), poses, 0.5);
+  TestContext ctx(2);
+  const GivenPoses none(poses.size());
+  const Odometry without = value_of(run_odometry(ctx, 50.0, test.drive, none));
+  Road road{0.0, [](double) { return 7.0; }};
+  road.wheel_scale = 1.03;
+  const Drive sensed = road.drive(poses.size(), true, true);
+  test.drive.wheel_speeds = sensed.wheel_speeds;
+  test.drive.specific_forces = sensed.specific_forces;
+  Odometry with = value_of(run_odometry(ctx, 50.0, test.drive, none));
+  smooth_forecasts(ctx, test.drive, with);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    EXPECT_EQ(with.T_map_lidar[k].matrix(), without.T_map_lidar[k].matrix()) << k;
+  }
+  EXPECT_TRUE(ctx.warnings.empty());
 }
 
 TEST(SmoothedWays, WarnWhereWheelsContradictTheScans) {
