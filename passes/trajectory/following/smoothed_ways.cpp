@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/base/units.h"
 #include "passes/trajectory/following/speed_forecast.h"
 #include "passes/trajectory/local/local_match.h"
 
@@ -169,6 +170,101 @@ std::vector<ScanRange> inertial_runs(const std::vector<SensedStep>& steps,
   return runs;
 }
 
+// The clock of the wheels relative to that of the scans: compared by the mean speeds of steps that
+// scans constrain, for clocks up to 0.5 s apart.
+class WheelClock {
+ public:
+  WheelClock(const Drive& drive, const Odometry& odometry, const std::vector<SensedStep>& steps,
+             const MotionSensors& sensors)
+      : sensors_(sensors) {
+    for (std::size_t k = 1; k < steps.size(); ++k) {
+      const ScanStep step = step_of(drive, odometry, k);
+      const bool is_compared =
+          steps[k].wheel_way_m && odometry.constraint[k].weak[0] == 0.0 &&
+          sensors.wheel_way_m(step.from_ns - kFarthest_ns, step.to_ns + kFarthest_ns);
+      if (!is_compared) continue;
+      const double time_s = 1e-9 * static_cast<double>(step.to_ns - step.from_ns);
+      compared_.push_back({step.from_ns, step.to_ns, time_s, steps[k].way_m / time_s});
+    }
+  }
+
+  // How far it is ahead; 0 where another one does not explain clearly more.
+  [[nodiscard]] std::int64_t ahead_ns() const {
+    const double spread = unexplained([](const Compared&) { return 1.0; });
+    if (compared_.size() < kLeastCompared || spread < kLeastSpread_m2_s2) return 0;
+    const double as_is = unexplained_by(0);
+    std::int64_t best_ns = 0;
+    double least = as_is;
+    for (std::int64_t ahead = -kFarthest_ns; ahead <= kFarthest_ns; ahead += kClockStep_ns) {
+      const double left = unexplained_by(ahead);
+      if (left < least) best_ns = ahead;
+      least = std::min(least, left);
+    }
+    const bool is_clear = least < (1.0 - kLeastGain) * as_is && least < 0.5 * spread;
+    return is_clear && std::abs(best_ns) > kClockStep_ns ? best_ns : 0;
+  }
+
+ private:
+  static constexpr std::int64_t kFarthest_ns = kSecond_ns / 2;
+  static constexpr std::int64_t kClockStep_ns = 20'000'000;
+  static constexpr std::size_t kLeastCompared = 20;
+  static constexpr double kLeastSpread_m2_s2 = 0.04;  // noise of a step's speed is 0.1 m/s
+  static constexpr double kLeastGain = 0.2;           // as for turn rates
+
+  struct Compared {
+    std::int64_t from_ns = 0;
+    std::int64_t to_ns = 0;
+    double time_s = 0.0;
+    double speed_m_s = 0.0;  // by the scans
+  };
+
+  // Mean square of what is left of the speeds by scans without their best multiple of others.
+  template <class Speed>
+  [[nodiscard]] double unexplained(const Speed& speed_of) const {
+    double both = 0.0;
+    double own = 0.0;
+    double all = 0.0;
+    for (const Compared& step : compared_) {
+      const double other = speed_of(step);
+      both += other * step.speed_m_s;
+      own += other * other;
+      all += step.speed_m_s * step.speed_m_s;
+    }
+    if (own == 0.0) return 0.0;
+    return (all - both * both / own) / static_cast<double>(compared_.size());
+  }
+  [[nodiscard]] double unexplained_by(std::int64_t ahead_ns) const {
+    return unexplained([&](const Compared& step) {
+      return *sensors_.wheel_way_m(step.from_ns + ahead_ns, step.to_ns + ahead_ns) / step.time_s;
+    });
+  }
+
+  const MotionSensors& sensors_;
+  std::vector<Compared> compared_;
+};
+
+// The drive with the wheels on the clock of the scans.
+Drive with_wheels_moved(Drive drive, std::int64_t ahead_ns) {
+  for (WheelSpeed& speed : drive.wheel_speeds) speed.stamp_ns -= ahead_ns;
+  return drive;
+}
+
+// All steps of an odometry; `speed` has followed them.
+std::vector<SensedStep> sensed_steps(const Drive& drive, const Odometry& odometry,
+                                     SpeedForecast& speed) {
+  std::vector<SensedStep> steps(odometry.T_map_lidar.size());
+  for (std::size_t k = 1; k < steps.size(); ++k) {
+    if (odometry.piece[k] != odometry.piece[k - 1]) continue;
+    const ScanStep step = step_of(drive, odometry, k);
+    speed.take(step, odometry.constraint[k].weak[0] == 0.0);
+    const Pose T_from_to = step.T_map_from.inverse() * step.T_map_to;
+    steps[k] = {speed.ahead(), speed.ahead().dot(T_from_to.translation()),
+                speed.sensors()->wheel_way_m(step.from_ns, step.to_ns),
+                speed.sensors()->gain(step, speed.ahead())};
+  }
+  return steps;
+}
+
 // Moves the steps with another way, and all poses behind.
 void move_steps(const std::vector<SensedStep>& steps,
                 const std::vector<std::optional<SmoothedWay>>& ways, Odometry& odometry) {
@@ -189,33 +285,39 @@ void move_steps(const std::vector<SensedStep>& steps,
   }
 }
 
+std::vector<std::optional<SmoothedWay>> smoothed_ways(const std::vector<SensedStep>& steps,
+                                                      const Odometry& odometry,
+                                                      const WheelScale& wheels) {
+  std::vector<std::optional<SmoothedWay>> ways(steps.size());
+  for (std::size_t k = 1; k < steps.size(); ++k) {
+    if (!steps[k].wheel_way_m || !is_forecast_by(odometry.constraint[k], Forecast::kWheels)) {
+      continue;
+    }
+    ways[k] = SmoothedWay{wheels.way_per_wheel() * *steps[k].wheel_way_m, wheels.sigma()};
+  }
+  for (const ScanRange& run : inertial_runs(steps, odometry)) {
+    InertialRun(steps, odometry, run.begin, run.end).smooth(ways);
+  }
+  return ways;
+}
+
 }  // namespace
 
 void smooth_forecasts(const PassContext& ctx, const Drive& drive, Odometry& odometry) {
   SpeedForecast speed(drive);
   if (speed.sensors() == nullptr) return;
-  const std::size_t count = odometry.T_map_lidar.size();
-  std::vector<SensedStep> steps(count);
-  for (std::size_t k = 1; k < count; ++k) {
-    if (odometry.piece[k] != odometry.piece[k - 1]) continue;
-    const ScanStep step = step_of(drive, odometry, k);
-    speed.take(step, odometry.constraint[k].weak[0] == 0.0);
-    const Pose T_from_to = step.T_map_from.inverse() * step.T_map_to;
-    steps[k] = {speed.ahead(), speed.ahead().dot(T_from_to.translation()),
-                speed.sensors()->wheel_way_m(step.from_ns, step.to_ns),
-                speed.sensors()->gain(step, speed.ahead())};
+  std::vector<SensedStep> steps = sensed_steps(drive, odometry, speed);
+  const std::int64_t ahead_ns = WheelClock(drive, odometry, steps, *speed.sensors()).ahead_ns();
+  if (ahead_ns != 0) {
+    ctx.warn(fmt::format("drive {}: the clock of the wheel speeds is {:.2f} s {} that of the scans; "
+                         "their times are corrected",
+                         drive.name, std::abs(1e-9 * static_cast<double>(ahead_ns)),
+                         ahead_ns > 0 ? "ahead of" : "behind"));
+    speed = SpeedForecast(with_wheels_moved(drive, ahead_ns));
+    steps = sensed_steps(drive, odometry, speed);
   }
-  std::vector<std::optional<SmoothedWay>> ways(count);
-  for (std::size_t k = 1; k < count; ++k) {
-    if (!steps[k].wheel_way_m || !is_forecast_by(odometry.constraint[k], Forecast::kWheels)) {
-      continue;
-    }
-    ways[k] = SmoothedWay{speed.wheels().way_per_wheel() * *steps[k].wheel_way_m,
-                          speed.wheels().sigma()};
-  }
-  for (const ScanRange& run : inertial_runs(steps, odometry)) {
-    InertialRun(steps, odometry, run.begin, run.end).smooth(ways);
-  }
+  const std::vector<std::optional<SmoothedWay>> ways =
+      smoothed_ways(steps, odometry, speed.wheels());
   if (speed.wheels().is_contradicted()) {
     ctx.warn(fmt::format("drive {}: most wheel speeds differ by more than 10 % from the motion that "
                          "the scans show; they are not used. Check the topic and its unit (m/s), or "

@@ -263,6 +263,24 @@ TEST(SpeedForecast, LeavesAStreetAsItIs) {
   EXPECT_TRUE(ctx.warnings.empty());
 }
 
+// The vehicle brakes within the stretch, so that another clock is metres of way.
+TEST(SmoothedWays, HaveTheWheelsOnTheClockOfTheScans) {
+  const Road road{0.0, [](double time_s) {
+                    return 12.0 + 2.0 * std::sin(0.8 * time_s) - (time_s > 15.0 ? 8.0 : 0.0);
+                  }};
+  const std::vector<Pose> poses = road.poses(300);
+  Drive drive = road.drive(300, true, false);
+  for (WheelSpeed& speed : drive.wheel_speeds) speed.stamp_ns += 300'000'000;
+  Odometry odometry = odometry_of(poses, 120, 179, Forecast::kWheels, 0.95);
+  TestContext ctx;
+  smooth_forecasts(ctx, drive, odometry);
+  EXPECT_LT(error_m(odometry, poses), 0.5);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_NE(ctx.warnings[0].find("the clock of the wheel speeds is 0.30 s ahead of"),
+            std::string::npos)
+      << ctx.warnings[0];
+}
+
 TEST(SmoothedWays, WarnWhereWheelsContradictTheScans) {
   Road road{0.0, uneven_m_s};
   road.wheel_scale = 3.6;
