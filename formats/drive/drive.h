@@ -24,7 +24,7 @@ struct TurnRate {
 SIGHTLINE_FIELDS(TurnRate, stamp_ns, rate_rad_per_s)
 
 // What an accelerometer measured at one time, about the axes of the vehicle's frame: acceleration
-// less gravity, so upwards at rest. The clock is that of the scans' stamps.
+// less gravity, so upwards while the vehicle stands. The clock is that of the scans' stamps.
 struct SpecificForce {
   std::int64_t stamp_ns = 0;
   Eigen::Vector3d force_m_s2 = Eigen::Vector3d::Zero();

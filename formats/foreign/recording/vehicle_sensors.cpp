@@ -17,7 +17,8 @@ Result<bool> is_read(const RecordingOptions& options, const std::string& key,
   if (topic == "none") return false;
   if (is_ros_bag(options.scans)) return true;
   if (topic.empty()) return false;
-  return Error{ErrorCode::kBadValue, concat(key, " is only for scans in bags, found ", options.scans)};
+  return Error{ErrorCode::kBadValue,
+               concat(key, " is only for scans in bags, found ", options.scans)};
 }
 
 // Samples near the times of scans; `what` they are, for the warning where none is.
@@ -51,8 +52,7 @@ Result<void> take_inertial_unit(const RecordingOptions& options, Recording& reco
   recording.warnings.insert(recording.warnings.end(), unit.warnings.begin(), unit.warnings.end());
   recording.turn_rates = within_scans(unit.of_sensor, "turn rates", recording);
   if (!recording.turn_rates.empty()) {
-    recording.specific_forces =
-        within_scans(unit.forces_of_sensor, "accelerations", recording);
+    recording.specific_forces = within_scans(unit.forces_of_sensor, "accelerations", recording);
   }
   const Eigen::Matrix3d R_vehicle_sensor = recording.sensor.T_vehicle_lidar.linear();
   for (TurnRate& rate : recording.turn_rates) {
@@ -72,8 +72,9 @@ Result<void> take_wheel_speeds(const RecordingOptions& options, Recording& recor
                             speeds.warnings.end());
   recording.wheel_speeds = within_scans(speeds.speeds, "wheel speeds", recording);
   if (!recording.wheel_speeds.empty()) {
-    recording.remarks.push_back(concat("wheel speeds are those of ", speeds.topic, " (", speeds.type,
-                                       ", ", recording.wheel_speeds.size(), " messages)"));
+    recording.remarks.push_back(concat("wheel speeds are those of ", speeds.topic, " (",
+                                       speeds.type, ", ", recording.wheel_speeds.size(),
+                                       " messages)"));
   }
   if (!speeds.remark.empty()) recording.remarks.push_back(speeds.remark);
   return {};

@@ -148,7 +148,8 @@ Result<ImuTopic> read_topic(const MessageLog& log, const std::string& name) {
         if (topic.samples.empty()) topic.frame = imu->header.frame;
         const std::int64_t stamp_ns =
             imu->header.stamp_ns != 0 ? imu->header.stamp_ns : message.time_ns;
-        topic.samples.push_back({message.time_ns, {stamp_ns, imu->rate_rad_per_s}, imu->force_m_s2});
+        topic.samples.push_back(
+            {message.time_ns, {stamp_ns, imu->rate_rad_per_s}, imu->force_m_s2});
         return {};
       }));
   std::ranges::stable_sort(topic.samples, {}, &ImuTopic::Sample::recorded_ns);

@@ -61,12 +61,12 @@ struct BagTurns {
   std::vector<std::string> warnings;            // which topic it is, what is left out, and why
 };
 
-// The angular velocities and specific forces of one topic of sensor_msgs/Imu, by stamp (of the recording where zero),
-// each time once: of the one named, or, where the name is empty, of the one with the most messages
-// whose frame is fixed to that of the scans; a warning where there is none. Messages that are
-// short, not finite, without angular velocity or faster than 100 rad/s are counted in a warning.
-// Errors, where a topic is named, else warnings: unknown-name, and those of open_message_log and
-// parse_transforms.
+// The angular velocities and specific forces of one topic of sensor_msgs/Imu, by stamp (of the
+// recording where zero), each time once: of the one named, or, where the name is empty, of the one
+// with the most messages whose frame is fixed to that of the scans; a warning where there is none.
+// Messages that are short, not finite, without angular velocity or faster than 100 rad/s are
+// counted in a warning. Errors, where a topic is named, else warnings: unknown-name, and those of
+// open_message_log and parse_transforms.
 Result<BagTurns> read_bag_turns(const std::filesystem::path& path, const std::string& topic,
                                 const std::string& sensor_frame);
 

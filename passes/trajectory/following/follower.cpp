@@ -289,8 +289,7 @@ std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
   Pose step = steady_.is_known() ? steady_.step(step_ns(k)) : Pose::Identity();
   if (!way) return Forecasted{tidied(T_map_before() * step), Forecast::kSteady, kSteadyShare};
   step.translation() = way->moved_m;
-  return Forecasted{tidied(T_map_before() * step), way->source, way->share,
-                    way->sigma_m};
+  return Forecasted{tidied(T_map_before() * step), way->source, way->share, way->sigma_m};
 }
 
 // Whether the way that sensors measured contradicts matches: several that are each a little short

@@ -135,7 +135,7 @@ class Follower {
   std::vector<TimedStep> steps_;  // that may continue
   SteadyMotion steady_;
   SpeedForecast speed_;
-  double mean_off_measured_m_ = 0.0;  // of the latest ones (Placed)
+  double mean_off_measured_m_ = 0.0;       // of the latest ones (Placed)
   std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;

@@ -42,7 +42,8 @@ SampleIntegral::Between SampleIntegral::from_first(std::size_t node, std::int64_
   const double time_s = seconds(stamp_ns - before.stamp_ns);
   const Eigen::Vector3d change_per_s =
       (after.value - before.value) / seconds(after.stamp_ns - before.stamp_ns);
-  sum.twice += time_s * sum.once + time_s * time_s * (0.5 * before.value + time_s / 6.0 * change_per_s);
+  sum.twice +=
+      time_s * sum.once + time_s * time_s * (0.5 * before.value + time_s / 6.0 * change_per_s);
   sum.once += time_s * (before.value + 0.5 * time_s * change_per_s);
   return sum;
 }

@@ -16,7 +16,8 @@ class SampleIntegral {
   void add(std::int64_t stamp_ns, const Eigen::Vector3d& value);
 
   struct Between {
-    Eigen::Vector3d once = Eigen::Vector3d::Zero();   // of the value, from the first to the second time
+    Eigen::Vector3d once =
+        Eigen::Vector3d::Zero();  // of the value, from the first to the second time
     Eigen::Vector3d twice = Eigen::Vector3d::Zero();  // of that integral, which begins with zero
   };
   // None where the samples do not cover the time from `from_ns` to `to_ns`, which is not earlier.
@@ -26,7 +27,7 @@ class SampleIntegral {
   struct Node {
     std::int64_t stamp_ns = 0;
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
-    Between from_first;         // from the first node to this one
+    Between from_first;  // from the first node to this one
     std::size_t gaps_before = 0;
   };
   [[nodiscard]] std::size_t node_before(std::int64_t stamp_ns) const;

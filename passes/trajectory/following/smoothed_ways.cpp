@@ -121,9 +121,7 @@ class InertialRun {
   void add_step(std::size_t k, const InertialNoise& noise) {
     const MotionSensors::Gain& gain = *steps_[k].gain;
     const std::size_t i = k - begin_;
-    const auto weight = [&](double sigma) -> double {
-      return 1.0 / (sigma * sigma * gain.time_s);
-    };
+    const auto weight = [&](double sigma) -> double { return 1.0 / (sigma * sigma * gain.time_s); };
     equations_.add(i, Eigen::Vector2d(-1.0, gain.time_s), Eigen::Vector2d::UnitX(), gain.speed_m_s,
                    weight(noise.speed_m_s_per_sqrt_s));
     equations_.add(i, -Eigen::Vector2d::UnitY(), Eigen::Vector2d::UnitY(), 0.0,
@@ -309,22 +307,25 @@ void smooth_forecasts(const PassContext& ctx, const Drive& drive, Odometry& odom
   std::vector<SensedStep> steps = sensed_steps(drive, odometry, speed);
   const std::int64_t ahead_ns = WheelClock(drive, odometry, steps, *speed.sensors()).ahead_ns();
   if (ahead_ns != 0) {
-    ctx.warn(fmt::format("drive {}: the clock of the wheel speeds is {:.2f} s {} that of the scans; "
-                         "their times are corrected",
-                         drive.name, std::abs(1e-9 * static_cast<double>(ahead_ns)),
-                         ahead_ns > 0 ? "ahead of" : "behind"));
+    ctx.warn(
+        fmt::format("drive {}: the clock of the wheel speeds is {:.2f} s {} that of the scans; "
+                    "their times are corrected",
+                    drive.name, std::abs(1e-9 * static_cast<double>(ahead_ns)),
+                    ahead_ns > 0 ? "ahead of" : "behind"));
     speed = SpeedForecast(with_wheels_moved(drive, ahead_ns));
     steps = sensed_steps(drive, odometry, speed);
   }
   const std::vector<std::optional<SmoothedWay>> ways =
       smoothed_ways(steps, odometry, speed.wheels());
   if (speed.wheels().is_contradicted()) {
-    ctx.warn(fmt::format("drive {}: most wheel speeds differ by more than 10 % from the motion that "
-                         "the scans show; they are not used. Check the topic and its unit (m/s), or "
-                         "set wheel_speed to none",
-                         drive.name));
+    ctx.warn(
+        fmt::format("drive {}: most wheel speeds differ by more than 10 % from the motion that "
+                    "the scans show; they are not used. Check the topic and its unit (m/s), or "
+                    "set wheel_speed to none",
+                    drive.name));
   }
-  const bool is_changed = std::ranges::any_of(ways, [](const auto& way) { return way.has_value(); });
+  const bool is_changed =
+      std::ranges::any_of(ways, [](const auto& way) { return way.has_value(); });
   if (is_changed) move_steps(steps, ways, odometry);
 }
 

@@ -10,8 +10,8 @@ namespace sightline {
 // with what was measured behind them too: ways by wheels with the scale of the whole drive, ways by
 // accelerations with the speeds that scans measure before and behind. Poses behind move along.
 // Steps keep their rotations and what scans constrain of them; their way_share becomes that of the
-// smoothed ways. Warns where wheels contradict the scans, and where their clock is another one. The odometry as it is where the drive has
-// no such sensors.
+// smoothed ways. Warns where wheels contradict the scans, and where their clock is another one. The
+// odometry as it is where the drive has no such sensors.
 void smooth_forecasts(const PassContext& ctx, const Drive& drive, Odometry& odometry);
 
 }  // namespace sightline

@@ -7,8 +7,8 @@
 #include "formats/base/units.h"
 
 // Wheels: a scale that is off by percents for a whole drive (pressure and wear of tires), so its
-// error grows linearly with the way. Accelerations: twice integrated, an error of 0.01 m/s2 is 4.5 m
-// after 30 s; the bias along the way, with what a wrong tilt leaves of gravity, is estimated with
+// error grows linearly with the way. Accelerations: twice integrated, an error of 0.01 m/s2 is 4.5
+// m after 30 s; the bias along the way, with what a wrong tilt leaves of gravity, is estimated with
 // the speed wherever scans measure the way.
 
 namespace sightline {
@@ -40,7 +40,8 @@ void DirectionAhead::take(const Eigen::Vector3d& moved_m,
                           const std::optional<double>& wheel_way_m) {
   const double length_m = moved_m.norm();
   if (length_m < kLeastStep_m) return;
-  const bool is_back = wheel_way_m ? *wheel_way_m < 0.0 : moved_m.dot(is_known_ ? ahead_ : x_axis_) < 0.0;
+  const bool is_back =
+      wheel_way_m ? *wheel_way_m < 0.0 : moved_m.dot(is_known_ ? ahead_ : x_axis_) < 0.0;
   const Eigen::Vector3d ahead = (is_back ? -1.0 : 1.0) / length_m * moved_m;
   const double share = is_known_ ? kNewDirection : 1.0;
   ahead_ = (ahead_ + share * (ahead - ahead_)).normalized();
@@ -120,7 +121,8 @@ double InertialSpeed::way_sigma_m(const MotionSensors::Gain& gain) const {
 void InertialSpeed::take(const MotionSensors::Gain& gain, std::optional<double> way_m) {
   const InertialNoise noise;
   if (measured_ == 0) {
-    covariance_.diagonal() << std::pow(noise.first_speed_m_s, 2), std::pow(noise.first_bias_m_s2, 2);
+    covariance_.diagonal() << std::pow(noise.first_speed_m_s, 2),
+        std::pow(noise.first_bias_m_s2, 2);
   }
   if (way_m) {
     const Eigen::Vector2d by_state = way_by_state(gain);

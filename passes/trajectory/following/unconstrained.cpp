@@ -141,8 +141,8 @@ std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
       continue;
     }
     const StepConstraint& step = odometry.constraint[k];
-    const bool is_forecast = is_weak(step) && step.forecast != Forecast::kGiven &&
-                             step.forecast != Forecast::kNone;
+    const bool is_forecast =
+        is_weak(step) && step.forecast != Forecast::kGiven && step.forecast != Forecast::kNone;
     if (is_forecast && !goes_on) stretches.emplace_back();
     goes_on = is_forecast;
     const Eigen::Vector3d way_m = (T_map_lidar[k] * T_lidar_vehicle).translation() -

@@ -119,8 +119,9 @@ TEST_F(BagSpeedsTest, LeaveOutFewBadMessagesAndRefuseMany) {
   add("/wheels", kTwist, 41, 1.0);
   messages_.back().bytes = ros1_message(kTwist, 5'000'000, 7.0);
   const BagSpeeds speeds = value_of(read("/wheels"));
-  EXPECT_THAT(speeds.warnings, ElementsAre(HasSubstr("/wheels: 1 of 42 messages are damaged"),
-                                           HasSubstr("/wheels: 1 of 42 messages have times before")));
+  EXPECT_THAT(speeds.warnings,
+              ElementsAre(HasSubstr("/wheels: 1 of 42 messages are damaged"),
+                          HasSubstr("/wheels: 1 of 42 messages have times before")));
   ASSERT_EQ(speeds.speeds.size(), 41U);
   EXPECT_EQ(speeds.speeds[1].speed_m_s, 7.0);
   for (std::uint32_t i = 42; i < 45; ++i) add("/wheels", kTwist, i, std::nan(""));
@@ -159,14 +160,14 @@ class RecordedMotion : public BagSpeedsTest {
       const Eigen::Vector3d force = i == 4   ? Eigen::Vector3d(Eigen::Vector3d::Zero())
                                     : i == 5 ? Eigen::Vector3d(0.0, std::nan(""), 0.0)
                                              : Eigen::Vector3d(1.0, 2.0, 9.0);
-      messages_.push_back({"/imu", "sensor_msgs/Imu", kFirst_s, now_ns,
-                           imu_with_force(now_ns, force, covariance)});
+      messages_.push_back(
+          {"/imu", "sensor_msgs/Imu", kFirst_s, now_ns, imu_with_force(now_ns, force, covariance)});
     }
     for (std::uint32_t i = 0; i < 3; ++i) {
-      messages_.push_back({"/points", "sensor_msgs/PointCloud2", kFirst_s, 50'000'000 * i,
-                           cloud_message(kFirst_s, 50'000'000 * i,
-                                         {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}}, 1, 12,
-                                         as_bytes({1.0F, 2.0F, 3.0F}))});
+      messages_.push_back(
+          {"/points", "sensor_msgs/PointCloud2", kFirst_s, 50'000'000 * i,
+           cloud_message(kFirst_s, 50'000'000 * i, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}}, 1, 12,
+                         as_bytes({1.0F, 2.0F, 3.0F}))});
     }
   }
   Result<Recording> open(const std::string& wheel_speed = "") {
