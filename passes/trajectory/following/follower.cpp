@@ -37,6 +37,8 @@ constexpr double kNearForecast_m = 0.5;
 constexpr double kMostOff_m = 0.03;
 constexpr double kMostMeanOff_m = 0.01;
 constexpr double kNewOff = 0.2;
+// A local map of fewer scans constrains matches less than the place does.
+constexpr double kThinMap_m = 10.0;
 // The standard deviation of a step that was only forecast.
 constexpr double kNoConstraint_m = 100.0;
 
@@ -310,8 +312,10 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}, {}};
   const std::optional<Forecasted> by_forecast = forecast(k);
   if (!by_forecast) return to;
+  const bool has_map = odometry.driven_m.back() - piece_began_m_ >= kThinMap_m;
   const bool is_measured =
-      by_forecast->source == Forecast::kWheels || by_forecast->source == Forecast::kInertial;
+      has_map &&
+      (by_forecast->source == Forecast::kWheels || by_forecast->source == Forecast::kInertial);
   const double most_m = has_given_step(k) || is_measured ? kWeakBesideGiven_m : kWeak_m;
   if (is_measured) to.constraint.weak = constraint.weak_axes(most_m);
   const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
