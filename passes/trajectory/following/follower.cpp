@@ -312,10 +312,8 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}, {}};
   const std::optional<Forecasted> by_forecast = forecast(k);
   if (!by_forecast) return to;
-  const bool has_map = odometry.driven_m.back() - piece_began_m_ >= kThinMap_m;
-  const bool is_measured =
-      has_map &&
-      (by_forecast->source == Forecast::kWheels || by_forecast->source == Forecast::kInertial);
+  const bool is_measured = is_map_thick() && (by_forecast->source == Forecast::kWheels ||
+                                              by_forecast->source == Forecast::kInertial);
   const double most_m = has_given_step(k) || is_measured ? kWeakBesideGiven_m : kWeak_m;
   if (is_measured) to.constraint.weak = constraint.weak_axes(most_m);
   const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
@@ -336,10 +334,15 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   return to;
 }
 
+bool Follower::is_map_thick() const {
+  return odometry.driven_m.back() - piece_began_m_ >= kThinMap_m;
+}
+
 // Whether few surfaces held the last scan, and its motion may go on: then neither an overlap nor a
 // wide search is evidence, and a piece begun here would know less.
 bool Follower::is_sparse(std::size_t k) const {
-  return !is_jump(k) && odometry.constraint.back().sigma_m > kSparse_m && forecast(k).has_value();
+  if (is_jump(k) || odometry.constraint.back().sigma_m <= kSparse_m) return false;
+  return steady_.is_known() || (is_map_thick() && forecast(k).has_value());
 }
 
 // In a sparse place: where the match ends near the forecast, as placed(); else the forecast alone.

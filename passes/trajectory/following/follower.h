@@ -111,6 +111,7 @@ class Follower {
   [[nodiscard]] std::optional<Forecasted> forecast(std::size_t k) const;
   [[nodiscard]] Placed placed(std::size_t k, const ReadScan& scan, const Pose& T_map_matched) const;
   [[nodiscard]] bool is_refuted(double off_m, const Forecasted& by_forecast) const;
+  [[nodiscard]] bool is_map_thick() const;
   [[nodiscard]] bool is_sparse(std::size_t k) const;
   [[nodiscard]] Placed placed_or_carried(std::size_t k, const ReadScan& scan,
                                          const Found& found) const;
