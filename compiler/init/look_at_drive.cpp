@@ -313,6 +313,17 @@ Result<void> choose_imu(const RecordingOptions& options, const Recording& record
   return {};
 }
 
+// Of a bag's topics the only one with speeds of the vehicle.
+Result<void> choose_wheel_speed(const RecordingOptions& options, FoundDrive& drive) {
+  if (!is_ros_bag(options.scans)) return {};
+  SIGHTLINE_ASSIGN(const BagSpeeds speeds, read_bag_speeds(options.scans, ""));
+  if (speeds.topic.empty()) return {};
+  drive.keys.push_back({"wheel_speed", speeds.topic,
+                        concat(speeds.speeds.size(), " messages of ", speeds.type,
+                               "; used where scans do not constrain the speed")});
+  return {};
+}
+
 // Whether the times of scans are known by anything but the rate.
 bool has_times(RecordingOptions options) {
   std::vector<std::int64_t> last_ns;
@@ -343,6 +354,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found, const std::string& sen
   SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
   if (recording.scans.size() < 2) return no_lidar(found.scans, "a single scan");
   SIGHTLINE_TRY(choose_imu(options, recording, drive));
+  SIGHTLINE_TRY(choose_wheel_speed(options, drive));
   SIGHTLINE_ASSIGN(const std::vector<PointCloudFile> samples, read_samples(recording));
   SIGHTLINE_TRY(check_reach(found.scans, samples));
   drive.scan_count = recording.scans.size();

@@ -32,14 +32,15 @@ Error invalid_scan(std::size_t scan, const std::string& what) {
   return {ErrorCode::kInvalidArtifact, what, "", concat("scan ", scan)};
 }
 
-// Errors: time-runs-backwards, invalid-artifact.
-Result<void> check_turn_rates(const std::vector<TurnRate>& rates) {
-  for (std::size_t i = 0; i < rates.size(); ++i) {
-    const std::string place = concat("turn rate ", i);
-    if (!rates[i].rate_rad_per_s.allFinite()) {
+// Samples of a sensor beside the LiDAR. Errors: time-runs-backwards, invalid-artifact.
+template <class Sample>
+Result<void> check_samples(const std::vector<Sample>& samples, const std::string& what) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::string place = concat(what, " ", i);
+    if (!are_finite(samples[i])) {
       return Error{ErrorCode::kInvalidArtifact, "it is not finite", "", place};
     }
-    if (i > 0 && rates[i].stamp_ns <= rates[i - 1].stamp_ns) {
+    if (i > 0 && samples[i].stamp_ns <= samples[i - 1].stamp_ns) {
       return Error{ErrorCode::kTimeRunsBackwards,
                    "its time is not after that of the sample before it", "", place};
     }
@@ -125,7 +126,9 @@ Result<void> validate(const Drive& drive) {
     }
     SIGHTLINE_TRY(i == 0 ? Result<void>() : check_order(drive, i));
   }
-  return check_turn_rates(drive.turn_rates);
+  SIGHTLINE_TRY(check_samples(drive.turn_rates, "turn rate"));
+  SIGHTLINE_TRY(check_samples(drive.specific_forces, "specific force"));
+  return check_samples(drive.wheel_speeds, "wheel speed");
 }
 
 Table dump(const Drive& drive) {
@@ -142,9 +145,12 @@ Table dump(const Drive& drive) {
   for (const Notice& notice : drive.notices) {
     table.facts.emplace_back("notice." + notice.code, notice.text);
   }
-  if (!drive.turn_rates.empty()) {
-    table.facts.emplace_back("turn_rates", static_cast<std::int64_t>(drive.turn_rates.size()));
-  }
+  const auto add_count = [&](const char* name, std::size_t count) {
+    if (count > 0) table.facts.emplace_back(name, static_cast<std::int64_t>(count));
+  };
+  add_count("turn_rates", drive.turn_rates.size());
+  add_count("specific_forces", drive.specific_forces.size());
+  add_count("wheel_speeds", drive.wheel_speeds.size());
   table.columns = {"recording_index", "sensor_index",    "stamp_ns",   "source",
                    "point_count",     "nonfinite_count", "zero_count", "has_point_times"};
   const bool has_parts = !drive.later_parts.empty();

@@ -24,6 +24,22 @@ struct TurnRate {
 };
 SIGHTLINE_FIELDS(TurnRate, stamp_ns, rate_rad_per_s)
 
+// What an accelerometer measured at one time, about the axes of the vehicle's frame: acceleration
+// less gravity, so upwards while the vehicle stands. The clock is that of the scans' stamps.
+struct SpecificForce {
+  std::int64_t stamp_ns = 0;
+  Eigen::Vector3d force_m_s2 = Eigen::Vector3d::Zero();
+};
+SIGHTLINE_FIELDS(SpecificForce, stamp_ns, force_m_s2)
+
+// How fast the wheels turned, as the speed of the vehicle at one time: negative backwards. Its
+// scale may be off by percents. The clock is that of the scans' stamps.
+struct WheelSpeed {
+  std::int64_t stamp_ns = 0;
+  double speed_m_s = 0.0;
+};
+SIGHTLINE_FIELDS(WheelSpeed, stamp_ns, speed_m_s)
+
 // One revolution of the LiDAR: finite returns only, in the sensor's frame, metres.
 struct Scan {
   std::int64_t stamp_ns = 0;
@@ -81,7 +97,10 @@ struct Drive {
   std::vector<std::string> later_parts;  // names of the parts after the first, ascending in time
   MapFrame frame;  // near the first given pose; origin zero where there are no poses
   std::vector<ScanInfo> scans;
-  std::vector<TurnRate> turn_rates;        // ascending in time; empty: nothing measured them
+  // Ascending in time; empty: nothing measured them.
+  std::vector<TurnRate> turn_rates;
+  std::vector<SpecificForce> specific_forces;
+  std::vector<WheelSpeed> wheel_speeds;
   std::vector<Notice> notices;             // contradictions that were accepted
   std::shared_ptr<const ScanStore> store;  // not encoded; index = position in `scans`
 
@@ -93,7 +112,7 @@ struct Drive {
   [[nodiscard]] std::string names_of_parts() const;  // "monday, tuesday"
 };
 SIGHTLINE_SOME_FIELDS(Drive, name, sensor, other_sensors, later_parts, frame, scans, turn_rates,
-                      notices)
+                      specific_forces, wheel_speeds, notices)
 
 template <>
 struct ArtifactTraits<Drive> {

@@ -267,6 +267,9 @@ void warn_of_times(const PassContext& ctx, const Recording& recording,
 void warn_of(const PassContext& ctx, const Recording& recording,
              const std::vector<ScanCounts>& counts) {
   for (const std::string& warning : recording.warnings) ctx.warn(warning);
+  for (const std::string& remark : recording.remarks) {
+    ctx.inform(concat("drive ", recording.name, ": ", remark));
+  }
   ScanCounts sum;
   for (const ScanCounts& scan : counts) {
     sum.point_count += scan.point_count;
@@ -336,6 +339,8 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   drive.sensor = recording.sensor;
   drive.scans = describe(recording, counted.counts);
   drive.turn_rates = recording.turn_rates;
+  drive.specific_forces = recording.specific_forces;
+  drive.wheel_speeds = recording.wheel_speeds;
   SIGHTLINE_TRY(try_w_first(ctx, recording, drive));
   SIGHTLINE_TRY(check_upright(recording, drive));
   if (drive.has_poses()) {

@@ -39,6 +39,16 @@ std::int64_t moved_ns(const PassContext& ctx, const Drive& drive, const Drive& l
   return least_ns - begin_ns;
 }
 
+// Samples of a sensor beside the LiDAR.
+template <class Sample>
+void append_moved(const std::vector<Sample>& later, std::int64_t later_ns,
+                  std::vector<Sample>& samples) {
+  for (Sample sample : later) {
+    sample.stamp_ns += later_ns;
+    samples.push_back(sample);
+  }
+}
+
 // `drive` with the scans of one more.
 Drive with_part(const PassContext& ctx, const Drive& drive, const Drive& later) {
   if (later.scans.empty()) return drive;
@@ -66,10 +76,9 @@ Drive with_part(const PassContext& ctx, const Drive& drive, const Drive& later) 
     origins.push_back({1, i, later_ns});
   }
   joined.notices.insert(joined.notices.end(), later.notices.begin(), later.notices.end());
-  for (TurnRate rate : later.turn_rates) {
-    rate.stamp_ns += later_ns;
-    joined.turn_rates.push_back(rate);
-  }
+  append_moved(later.turn_rates, later_ns, joined.turn_rates);
+  append_moved(later.specific_forces, later_ns, joined.specific_forces);
+  append_moved(later.wheel_speeds, later_ns, joined.wheel_speeds);
   return with_store(std::move(joined),
                     joined_scan_store({drive.store, later.store}, std::move(origins)));
 }
@@ -124,6 +133,8 @@ Result<Drive> with_sensor(const PassContext& ctx, const Drive& drive, const Driv
   joined.other_sensors.push_back(other.sensor);
   joined.notices.insert(joined.notices.end(), other.notices.begin(), other.notices.end());
   if (joined.turn_rates.empty()) joined.turn_rates = other.turn_rates;
+  if (joined.specific_forces.empty()) joined.specific_forces = other.specific_forces;
+  if (joined.wheel_speeds.empty()) joined.wheel_speeds = other.wheel_speeds;
   joined.scans.clear();
   std::vector<ScanOrigin> origins;
   std::uint32_t part = 0;

@@ -31,8 +31,13 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
       text("poses_topic", options.poses_topic,
            "topic of the poses, odometry, /tf or NavSatFix in a bag; empty: the only one"),
       text("imu_topic", options.imu_topic,
-           "topic of the turn rates (sensor_msgs/Imu) in the bag of the scans, for rotation during "
-           "a scan; empty: the one with a known frame; none: not used"),
+           "topic of the inertial unit (sensor_msgs/Imu) in the bag of the scans, for rotation "
+           "during a scan and for the speed where scans do not constrain it; empty: the one with a "
+           "known frame; none: not used"),
+      text("wheel_speed", options.wheel_speed,
+           "topic of the vehicle's speed (TwistStamped, TwistWithCovarianceStamped, Autoware's "
+           "VelocityReport, twist of Odometry) in the bag of the scans, used where scans do not "
+           "constrain the speed; empty: the only one; none: not used"),
       choice("pose_format", options.pose_format, "format of a pose file",
              {"auto", "kitti", "tum", "apollo"}),
       choice("poses_of", options.poses_of, "frame of the poses: the vehicle or the sensor",

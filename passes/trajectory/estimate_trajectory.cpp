@@ -6,6 +6,7 @@
 #include "passes/trajectory/estimate_given.h"
 #include "passes/trajectory/estimate_undistorted.h"
 #include "passes/trajectory/following/odometry.h"
+#include "passes/trajectory/following/smoothed_ways.h"
 #include "passes/trajectory/following/unconstrained.h"
 #include "passes/trajectory/graph/check_poses.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
@@ -25,6 +26,7 @@
 //   Vizzo et al., "KISS-ICP", RA-L 2023: constant velocity and a local map suffice for odometry
 //   Hess et al., "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016: branch and bound
 //   Tuna et al., "X-ICP: Localizability-aware LiDAR registration", T-RO 2023
+//   Rauch, Tung, Striebel, "Maximum likelihood estimates of linear dynamic systems", 1965
 //   Kim, Kim, "Scan Context", IROS 2018: ring keys of places
 //   Lu, Milios, "Globally consistent range scan alignment for environment mapping", 1997: pose
 //     graphs
@@ -113,7 +115,10 @@ Result<Estimate> estimated(const EstimateTask& task) {
   // of way, from where constant velocity leads (Vizzo et al.); where too few of its upright points
   // meet that map, it is searched for farther around. Motions that the surfaces a scan meets do not
   // constrain (Tuna et al.) are those of the given poses or of constant velocity.
+  // Where the vehicle's wheels or its inertial unit measured the motion, they replace constant
+  // velocity, with what was measured behind each stretch too (Rauch, Tung, Striebel).
   SIGHTLINE_ASSIGN(Odometry odometry, run_odometry(ctx, options.local_map_m, drive, none));
+  smooth_forecasts(ctx, drive, odometry);
   return solved(task, none, std::move(odometry));
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "formats/foreign/ros/ros_bag.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/test_files.h"
@@ -55,6 +57,19 @@ inline void check_turns(const MemoryFile& file, const std::string& topic) {
   }
 }
 
+inline void check_speeds(const MemoryFile& file, const std::string& topic) {
+  const Result<BagSpeeds> speeds = read_bag_speeds(file.path(), topic);
+  if (!speeds) {
+    check_bag_error(speeds.error());
+    return;
+  }
+  for (std::size_t i = 0; i < speeds->speeds.size(); ++i) {
+    const WheelSpeed& speed = speeds->speeds[i];
+    SIGHTLINE_CHECK(std::isfinite(speed.speed_m_s));
+    SIGHTLINE_CHECK(i == 0 || speeds->speeds[i - 1].stamp_ns < speed.stamp_ns);
+  }
+}
+
 inline void check_bag(std::span<const std::byte> bytes, bool may_miss = false) {
   const MemoryFile file(bytes);
   const Result<std::vector<BagTopic>> topics = list_bag_topics(file.path());
@@ -63,6 +78,7 @@ inline void check_bag(std::span<const std::byte> bytes, bool may_miss = false) {
     return;
   }
   check_turns(file, "");
+  check_speeds(file, "");
   constexpr std::size_t kMostTopics = 8;  // each is read from the beginning
   for (std::size_t i = 0; i < std::min(topics->size(), kMostTopics); ++i) {
     const std::string& name = (*topics)[i].name;
@@ -75,6 +91,7 @@ inline void check_bag(std::span<const std::byte> bytes, bool may_miss = false) {
       check_bag_error(rows.error());
     }
     check_turns(file, name);
+    check_speeds(file, name);
     const auto scans = open_bag(file.path(), name);
     if (scans) {
       check_scans(**scans, may_miss);

@@ -5,11 +5,10 @@
 
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/parallel.h"
-#include "formats/base/units.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/point_times.h"
 #include "formats/foreign/recording/scan_files.h"
-#include "formats/foreign/ros/ros_bag.h"
+#include "formats/foreign/recording/vehicle_sensors.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/geometry.h"
 
@@ -125,36 +124,6 @@ Result<void> take_digests(Recording& recording, int threads, const DigestMemory*
   return {};
 }
 
-// Those of the bag that holds the scans. Errors: those of read_bag_turns; bad-value (a topic is
-// named, and the scans are in no bag).
-Result<void> take_turn_rates(const RecordingOptions& options, Recording& recording) {
-  constexpr std::int64_t kBeyond_ns = kSecond_ns;
-  if (options.imu_topic == "none") return {};
-  if (!is_ros_bag(options.scans)) {
-    if (options.imu_topic.empty()) return {};
-    return Error{ErrorCode::kBadValue,
-                 "imu_topic is only for scans in bags, found " + options.scans};
-  }
-  SIGHTLINE_ASSIGN(const BagTurns turns,
-                   read_bag_turns(options.scans, options.imu_topic, recording.container->frame()));
-  recording.warnings.insert(recording.warnings.end(), turns.warnings.begin(), turns.warnings.end());
-  if (recording.scans.empty()) return {};
-  const auto [first, last] = std::ranges::minmax(recording.scans, {}, &RecordedScan::stamp_ns);
-  const Eigen::Matrix3d R_vehicle_sensor = recording.sensor.T_vehicle_lidar.linear();
-  for (const TurnRate& rate : turns.of_sensor) {
-    const bool is_within =
-        rate.stamp_ns >= first.stamp_ns - kBeyond_ns && rate.stamp_ns <= last.stamp_ns + kBeyond_ns;
-    if (!is_within) continue;
-    const Eigen::Vector3d of_vehicle = R_vehicle_sensor * rate.rate_rad_per_s;
-    recording.turn_rates.push_back({rate.stamp_ns, of_vehicle});
-  }
-  if (!turns.of_sensor.empty() && recording.turn_rates.empty()) {
-    recording.warnings.push_back(concat(options.scans, ": turn rates are not used: none of the ",
-                                        turns.of_sensor.size(), " is within the time of a scan"));
-  }
-  return {};
-}
-
 Digest digest_of(const Recording& recording) {
   ByteWriter writer;
   writer.put_string(recording.name);
@@ -175,6 +144,16 @@ Digest digest_of(const Recording& recording) {
   for (const TurnRate& rate : recording.turn_rates) {
     writer.put(rate.stamp_ns);
     for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
+  }
+  if (!recording.specific_forces.empty()) writer.put_string("specific forces");
+  for (const SpecificForce& force : recording.specific_forces) {
+    writer.put(force.stamp_ns);
+    for (int axis = 0; axis < 3; ++axis) writer.put(force.force_m_s2[axis]);
+  }
+  if (!recording.wheel_speeds.empty()) writer.put_string("wheel speeds");
+  for (const WheelSpeed& speed : recording.wheel_speeds) {
+    writer.put(speed.stamp_ns);
+    writer.put(speed.speed_m_s);
   }
   return sha256(writer.bytes());
 }
@@ -295,7 +274,8 @@ Result<Recording> list_recording(const RecordingOptions& options) {
 Result<Recording> open_recording(const RecordingOptions& options, int threads,
                                  const DigestMemory* memory) {
   SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
-  SIGHTLINE_TRY(take_turn_rates(options, recording));
+  SIGHTLINE_TRY(take_inertial_unit(options, recording));
+  SIGHTLINE_TRY(take_wheel_speeds(options, recording));
   SIGHTLINE_TRY(take_digests(recording, threads, memory));
   recording.digest = digest_of(recording);
   return recording;

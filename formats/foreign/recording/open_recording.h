@@ -23,9 +23,8 @@ namespace sightline {
 // where there are more rows than scans and names are numbers, else of its position. Warnings count
 // rows that no scan uses and scans that are left out (left_out_scans.h). Columns of .bin: those of
 // the options, refused where the floats of a scan contradict them; else the one count of floats a
-// point that fits all scans, with a warning where it is not 4. Turn rates: those of the scans' bag
-// (read_bag_turns), about the vehicle's axes, from a second before the first scan to a second
-// behind the last; none for imu_topic "none". Errors: file-not-found, cannot-open, cannot-read,
+// point that fits all scans, with a warning where it is not 4. Inertial unit and wheels: those of
+// the scans' bag (vehicle_sensors.h). Errors: file-not-found, cannot-open, cannot-read,
 // empty-directory, mixed-formats, truncated-scan, unsupported-format, unknown-name, bad-value,
 // fewer-poses-than-scans, mismatched-inputs, and those of read_poses, read_bag_poses, read_stamps
 // and open_scan_container.

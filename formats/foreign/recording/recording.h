@@ -25,9 +25,10 @@ struct RecordingOptions {
   std::string topic;  // of a bag's scans; empty: its only one
   // Columns of scans without a header (parse_float_columns); empty: see open_recording.
   std::string columns;
-  std::string poses;                           // pose file or bag; empty: there are none
-  std::string poses_topic;                     // of a bag's poses; empty: its only one
-  std::string imu_topic;                       // of a bag's turn rates; empty: see read_bag_turns
+  std::string poses;        // pose file or bag; empty: there are none
+  std::string poses_topic;  // of a bag's poses; empty: its only one
+  std::string imu_topic;    // of a bag's inertial unit; empty: see read_bag_turns
+  std::string wheel_speed;  // topic of a bag; empty: see read_bag_speeds
   PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
   PosesOf poses_of = PosesOf::kVehicle;        // kSensor: the mounting below does not apply
   // KITTI's calibration, which takes poses of its camera or its inertial unit to the sensor
@@ -81,15 +82,19 @@ struct Recording {
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
   // Of scans without a header: as given, or as found when they were opened.
   std::optional<FloatColumns> columns;
-  std::vector<TurnRate> turn_rates;  // of a bag's inertial unit; empty: there are none to use
+  // Of a bag's inertial unit and wheels, in the vehicle's axes; empty: there are none to use.
+  std::vector<TurnRate> turn_rates;
+  std::vector<SpecificForce> specific_forces;
+  std::vector<WheelSpeed> wheel_speeds;
   // Poses by their own times, ascending; empty where they belong to scans by row.
   std::vector<PoseRow> pose_rows;
   std::string world_frame;             // that a bag's poses are in; empty: it is not known
   bool has_quaternions = false;        // poses are quaternions of a text file, read as x y z w
   std::vector<std::string> warnings;   // what was assumed, for the person who brought it
+  std::vector<std::string> remarks;    // what was chosen without a doubt; for the log
   std::shared_ptr<ScanMemory> memory;  // which keeps scans that were read; nullptr: none does
-  // Names everything above but pose_rows, world_frame, warnings and memory: equal for equal
-  // contents, wherever the folder lies.
+  // Names everything above but pose_rows, world_frame, warnings, remarks and memory: equal for
+  // equal contents, wherever the folder lies.
   Digest digest{};
 
   // Which file holds a scan.

@@ -128,6 +128,7 @@ struct ImuTopic {
   struct Sample {
     std::int64_t recorded_ns = 0;
     TurnRate of_imu;  // about the axes of its own frame
+    std::optional<Eigen::Vector3d> force_m_s2;
   };
   std::vector<Sample> samples;
   std::size_t unusable = 0;
@@ -147,7 +148,8 @@ Result<ImuTopic> read_topic(const MessageLog& log, const std::string& name) {
         if (topic.samples.empty()) topic.frame = imu->header.frame;
         const std::int64_t stamp_ns =
             imu->header.stamp_ns != 0 ? imu->header.stamp_ns : message.time_ns;
-        topic.samples.push_back({message.time_ns, {stamp_ns, imu->rate_rad_per_s}});
+        topic.samples.push_back(
+            {message.time_ns, {stamp_ns, imu->rate_rad_per_s}, imu->force_m_s2});
         return {};
       }));
   std::ranges::stable_sort(topic.samples, {}, &ImuTopic::Sample::recorded_ns);
@@ -168,6 +170,8 @@ void take_samples(const ImuTopic& topic, const Eigen::Matrix3d& R_sensor_imu, Ba
   for (const ImuTopic::Sample& sample : topic.samples) {
     const Eigen::Vector3d of_sensor = R_sensor_imu * sample.of_imu.rate_rad_per_s;
     turns.of_sensor.push_back({sample.of_imu.stamp_ns, of_sensor});
+    if (!sample.force_m_s2) continue;
+    turns.forces_of_sensor.push_back({sample.of_imu.stamp_ns, R_sensor_imu * *sample.force_m_s2});
   }
   std::size_t backwards = 0;
   for (std::size_t i = 1; i < turns.of_sensor.size(); ++i) {
@@ -175,6 +179,7 @@ void take_samples(const ImuTopic& topic, const Eigen::Matrix3d& R_sensor_imu, Ba
   }
   const std::size_t all = turns.of_sensor.size();
   sort_once(turns.of_sensor, stamp);
+  sort_once(turns.forces_of_sensor, [](const SpecificForce& force) { return force.stamp_ns; });
   const std::size_t twice = all - turns.of_sensor.size();
   const auto warn = [&](std::size_t count, const std::string& what) {
     if (count == 0) return;

@@ -52,20 +52,40 @@ Result<std::optional<Pose>> bag_mounting(const std::filesystem::path& path,
 Result<std::shared_ptr<const ScanContainer>> open_bag(const std::filesystem::path& path,
                                                       const std::string& topic);
 
-// How fast the sensor of a bag's scans turned, as an inertial unit beside it measured.
+// What an inertial unit beside the sensor of a bag's scans measured, about the axes of the sensor's
+// frame; ascending in time.
 struct BagTurns {
-  std::string topic;                  // whose they are; empty: there are none
-  std::vector<TurnRate> of_sensor;    // about the axes of the sensor's frame; ascending in time
-  std::vector<std::string> warnings;  // which topic it is, what is left out, and why
+  std::string topic;  // whose they are; empty: there are none
+  std::vector<TurnRate> of_sensor;
+  std::vector<SpecificForce> forces_of_sensor;  // of the messages that have one
+  std::vector<std::string> warnings;            // which topic it is, what is left out, and why
 };
 
-// The angular velocities of one topic of sensor_msgs/Imu, by stamp (of the recording where zero),
-// each time once: of the one named, or, where the name is empty, of the one with the most messages
-// whose frame is fixed to that of the scans; a warning where there is none. Messages that are
-// short, not finite, without angular velocity or faster than 100 rad/s are counted in a warning.
-// Errors, where a topic is named, else warnings: unknown-name, and those of open_message_log and
-// parse_transforms.
+// The angular velocities and specific forces of one topic of sensor_msgs/Imu, by stamp (of the
+// recording where zero), each time once: of the one named, or, where the name is empty, of the one
+// with the most messages whose frame is fixed to that of the scans; a warning where there is none.
+// Messages that are short, not finite, without angular velocity or faster than 100 rad/s are
+// counted in a warning. Errors, where a topic is named, else warnings: unknown-name, and those of
+// open_message_log and parse_transforms.
 Result<BagTurns> read_bag_turns(const std::filesystem::path& path, const std::string& topic,
                                 const std::string& sensor_frame);
+
+// Speeds of the vehicle along its x axis, as the messages of one topic contain them.
+struct BagSpeeds {
+  std::string topic;                  // whose they are; empty: there are none
+  std::string type;                   // of the topic
+  std::vector<WheelSpeed> speeds;     // ascending in time
+  std::vector<std::string> warnings;  // what is left out, and why
+  std::string remark;                 // why no topic was chosen among several; else empty
+};
+
+// The speeds of one topic (see is_speed_message), by stamp (of the recording where zero), each time
+// once: of the one named, or, where the name is empty, of the only one with speeds other than zero;
+// topics of nav_msgs/Odometry only where no other topic has any, since many leave the twist empty.
+// Messages that are short or not finite are skipped, and those out of order are sorted, up to 5 %
+// of either, with a warning. Errors, where a topic is named, else warnings: unknown-name, bad-value
+// (more messages without a speed; place: the first), time-runs-backwards (more out of order; place:
+// the first), and those of open_message_log.
+Result<BagSpeeds> read_bag_speeds(const std::filesystem::path& path, const std::string& topic);
 
 }  // namespace sightline

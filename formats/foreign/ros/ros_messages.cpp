@@ -86,18 +86,64 @@ Result<std::optional<GeodeticFix>> parse_fix_message(std::span<const std::byte> 
 std::optional<ImuMessage> parse_imu_message(std::span<const std::byte> message,
                                             MessageEncoding encoding) {
   constexpr double kFastest_radps = 100.0;
+  constexpr double kLargest_m_s2 = 1000.0;
   constexpr int kOrientation = 4 + 9;
-  constexpr int kRestOfMessage = 8 + 3 + 9;  // of the covariance, then the acceleration
+  constexpr int kRestOfCovariance = 8;
   MessageReader reader(message, encoding);
   ImuMessage imu;
   imu.header = reader.header();
   for (int i = 0; i < kOrientation; ++i) reader.get<double>();
   for (double& rate : imu.rate_rad_per_s) rate = reader.get<double>();
   const auto covariance = reader.get<double>();
-  for (int i = 0; i < kRestOfMessage; ++i) reader.get<double>();
+  for (int i = 0; i < kRestOfCovariance; ++i) reader.get<double>();
+  Eigen::Vector3d force_m_s2;
+  for (double& axis : force_m_s2) axis = reader.get<double>();
+  const auto force_covariance = reader.get<double>();
+  for (int i = 0; i < kRestOfCovariance; ++i) reader.get<double>();
   const bool is_rate = imu.rate_rad_per_s.norm() < kFastest_radps;  // not of what is not a number
   if (!reader.ok() || !is_rate || covariance == -1.0) return std::nullopt;
+  const double force = force_m_s2.norm();
+  if (force > 0.0 && force < kLargest_m_s2 && force_covariance != -1.0) imu.force_m_s2 = force_m_s2;
   return imu;
+}
+
+bool is_speed_message(std::string_view datatype) {
+  return datatype == "geometry_msgs/TwistStamped" ||
+         datatype == "geometry_msgs/TwistWithCovarianceStamped" ||
+         datatype == "autoware_vehicle_msgs/VelocityReport" ||
+         datatype == "autoware_auto_vehicle_msgs/VelocityReport" || datatype == "nav_msgs/Odometry";
+}
+
+// VelocityReport: longitudinal and lateral velocity and heading rate, float32 each. A twist: linear
+// and angular velocity, then its covariance. Odometry: a child frame, and a pose with its
+// covariance before them.
+std::optional<SpeedMessage> parse_speed_message(std::span<const std::byte> message,
+                                                std::string_view datatype,
+                                                MessageEncoding encoding) {
+  constexpr double kFastest_m_s = 150.0;
+  constexpr int kPose = 7;
+  constexpr int kRestOfTwist = 5;
+  constexpr int kCovariance = 36;
+  MessageReader reader(message, encoding);
+  const auto skip = [&reader](int numbers) {
+    for (int i = 0; i < numbers; ++i) reader.get<double>();
+  };
+  SpeedMessage speed;
+  speed.header = reader.header();
+  if (datatype.ends_with("VelocityReport")) {
+    speed.speed_m_s = static_cast<double>(reader.get<float>());
+    for (int i = 0; i < 2; ++i) reader.get<float>();
+  } else {
+    const bool is_odometry = datatype == "nav_msgs/Odometry";
+    if (is_odometry) reader.text();
+    if (is_odometry) skip(kPose + kCovariance);
+    speed.speed_m_s = reader.get<double>();
+    skip(kRestOfTwist);
+    if (datatype != "geometry_msgs/TwistStamped") skip(kCovariance);
+  }
+  const bool is_speed = std::abs(speed.speed_m_s) < kFastest_m_s;  // not of what is not a number
+  if (!reader.ok() || !is_speed) return std::nullopt;
+  return speed;
 }
 
 Result<std::vector<StampedTransform>> parse_transforms(std::span<const std::byte> message,

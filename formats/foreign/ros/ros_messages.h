@@ -93,16 +93,32 @@ Result<std::optional<GeodeticFix>> parse_fix_message(std::span<const std::byte> 
                                                      const std::string& file,
                                                      MessageEncoding encoding);
 
-// sensor_msgs/Imu, of which only the angular velocity is read: about the axes of the header's
-// frame, rad/s. Nothing where the message is short or not finite, says that it has none (its
-// covariance begins with -1), or turns faster than 100 rad/s, which no unit on a vehicle measures.
+// sensor_msgs/Imu: angular velocity and specific force about the axes of the header's frame.
+// Nothing where the message is short, or its angular velocity is not finite, is marked as unknown
+// (its covariance begins with -1) or is above 100 rad/s, which no unit on a vehicle measures. No
+// force where it is marked as unknown, all zero, not finite or above 1000 m/s2.
 inline constexpr std::string_view kImu = "sensor_msgs/Imu";
 struct ImuMessage {
   MessageHeader header;
   Eigen::Vector3d rate_rad_per_s = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> force_m_s2;
 };
 std::optional<ImuMessage> parse_imu_message(std::span<const std::byte> message,
                                             MessageEncoding encoding);
+
+// geometry_msgs/TwistStamped, TwistWithCovarianceStamped, VelocityReport of autoware_vehicle_msgs
+// and autoware_auto_vehicle_msgs, or nav_msgs/Odometry.
+bool is_speed_message(std::string_view datatype);
+
+// The speed along the x axis of a message of one of these types. Nothing where the message is
+// short, or its speed is not finite or above 150 m/s.
+struct SpeedMessage {
+  MessageHeader header;
+  double speed_m_s = 0.0;
+};
+std::optional<SpeedMessage> parse_speed_message(std::span<const std::byte> message,
+                                                std::string_view datatype,
+                                                MessageEncoding encoding);
 
 // One frame within another. Names are without a leading slash.
 struct StampedTransform {

@@ -18,8 +18,12 @@ struct PieceStart {
   double overlap_elsewhere = 0.0;  // in another place than that one
 };
 
-// What leads where scans do not constrain a motion.
-enum class Forecast : std::uint8_t { kNone, kGiven, kSteady };
+// What leads where scans do not constrain a motion: given poses, constant speed, the speed of the
+// wheels, or the accelerations of an inertial unit.
+enum class Forecast : std::uint8_t { kNone, kGiven, kSteady, kWheels, kInertial };
+
+// Drivers change their speed by a few percent within half a minute.
+inline constexpr double kSteadyShare = 0.05;
 
 // What the scans constrain of a step (ScanConstraint).
 struct StepConstraint {
@@ -29,6 +33,9 @@ struct StepConstraint {
   Forecast forecast = Forecast::kNone;  // what was used instead; none: the match all the same
   // Projects a motion (PlanarMotion) onto what was used instead of the match; zero: nothing.
   Eigen::Matrix3d forecast_motions = Eigen::Matrix3d::Zero();
+  // Standard deviation of the way that was forecast, as a share of it; the same error all along a
+  // stretch.
+  double way_share = kSteadyShare;
 };
 
 struct Odometry {

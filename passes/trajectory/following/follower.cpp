@@ -32,6 +32,13 @@ constexpr double kShortestStepsFrom_m = 20.0;
 constexpr double kFarFromGiven_m = 0.5;
 // In a sparse place, a match farther from the forecast is not believed.
 constexpr double kNearForecast_m = 0.5;
+// A match of a sparse scan is not believed this far, and three standard deviations, from the way
+// that the vehicle's sensors measured, nor where the latest ones are so far from it on average.
+constexpr double kMostOff_m = 0.03;
+constexpr double kMostMeanOff_m = 0.01;
+constexpr double kNewOff = 0.2;
+// A local map of fewer scans constrains matches less than the place does.
+constexpr double kThinMap_m = 10.0;
 // The standard deviation of a step that was only forecast.
 constexpr double kNoConstraint_m = 100.0;
 
@@ -112,14 +119,15 @@ Result<ReadScan> read_scan(const Drive& drive, std::size_t index, Upright uprigh
 }
 
 Follower::Follower(const Drive& drive, const GivenPoses& given, double local_map_m,
-                   std::size_t first)
+                   std::size_t first, const SpeedForecast& speed)
     : drive_(&drive),
       given_(&given),
       local_map_m_(local_map_m),
       first_(first),
       longest_step_ns_(longest_step_ns(drive)),
       map_(local_map_m),
-      upright_(local_map_m) {}
+      upright_(local_map_m),
+      speed_(speed) {}
 
 void Follower::take(const ReadScan& scan) {
   const std::size_t k = next_scan();
@@ -240,10 +248,10 @@ void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
   if (!is_jump(k)) found = follow_from(starts, scan);
   const Pose& T_map_given = starts.back();
   const bool is_matched = found.match.is_good();
-  Placed to{T_map_given, {}};
+  Placed to{T_map_given, {}, {}};
   if (is_matched && fits_given_better(scan, found.match.T_map_lidar, T_map_given)) {
     to.constraint = {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kGiven,
-                     Eigen::Matrix3d::Identity()};
+                     Eigen::Matrix3d::Identity(), 0.0};
   } else if (is_matched) {
     average_.add(found.match, found.overlap);
     to = placed(k, scan, found.match.T_map_lidar);
@@ -268,13 +276,31 @@ bool Follower::fits_given_better(const ReadScan& scan, const Pose& T_map_matched
   return matched && given && *given > *matched + kClearly;
 }
 
-// The pose without any match: by the given step, else at the last speed that scans constrained.
-std::optional<Pose> Follower::forecast(std::size_t k) const {
+ScanStep Follower::step_to_scan(std::size_t k, const Pose& T_map_lidar) const {
+  return {drive_->scans[k - 1].stamp_ns, drive_->scans[k].stamp_ns, T_map_before(), T_map_lidar};
+}
+
+// The pose without any match: by the given step, else at the last speed that scans constrained, or
+// at that of the vehicle's own sensors.
+std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
   if (has_given_step(k)) {
-    return tidied(T_map_before() * (*given_)[k - 1]->inverse() * *(*given_)[k]);
+    const Pose step = (*given_)[k - 1]->inverse() * *(*given_)[k];
+    return Forecasted{tidied(T_map_before() * step), Forecast::kGiven, 0.0};
   }
-  if (!steady_.is_known()) return std::nullopt;
-  return tidied(T_map_before() * steady_.step(step_ns(k)));
+  const std::optional<SpeedForecast::Way> way = speed_.way(step_to_scan(k, T_map_before()));
+  if (!way && !steady_.is_known()) return std::nullopt;
+  Pose step = steady_.is_known() ? steady_.step(step_ns(k)) : Pose::Identity();
+  if (!way) return Forecasted{tidied(T_map_before() * step), Forecast::kSteady, kSteadyShare};
+  step.translation() = way->moved_m;
+  return Forecasted{tidied(T_map_before() * step), way->source, way->share, way->sigma_m};
+}
+
+// Whether the way that sensors measured contradicts matches: several that are each a little short
+// are off by metres along a tunnel.
+bool Follower::is_refuted(double off_m, const Forecasted& by_forecast) const {
+  const double mean_m = mean_off_measured_m_ + kNewOff * (off_m - mean_off_measured_m_);
+  const double sigma_m = 3.0 * by_forecast.way_sigma_m;
+  return std::abs(off_m) > kMostOff_m + sigma_m || std::abs(mean_m) > kMostMeanOff_m + sigma_m;
 }
 
 // A matched pose; what the scan does not constrain of it is as forecast. A match there
@@ -284,35 +310,55 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
   const ScanConstraint constraint =
       scan_constraint(map_.grids(), scan.thinned.to_match_m, T_map_matched, T_lidar_vehicle);
-  const double most_m = has_given_step(k) ? kWeakBesideGiven_m : kWeak_m;
-  Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}};
-  if (!constraint.has_weak(most_m)) return to;
-  const std::optional<Pose> T_map_forecast = forecast(k);
-  if (!T_map_forecast) return to;
-  to.constraint.forecast = has_given_step(k) ? Forecast::kGiven : Forecast::kSteady;
+  Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}, {}};
+  const std::optional<Forecasted> by_forecast = forecast(k);
+  if (!by_forecast) return to;
+  const bool is_measured = is_map_thick() && (by_forecast->source == Forecast::kWheels ||
+                                              by_forecast->source == Forecast::kInertial);
+  const double most_m = has_given_step(k) || is_measured ? kWeakBesideGiven_m : kWeak_m;
+  if (is_measured) to.constraint.weak = constraint.weak_axes(most_m);
   const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
-  const PlanarMotion off = planar_motion(T_map_vehicle, *T_map_forecast * T_lidar_vehicle);
-  to.constraint.forecast_motions = constraint.weak_part(most_m);
-  const PlanarMotion weak = to.constraint.forecast_motions * off;
+  const PlanarMotion off = planar_motion(T_map_vehicle, by_forecast->T_map_lidar * T_lidar_vehicle);
+  Eigen::Matrix3d weak_part = constraint.weak_part(most_m);
+  if (is_measured && to.constraint.weak[0] == 0.0) {
+    to.off_measured_m = -off.x();
+    if (constraint.has_weak(kSparse_m) && is_refuted(-off.x(), *by_forecast)) {
+      to.constraint.weak[0] = 1.0;
+      weak_part.setZero();
+      weak_part(0, 0) = 1.0;
+    }
+  }
+  if (to.constraint.weak.isZero(0.0) && !constraint.has_weak(most_m)) return to;
+  to.constraint.forecast = by_forecast->source;
+  to.constraint.way_share = by_forecast->way_share;
+  to.constraint.forecast_motions = weak_part;
+  const PlanarMotion weak = weak_part * off;
   to.T_map_lidar = tidied(moved_in_plane(T_map_vehicle, weak) * drive_->sensor.T_vehicle_lidar);
   return to;
+}
+
+bool Follower::is_map_thick() const {
+  return odometry.driven_m.back() - piece_began_m_ >= kThinMap_m;
 }
 
 // Whether few surfaces held the last scan, and its motion may go on: then neither an overlap nor a
 // wide search is evidence, and a piece begun here would know less.
 bool Follower::is_sparse(std::size_t k) const {
-  return steady_.is_known() && !is_jump(k) && odometry.constraint.back().sigma_m > kSparse_m;
+  if (is_jump(k) || odometry.constraint.back().sigma_m <= kSparse_m) return false;
+  return steady_.is_known() || (is_map_thick() && forecast(k).has_value());
 }
 
 // In a sparse place: where the match ends near the forecast, as placed(); else the forecast alone.
 Follower::Placed Follower::placed_or_carried(std::size_t k, const ReadScan& scan,
                                              const Found& found) const {
-  const Pose T_map_forecast = *forecast(k);
+  const Forecasted by_forecast = *forecast(k);
   if (found.match.is_good()) {
     const Placed to = placed(k, scan, found.match.T_map_lidar);
-    if (planar_motion(to.T_map_lidar, T_map_forecast).norm() < kNearForecast_m) return to;
+    if (planar_motion(to.T_map_lidar, by_forecast.T_map_lidar).norm() < kNearForecast_m) return to;
   }
-  return {T_map_forecast, {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kSteady}};
+  return {by_forecast.T_map_lidar,
+          {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source, by_forecast.way_share},
+          {}};
 }
 
 void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
@@ -321,6 +367,7 @@ void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
   if (found.is_believed) return step_to(k, scan, found);
   if (found.is_carried) {
     const Placed to = placed_or_carried(k, scan, found);
+    speed_.take(step_to_scan(k, to.T_map_lidar), false);
     steps_ = {{T_map_before().inverse() * to.T_map_lidar, step_ns(k)}};
     append(to.T_map_lidar, true, found.overlap);
     odometry.constraint.back() = to.constraint;
@@ -339,6 +386,10 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const Pose& T_map_lidar = to.T_map_lidar;
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
   if (to.constraint.weak.isZero()) steady_.add(step);
+  speed_.take(step_to_scan(k, T_map_lidar), to.constraint.weak[0] == 0.0);
+  if (to.off_measured_m) {
+    mean_off_measured_m_ += kNewOff * (*to.off_measured_m - mean_off_measured_m_);
+  }
   was_found_widely_ = found.is_wide;
   if (found.is_wide && !steps_.empty()) {
     // The recording may lack scans and the speed be as before, or the vehicle be as fast as this
@@ -403,6 +454,8 @@ void Follower::begin_piece(const PieceStart& start) {
   average_ = {};
   steps_.clear();
   steady_ = {};
+  speed_.begin_piece();
+  mean_off_measured_m_ = 0.0;
   is_map_empty_ = true;
   append(T_map_before(), false, {});
   piece_began_m_ = odometry.driven_m.back();

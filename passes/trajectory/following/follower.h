@@ -10,6 +10,7 @@
 #include "formats/drive/drive.h"
 #include "formats/geometry.h"
 #include "passes/trajectory/following/followed_scans.h"
+#include "passes/trajectory/following/speed_forecast.h"
 #include "passes/trajectory/following/steady_motion.h"
 #include "passes/trajectory/local/estimate_options.h"
 #include "passes/trajectory/local/local_map.h"
@@ -42,8 +43,10 @@ Result<ReadScan> read_scan(const Drive& drive, std::size_t index, Upright uprigh
 // Follows a drive from scan to scan, by the rules of run_odometry.
 class Follower {
  public:
-  // Begins at scan `first`. Drive and poses must outlive it and its copies.
-  Follower(const Drive& drive, const GivenPoses& given, double local_map_m, std::size_t first);
+  // Begins at scan `first`. Drive and poses must outlive it and its copies. `speed`: of the drive,
+  // before its first step.
+  Follower(const Drive& drive, const GivenPoses& given, double local_map_m, std::size_t first,
+           const SpeedForecast& speed = {});
 
   void take(const ReadScan& scan);
   // Continues with a scan that was found by other means.
@@ -78,6 +81,8 @@ class Follower {
   struct Placed {
     Pose T_map_lidar = Pose::Identity();
     StepConstraint constraint;
+    // Of a match whose way the surfaces constrain from the way that sensors measured, ahead.
+    std::optional<double> off_measured_m;
   };
 
   [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
@@ -95,8 +100,18 @@ class Follower {
   [[nodiscard]] Found find_widely(const LocalSurroundings& there, const SoughtScan& sought,
                                   const Found& followed) const;
 
-  [[nodiscard]] std::optional<Pose> forecast(std::size_t k) const;
+  // A pose that no scan constrains.
+  struct Forecasted {
+    Pose T_map_lidar = Pose::Identity();
+    Forecast source = Forecast::kNone;
+    double way_share = 0.0;
+    double way_sigma_m = 0.0;  // of a way that sensors measured
+  };
+  [[nodiscard]] ScanStep step_to_scan(std::size_t k, const Pose& T_map_lidar) const;
+  [[nodiscard]] std::optional<Forecasted> forecast(std::size_t k) const;
   [[nodiscard]] Placed placed(std::size_t k, const ReadScan& scan, const Pose& T_map_matched) const;
+  [[nodiscard]] bool is_refuted(double off_m, const Forecasted& by_forecast) const;
+  [[nodiscard]] bool is_map_thick() const;
   [[nodiscard]] bool is_sparse(std::size_t k) const;
   [[nodiscard]] Placed placed_or_carried(std::size_t k, const ReadScan& scan,
                                          const Found& found) const;
@@ -120,6 +135,8 @@ class Follower {
   RunningAverage average_;
   std::vector<TimedStep> steps_;  // that may continue
   SteadyMotion steady_;
+  SpeedForecast speed_;
+  double mean_off_measured_m_ = 0.0;       // of the latest ones (Placed)
   std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;

@@ -265,11 +265,12 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
   }
   const Upright upright = lead_to_all(given) ? Upright::kLeftOut : Upright::kComputed;
   const std::vector<ScanRun> runs = scan_runs(drive, given, local_map_m);
+  const SpeedForecast speed = lead_to_all(given) ? SpeedForecast() : SpeedForecast(drive);
   Progress progress(ctx, runs);
   std::vector<Result<void>> done(runs.size());
   std::vector<Odometry> followed(runs.size());
   parallel_for(runs.size(), ctx.threads, [&](std::size_t i) {
-    FirstSteps follower(Follower(drive, given, local_map_m, runs[i].first));
+    FirstSteps follower(Follower(drive, given, local_map_m, runs[i].first, speed));
     done[i] = follow_run(drive, runs[i], upright, ctx.threads, follower, progress);
     followed[i] = std::move(follower).take_odometry();
   });

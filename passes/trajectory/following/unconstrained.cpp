@@ -9,8 +9,6 @@
 namespace sightline {
 namespace {
 
-// Drivers change their speed by a few percent within half a minute.
-constexpr double kSpeedShare = 0.05;
 // 0.1 rad over 100 m: a bend of a road that nothing shows.
 constexpr double kDrift_rad_per_m = 0.001;
 constexpr double kLongestGap_m = 5.0;
@@ -36,6 +34,10 @@ Substitute substitute_of(Forecast forecast) {
       return Substitute::kGivenPoses;
     case Forecast::kSteady:
       return Substitute::kConstantSpeed;
+    case Forecast::kWheels:
+      return Substitute::kWheelSpeed;
+    case Forecast::kInertial:
+      return Substitute::kInertial;
     case Forecast::kNone:
       break;
   }
@@ -62,12 +64,12 @@ struct ForecastErrors {
       effect->head<3>() += Eigen::Vector3d(effect->tail<3>()).cross(way_m);
     }
   }
-  void add(const Eigen::Vector3d& way_m, const Eigen::Vector3d& weak) {
+  void add(const Eigen::Vector3d& way_m, const StepConstraint& step) {
     const double length_m = way_m.norm();
-    speed.head<3>() += kSpeedShare * weak[0] * way_m;
-    drift[5] += kDrift_rad_per_m * weak[2] * length_m;
+    speed.head<3>() += step.way_share * step.weak[0] * way_m;
+    drift[5] += kDrift_rad_per_m * step.weak[2] * length_m;
     const Eigen::Vector3d left_m = Eigen::Vector3d::UnitZ().cross(way_m);
-    drift.head<3>() += 0.5 * kDrift_rad_per_m * weak[1] * length_m * left_m;
+    drift.head<3>() += 0.5 * kDrift_rad_per_m * step.weak[1] * length_m * left_m;
   }
 };
 
@@ -133,13 +135,14 @@ std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
       continue;
     }
     const StepConstraint& step = odometry.constraint[k];
-    const bool is_forecast = is_weak(step) && step.forecast == Forecast::kSteady;
+    const bool is_forecast =
+        is_weak(step) && step.forecast != Forecast::kGiven && step.forecast != Forecast::kNone;
     if (is_forecast && !goes_on) stretches.emplace_back();
     goes_on = is_forecast;
     const Eigen::Vector3d way_m = (T_map_lidar[k] * T_lidar_vehicle).translation() -
                                   (T_map_lidar[k - 1] * T_lidar_vehicle).translation();
     for (ForecastErrors& errors : stretches) errors.carry(way_m);
-    if (is_forecast) stretches.back().add(way_m, step.weak);
+    if (is_forecast) stretches.back().add(way_m, step);
     for (const ForecastErrors& errors : stretches) {
       covariance[k] += errors.speed * errors.speed.transpose();
       covariance[k] += errors.drift * errors.drift.transpose();

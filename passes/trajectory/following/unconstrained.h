@@ -35,10 +35,10 @@ void mark_unconstrained(const Odometry& odometry, std::vector<TrajectoryPose>& p
 void warn_of_unconstrained(const PassContext& ctx, const std::string& drive,
                            const Trajectory& trajectory);
 
-// What constant speed leaves unknown of each pose, relative to the first of its piece: a speed off
-// by 5 % and a heading that drifts by 0.001 rad/m, both constant over a stretch of weak steps. Map
-// axes, order dx dy dz wx wy wz; added to the covariance of the graph. Zero where steps are
-// constrained or given. `T_map_lidar` and `T_lidar_vehicle` give the vehicle's axes.
+// What a forecast leaves unknown of each pose, relative to the first of its piece: a speed off
+// by its share and a heading that drifts by 0.001 rad/m, both constant over a stretch of weak
+// steps. Map axes, order dx dy dz wx wy wz; added to the covariance of the graph. Zero where steps
+// are constrained or given. `T_map_lidar` and `T_lidar_vehicle` give the vehicle's axes.
 std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
                                           const std::vector<Pose>& T_map_lidar,
                                           const Pose& T_lidar_vehicle);

@@ -346,6 +346,16 @@ TEST_F(Init, NamesTheInertialUnitWhosePlaceIsKnown) {
   EXPECT_THAT(yaml_, HasSubstr("/imu/somewhere (sensor_msgs/Imu, 1)"));
 }
 
+TEST_F(Init, NamesTheTopicOfTheVehiclesSpeed) {
+  std::vector<BagMessage> messages = bag_of({.turned_deg = 30.0}, false);
+  const std::uint32_t seconds = messages.front().seconds;
+  messages.push_back({"/wheels", "geometry_msgs/TwistStamped", seconds, 0,
+                      ros_header(seconds, 0, "base_link") + as_bytes({3.0}) +
+                          std::string(5 * sizeof(double), '\0')});
+  write_bag(folder_ / "drive.bag", messages);
+  EXPECT_EQ(draft().mapping.wheel_speed, "/wheels");
+}
+
 TEST_F(Init, TakesTheMountingOfTheSensorFromABag) {
   write_bag(folder_ / "drive.bag", bag_of({.turned_deg = 30.0}, false));
   const CompileConfig config = draft();

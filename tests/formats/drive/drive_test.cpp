@@ -84,6 +84,12 @@ TEST(Drive, KeepsTurnRatesAndHasTheBytesOfBeforeWithoutThem) {
   EXPECT_EQ(decoded.turn_rates[1].stamp_ns, 9);
   EXPECT_EQ(decoded.turn_rates[1].rate_rad_per_s, drive.turn_rates[1].rate_rad_per_s);
   drive.turn_rates.clear();
+  drive.specific_forces = {{7, Eigen::Vector3d(0.1, 0.2, 9.8)}};
+  drive.wheel_speeds = {{7, 3.5}, {8, -0.5}};
+  expect_survives_disk(drive);
+  EXPECT_EQ(from_bytes<Drive>(to_bytes(drive))->wheel_speeds[1].speed_m_s, -0.5);
+  drive.specific_forces.clear();
+  drive.wheel_speeds.clear();
   EXPECT_EQ(to_bytes(drive), without);
   EXPECT_TRUE(from_bytes<Drive>(without)->turn_rates.empty());
 }
@@ -97,6 +103,18 @@ TEST(Drive, RefusesTurnRatesThatDoNotAdvanceOrAreNotFinite) {
   EXPECT_TRUE(validate(drive).has_value());
   drive.turn_rates[1].rate_rad_per_s.y() = std::nan("");
   EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+}
+
+TEST(Drive, RefusesSpeedsAndForcesThatDoNotAdvanceOrAreNotFinite) {
+  Drive drive = two_scans();
+  drive.wheel_speeds = {{7, 1.0}, {7, 1.0}};
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kTimeRunsBackwards);
+  EXPECT_EQ(validate(drive).error().place, "wheel speed 1");
+  drive.wheel_speeds = {{7, std::nan("")}};
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+  drive.wheel_speeds.clear();
+  drive.specific_forces = {{7, Eigen::Vector3d(0.0, std::nan(""), 0.0)}};
+  EXPECT_EQ(validate(drive).error().place, "specific force 0");
 }
 
 TEST(Drive, RefusesTimesThatDoNotAdvanceAndPosesThatAreNone) {

@@ -71,8 +71,14 @@ TEST(JoinDrives, KeepsTheTurnRatesOfEachPartAndMovesThemWithIt) {
   Drive first = day("a", 0, 3, 1.0);
   Drive later = day("b", 0, 3, 2.0);
   later.turn_rates = {{-5, Eigen::Vector3d(1, 2, 3)}, {kSecond_ns, Eigen::Vector3d(4, 5, 6)}};
+  later.wheel_speeds = {{7, 2.0}};
+  later.specific_forces = {{9, Eigen::Vector3d(0, 0, 9.8)}};
   const Joined one = join(first, later);
   const std::int64_t later_ns = one.drive.scans[3].stamp_ns;
+  ASSERT_EQ(one.drive.wheel_speeds.size(), 1U);
+  EXPECT_EQ(one.drive.wheel_speeds[0].stamp_ns, later_ns + 7);
+  ASSERT_EQ(one.drive.specific_forces.size(), 1U);
+  EXPECT_EQ(one.drive.specific_forces[0].stamp_ns, later_ns + 9);
   ASSERT_EQ(one.drive.turn_rates.size(), 2U);
   EXPECT_EQ(one.drive.turn_rates[0].stamp_ns, later_ns - 5);
   EXPECT_EQ(one.drive.turn_rates[1].stamp_ns, later_ns + kSecond_ns);

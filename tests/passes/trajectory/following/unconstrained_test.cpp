@@ -116,8 +116,9 @@ TEST(SteadyMotion, IsTheMeanOfTheLatestStepsExtendedToATime) {
 }
 
 // Houses up to x = 0, then bare walls; returns with 1 cm of noise. 30 m of houses are seen from
-// within for a while, so that the walls alone remain behind x = 50 m.
-TestDrive tunnel_drive(std::size_t count, double step_m) {
+// within for a while, so that the walls alone remain behind x = 50 m. From there on steps are
+// `later_share` as long.
+TestDrive tunnel_drive(std::size_t count, double step_m, double later_share = 1.0) {
   BoxWorld world = bare_street();
   Random random(3);
   for (double x_m = -40.0; x_m < 0.0; x_m += 5.0) {
@@ -126,8 +127,10 @@ TestDrive tunnel_drive(std::size_t count, double step_m) {
     world.boxes.push_back({{x_m + 2.0, -6.0, 0.0}, {x_m + 3.5, -6.0 + depth_m, 4.0}});
   }
   std::vector<Pose> poses;
+  double x_m = -20.0;
   for (std::size_t i = 0; i < count; ++i) {
-    poses.push_back(pose_at(-20.0 + step_m * static_cast<double>(i), 0.2, 0.01));
+    poses.push_back(pose_at(x_m, 0.2, 0.01));
+    x_m += x_m < 50.0 ? step_m : later_share * step_m;
   }
   TestDrive test = drive_through(world, poses, 0.5);
   std::vector<Scan> scans = scans_of(test.drive);
@@ -138,6 +141,35 @@ TestDrive tunnel_drive(std::size_t count, double step_m) {
   }
   test.drive.store = memory_scan_store(std::move(scans));
   return test;
+}
+
+// Speeds that are 1.5 % too high, 50 a second.
+std::vector<WheelSpeed> wheel_speeds_of(const Trajectory& truth) {
+  std::vector<WheelSpeed> speeds;
+  for (std::size_t i = 1; i < truth.poses.size(); ++i) {
+    const TrajectoryPose& from = truth.poses[i - 1];
+    const double step_m =
+        (truth.poses[i].T_map_vehicle.translation() - from.T_map_vehicle.translation()).norm();
+    for (std::int64_t part = 0; part < 5; ++part) {
+      speeds.push_back({from.stamp_ns + 20'000'000 * part, 1.015 * step_m / 0.1});
+    }
+  }
+  speeds.push_back({truth.poses.back().stamp_ns, speeds.back().speed_m_s});
+  return speeds;
+}
+
+TEST(Unconstrained, ATunnelHasTheLengthThatTheWheelsMeasured) {
+  TestDrive test = tunnel_drive(120, 1.2, 0.7);
+  TestContext without(2);
+  const Trajectory steady = value_of(estimate_trajectory(without, {}, test.drive));
+  EXPECT_GT(largest_error_m(steady, test.truth), 5.0);
+  test.drive.wheel_speeds = wheel_speeds_of(test.truth);
+  TestContext ctx(2);
+  const Trajectory found = value_of(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_LT(largest_error_m(found, test.truth), 1.0);
+  ASSERT_EQ(ctx.warnings.size(), 1U);
+  EXPECT_THAT(ctx.warnings[0], HasSubstr("not constrained along the road; wheel speed is used"));
+  EXPECT_LT(found.poses.back().covariance(0, 0), 1.0);
 }
 
 TEST(Unconstrained, ATunnelKeepsItsLengthWhichIsSaid) {
