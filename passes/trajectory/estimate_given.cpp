@@ -237,8 +237,8 @@ Result<std::optional<Estimate>> sharpened(const EstimateTask& task, double uneve
   return std::optional<Estimate>(std::move(refined));
 }
 
-// The wrong scale of given poses, where they have one. Error: mismatched-inputs (they drift from the
-// scans).
+// The wrong scale of given poses, where they have one. Error: mismatched-inputs (they drift from
+// the scans).
 Result<std::vector<Notice>> check_drift(const EstimateTask& task, const GivenPoses& given,
                                         const Odometry& odometry) {
   const auto& [ctx, options, drive] = task;
@@ -298,8 +298,8 @@ Result<Estimate> decide(const EstimateTask& task, double uneven_rad, const Given
   return noted(notices, Estimate{std::move(unchanged), {}});
 }
 
-Result<Estimate> judged(const EstimateTask& task, double uneven_rad, const GivenPoses& given, const Odometry& odometry,
-                        const SolvePoses& solve) {
+Result<Estimate> judged(const EstimateTask& task, double uneven_rad, const GivenPoses& given,
+                        const Odometry& odometry, const SolvePoses& solve) {
   SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,
                    find_jumps(task.drive, limits_of(task.options), given, odometry));
   if (!jumps.empty()) return repaired(task, given, jumps, solve);
@@ -310,8 +310,9 @@ Result<Estimate> judged(const EstimateTask& task, double uneven_rad, const Given
 }
 
 // Poses at the times of the scans by another clock are judged instead of those given.
-Result<Estimate> judged_by_clock(const EstimateTask& task, double uneven_rad, const ClockShift& shift,
-                                 const Odometry& odometry, const SolvePoses& solve) {
+Result<Estimate> judged_by_clock(const EstimateTask& task, double uneven_rad,
+                                 const ClockShift& shift, const Odometry& odometry,
+                                 const SolvePoses& solve) {
   const auto& [ctx, options, drive] = task;
   if (options.bad_poses == BadPoses::kRefuse) return refused(to_text(shift, drive), drive, 0);
   const Notice notice = warned(

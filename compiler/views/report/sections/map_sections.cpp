@@ -98,15 +98,15 @@ std::string choice_at(const CompiledMap& map, std::size_t limit) {
   const RangeTable& looks = map.looks->ranges;
   const std::string limit_words = limit_text(looks.promises[limit].limit_m);
   const std::string id = concat("looks-", limit);
-  return concat("<h3>Limit ", limit_words, "</h3>\n",
-                paragraph("Expected within " + limit_words + ": " +
-                          percent(map.looks->quality[limit].expected_coverage) + " of the sites."),
-                html_figure({id, "Looks, " + limit_words + ".",
-                             "The look chosen at each place, and the share of the sites for each "
-                             "look, in order of matching time.",
-                             still_route(map, looks, limit, {"look", &look_colour}, "") +
-                                 shares(looks, limit),
-                             ""}));
+  return concat(
+      "<h3>Limit ", limit_words, "</h3>\n",
+      paragraph("Expected within " + limit_words + ": " +
+                percent(map.looks->quality[limit].expected_coverage) + " of the sites."),
+      html_figure(
+          {id, "Looks, " + limit_words + ".",
+           "The look chosen at each place, and the share of the sites for each "
+           "look, in order of matching time.",
+           still_route(map, looks, limit, {"look", &look_colour}, "") + shares(looks, limit), ""}));
 }
 
 std::string words_of(LookRule rule) {
