@@ -357,7 +357,8 @@ Follower::Placed Follower::placed_or_carried(std::size_t k, const ReadScan& scan
     if (planar_motion(to.T_map_lidar, by_forecast.T_map_lidar).norm() < kNearForecast_m) return to;
   }
   return {by_forecast.T_map_lidar,
-          {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source, by_forecast.way_share},
+          {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source,
+           Eigen::Matrix3d::Identity(), by_forecast.way_share},
           {}};
 }
 
