@@ -137,7 +137,10 @@ Odometry odometry_of(const std::vector<Pose>& poses, std::size_t first, std::siz
     if (is_weak) step.translation() *= share;
     odometry.append(k == 0 ? poses[0] : odometry.T_map_lidar.back() * step,
                     step.translation().norm(), true, {});
-    if (is_weak) odometry.constraint.back() = {1.0, Eigen::Vector3d::UnitX(), forecast, 0.0};
+    if (is_weak) {
+      odometry.constraint.back() = {1.0, Eigen::Vector3d::UnitX(), forecast,
+                                    Eigen::Matrix3d::Identity(), 0.0};
+    }
   }
   return odometry;
 }
