@@ -114,8 +114,10 @@ std::string substitute_text(const UnconstrainedStretch& stretch) {
 }
 
 std::string to_text(const UnconstrainedStretch& stretch) {
-  return concat("scans ", stretch.first_scan, " to ", stretch.last_scan, ": ",
-                fixed(stretch.way_m, 1), " m of the way are not constrained ",
+  const std::string scans = stretch.first_scan == stretch.last_scan
+                                ? concat("scan ", stretch.first_scan)
+                                : concat("scans ", stretch.first_scan, " to ", stretch.last_scan);
+  return concat(scans, ": ", fixed(stretch.way_m, 1), " m of the way are not constrained ",
                 directions_text(stretch.directions), "; ", substitute_text(stretch));
 }
 

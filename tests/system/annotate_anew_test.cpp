@@ -97,8 +97,8 @@ TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   const ProgramResult dry =
       run_successfully("annotate " + utm_map() + " --route everywhere --dry-run");
   EXPECT_THAT(dry.out, HasSubstr("of one core per place"));
-  const ProgramResult counted =
-      annotate(utm_map(), "--route everywhere --no-cache --stop-after choose-field-sites");
+  const ProgramResult counted = run_sightline(
+      "annotate " + utm_map() + " --route everywhere --no-cache --stop-after choose-field-sites");
   EXPECT_EQ(counted.status, 0) << counted.err;
   EXPECT_THAT(counted.err, HasSubstr(" of one core and "));
 }

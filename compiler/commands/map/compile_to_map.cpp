@@ -319,8 +319,7 @@ void add_summary_flags(Verb& verb, SummaryFlags& flags) {
   verb.flags.push_back({.names = "--format",
                         .value = "FORMAT",
                         .help = "Form of what is printed of the map; json: as "
-                                "schemas/inspect.schema.json describes it (with --dry-run: "
-                                "schemas/cost.schema.json)",
+                                "schemas/inspect.schema.json describes it",
                         .target = &flags.format,
                         .choices = {"text", "json"}});
   verb.flags.push_back(
@@ -355,7 +354,8 @@ void add_compile_flags(Verb& verb, CompileFlags& flags) {
        .target = &flags.lists_inputs},
       {.names = "--dry-run",
        .help = "Open recordings and outputs, print which passes would run and about how much time, "
-               "memory and disk they would take, and end",
+               "memory and disk they would take (--format json: as schemas/cost.schema.json "
+               "describes it), and end",
        .target = &flags.is_dry},
       {.names = "--depfile",
        .value = "FILE",

@@ -152,17 +152,17 @@ TEST(Verdict, InspectNamesWhatWasNotObservedAndWhatWasContradicted) {
   const MapJudgement judgement = judge_map(map, nullptr, {});
   EXPECT_THAT(
       summary_text({"road.slmap", map, summary, judgement}),
-      AllOf(HasSubstr("Unobserved scans 12 to 42: 30.0 m of the way are not constrained "
+      AllOf(HasSubstr("unobserved scans 12 to 42: 30.0 m of the way are not constrained "
                       "along the road; constant speed is assumed, +/- 1.5 m\n"),
-            HasSubstr("Doubts     given-poses-disagree (5 places, most 69.1 m at scans 3 to "
+            HasSubstr("doubts     given-poses-disagree (5 places, most 69.1 m at scans 3 to "
                       "4) (--all explains them)\n")));
   map.trajectory->unconstrained.push_back({50, 60, 12.0, {false, true, true, Substitute::kNone}});
   EXPECT_THAT(summary_text({"road.slmap", map, summary, judgement}),
-              HasSubstr("Unobserved 42.0 m of the way on 2 stretches; scans 12 to 42: 30.0 m"));
+              HasSubstr("unobserved 42.0 m of the way on 2 stretches; scans 12 to 42: 30.0 m"));
   const CompiledMap known = good_map();
   const std::string without = summary_text({"road.slmap", known, summary, judgement});
-  EXPECT_THAT(without, testing::Not(HasSubstr("Unobserved")));
-  EXPECT_THAT(without, testing::Not(HasSubstr("Doubts")));
+  EXPECT_THAT(without, testing::Not(HasSubstr("unobserved")));
+  EXPECT_THAT(without, testing::Not(HasSubstr("doubts")));
 }
 
 TEST(Verdict, TheCasesHaveTwoOfEachVerdict) {
