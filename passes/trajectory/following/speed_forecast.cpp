@@ -26,7 +26,7 @@ constexpr double kWaySigma_m = 0.03;
 // Steps that differ by more have another cause than scale: slip, another clock, a wrong match.
 constexpr double kAgreeing = 0.1;
 constexpr double kAgreeing_m = 0.05;
-constexpr std::size_t kLeastCompared = 20;
+constexpr std::size_t kLeastJudged = 20;
 constexpr double kMostOff_m = 0.03;
 constexpr double kMostMeanOff_m = 0.01;
 constexpr double kNewOff = 0.2;
@@ -107,7 +107,7 @@ double WheelScale::way_per_wheel() const {
 }
 
 bool WheelScale::is_contradicted() const {
-  return agreeing_ + others_ >= kLeastCompared && others_ > agreeing_;
+  return agreeing_ + others_ >= kLeastJudged && others_ > agreeing_;
 }
 
 bool InertialSpeed::is_known() const { return measured_ >= kLeastMeasured; }
