@@ -32,11 +32,6 @@ constexpr double kShortestStepsFrom_m = 20.0;
 constexpr double kFarFromGiven_m = 0.5;
 // In a sparse place, a match farther from the forecast is not believed.
 constexpr double kNearForecast_m = 0.5;
-// A match of a sparse scan is not believed this far, and three standard deviations, from the way
-// that the vehicle's sensors measured, nor where the latest ones are so far from it on average.
-constexpr double kMostOff_m = 0.03;
-constexpr double kMostMeanOff_m = 0.01;
-constexpr double kNewOff = 0.2;
 // A local map of fewer scans constrains matches less than the place does.
 constexpr double kThinMap_m = 10.0;
 // The standard deviation of a step that was only forecast.
@@ -295,14 +290,6 @@ std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
   return Forecasted{tidied(T_map_before() * step), way->source, way->share, way->sigma_m};
 }
 
-// Whether the way that sensors measured contradicts matches: several that are each a little short
-// are off by metres along a tunnel.
-bool Follower::is_refuted(double off_m, const Forecasted& by_forecast) const {
-  const double mean_m = mean_off_measured_m_ + kNewOff * (off_m - mean_off_measured_m_);
-  const double sigma_m = 3.0 * by_forecast.way_sigma_m;
-  return std::abs(off_m) > kMostOff_m + sigma_m || std::abs(mean_m) > kMostMeanOff_m + sigma_m;
-}
-
 // A matched pose; what the scan does not constrain of it is as forecast. A match there
 // is where the rings of this scan meet those of the last ones.
 Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
@@ -322,7 +309,7 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   Eigen::Matrix3d weak_part = constraint.weak_part(most_m);
   if (is_measured && to.constraint.weak[0] == 0.0) {
     to.off_measured_m = -off.x();
-    if (constraint.has_weak(kSparse_m) && is_refuted(-off.x(), *by_forecast)) {
+    if (constraint.has_weak(kSparse_m) && way_check_.refutes(-off.x(), by_forecast->way_sigma_m)) {
       to.constraint.weak[0] = 1.0;
       weak_part.setZero();
       weak_part(0, 0) = 1.0;
@@ -388,9 +375,7 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
   if (to.constraint.weak.isZero()) steady_.add(step);
   speed_.take(step_to_scan(k, T_map_lidar), to.constraint.weak[0] == 0.0);
-  if (to.off_measured_m) {
-    mean_off_measured_m_ += kNewOff * (*to.off_measured_m - mean_off_measured_m_);
-  }
+  if (to.off_measured_m) way_check_.take(*to.off_measured_m);
   was_found_widely_ = found.is_wide;
   if (found.is_wide && !steps_.empty()) {
     // The recording may lack scans and the speed be as before, or the vehicle be as fast as this
@@ -456,7 +441,7 @@ void Follower::begin_piece(const PieceStart& start) {
   steps_.clear();
   steady_ = {};
   speed_.begin_piece();
-  mean_off_measured_m_ = 0.0;
+  way_check_ = {};
   is_map_empty_ = true;
   append(T_map_before(), false, {});
   piece_began_m_ = odometry.driven_m.back();

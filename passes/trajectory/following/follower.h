@@ -110,7 +110,6 @@ class Follower {
   [[nodiscard]] ScanStep step_to_scan(std::size_t k, const Pose& T_map_lidar) const;
   [[nodiscard]] std::optional<Forecasted> forecast(std::size_t k) const;
   [[nodiscard]] Placed placed(std::size_t k, const ReadScan& scan, const Pose& T_map_matched) const;
-  [[nodiscard]] bool is_refuted(double off_m, const Forecasted& by_forecast) const;
   [[nodiscard]] bool is_map_thick() const;
   [[nodiscard]] bool is_sparse(std::size_t k) const;
   [[nodiscard]] Placed placed_or_carried(std::size_t k, const ReadScan& scan,
@@ -136,7 +135,7 @@ class Follower {
   std::vector<TimedStep> steps_;  // that may continue
   SteadyMotion steady_;
   SpeedForecast speed_;
-  double mean_off_measured_m_ = 0.0;       // of the latest ones (Placed)
+  WayCheck way_check_;
   std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;

@@ -7,7 +7,7 @@
 namespace sightline {
 namespace {
 
-double seconds(std::int64_t time_ns) {
+double time_in_s(std::int64_t time_ns) {
   return static_cast<double>(time_ns) / static_cast<double>(kSecond_ns);
 }
 
@@ -19,7 +19,7 @@ void SampleIntegral::add(std::int64_t stamp_ns, const Eigen::Vector3d& value) {
     const Node& before = nodes_.back();
     const bool is_gap = stamp_ns - before.stamp_ns > longest_step_ns_;
     node.gaps_before = before.gaps_before + (is_gap ? 1 : 0);
-    const double step_s = seconds(stamp_ns - before.stamp_ns);
+    const double step_s = time_in_s(stamp_ns - before.stamp_ns);
     const Between& sum = before.from_first;
     node.from_first.once = sum.once + 0.5 * step_s * (before.value + value);
     node.from_first.twice =
@@ -39,9 +39,9 @@ SampleIntegral::Between SampleIntegral::from_first(std::size_t node, std::int64_
   Between sum = before.from_first;
   if (stamp_ns == before.stamp_ns) return sum;
   const Node& after = nodes_[node + 1];
-  const double time_s = seconds(stamp_ns - before.stamp_ns);
+  const double time_s = time_in_s(stamp_ns - before.stamp_ns);
   const Eigen::Vector3d change_per_s =
-      (after.value - before.value) / seconds(after.stamp_ns - before.stamp_ns);
+      (after.value - before.value) / time_in_s(after.stamp_ns - before.stamp_ns);
   sum.twice +=
       time_s * sum.once + time_s * time_s * (0.5 * before.value + time_s / 6.0 * change_per_s);
   sum.once += time_s * (before.value + 0.5 * time_s * change_per_s);
@@ -59,7 +59,7 @@ std::optional<SampleIntegral::Between> SampleIntegral::between(std::int64_t from
   if (nodes_[end].gaps_before != nodes_[first].gaps_before) return std::nullopt;
   const Between before = from_first(first, from_ns);
   Between sum = from_first(last, to_ns);
-  sum.twice -= before.twice + seconds(to_ns - from_ns) * before.once;
+  sum.twice -= before.twice + time_in_s(to_ns - from_ns) * before.once;
   sum.once -= before.once;
   return sum;
 }

@@ -36,7 +36,7 @@ struct SmoothedWay {
   double share = 0.0;
 };
 
-ScanStep step_of(const Drive& drive, const Odometry& odometry, std::size_t k) {
+ScanStep scan_step(const Drive& drive, const Odometry& odometry, std::size_t k) {
   return {drive.scans[k - 1].stamp_ns, drive.scans[k].stamp_ns, odometry.T_map_lidar[k - 1],
           odometry.T_map_lidar[k]};
 }
@@ -176,7 +176,7 @@ class WheelClock {
              const MotionSensors& sensors)
       : sensors_(sensors) {
     for (std::size_t k = 1; k < steps.size(); ++k) {
-      const ScanStep step = step_of(drive, odometry, k);
+      const ScanStep step = scan_step(drive, odometry, k);
       const bool is_compared =
           steps[k].wheel_way_m && odometry.constraint[k].weak[0] == 0.0 &&
           sensors.wheel_way_m(step.from_ns - kFarthest_ns, step.to_ns + kFarthest_ns);
@@ -253,7 +253,7 @@ std::vector<SensedStep> sensed_steps(const Drive& drive, const Odometry& odometr
   std::vector<SensedStep> steps(odometry.T_map_lidar.size());
   for (std::size_t k = 1; k < steps.size(); ++k) {
     if (odometry.piece[k] != odometry.piece[k - 1]) continue;
-    const ScanStep step = step_of(drive, odometry, k);
+    const ScanStep step = scan_step(drive, odometry, k);
     speed.take(step, odometry.constraint[k].weak[0] == 0.0);
     const Pose T_from_to = step.T_map_from.inverse() * step.T_map_to;
     steps[k] = {speed.ahead(), speed.ahead().dot(T_from_to.translation()),

@@ -26,7 +26,10 @@ constexpr double kWaySigma_m = 0.03;
 // Steps that differ by more have another cause than scale: slip, another clock, a wrong match.
 constexpr double kAgreeing = 0.1;
 constexpr double kAgreeing_m = 0.05;
-constexpr std::size_t kLeastCompared = 20;
+constexpr std::size_t kLeastJudged = 20;
+constexpr double kMostOff_m = 0.03;
+constexpr double kMostMeanOff_m = 0.01;
+constexpr double kNewOff = 0.2;
 // A vehicle that stands has no direction of motion.
 constexpr double kLeastStep_m = 0.1;
 constexpr double kNewDirection = 0.1;
@@ -104,7 +107,7 @@ double WheelScale::way_per_wheel() const {
 }
 
 bool WheelScale::is_contradicted() const {
-  return agreeing_ + others_ >= kLeastCompared && others_ > agreeing_;
+  return agreeing_ + others_ >= kLeastJudged && others_ > agreeing_;
 }
 
 bool InertialSpeed::is_known() const { return measured_ >= kLeastMeasured; }
@@ -139,6 +142,16 @@ void InertialSpeed::take(const MotionSensors::Gain& gain, std::optional<double> 
   covariance_ = change * covariance_ * change.transpose();
   covariance_.diagonal() += gain.time_s * Eigen::Vector2d(std::pow(noise.speed_m_s_per_sqrt_s, 2),
                                                           std::pow(noise.bias_m_s2_per_sqrt_s, 2));
+}
+
+double WayCheck::mean_with(double off_m) const {
+  return mean_off_m_ + kNewOff * (off_m - mean_off_m_);
+}
+
+bool WayCheck::refutes(double off_m, double sigma_m) const {
+  const double most_m = 3.0 * sigma_m;
+  return std::abs(off_m) > kMostOff_m + most_m ||
+         std::abs(mean_with(off_m)) > kMostMeanOff_m + most_m;
 }
 
 SpeedForecast::SpeedForecast(const Drive& drive) {

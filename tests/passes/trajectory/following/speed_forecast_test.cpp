@@ -71,6 +71,15 @@ TEST(WheelScale, IsContradictedByAnotherUnit) {
   EXPECT_EQ(scale.way_per_wheel(), 1.0);
 }
 
+TEST(WayCheck, RefutesAWayThatIsOffAndSeveralThatAreEachALittleShort) {
+  WayCheck check;
+  EXPECT_FALSE(check.refutes(0.04, 0.004));
+  EXPECT_TRUE(check.refutes(-0.05, 0.004));
+  for (int i = 0; i < 20; ++i) check.take(-0.02);
+  EXPECT_TRUE(check.refutes(-0.02, 0.001));
+  EXPECT_FALSE(WayCheck().refutes(-0.02, 0.001));
+}
+
 // A straight road that climbs by `climb`, driven with a speed over time; scans 0.1 s apart.
 struct Road {
   double climb = 0.0;
