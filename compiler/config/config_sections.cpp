@@ -23,6 +23,12 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   return section;
 }
 
+// The key of a drive that is localized in a map.
+OptionField align_field(RecordingOptions& options) {
+  return flag("align", options.align,
+              "subtract a constant offset of the given poses from the map's poses");
+}
+
 // A section of one drive, or of a list of them. What distinguishes drives of one vehicle is each
 // one's own, the rest is as in the first unless it is said.
 ConfigSection drives_section(const std::string& name, const std::string& help,
@@ -60,13 +66,29 @@ void describe_inherited(std::vector<OptionField>& fields) {
 }
 
 ConfigSection localization_section(CompileConfig& config) {
-  ConfigSection section = drives_section(
-      "localization",
-      "A second drive that is matched against the map to measure localization "
-      "errors; or a list of drives, each measured separately: the first must "
-      "overlap the map, the others have the keys that differ from it",
-      config.localization, config.later_localization, config.localization_recordings);
+  ConfigSection section =
+      drives_section("localization",
+                     "A second drive that is matched against the map to measure localization "
+                     "errors; or a list of drives, each measured separately: the first must "
+                     "overlap the map, the others have the keys that differ from it",
+                     config.localization, config.later_localization,
+                     config.localization_recordings);
   describe_inherited(section.fields);
+  section.fields.push_back(align_field(config.localization));
+  section.one_more = [one_more = section.one_more, &later = config.later_localization] {
+    std::vector<OptionField> fields = one_more();
+    fields.push_back(align_field(later.back()));
+    return fields;
+  };
+  return section;
+}
+
+ConfigSection evaluation_section(CompileConfig& config) {
+  ConfigSection section{"evaluation",
+                        "An independent drive that judges the finished map (sightline evaluate)",
+                        option_fields(config.evaluation)};
+  describe_inherited(section.fields);
+  section.fields.push_back(align_field(config.evaluation));
   return section;
 }
 
@@ -181,10 +203,7 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
     all.push_back(sensor_section(i, config.other_sensors[i]));
   }
   all.push_back(localization_section(config));
-  all.push_back({"evaluation",
-                 "An independent drive that judges the finished map (sightline evaluate)",
-                 option_fields(config.evaluation)});
-  describe_inherited(all.back().fields);
+  all.push_back(evaluation_section(config));
   all.push_back({"import-errors", "Errors of your own localizer, measured by another program",
                  option_fields(config.outside)});
   return all;

@@ -63,6 +63,7 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
       plan.run_as(label, kUndistortScans, plan.options(kUndistortScans), localized.drive, own);
   AlignDriveOptions aligning = plan.options(kAlignDrive);
   aligning.may_be_elsewhere = may_be_elsewhere;
+  aligning.subtracts_offset = input.options.align;
   localized.trajectory =
       plan.run_as(label, kAlignDrive, aligning, localized.undistorted, own, ndt, sites);
   return localized;

@@ -19,6 +19,7 @@
 #include "passes/map/choose_scans.h"
 #include "passes/map/choose_sites.h"
 #include "passes/map/count_drives.h"
+#include "passes/map/count_removed.h"
 #include "passes/map/places/choose_field_sites.h"
 #include "passes/map/places/choose_route_sites.h"
 #include "passes/map/remove_moving.h"
@@ -214,6 +215,7 @@ void build_map(const CompileConfig& config, CompilePlan& compile) {
   compile.sharpness = plan.run(
       kMeasureSharpness, is_one_sensor ? compile.undistorted : compile.drive, compile.trajectory);
   compile.sites = plan.run_as("", kChooseSites, route, compile.drive, compile.trajectory);
+  compile.columns.push_back(plan.run(kCountRemoved, compile.points, compile.sites));
 }
 
 // Steps 2 to 4 of a finished map: it is another source of NDs, surface and sites. All of its points

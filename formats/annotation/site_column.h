@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/artifact.h"
@@ -17,6 +18,10 @@ struct SiteColumn {
 };
 SIGHTLINE_FIELDS(SiteColumn, name, unit, values)
 SIGHTLINE_ARTIFACT(SiteColumn, "site-column", 2)
+
+// The column of the pass count-removed: share of the returns around a site that were removed as
+// moving.
+inline constexpr std::string_view kRemovedShare = "removed_share";
 
 // Error: invalid-artifact (a name or unit of another form, a value that is no number).
 Result<void> validate(const SiteColumn& column);

@@ -5,8 +5,10 @@
 #include <cstdint>
 
 #include "formats/base/level.h"
+#include "formats/base/statistics.h"
 #include "formats/drive/trajectory.h"
 #include "formats/grid/point_grid.h"
+#include "formats/text/numbers.h"
 #include "passes/pass/scan_selection.h"
 
 namespace sightline {
@@ -20,6 +22,14 @@ constexpr double kRounding_m = 1e-9;
 
 // A way is another visit of a place that it comes back to after so much.
 constexpr double kAnotherVisit_m = 20.0;
+
+// Keyframes are 5 to 10 m apart. A step of so many usual ones is no gap, up to this length: beyond
+// it the way between two poses is unknown.
+constexpr double kUsualSteps = 3.0;
+constexpr double kLongestUsualGap_m = 15.0;
+constexpr std::size_t kFewestSteps = 10;  // have a usual one
+// Where gaps take more of the way than this, a warning names them.
+constexpr double kMostInGaps = 0.1;
 
 using Run = std::vector<Pose>;  // consecutive kept poses of one piece without a gap
 
@@ -46,6 +56,43 @@ std::vector<RoutePose> moving_poses(const std::vector<RoutePose>& poses) {
     moving.back().driven_m = moving.size() > 1 ? moving[moving.size() - 2].driven_m + step_m : 0.0;
   }
   return moving;
+}
+
+// Lengths of the steps within pieces and parts.
+std::vector<double> steps_m(const std::vector<RoutePose>& poses) {
+  std::vector<double> steps_m;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const bool goes_on =
+        poses[i].piece == poses[i - 1].piece && poses[i].part == poses[i - 1].part;
+    if (goes_on) steps_m.push_back(poses[i].driven_m - poses[i - 1].driven_m);
+  }
+  return steps_m;
+}
+
+// The largest step within a run, by the option and by the usual step of these poses.
+double largest_gap_of(const ChooseSitesOptions& options, std::vector<double> steps_m) {
+  if (steps_m.size() < kFewestSteps) return options.largest_gap_m;
+  std::ranges::sort(steps_m);
+  const double usual_m = quantile_of_sorted(steps_m, 0.5);
+  return std::max(options.largest_gap_m, std::min(kUsualSteps * usual_m, kLongestUsualGap_m));
+}
+
+void warn_of_gaps(const PassContext& ctx, const std::vector<double>& steps_m,
+                  double largest_gap_m) {
+  double way_m = 0.0;
+  double without_m = 0.0;
+  std::size_t gaps = 0;
+  for (const double step_m : steps_m) {
+    way_m += step_m;
+    if (step_m <= largest_gap_m) continue;
+    without_m += step_m;
+    ++gaps;
+  }
+  if (without_m <= kMostInGaps * way_m) return;
+  ctx.warn(concat(gaps, " steps between poses are longer than ", fixed(largest_gap_m, 1), " m: ",
+                  fixed(without_m, 0), " of ", fixed(way_m, 0),
+                  " m of route have no sites. Set choose-sites.largest_gap_m to a larger value to "
+                  "have sites there"));
 }
 
 // Whether two poses are of one stretch of way.
@@ -154,7 +201,9 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options) {
       number("spacing_m", options.spacing_m, "distance between sites along the route, m", 0.1,
              100.0),
       number("largest_gap_m", options.largest_gap_m,
-             "largest step between poses within a run of sites, m", 0.1, 1000.0),
+             "largest step between poses within a run of sites, m; three times the usual step, up to "
+             "15 m, if that is more",
+             0.1, 1000.0),
       scans_option(options.scans),
   };
 }
@@ -178,7 +227,11 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
   Sites sites;
   sites.frame = trajectory.frame;
   sites.spacing_m = options.spacing_m;
-  for (const Run& run : split_into_runs(moving_poses(poses), options.largest_gap_m)) {
+  const std::vector<RoutePose> moving = moving_poses(poses);
+  const std::vector<double> steps_of_way_m = steps_m(moving);
+  const double largest_gap_m = largest_gap_of(options, steps_of_way_m);
+  warn_of_gaps(ctx, steps_of_way_m, largest_gap_m);
+  for (const Run& run : split_into_runs(moving, largest_gap_m)) {
     append_sites(run, drive.sensor.T_vehicle_lidar, sites);
   }
   ctx.progress(poses.size(), poses.size());

@@ -11,6 +11,7 @@
 #include "formats/geometry.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
+#include "passes/trajectory/drive_on_map.h"
 #include "passes/trajectory/following/followed_scans.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/local/local_match.h"
@@ -215,13 +216,55 @@ void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
                   drive.name, 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter"));
 }
 
-// Error: no-overlap where no piece is placed.
+// "east 0.30 m, north 0.02 m, up 0.00 m".
+std::string in_words(const PoseOffset& offset) {
+  const Eigen::Vector3d& by_m = offset.offset_m;
+  return offset.is_of_vehicle ? fmt::format("forward {:.2f} m, left {:.2f} m, up {:.2f} m",
+                                            by_m.x(), by_m.y(), by_m.z())
+                              : fmt::format("x (east) {:.2f} m, y (north) {:.2f} m, up {:.2f} m",
+                                            by_m.x(), by_m.y(), by_m.z());
+}
+
+// Known poses are kept, but for a constant offset from the map's where that is to be subtracted.
+Result<Trajectory> keep_given(PassContext& ctx, const AlignDriveOptions& options,
+                              const Drive& drive, Trajectory own, const TiledNds& nds,
+                              const Sites& sites) {
+  if (nds.row_count() == 0) return own;
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
+  const std::vector<Pose> T_map_lidar = sensor_poses(drive, rebase(own, nds.head().frame));
+  SIGHTLINE_ASSIGN(const std::vector<ScanOnMap> scans,
+                   scans_on_map(ctx, drive, T_map_lidar, nds, sites));
+  SIGHTLINE_TRY(check_shows_map(drive, scans));
+  const std::optional<PoseOffset> offset = constant_offset(drive, scans, T_map_lidar);
+  if (!offset) return own;
+  const std::string difference =
+      fmt::format("poses of drive {} differ from the map by {:.2f} m ({}) at all places", drive.name,
+                  offset->offset_m.norm(), in_words(*offset));
+  if (!options.subtracts_offset) {
+    ctx.warn(concat(difference,
+                    "; localization errors against them contain this offset. Check the origins and "
+                    "the sensor mountings of both drives, or set align: true for this drive"));
+    return own;
+  }
+  ctx.inform(concat(difference, "; it is subtracted (align: true)"));
+  for (TrajectoryPose& pose : own.poses) {
+    const Eigen::Vector3d by_m = offset->is_of_vehicle
+                                     ? Eigen::Vector3d(pose.T_map_vehicle.linear() * offset->offset_m)
+                                     : offset->offset_m;
+    pose.T_map_vehicle.translation() -= by_m;
+  }
+  return own;
+}
+
+// Error: no-overlap where no piece is placed, or the scans do not show this map.
 Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& options,
                                 const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                 const Sites& sites) {
   const bool is_given = own.source == PoseSource::kGiven;
-  if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given))
-    return own;
+  if (options.mode == AlignMode::kGiven) return own;
+  if (options.mode == AlignMode::kAuto && is_given) {
+    return keep_given(ctx, options, drive, own, nds, sites);
+  }
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
   if (nds.row_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no ND to match"};
@@ -240,6 +283,9 @@ Result<Trajectory> align_pieces(PassContext& ctx, const AlignDriveOptions& optio
     return Error{ErrorCode::kNoOverlap, "no two scans match the map at consistent positions", "",
                  "drive " + drive.name};
   }
+  SIGHTLINE_ASSIGN(const std::vector<ScanOnMap> scans,
+                   scans_on_map(ctx, drive, followed.T_map_lidar, nds, sites));
+  SIGHTLINE_TRY(check_shows_map(drive, scans));
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (followed.is_placed[i] != 0) continue;
     ctx.warn(concat("scans ", drive.scans[pieces[i].begin].recording_index, " to ",
@@ -280,7 +326,9 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options) {
              "distance along the route between the places where the drive is searched for, m", 0.5,
              50.0),
       shared(flag("may_be_elsewhere", options.may_be_elsewhere,
-                  "allow drives that are not in the map"))};
+                  "allow drives that are not in the map")),
+      shared(flag("subtracts_offset", options.subtracts_offset,
+                  "subtract a constant offset of given poses from the map's"))};
 }
 
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,

@@ -242,6 +242,30 @@ std::vector<Found> find_notices(const GateInput& input, const Threshold&) {
   return of_whole_map(static_cast<double>(notices.size()), text);
 }
 
+// Where poses contradict each other, one of two walls is removed as if it had moved.
+std::vector<Found> find_removed_share(const GateInput& input, const Threshold& threshold) {
+  const auto column = std::ranges::find(input.map->columns, kRemovedShare, &SiteColumn::name);
+  if (column == input.map->columns.end()) {
+    return not_judged("the map has no share of removed returns: no mapping drive made it");
+  }
+  std::vector<double> value;
+  for (const float share : column->values) {
+    value.push_back(std::isfinite(share) ? share : std::numeric_limits<double>::quiet_NaN());
+  }
+  const StretchSearch search{input.stretch_m, Bound::kAtMost};
+  std::vector<Found> found;
+  for (const BadStretch& bad :
+       bad_or_worst(input.map->sites, value, search, threshold.at(std::nullopt))) {
+    if (bad.last < bad.first) continue;
+    const RouteStretch place = stretch_between(input.map->sites, bad.first, bad.last);
+    found.push_back(
+        {std::nullopt, place, bad.worst,
+         fmt::format("{}: {} of the returns were removed as moving over the worst {} m of route",
+                     in_words(place), percent(bad.worst), format_double(input.stretch_m))});
+  }
+  return found.empty() ? not_judged("no scan of the map is near a site") : found;
+}
+
 using enum Severity;
 using enum Needs;
 using enum Bound;
@@ -305,6 +329,10 @@ const GateRule kRules[] = {
     {"less-sharp-than-given", kMap, kWarning, kAtMost, 0.05, "nat",
      "Sharpness: mean map entropy with the poses used, minus that with the given poses",
      find_less_sharp_than_given},
+    {"removed-share", kMap, kWarning, kAtMost, 0.10, "share",
+     "Share of the returns that were removed as moving, over the worst piece of route, `stretch_m` "
+     "long",
+     find_removed_share},
 };
 
 }  // namespace

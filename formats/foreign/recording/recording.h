@@ -53,6 +53,9 @@ struct RecordingOptions {
   double lidar_roll_deg = 0.0;
   double lidar_pitch_deg = 0.0;
   double lidar_yaw_deg = 0.0;
+  // Of a drive that is localized in a map: a constant offset of its poses from the map's is
+  // subtracted.
+  bool align = false;
 };
 
 // The sensor that the options describe. Errors: unknown-name, bad-value, and those of validate.

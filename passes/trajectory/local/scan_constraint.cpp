@@ -49,16 +49,6 @@ struct MetCell {
   double count = 0.0;
 };
 
-bool is_surface(const Nd& nd) {
-  const double width_m = std::sqrt(nd.eigenvalues_m2[1]);
-  return width_m >= kLeastWidth_m && width_m >= kLeastWidth * std::sqrt(nd.eigenvalues_m2[2]);
-}
-
-bool is_upright_line(const Nd& nd) {
-  return dimension_class(nd) == 1 && std::abs(nd.eigenvectors(2, 0)) > kUpright &&
-         std::sqrt(nd.eigenvalues_m2[1]) <= kThickest_m;
-}
-
 // Whether a line is the end of a surface of a cell beside it.
 bool ends_surface(const LocalGrids& grids, const Nd& line) {
   for (std::int32_t x = -1; x <= 1; ++x) {
@@ -168,6 +158,16 @@ double clear_information(const std::vector<Observation>& observations, const Pla
 }
 
 }  // namespace
+
+bool is_surface(const Nd& nd) {
+  const double width_m = std::sqrt(nd.eigenvalues_m2[1]);
+  return width_m >= kLeastWidth_m && width_m >= kLeastWidth * std::sqrt(nd.eigenvalues_m2[2]);
+}
+
+bool is_upright_line(const Nd& nd) {
+  return dimension_class(nd) == 1 && std::abs(nd.eigenvectors(2, 0)) > kUpright &&
+         std::sqrt(nd.eigenvalues_m2[1]) <= kThickest_m;
+}
 
 Eigen::Matrix3d ScanConstraint::weak_part(double most_m) const {
   Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();

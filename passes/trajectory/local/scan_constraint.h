@@ -47,6 +47,10 @@ ScanConstraint scan_constraint(const LocalGrids& grids,
                                const std::vector<Eigen::Vector3d>& points_m,
                                const Pose& T_map_lidar, const Pose& T_lidar_vehicle);
 
+// Whether an ND is a surface, or an upright line, in this sense.
+bool is_surface(const Nd& nd);
+bool is_upright_line(const Nd& nd);
+
 // The motion in the plane from one pose of the vehicle to another one near it, and the pose after
 // such a motion. Height, roll and pitch stay.
 PlanarMotion planar_motion(const Pose& T_map_from, const Pose& T_map_to);

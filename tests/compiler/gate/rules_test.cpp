@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <limits>
 
 #include "compiler/gate/rules/map_figures.h"
 #include "formats/base/random.h"
@@ -52,6 +53,24 @@ TEST(GateOnOneMap, NamesTheWorstStretchWithItsNumbers) {
   EXPECT_EQ(worst[0].place->middle_world_m, Eigen::Vector3d(640.0 + 119.0, -64.0, 1.8));
   EXPECT_THAT(worst[0].message, HasSubstr("sites 100 to 139 (run 0, 100 to 139 m, around "));
   EXPECT_FALSE(report.passes());
+}
+
+// A wall that contradicting poses show twice is removed as if it had moved.
+TEST(GateOnOneMap, NamesStretchesWhereMuchWasRemovedAsMoving) {
+  CompiledMap map = route_map(200);
+  EXPECT_EQ(checks_of(judged(map), "removed-share").at(0).verdict, Verdict::kNotJudged);
+  map.columns = {{std::string(kRemovedShare), "", std::vector<float>(200, 0.02F)}};
+  Check check = checks_of(judged(map), "removed-share").at(0);
+  EXPECT_EQ(check.verdict, Verdict::kMet);
+  EXPECT_NEAR(check.found, 0.02, 1e-6);
+  for (std::size_t site = 100; site < 160; ++site) map.columns[0].values[site] = 0.3F;
+  map.columns[0].values[10] = std::numeric_limits<float>::infinity();  // no scan is near
+  check = checks_of(judged(map), "removed-share").at(0);
+  EXPECT_EQ(check.verdict, Verdict::kViolated);
+  EXPECT_EQ(check.place->first_site, 100u);
+  EXPECT_EQ(check.place->last_site, 159u);
+  EXPECT_NEAR(check.found, (60 * 0.3 + 41 * 0.02) / 101, 1e-6);
+  EXPECT_THAT(check.message, HasSubstr("of the returns were removed as moving"));
 }
 
 TEST(GateOnOneMap, TellsTwoBadStretchesApart) {

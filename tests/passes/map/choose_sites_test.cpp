@@ -256,6 +256,30 @@ TEST(ChooseSites, AreEquallySpacedAlongAnyRoute) {
   }
 }
 
+// Keyframes are 5 to 10 m apart.
+TEST(ChooseSites, GoOnBetweenPosesAsFarApartAsIsUsualThere) {
+  for (const double step_m : {1.0, 4.0, 6.0, 12.0, 16.0}) {
+    Journey journey;
+    for (int i = 0; i < 20; ++i) journey.add(step_m * i, 0.0, 0.0);
+    TestContext ctx;
+    const Sites sites =
+        value_of(choose_sites(ctx, {}, journey.drive, journey.trajectory));
+    const bool has_gaps = step_m > 15.0;
+    EXPECT_EQ(sites.sites.back().run, has_gaps ? 19U : 0U) << step_m;
+    ASSERT_EQ(ctx.warnings.size(), has_gaps ? 1U : 0U) << step_m;
+    for (const std::string& warning : ctx.warnings) {
+      EXPECT_NE(warning.find("choose-sites.largest_gap_m"), std::string::npos);
+    }
+  }
+}
+
+// Where poses are a metre apart, a step of 6 m is a gap.
+TEST(ChooseSites, EndAtAGapInADenseDrive) {
+  Journey journey;
+  for (int i = 0; i < 20; ++i) journey.add(i < 10 ? i : i + 5.0, 0.0, 0.0);
+  EXPECT_EQ(sites_of(journey).sites.back().run, 1U);
+}
+
 TEST(ChooseSites, BeginANewRunAtEveryPieceOfTheTrajectory) {
   Journey journey = random_journey(3);
   const std::uint32_t runs = sites_of(journey).sites.back().run;

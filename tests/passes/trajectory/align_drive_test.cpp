@@ -139,6 +139,64 @@ TEST(AlignDrive, LeavesGivenPosesUnlessAskedToAlignThem) {
   EXPECT_NEAR(aligned.poses[3].T_map_vehicle.translation().y(), -0.4, 0.05);
 }
 
+Trajectory given_poses(const TestDrive& drive, const Eigen::Vector3d& offset_m, double noise_m) {
+  Random random(5);
+  Trajectory given = drive.truth;
+  for (TrajectoryPose& pose : given.poses) {
+    const Eigen::Vector3d noise(random.normal(), random.normal(), 0.0);
+    pose.T_map_vehicle.translation() += offset_m + noise_m * noise;
+  }
+  return given;
+}
+
+// Errors against such poses would contain the offset.
+TEST(AlignDrive, NamesAConstantOffsetOfGivenPosesAndSubtractsIt) {
+  const BoxWorld world = random_street(20);
+  const Place place = mapped(world);
+  const TestDrive drive = second_drive(world, false);
+  const Trajectory given = given_poses(drive, {0.3, 0.02, 0.0}, 0.0);
+  TestContext ctx;
+  const Trajectory kept =
+      value_of(align_drive(ctx, {}, drive.drive, given, place.map, place.sites));
+  EXPECT_EQ(to_bytes(kept), to_bytes(given));
+  EXPECT_THAT(ctx.warnings, testing::ElementsAre(testing::HasSubstr("differ from the map by 0.3")));
+  TestContext of_aligned;
+  const AlignDriveOptions options{.subtracts_offset = true};
+  const Trajectory aligned = value_of(
+      align_drive(of_aligned, options, drive.drive, given, place.map, place.sites));
+  EXPECT_THAT(of_aligned.warnings,
+              testing::ElementsAre(testing::HasSubstr("it is subtracted")));
+  for (std::size_t k = 0; k < given.poses.size(); ++k) {
+    const Pose off = drive.truth.poses[k].T_map_vehicle.inverse() * aligned.poses[k].T_map_vehicle;
+    EXPECT_LT(off.translation().norm(), 0.05) << k;
+  }
+}
+
+TEST(AlignDrive, NamesNoOffsetOfPosesWithNoise) {
+  const BoxWorld world = random_street(20);
+  const Place place = mapped(world);
+  const TestDrive drive = second_drive(world, false);
+  TestContext ctx;
+  const Trajectory given = given_poses(drive, Eigen::Vector3d::Zero(), 0.02);
+  ASSERT_TRUE(align_drive(ctx, {}, drive.drive, given, place.map, place.sites));
+  EXPECT_THAT(ctx.warnings, testing::IsEmpty());
+}
+
+// Parts of its scans match any street.
+TEST(AlignDrive, RefusesADriveOfAnotherStreet) {
+  const Place place = mapped(random_street(23));
+  const TestDrive drive = second_drive(random_street(99), false);
+  for (const bool has_poses : {true, false}) {
+    const Trajectory own = has_poses ? drive.truth : own_trajectory(drive);
+    const Error error =
+        failure_of(align_drive(TestContext(), {}, drive.drive, own, place.map, place.sites));
+    EXPECT_EQ(error.code, ErrorCode::kNoOverlap);
+    if (has_poses) {
+      EXPECT_THAT(error.message, testing::HasSubstr("does not show this map: 0 of 6"));
+    }
+  }
+}
+
 // One of several drives is moved beyond every site instead.
 TEST(AlignDrive, SeparatesALaterDriveThatMatchesNowhere) {
   const Place place = mapped(random_street(23));
