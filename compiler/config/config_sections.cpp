@@ -66,13 +66,12 @@ void describe_inherited(std::vector<OptionField>& fields) {
 }
 
 ConfigSection localization_section(CompileConfig& config) {
-  ConfigSection section =
-      drives_section("localization",
-                     "A second drive that is matched against the map to measure localization "
-                     "errors; or a list of drives, each measured separately: the first must "
-                     "overlap the map, the others have the keys that differ from it",
-                     config.localization, config.later_localization,
-                     config.localization_recordings);
+  ConfigSection section = drives_section(
+      "localization",
+      "A second drive that is matched against the map to measure localization "
+      "errors; or a list of drives, each measured separately: the first must "
+      "overlap the map, the others have the keys that differ from it",
+      config.localization, config.later_localization, config.localization_recordings);
   describe_inherited(section.fields);
   section.fields.push_back(align_field(config.localization));
   section.one_more = [one_more = section.one_more, &later = config.later_localization] {

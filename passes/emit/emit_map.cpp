@@ -24,7 +24,7 @@ const std::vector<NamedVersion>& definitions() {
                                                          {"looks", 1},
                                                          {"measured-error", 3},
                                                          {"ndt-map", 1},
-                                                         {"sites", 2},
+                                                         {"sites", 3},
                                                          {"surface", 4}};
   return kDefinitions;
 }

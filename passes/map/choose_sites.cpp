@@ -62,8 +62,7 @@ std::vector<RoutePose> moving_poses(const std::vector<RoutePose>& poses) {
 std::vector<double> steps_m(const std::vector<RoutePose>& poses) {
   std::vector<double> steps_m;
   for (std::size_t i = 1; i < poses.size(); ++i) {
-    const bool goes_on =
-        poses[i].piece == poses[i - 1].piece && poses[i].part == poses[i - 1].part;
+    const bool goes_on = poses[i].piece == poses[i - 1].piece && poses[i].part == poses[i - 1].part;
     if (goes_on) steps_m.push_back(poses[i].driven_m - poses[i - 1].driven_m);
   }
   return steps_m;
@@ -89,8 +88,8 @@ void warn_of_gaps(const PassContext& ctx, const std::vector<double>& steps_m,
     ++gaps;
   }
   if (without_m <= kMostInGaps * way_m) return;
-  ctx.warn(concat(gaps, " steps between poses are longer than ", fixed(largest_gap_m, 1), " m: ",
-                  fixed(without_m, 0), " of ", fixed(way_m, 0),
+  ctx.warn(concat(gaps, " steps between poses are longer than ", fixed(largest_gap_m, 1),
+                  " m: ", fixed(without_m, 0), " of ", fixed(way_m, 0),
                   " m of route have no sites. Set choose-sites.largest_gap_m to a larger value to "
                   "have sites there"));
 }
@@ -200,10 +199,11 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options) {
   return {
       number("spacing_m", options.spacing_m, "distance between sites along the route, m", 0.1,
              100.0),
-      number("largest_gap_m", options.largest_gap_m,
-             "largest step between poses within a run of sites, m; three times the usual step, up to "
-             "15 m, if that is more",
-             0.1, 1000.0),
+      number(
+          "largest_gap_m", options.largest_gap_m,
+          "largest step between poses within a run of sites, m; three times the usual step, up to "
+          "15 m, if that is more",
+          0.1, 1000.0),
       scans_option(options.scans),
   };
 }

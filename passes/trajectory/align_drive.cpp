@@ -238,8 +238,8 @@ Result<Trajectory> keep_given(PassContext& ctx, const AlignDriveOptions& options
   const std::optional<PoseOffset> offset = constant_offset(drive, scans, T_map_lidar);
   if (!offset) return own;
   const std::string difference =
-      fmt::format("poses of drive {} differ from the map by {:.2f} m ({}) at all places", drive.name,
-                  offset->offset_m.norm(), in_words(*offset));
+      fmt::format("poses of drive {} differ from the map by {:.2f} m ({}) at all places",
+                  drive.name, offset->offset_m.norm(), in_words(*offset));
   if (!options.subtracts_offset) {
     ctx.warn(concat(difference,
                     "; localization errors against them contain this offset. Check the origins and "
@@ -248,9 +248,9 @@ Result<Trajectory> keep_given(PassContext& ctx, const AlignDriveOptions& options
   }
   ctx.inform(concat(difference, "; it is subtracted (align: true)"));
   for (TrajectoryPose& pose : own.poses) {
-    const Eigen::Vector3d by_m = offset->is_of_vehicle
-                                     ? Eigen::Vector3d(pose.T_map_vehicle.linear() * offset->offset_m)
-                                     : offset->offset_m;
+    const Eigen::Vector3d by_m =
+        offset->is_of_vehicle ? Eigen::Vector3d(pose.T_map_vehicle.linear() * offset->offset_m)
+                              : offset->offset_m;
     pose.T_map_vehicle.translation() -= by_m;
   }
   return own;

@@ -27,8 +27,8 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 // The trajectory of another drive of the place, in the map's frame. `own`: its poses in a frame of
 // its own, or nearly in the map's. Each piece of it is placed by itself; one that is not found, or
 // a whole drive that may be elsewhere, is moved 2 km from every site, with a warning. A warning,
-// too, for a drive that measures larger or smaller than the map, and for given poses that differ from
-// the map's by a constant. Errors: mismatched-inputs (`own` is not of the drive), empty-map,
+// too, for a drive that measures larger or smaller than the map, and for given poses that differ
+// from the map's by a constant. Errors: mismatched-inputs (`own` is not of the drive), empty-map,
 // no-overlap (no placement of any piece is confirmed, or the scans do not show this map),
 // trajectory-lost (no solution), and those of reading a scan.
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,

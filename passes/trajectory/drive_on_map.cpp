@@ -190,7 +190,8 @@ Result<ScanOnMap> scan_on_map(const Drive& drive, std::size_t k, const Pose& T_m
   const auto try_from = [&](const std::vector<Pose>& starts) {
     for (const Pose& start : starts) {
       const ScanOnMap found = matched_from(around, scan, upright_m, start);
-      const bool is_better = found.fits == best.fits ? found.met_share > best.met_share : found.fits;
+      const bool is_better =
+          found.fits == best.fits ? found.met_share > best.met_share : found.fits;
       if (is_better) best = found;
     }
   };
@@ -241,8 +242,7 @@ CommonOffset common_offset(const std::vector<OffsetOfScan>& all) {
     Eigen::Vector3d weighted_m = Eigen::Vector3d::Zero();
     for (const OffsetOfScan& one : all) {
       const double weight =
-          round == 0 ? 1.0
-                     : 1.0 / std::max(residual_m(one, common.offset_m), kLeastResidual_m);
+          round == 0 ? 1.0 : 1.0 / std::max(residual_m(one, common.offset_m), kLeastResidual_m);
       sum += weight * one.constrained;
       count += one.constrained;
       weighted_m += weight * (one.constrained * one.offset_m);

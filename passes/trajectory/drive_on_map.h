@@ -22,8 +22,8 @@ struct ScanOnMap {
   std::size_t scan = 0;
   // Share of its upright returns that meet surfaces of the map; none where too few can be compared.
   std::optional<double> met_share;
-  bool fits = false;                                 // it shows the map where it was matched
-  Pose T_map_lidar = Pose::Identity();               // its match
+  bool fits = false;                                      // it shows the map where it was matched
+  Pose T_map_lidar = Pose::Identity();                    // its match
   Eigen::Matrix3d constrained = Eigen::Matrix3d::Zero();  // projector on directions it constrains
 };
 

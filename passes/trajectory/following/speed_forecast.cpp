@@ -14,6 +14,8 @@
 namespace sightline {
 namespace {
 
+double square(double value) { return value * value; }
+
 // Samples farther apart leave the speed between them unknown.
 constexpr std::int64_t kLongestWheelStep_ns = kSecond_ns / 2;
 constexpr std::int64_t kLongestForceStep_ns = kSecond_ns / 20;
@@ -102,7 +104,7 @@ double WheelScale::sigma() const {
 
 double WheelScale::way_per_wheel() const {
   if (wheel_way_m_ == 0.0) return 1.0;
-  const double share = 1.0 - std::pow(sigma() / kScalePrior, 2);  // of what was measured
+  const double share = 1.0 - square(sigma() / kScalePrior);  // of what was measured
   return 1.0 + share * (way_m_ / wheel_way_m_ - 1.0);
 }
 
@@ -124,8 +126,7 @@ double InertialSpeed::way_sigma_m(const MotionSensors::Gain& gain) const {
 void InertialSpeed::take(const MotionSensors::Gain& gain, std::optional<double> way_m) {
   const InertialNoise noise;
   if (measured_ == 0) {
-    covariance_.diagonal() << std::pow(noise.first_speed_m_s, 2),
-        std::pow(noise.first_bias_m_s2, 2);
+    covariance_.diagonal() << square(noise.first_speed_m_s), square(noise.first_bias_m_s2);
   }
   if (way_m) {
     const Eigen::Vector2d by_state = way_by_state(gain);
@@ -140,8 +141,8 @@ void InertialSpeed::take(const MotionSensors::Gain& gain, std::optional<double> 
   change << 1.0, -gain.time_s, 0.0, 1.0;
   state_ = change * state_ + Eigen::Vector2d(gain.speed_m_s, 0.0);
   covariance_ = change * covariance_ * change.transpose();
-  covariance_.diagonal() += gain.time_s * Eigen::Vector2d(std::pow(noise.speed_m_s_per_sqrt_s, 2),
-                                                          std::pow(noise.bias_m_s2_per_sqrt_s, 2));
+  covariance_.diagonal() += gain.time_s * Eigen::Vector2d(square(noise.speed_m_s_per_sqrt_s),
+                                                          square(noise.bias_m_s2_per_sqrt_s));
 }
 
 double WayCheck::mean_with(double off_m) const {

@@ -262,8 +262,7 @@ TEST(ChooseSites, GoOnBetweenPosesAsFarApartAsIsUsualThere) {
     Journey journey;
     for (int i = 0; i < 20; ++i) journey.add(step_m * i, 0.0, 0.0);
     TestContext ctx;
-    const Sites sites =
-        value_of(choose_sites(ctx, {}, journey.drive, journey.trajectory));
+    const Sites sites = value_of(choose_sites(ctx, {}, journey.drive, journey.trajectory));
     const bool has_gaps = step_m > 15.0;
     EXPECT_EQ(sites.sites.back().run, has_gaps ? 19U : 0U) << step_m;
     ASSERT_EQ(ctx.warnings.size(), has_gaps ? 1U : 0U) << step_m;

@@ -162,10 +162,9 @@ TEST(AlignDrive, NamesAConstantOffsetOfGivenPosesAndSubtractsIt) {
   EXPECT_THAT(ctx.warnings, testing::ElementsAre(testing::HasSubstr("differ from the map by 0.3")));
   TestContext of_aligned;
   const AlignDriveOptions options{.subtracts_offset = true};
-  const Trajectory aligned = value_of(
-      align_drive(of_aligned, options, drive.drive, given, place.map, place.sites));
-  EXPECT_THAT(of_aligned.warnings,
-              testing::ElementsAre(testing::HasSubstr("it is subtracted")));
+  const Trajectory aligned =
+      value_of(align_drive(of_aligned, options, drive.drive, given, place.map, place.sites));
+  EXPECT_THAT(of_aligned.warnings, testing::ElementsAre(testing::HasSubstr("it is subtracted")));
   for (std::size_t k = 0; k < given.poses.size(); ++k) {
     const Pose off = drive.truth.poses[k].T_map_vehicle.inverse() * aligned.poses[k].T_map_vehicle;
     EXPECT_LT(off.translation().norm(), 0.05) << k;

@@ -62,8 +62,9 @@ double farthest_m(const Drive& a, std::size_t first_a, const Drive& b, std::size
 TEST(PartsOfDrive, AreTheDrivesThatWereJoined) {
   std::vector<TestDrive> days = {named(street(0.1, 4), "mon"), named(street(0.1, 3), "tue"),
                                  named(street(0.1, 5), "wed")};
-  days[0].drive.turn_rates = {{0, {}}, {300'000'000, {}}};
-  days[2].drive.turn_rates = {{-10'000'000, {}}, {900'000'000, {}}};
+  days[0].drive.turn_rates = {{0, Eigen::Vector3d::Zero()}, {300'000'000, Eigen::Vector3d::Zero()}};
+  days[2].drive.turn_rates = {{-10'000'000, Eigen::Vector3d::Zero()},
+                              {900'000'000, Eigen::Vector3d::Zero()}};
   const TestDrive all = joined(days);
   const std::vector<Drive> parts = parts_of(all.drive);
   ASSERT_EQ(parts.size(), 3u);
