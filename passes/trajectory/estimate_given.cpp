@@ -220,10 +220,11 @@ Result<std::optional<Estimate>> sharpened(const EstimateTask& task, double uneve
   const std::vector<WayStretch> stretches = stretches_of(given, odometry, disagreements);
   if (std::ranges::none_of(stretches, is_doubtful)) return none;
   if (uneven_rad > kMostUneven_rad) {
-    task.ctx.inform(fmt::format(
-        "drive {}: given poses are kept, although scans fit each other better otherwise: the "
-        "vehicle turned unevenly during scans (by {:.2f} degrees), and no turn rates correct that",
-        task.drive.name, uneven_rad * 180.0 / std::numbers::pi));
+    task.ctx.inform(
+        fmt::format("drive {}: given poses are kept where the scans move otherwise: the vehicle "
+                    "turned unevenly "
+                    "during scans (by {:.2f} degrees), and no turn rates correct that",
+                    task.drive.name, uneven_rad * 180.0 / std::numbers::pi));
     return none;
   }
   SIGHTLINE_ASSIGN(Estimate refined, solve(given, odometry));
