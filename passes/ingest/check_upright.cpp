@@ -44,7 +44,7 @@ class Heights {
     std::size_t ground = kFirst;
     double most_below = 0.0;
     for (std::size_t step = kFirst; step <= kLast; ++step) {
-      if (band(kZero + step) >= band(kZero + ground)) ground = step;
+      if (band(kZero + step) > band(kZero + ground)) ground = step;
       most_below = std::max(most_below, band(kZero - step - 2));
     }
     double higher = 0.0;
@@ -55,7 +55,8 @@ class Heights {
     if (share < kLeastGround || share < kFarMore * most_below || higher > kUnderGround) {
       return std::nullopt;
     }
-    return kStep_m * (static_cast<double>(ground) + 1.0);
+    const bool is_lower = shares_[kZero + ground] > shares_[kZero + ground + 1];
+    return kStep_m * (static_cast<double>(ground) + (is_lower ? 0.5 : 1.5));
   }
 
  private:

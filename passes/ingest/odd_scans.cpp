@@ -15,7 +15,7 @@ constexpr double kContradicts = 0.65;
 // Neighbours that agree less are too far apart or see too little to judge others.
 constexpr double kNeighboursAgree = 0.4;
 // Consecutive scans that agree more are not looked at.
-constexpr double kAgrees = 0.9;
+constexpr double kAgrees = 0.75;
 constexpr std::size_t kLongestRun = 3;
 
 class OddFinder {

@@ -61,7 +61,7 @@ class CheckUprightTest : public testing::Test {
 TEST_F(CheckUprightTest, RefusesScansWhoseGroundIsAboveTheSensor) {
   const Error refused = failure_of(check(record(Place::kStreet, true, 0.0)));
   EXPECT_EQ(refused.code, ErrorCode::kUnsupportedFormat);
-  EXPECT_THAT(refused.message, HasSubstr("the ground is 1.8 m above the sensor in 4 of 4 scans"));
+  EXPECT_THAT(refused.message, HasSubstr("the ground is 1.7 m above the sensor in 4 of 4 scans"));
   EXPECT_EQ(code_of(ingest(TestContext(), {}, record(Place::kStreet, true, 0.0))),
             ErrorCode::kUnsupportedFormat);
 }
