@@ -312,7 +312,8 @@ Result<Estimate> judged(const EstimateTask& task, double uneven_rad, const Given
 
 // Poses at the times of the scans by another clock are judged instead of those given.
 Result<Estimate> judged_by_clock(const EstimateTask& task, double uneven_rad,
-                                 const ClockShift& shift, const SolvePoses& solve) {
+                                 const ClockShift& shift, const Odometry& odometry,
+                                 const SolvePoses& solve) {
   const auto& [ctx, options, drive] = task;
   if (options.bad_poses == BadPoses::kRefuse) return refused(to_text(shift, drive), drive, 0);
   const Notice notice = warned(
@@ -320,11 +321,10 @@ Result<Estimate> judged_by_clock(const EstimateTask& task, double uneven_rad,
             .text = to_text(shift, drive) + ". These are used; correct the times of the poses",
             .amount = 1e-9 * static_cast<double>(shift.ahead_ns),
             .unit = "s"});
-  const Drive of_clock = with_clock(drive, shift);
+  const Drive of_clock = with_clock(drive, shift, odometry);
   const GivenPoses given = given_poses(of_clock);
-  SIGHTLINE_ASSIGN(const Odometry odometry,
-                   run_odometry(ctx, options.local_map_m, of_clock, given));
-  return noted({notice}, judged({ctx, options, of_clock}, uneven_rad, given, odometry, solve));
+  SIGHTLINE_ASSIGN(const Odometry again, run_odometry(ctx, options.local_map_m, of_clock, given));
+  return noted({notice}, judged({ctx, options, of_clock}, uneven_rad, given, again, solve));
 }
 
 }  // namespace
@@ -346,7 +346,7 @@ Result<Estimate> check_given(const EstimateTask& task, double uneven_rad, const 
   }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
   const std::optional<ClockShift> shift = find_clock_shift(drive, given, odometry);
-  if (shift) return judged_by_clock(task, uneven_rad, *shift, solve);
+  if (shift) return judged_by_clock(task, uneven_rad, *shift, odometry, solve);
   return judged(task, uneven_rad, given, odometry, solve);
 }
 

@@ -232,16 +232,17 @@ std::optional<ClockShift> find_clock_shift(const Drive& drive, const GivenPoses&
   return ClockShift{shift_ns, std::sqrt(costs.given_m2), std::sqrt(costs.shifted_m2)};
 }
 
-Drive with_clock(Drive drive, const ClockShift& shift) {
+Drive with_clock(Drive drive, const ClockShift& shift, const Odometry& odometry) {
   const TimedPoses poses(drive);
   std::vector<std::optional<Pose>> moved;
   for (const ScanInfo& scan : drive.scans) {
     moved.push_back(poses.at(scan.stamp_ns + shift.ahead_ns));
   }
+  const Pose& T_vehicle_lidar = drive.sensor.T_vehicle_lidar;
   const auto follow = [&](std::size_t from, std::size_t to) {
     if (!moved[from] || moved[to]) return;
-    moved[to] = *moved[from] * drive.scans[from].T_world_vehicle->inverse() *
-                *drive.scans[to].T_world_vehicle;
+    moved[to] = *moved[from] * T_vehicle_lidar * odometry.T_map_lidar[from].inverse() *
+                odometry.T_map_lidar[to] * T_vehicle_lidar.inverse();
   };
   for (std::size_t i = 1; i < moved.size(); ++i) follow(i - 1, i);
   for (std::size_t i = moved.size() - 1; i > 0; --i) follow(i, i - 1);

@@ -29,8 +29,8 @@ std::optional<ClockShift> find_clock_shift(const Drive& drive, const GivenPoses&
                                            const Odometry& odometry);
 
 // The drive with its poses at the times of the scans by that clock, interpolated between the given
-// ones; beyond them it moves as the given poses do between these scans.
-Drive with_clock(Drive drive, const ClockShift& shift);
+// ones; at an end of the drive they follow the matched motion.
+Drive with_clock(Drive drive, const ClockShift& shift, const Odometry& odometry);
 
 std::string to_text(const ClockShift& shift, const Drive& drive);
 

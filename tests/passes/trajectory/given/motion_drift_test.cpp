@@ -70,7 +70,7 @@ TEST_F(MotionDriftTest, PosesAtTheTimesOfTheScansByTheirClockAreRight) {
   drive(true, -0.27);
   ASSERT_TRUE(shift().has_value());
   EXPECT_NEAR(static_cast<double>(shift()->ahead_ns), -0.27e9, 0.01e9);
-  const Drive moved = with_clock(drive_, *shift());
+  const Drive moved = with_clock(drive_, *shift(), odometry_);
   for (int i = 0; i < kScans; ++i) {
     const Pose off = pose_at(0.1 * i, true).inverse() *
                      *moved.scans[static_cast<std::size_t>(i)].T_world_vehicle;
