@@ -25,7 +25,7 @@ void RemainingTime::finish(const StepReport& report) {
 double RemainingTime::of_step_s(double elapsed_s, std::size_t done, std::size_t total) const {
   constexpr double kMisjudged = 3.0;  // by how much an expectation may be wrong
   const double left_s = seconds_left(elapsed_s, done, total);
-  if (step_ >= expected_s_.size()) return left_s;
+  if (step_ >= expected_s_.size() || done == total) return left_s;
   const double expected_s = expected_s_[step_] * slowness();
   const bool is_all_counted = kMisjudged * (elapsed_s + left_s) >= expected_s;
   return is_all_counted ? left_s : expected_s - elapsed_s;

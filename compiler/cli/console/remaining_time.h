@@ -22,7 +22,7 @@ class RemainingTime {
 
   // Of the present step, of which `done` above 0 are counted after elapsed_s: at the same speed. As
   // long as expected where the count says less than a third of that: then work follows that is not
-  // counted.
+  // counted. 0 when all is done.
   [[nodiscard]] double of_step_s(double elapsed_s, std::size_t done, std::size_t total) const;
   // Of the whole run, whose present step has taken elapsed_s and takes step_left_s more; nothing
   // where that is not known.
