@@ -72,7 +72,7 @@ TEST(RemainingTime, IsAsExpectedWhereTheCountIsFarFromIt) {
   RemainingTime time({0.0, 20.0, 10.0});
   time.start(1);
   EXPECT_EQ(time.of_step_s(1.0, 50, 100), 19.0) << "not 1 s";
-  EXPECT_EQ(time.of_step_s(2.0, 100, 100), 18.0);
+  EXPECT_EQ(time.of_step_s(2.0, 100, 100), 0.0);
   EXPECT_EQ(time.of_step_s(4.0, 50, 100), 4.0) << "8 s instead of 20 s are believed";
   time.start(3);
   EXPECT_EQ(time.of_step_s(1.0, 50, 100), 1.0) << "nothing is expected";
