@@ -80,7 +80,7 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
       annotate(utm_map(), "--route everywhere --no-cache -o " + (folder / "field.slmap").string());
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("everywhere: "));
-  EXPECT_THAT(run.err, HasSubstr("of connected ground"));
+  EXPECT_THAT(run.err, HasSubstr("separate areas are left out"));
   const CompiledMap field = read(folder / "field.slmap");
   EXPECT_TRUE(to_bytes(before.ndt) == to_bytes(field.ndt));
   EXPECT_EQ(field.sites.spacing_m, 2.0);

@@ -149,28 +149,6 @@ Trajectory given_poses(const TestDrive& drive, const Eigen::Vector3d& offset_m, 
   return given;
 }
 
-// Errors against such poses would contain the offset.
-TEST(AlignDrive, NamesAConstantOffsetOfGivenPosesAndSubtractsIt) {
-  const BoxWorld world = random_street(20);
-  const Place place = mapped(world);
-  const TestDrive drive = second_drive(world, false);
-  const Trajectory given = given_poses(drive, {0.3, 0.02, 0.0}, 0.0);
-  TestContext ctx;
-  const Trajectory kept =
-      value_of(align_drive(ctx, {}, drive.drive, given, place.map, place.sites));
-  EXPECT_EQ(to_bytes(kept), to_bytes(given));
-  EXPECT_THAT(ctx.warnings, testing::ElementsAre(testing::HasSubstr("differ from the map by 0.3")));
-  TestContext of_aligned;
-  const AlignDriveOptions options{.subtracts_offset = true};
-  const Trajectory aligned =
-      value_of(align_drive(of_aligned, options, drive.drive, given, place.map, place.sites));
-  EXPECT_THAT(of_aligned.warnings, testing::ElementsAre(testing::HasSubstr("it is subtracted")));
-  for (std::size_t k = 0; k < given.poses.size(); ++k) {
-    const Pose off = drive.truth.poses[k].T_map_vehicle.inverse() * aligned.poses[k].T_map_vehicle;
-    EXPECT_LT(off.translation().norm(), 0.05) << k;
-  }
-}
-
 TEST(AlignDrive, NamesNoOffsetOfPosesWithNoise) {
   const BoxWorld world = random_street(20);
   const Place place = mapped(world);

@@ -100,6 +100,19 @@ TEST(AlignDriveInATown, AlignsASecondDriveWithoutPosesToTheMapOfTheFirst) {
   const Trajectory own = value_of(estimate_trajectory(ctx, {}, drive));
   const Trajectory found = value_of(align_drive(ctx, {}, drive, own, map, sites));
   EXPECT_LT(rmse_m(poses_of(rebase(found, MapFrame{})), second.T_town_vehicle(), false), 0.05);
+
+  // Known poses with a constant offset: errors against them would contain it.
+  const Drive known = town::recorded(second, "town", second.T_town_vehicle(), 2);
+  const EstimateTrajectoryOptions as_given{.mode = PoseMode::kGiven};
+  Trajectory given = value_of(estimate_trajectory(ctx, as_given, known));
+  for (TrajectoryPose& pose : given.poses) pose.T_map_vehicle.translation().x() += 0.3;
+  TestContext named(2);
+  const Trajectory kept = value_of(align_drive(named, {}, known, given, map, sites));
+  EXPECT_EQ(to_bytes(kept), to_bytes(given));
+  EXPECT_THAT(named.warnings, testing::ElementsAre(testing::HasSubstr("from the map by 0.3")));
+  const AlignDriveOptions options{.subtracts_offset = true};
+  const Trajectory moved = value_of(align_drive(ctx, options, known, given, map, sites));
+  EXPECT_LT(rmse_m(poses_of(rebase(moved, MapFrame{})), second.T_town_vehicle(), false), 0.05);
 }
 
 using testing::HasSubstr;
