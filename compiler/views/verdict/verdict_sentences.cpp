@@ -81,6 +81,16 @@ std::string judging_command(const MapJudgement& judgement, const VerdictFiles& f
                              : "judges the map by the drive under evaluation: in CONFIG");
 }
 
+// Makes a map of the fixed choice alone, which is a range ("15 m") or a look ("50 m, 64 points").
+std::string fixed_command(const std::string& look, const VerdictFiles& files) {
+  const std::string range_m = look.substr(0, look.find(' '));
+  const bool is_range = look == range_m + " m";
+  return concat("sightline compile ", command_word(files.config), " -o fixed.slmap --set ",
+                is_range ? "annotation.looks=paper --set annotation.ranges_m=" + range_m
+                         : "annotation.looks=" + command_word(look),
+                "  # makes a map of that fixed choice");
+}
+
 }  // namespace
 
 std::string why_missed(const AnswerScore& score, const std::optional<ConstantScore>& constant,
@@ -167,6 +177,10 @@ std::string next_command(const MapJudgement& judgement, const VerdictFiles& file
   }
   if (judgement.evidence != Evidence::kEvaluation || judgement.is_own_drive) {
     return judging_command(judgement, files);
+  }
+  const LimitVerdict& limit = judgement.limits[judgement.deciding];
+  if (limit.constant && limit.reason.ends_with(why_more_work(limit))) {
+    return fixed_command(limit.constant->look, files);
   }
   if (judgement.verdict == MapVerdict::kPartly) {
     return concat("sightline weak ", map, "  # shows where the map is weak, and why");

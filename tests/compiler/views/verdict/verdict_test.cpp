@@ -301,6 +301,9 @@ TEST(Verdict, AnAnswerOfMoreWorkThanAFixedChoiceGivesWayToAnotherOrIsPartly) {
   EXPECT_EQ(judgement.limits[0].recommended, AnswerKind::kPlan);
   EXPECT_EQ(judgement.reason,
             "A fixed choice needs less work here: use 15 m everywhere (25 % of the work).");
+  EXPECT_EQ(judgement.next,
+            "sightline compile CONFIG -o fixed.slmap --set annotation.looks=paper --set "
+            "annotation.ranges_m=15  # makes a map of that fixed choice");
   EXPECT_THAT(
       judgement.figures,
       HasSubstr(", with 4.0 times the work (points times iterations) of the best fixed choice"));
