@@ -169,7 +169,8 @@ TEST(Exports, EveryCsvTableIsThatOfTheDumpInTheWorld) {
       }
     }
   }
-  EXPECT_EQ(tables, 10U);  // facts, nds, sites, columns; factors, predicted and ranges, each of looks too
+  EXPECT_EQ(tables,
+            10U);  // facts, nds, sites, columns; factors, predicted and ranges, each of looks too
 }
 
 // The mean of an ND as exported clouds hold it: of the world, less whole 100 km.
