@@ -91,7 +91,7 @@ ConfigSection evaluation_section(CompileConfig& config) {
   return section;
 }
 
-// A finished map: the keys of a drive that tell of its sensor.
+// A finished map: the keys of a drive that describe its sensor.
 std::vector<OptionField> option_fields(MapOptions& options) {
   std::vector<OptionField> fields = {
       text("points", options.points,
@@ -100,11 +100,10 @@ std::vector<OptionField> option_fields(MapOptions& options) {
            "or a compiled map (.slmap) to annotate again; empty: the mapping drive makes the map"),
       text("name", options.name, "name of the map; empty: the last part of the path `points`")};
   for (OptionField& field : option_fields(options.localizing)) {
-    const bool tells_of_sensor = field.name == "sensor" || field.name == "rings" ||
-                                 field.name == "height_m" || field.name.ends_with("_beam_deg") ||
-                                 field.name == "azimuth_view_deg" ||
-                                 field.name.starts_with("lidar_");
-    if (!tells_of_sensor) continue;
+    const bool is_of_sensor = field.name == "sensor" || field.name == "rings" ||
+                              field.name == "height_m" || field.name.ends_with("_beam_deg") ||
+                              field.name == "azimuth_view_deg" || field.name.starts_with("lidar_");
+    if (!is_of_sensor) continue;
     if (field.name == "sensor") {
       field.help =
           "the LiDAR that will localize, as under mapping; empty: the one in the compiled map, "
