@@ -216,7 +216,7 @@ void warn_of_scale(const PassContext& ctx, const Drive& drive, double scale) {
                   drive.name, 100.0 * std::abs(scale - 1.0), scale > 1.0 ? "longer" : "shorter"));
 }
 
-// "east 0.30 m, north 0.02 m, up 0.00 m".
+// "x (east) 0.30 m, y (north) 0.02 m, up 0.00 m"; of the vehicle: "forward 0.30 m, ...".
 std::string in_words(const PoseOffset& offset) {
   const Eigen::Vector3d& by_m = offset.offset_m;
   return offset.is_of_vehicle ? fmt::format("forward {:.2f} m, left {:.2f} m, up {:.2f} m",

@@ -118,7 +118,7 @@ void warn_of_unconstrained(const PassContext& ctx, const std::string& drive,
   if (count == 0) return;
   ctx.warn(
       fmt::format("drive {}: the scans do not constrain the vehicle on {} stretch{} of the "
-                  "way: {}{}. Give poses to know its motion there",
+                  "way: {}{}. Give poses, wheel speed or an IMU to know its motion there",
                   drive, count, count == 1 ? "" : "es", text, count > kMostNamed ? "; ..." : ""));
 }
 
