@@ -21,9 +21,10 @@ struct Stamp {
 };
 
 Error named(Error error, const std::string& pass) {
+  const std::string place = "pass " + pass;
   if (error.place.empty())
-    error.place = "pass " + pass;
-  else
+    error.place = place;
+  else if (error.place != place)
     error.message += concat(" [pass ", pass, "]");
   return error;
 }

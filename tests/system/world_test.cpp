@@ -142,6 +142,14 @@ void append_exports(const TwoMaps& maps, std::vector<Printed>& table) {
                                                     {"p_x_m", "p_y_m", "p_z_m"})});
 }
 
+TEST(Weak, EndsWithTheNextCommand) {
+  const TwoMaps maps;
+  const std::string text = output_of("weak " + maps.map + " --limit 0.1 --margin 0.3");
+  const std::string last = text.substr(text.rfind('\n', text.size() - 2) + 1);
+  EXPECT_EQ(last, "Next: sightline report " + maps.map +
+                      " -o map.html  # shows these stretches on a page\n");
+}
+
 TEST(World, EveryVerbPrintsSite0WhereTheRecordingHasIt) {
   const TwoMaps maps;
   std::vector<Printed> table;

@@ -158,17 +158,13 @@ FloatEvidence evidence_of(const FileBytes& file, const std::optional<FloatColumn
 
 Result<PointCloudFile> parse_unpacked(const FileBytes& file,
                                       const std::optional<FloatColumns>& columns) {
-  constexpr const char* kRemedy = "; remove it from the folder, and its row from the poses";
   if (file.bytes.empty()) {
-    return file.error(ErrorCode::kEmptyScan, std::string("the file is empty") + kRemedy,
-                      at_byte(0));
+    return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
   }
   SIGHTLINE_TRY(refuse_unsupported_formats(file));
   Result<PointCloudFile> cloud = parse_by_kind(file, lower_extension(file.file), columns);
-  if (cloud) return with_returns(*std::move(cloud), file.file, "");
-  Error error = cloud.error();
-  if (error.code == ErrorCode::kEmptyScan) error.message += kRemedy;
-  return error;
+  if (!cloud) return cloud.error();
+  return with_returns(*std::move(cloud), file.file, "");
 }
 
 }  // namespace

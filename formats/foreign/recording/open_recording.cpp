@@ -290,7 +290,11 @@ Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t 
   SIGHTLINE_CHECK(index < recording.scans.size());
   const RecordedScan& scan = recording.scans[index];
   if (!recording.container) {
-    return read_point_cloud(recording.file_of(scan), recording.columns);
+    Result<PointCloudFile> cloud = read_point_cloud(recording.file_of(scan), recording.columns);
+    if (cloud || cloud.error().code != ErrorCode::kEmptyScan) return cloud;
+    Error error = cloud.error();
+    error.message += "; remove it from the folder, and its row from the poses";
+    return error;
   }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(scan.index));
   return recording.container->parse(bytes, scan.index);
