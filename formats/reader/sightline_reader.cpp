@@ -37,21 +37,33 @@ static_assert(SIGHTLINE_UNKNOWN_LOCALIZER == sightline::kAnswerUnknownLocalizer)
 static_assert(SIGHTLINE_NOT_VISIBLE == sightline::kAnswerNotVisible);
 static_assert(SIGHTLINE_NO_SITE == sightline::kNoSite);
 
-RangeAnswer default_answer(const MapReader& reader) {
+constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
+
+// Without a map its longest range is not known: infinity.
+RangeAnswer default_answer(const sightline_map* map) {
   RangeAnswer answer;
-  answer.range_m = reader.info().ranges_m.back();
+  answer.range_m =
+      map == nullptr ? std::numeric_limits<double>::infinity() : map->reader.info().ranges_m.back();
   answer.mean_error_m = std::numeric_limits<double>::infinity();
   answer.flags = sightline::kAnswerFar;
   return answer;
 }
 
-LookAnswer default_look(const MapReader& reader) {
-  const RangeAnswer otherwise = default_answer(reader);
+LookAnswer default_look(const sightline_map* map) {
+  const RangeAnswer otherwise = default_answer(map);
   LookAnswer answer;
   answer.look.range_m = otherwise.range_m;
   answer.mean_error_m = otherwise.mean_error_m;
   answer.flags = otherwise.flags;
   return answer;
+}
+
+Result<std::array<double, 3>> position_of(const sightline_map* map,
+                                          const double position_world_m[3]) {
+  if (map == nullptr || position_world_m == nullptr) {
+    return sightline::Error{ErrorCode::kBadArgument, {}};
+  }
+  return std::array{position_world_m[0], position_world_m[1], position_world_m[2]};
 }
 
 sightline_look c_look(const LookAnswer& answer) {
@@ -74,8 +86,12 @@ extern "C" {
 
 int sightline_open(const char* path, const char* localizer, sightline_map** map, char* message,
                    size_t message_size) {
-  *map = nullptr;
   copy_message("", message, message_size);
+  if (map != nullptr) *map = nullptr;
+  if (map == nullptr || path == nullptr) {
+    copy_message("no path, or no place for the map (NULL)", message, message_size);
+    return kBadArgument;
+  }
   try {
     Result<MapReader> reader =
         MapReader::open(std::string(path), localizer == nullptr ? "" : localizer);
@@ -95,6 +111,12 @@ int sightline_open(const char* path, const char* localizer, sightline_map** map,
 void sightline_close(sightline_map* map) { delete map; }
 
 void sightline_get_info(const sightline_map* map, sightline_info* info) {
+  if (info == nullptr) return;
+  *info = {};
+  if (map == nullptr) {
+    info->map_id = info->version = info->localizer = info->localizer_parameters = info->world = "";
+    return;
+  }
   const MapInfo& from = map->reader.info();
   info->map_id = from.map_id.data();  // FlatBuffers ends its strings with a zero
   info->version = from.version.data();
@@ -116,11 +138,11 @@ void sightline_get_info(const sightline_map* map, sightline_info* info) {
 }
 
 int sightline_get_promise(const sightline_map* map, size_t limit, sightline_promise* promise) {
+  if (promise == nullptr) return kBadArgument;
+  *promise = {0.0, 0.0, 0, 0, 0, 0, ""};
+  if (map == nullptr) return kBadArgument;
   const std::span<const MapPromise> promises = map->reader.info().promises;
-  if (limit >= promises.size()) {
-    *promise = {0.0, 0.0, 0, 0, 0, 0, ""};
-    return static_cast<int>(ErrorCode::kBadArgument);
-  }
+  if (limit >= promises.size()) return kBadArgument;
   const MapPromise& from = promises[limit];
   *promise = {
       from.limit_m,     from.coverage,    from.is_earned ? 1 : 0, from.is_of_next_drive ? 1 : 0,
@@ -130,9 +152,11 @@ int sightline_get_promise(const sightline_map* map, size_t limit, sightline_prom
 
 int sightline_observation_range(const sightline_map* map, const double position_world_m[3],
                                 double limit_m, sightline_range* range) {
-  const Result<RangeAnswer> found = map->reader.observation_range(
-      {position_world_m[0], position_world_m[1], position_world_m[2]}, limit_m);
-  const RangeAnswer answer = found ? *found : default_answer(map->reader);
+  if (range == nullptr) return kBadArgument;
+  const Result<std::array<double, 3>> p_m = position_of(map, position_world_m);
+  const Result<RangeAnswer> found =
+      p_m ? map->reader.observation_range(*p_m, limit_m) : Result<RangeAnswer>(p_m.error());
+  const RangeAnswer answer = found ? *found : default_answer(map);
   *range = {answer.range_m,    answer.probability, answer.mean_error_m,
             answer.distance_m, answer.flags,       answer.site};
   return found ? 0 : static_cast<int>(found.error().code);
@@ -140,11 +164,13 @@ int sightline_observation_range(const sightline_map* map, const double position_
 
 int sightline_get_reasons(const sightline_map* map, const double position_world_m[3],
                           double limit_m, sightline_reasons* reasons) {
-  const std::array<double, 3> p_m = {position_world_m[0], position_world_m[1], position_world_m[2]};
+  if (reasons == nullptr) return kBadArgument;
   *reasons = {};
-  const Result<RangeAnswer> range = map->reader.observation_range(p_m, limit_m);
+  const Result<std::array<double, 3>> p_m = position_of(map, position_world_m);
+  if (!p_m) return kBadArgument;
+  const Result<RangeAnswer> range = map->reader.observation_range(*p_m, limit_m);
   if (!range) return static_cast<int>(range.error().code);
-  const Result<LookAnswer> look = map->reader.look(p_m, limit_m);
+  const Result<LookAnswer> look = map->reader.look(*p_m, limit_m);
   if (!look) return static_cast<int>(look.error().code);
   *reasons = {static_cast<uint32_t>(range->reason), static_cast<uint32_t>(look->reason)};
   return 0;
@@ -158,20 +184,24 @@ const char* sightline_reason_name(uint32_t reason) {
 
 int sightline_get_look(const sightline_map* map, const double position_world_m[3], double limit_m,
                        double visible_m, sightline_look* look) {
-  const Result<LookAnswer> found = map->reader.look(
-      {position_world_m[0], position_world_m[1], position_world_m[2]}, limit_m, visible_m);
-  *look = c_look(found ? *found : default_look(map->reader));
+  if (look == nullptr) return kBadArgument;
+  const Result<std::array<double, 3>> p_m = position_of(map, position_world_m);
+  const Result<LookAnswer> found =
+      p_m ? map->reader.look(*p_m, limit_m, visible_m) : Result<LookAnswer>(p_m.error());
+  *look = c_look(found ? *found : default_look(map));
   return found ? 0 : static_cast<int>(found.error().code);
 }
 
 int sightline_get_look_plan(const sightline_map* map, const double position_world_m[3],
                             double limit_m, int is_tracking, double visible_m,
                             sightline_look_plan* plan) {
+  if (plan == nullptr) return kBadArgument;
+  const Result<std::array<double, 3>> p_m = position_of(map, position_world_m);
   const Result<LookPlanAnswer> found =
-      map->reader.look_plan({position_world_m[0], position_world_m[1], position_world_m[2]},
-                            limit_m, is_tracking != 0, visible_m);
+      p_m ? map->reader.look_plan(*p_m, limit_m, is_tracking != 0, visible_m)
+          : Result<LookPlanAnswer>(p_m.error());
   LookPlanAnswer answer;
-  answer.first = default_look(map->reader);
+  answer.first = default_look(map);
   if (found) answer = *found;
   *plan = {};
   plan->first = c_look(answer.first);
@@ -189,10 +219,9 @@ int sightline_get_look_plan(const sightline_map* map, const double position_worl
 
 int sightline_get_sites(const sightline_map* map, size_t limit, sightline_site* sites,
                         size_t site_count) {
+  if (map == nullptr || (sites == nullptr && site_count != 0)) return kBadArgument;
   try {
-    if (site_count != map->reader.info().site_count) {
-      return static_cast<int>(ErrorCode::kBadArgument);
-    }
+    if (site_count != map->reader.info().site_count) return kBadArgument;
     const Result<std::vector<MapSite>> found = map->reader.sites(limit);
     if (!found) return static_cast<int>(found.error().code);
     std::ranges::transform(*found, sites, [](const MapSite& site) -> sightline_site {
@@ -207,14 +236,16 @@ int sightline_get_sites(const sightline_map* map, size_t limit, sightline_site* 
 }
 
 size_t sightline_column_count(const sightline_map* map) {
-  return map->reader.info().columns.size();
+  return map == nullptr ? 0 : map->reader.info().columns.size();
 }
 
 int sightline_get_column(const sightline_map* map, size_t index, sightline_column* column) {
+  if (column == nullptr) return kBadArgument;
   *column = {"", "", nullptr, 0};
+  if (map == nullptr) return kBadArgument;
   try {
     const std::span<const std::string_view> names = map->reader.info().columns;
-    if (index >= names.size()) return static_cast<int>(ErrorCode::kBadArgument);
+    if (index >= names.size()) return kBadArgument;
     column->name = names[index].data();
     const Result<MapColumn> found = map->reader.column(names[index]);
     if (!found) return static_cast<int>(found.error().code);

@@ -4,7 +4,12 @@
 /* How far to look: the C interface of the vehicle's map reader.
  *
  * Functions return 0 or the stable number of an error (schemas/error_codes.md). A map may be used
- * from several threads at once; after sightline_open a look-up that succeeds allocates nothing. */
+ * from several threads at once; after sightline_open a look-up that succeeds allocates nothing. A
+ * pointer may be NULL: the answer is then the number of bad-argument, and nothing else happens.
+ * What is pointed to is filled as on any failure; without a map the longest range is INFINITY.
+ *
+ * The file is read where it lies (mmap). Replace a map by renaming a new file over it, never in
+ * place: a file that is shortened while it is open ends the process (SIGBUS). */
 
 #include <stddef.h>
 #include <stdint.h>

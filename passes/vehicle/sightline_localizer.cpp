@@ -152,10 +152,12 @@ bool is_good(const sightline_points& scan) {
   return scan.count < (std::size_t{1} << 31) && (scan.count == 0 || scan.first != nullptr);
 }
 
+constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
+
 // What a call answers that is refused.
 void put_start(const double T_world_start[12], sightline_match& answer) {
   answer = {};
-  std::copy_n(T_world_start, 12, answer.T_world_vehicle);
+  if (T_world_start != nullptr) std::copy_n(T_world_start, 12, answer.T_world_vehicle);
   answer.stop = SIGHTLINE_NO_POINTS;
 }
 
@@ -178,7 +180,6 @@ void put(const MatchResult& found, const MapFrame& frame, sightline_match& answe
 template <class Use>
 int match_scan(const sightline_localizer& localizer, const sightline_points& scan,
                const double T_world_start[12], sightline_match& answer, const Use& use) {
-  constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
   const MapFrame& frame = localizer.map.ndt.frame;
   const Pose T_world_given = pose_of(T_world_start);
   if (!is_rigid(T_world_given) || !is_good(scan)) return kBadArgument;
@@ -216,8 +217,12 @@ extern "C" {
 int sightline_localizer_open(const char* path, const sightline_localizer_options* options,
                              sightline_localizer** localizer, char* message,
                              std::size_t message_size) {
-  *localizer = nullptr;
   copy_message("", message, message_size);
+  if (localizer != nullptr) *localizer = nullptr;
+  if (localizer == nullptr || path == nullptr) {
+    copy_message("no path, or no place for the localizer (NULL)", message, message_size);
+    return kBadArgument;
+  }
   try {
     Result<VehicleMap> map =
         open_map(path, options == nullptr ? sightline_localizer_options{} : *options);
@@ -237,6 +242,10 @@ void sightline_localizer_close(sightline_localizer* localizer) { delete localize
 
 void sightline_localizer_get_info(const sightline_localizer* localizer,
                                   sightline_localizer_info* info) {
+  if (info == nullptr) return;
+  *info = {};
+  info->localizer = info->kernel = "";
+  if (localizer == nullptr) return;
   const VehicleMap& map = localizer->map;
   Eigen::Map<Eigen::Vector3d>(info->origin_world_m) = map.ndt.frame.origin_world_m;
   info->cell_m = map.ndt.cell_m;
@@ -251,9 +260,13 @@ void sightline_localizer_get_info(const sightline_localizer* localizer,
 int sightline_localizer_match(const sightline_localizer* localizer, const sightline_points* scan,
                               const double T_world_start[12], const sightline_look* look,
                               sightline_match* match) {
+  if (match == nullptr) return kBadArgument;
   put_start(T_world_start, *match);
+  if (localizer == nullptr || scan == nullptr || T_world_start == nullptr || look == nullptr) {
+    return kBadArgument;
+  }
   const Look chosen = look_of(*look);
-  if (!validate(chosen)) return static_cast<int>(ErrorCode::kBadArgument);
+  if (!validate(chosen)) return kBadArgument;
   return match_scan(*localizer, *scan, T_world_start, *match,
                     [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) {
                       workspace.matcher.take(workspace.scan, chosen);
@@ -268,12 +281,15 @@ int sightline_localizer_match(const sightline_localizer* localizer, const sightl
 int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_points* scan, const double T_world_start[12],
                                    const sightline_look_plan* plan, sightline_match* match) {
-  if (plan->has_second == 0) {
-    return sightline_localizer_match(localizer, scan, T_world_start, &plan->first, match);
+  if (plan == nullptr || plan->has_second == 0) {
+    return sightline_localizer_match(localizer, scan, T_world_start,
+                                     plan == nullptr ? nullptr : &plan->first, match);
   }
+  if (match == nullptr) return kBadArgument;
   put_start(T_world_start, *match);
+  if (localizer == nullptr || scan == nullptr || T_world_start == nullptr) return kBadArgument;
   const LookPlan chosen = plan_of(*plan);
-  if (!validate(chosen)) return static_cast<int>(ErrorCode::kBadArgument);
+  if (!validate(chosen)) return kBadArgument;
   const PlannedLocalizer planned{localizer->samples, localizer->map.sensor, chosen};
   return match_scan(*localizer, *scan, T_world_start, *match,
                     [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) {

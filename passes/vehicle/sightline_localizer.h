@@ -4,9 +4,10 @@
 /* Where a vehicle is: the C interface of the localizer whose errors a map predicts as "searching".
  *
  * Functions return 0 or the stable number of an error (schemas/error_codes.md). A localizer may be
- * used from several threads at once. Poses are the upper three rows of a 4 x 4 matrix, row by row:
- * T_a_b takes coordinates in frame b to coordinates in frame a. The world is the map's: that of the
- * recording, or of the point cloud's file. */
+ * used from several threads at once. A pointer may be NULL: the answer is then the number of
+ * bad-argument, and what else is pointed to is filled as on any failure. Poses are the upper three
+ * rows of a 4 x 4 matrix, row by row: T_a_b takes coordinates in frame b to coordinates in frame a.
+ * The world is the map's: that of the recording, or of the point cloud's file. */
 
 #include <stddef.h>
 #include <stdint.h>

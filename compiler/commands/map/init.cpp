@@ -69,8 +69,7 @@ Result<void> run_init(const InitFlags& flags) {
   print_text(
       concat("Next: sightline compile ", flags.output, " -o ",
              fs::path(flags.output).replace_extension(".slmap").string(),
-             "\n      --dry-run estimates the time first: 154 scans of 64 beams without poses "
-             "take about a minute\n"));
+             "\n      --dry-run estimates the time first\n"));
   return {};
 }
 

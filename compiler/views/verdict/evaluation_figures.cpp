@@ -90,6 +90,13 @@ LimitFigures figures_at(const CompiledMap& map, const Evaluation& evaluation, st
   return figures;
 }
 
+std::uint32_t lost(const auto& score) { return score.lost_count.value_or(0); }
+
+// The better one is less.
+std::tuple<double, std::uint32_t, double> worth(const ConstantScore& score) {
+  return {-score.coverage, lost(score), score.work_ratio};
+}
+
 }  // namespace
 
 EvaluationFigures figures_of(const CompiledMap& map, const Evaluation& evaluation,
@@ -111,10 +118,6 @@ EvaluationFigures figures_of(const CompiledMap& map, const Evaluation& evaluatio
 const ConstantScore* best_constant(const LimitFigures& figures, const AnswerScore& answer) {
   const ConstantScore* cheapest = nullptr;
   const ConstantScore* most = nullptr;
-  const auto lost = [](const auto& score) { return score.lost_count.value_or(0); };
-  const auto worth = [&](const ConstantScore& score) {
-    return std::tuple(-score.coverage, lost(score), score.work_ratio);
-  };
   for (const ConstantScore& score : figures.constants) {
     const bool is_as_good = score.coverage >= answer.coverage && lost(score) <= lost(answer);
     if (is_as_good && (cheapest == nullptr || score.work_ratio < cheapest->work_ratio)) {
@@ -123,6 +126,15 @@ const ConstantScore* best_constant(const LimitFigures& figures, const AnswerScor
     if (most == nullptr || worth(score) < worth(*most)) most = &score;
   }
   return cheapest != nullptr ? cheapest : most;
+}
+
+const ConstantScore* best_constant_within(const LimitFigures& figures, double most_work_ratio) {
+  const ConstantScore* best = nullptr;
+  for (const ConstantScore& score : figures.constants) {
+    if (score.work_ratio > most_work_ratio) continue;
+    if (best == nullptr || worth(score) < worth(*best)) best = &score;
+  }
+  return best;
 }
 
 }  // namespace sightline

@@ -55,7 +55,8 @@ struct LimitVerdict {
   bool has_looks = false;        // the map has looks beside ranges
   // Of the recommended answer; of the looks where a plan was not judged. None: not judged.
   std::optional<AnswerScore> score;
-  std::optional<ConstantScore> constant;  // best_constant() beside it
+  std::optional<ConstantScore> constant;   // best_constant() beside it
+  std::optional<ConstantScore> same_work;  // the best constant answer of at most its work
   std::string reason;                     // why it is not good; empty: it is, or is not judged
 };
 

@@ -87,6 +87,7 @@ const AnswerScore* find_score(const LimitFigures& figures, AnswerKind kind) {
 struct Trial {
   AnswerScore score;
   std::optional<ConstantScore> constant;
+  std::optional<ConstantScore> same_work;
 
   [[nodiscard]] bool loses_more() const {
     return constant && score.lost_count.value_or(0) > constant->lost_count.value_or(0);
@@ -112,14 +113,18 @@ std::vector<Trial> trials_of(const CompiledMap& map, const EvaluationFigures* ev
   for (const AnswerKind kind : kinds_of(map, limit)) {
     if (evidence == Evidence::kOwnDrive) {
       const std::optional<AnswerScore> score = own_score(map, kind, limit);
-      if (score) trials.push_back({*score, std::nullopt});
+      if (score) trials.push_back({*score, std::nullopt, std::nullopt});
     }
     if (evidence != Evidence::kEvaluation) continue;
     const LimitFigures& figures = evaluation->limits[limit];
     const AnswerScore* const score = find_score(figures, kind);
     if (score == nullptr) continue;
-    const ConstantScore* const constant = best_constant(figures, *score);
-    trials.push_back({*score, constant != nullptr ? std::optional(*constant) : std::nullopt});
+    const auto copied = [](const ConstantScore* constant) {
+      return constant != nullptr ? std::optional(*constant) : std::nullopt;
+    };
+    const double same_work = Thresholds::kMoreWork * score->work_ratio;
+    trials.push_back({*score, copied(best_constant(figures, *score)),
+                      copied(best_constant_within(figures, same_work))});
   }
   return trials;
 }
@@ -142,6 +147,7 @@ void judge_trials(const std::vector<Trial>& trials, LimitVerdict& verdict) {
   const Trial& taken = found == trials.end() ? first : *found;
   verdict.score = taken.score;
   verdict.constant = taken.constant;
+  verdict.same_work = taken.same_work;
   if (found != trials.begin() && found != trials.end()) verdict.recommended = taken.score.kind;
   if (!first.reaches(verdict.target)) {
     verdict.reason = why_missed(first.score, first.constant, verdict);
@@ -252,8 +258,11 @@ void judge_poses(const TrajectoryQuality& trajectory, const VerdictFiles& files,
   const std::vector<UnconstrainedStretch> assumed = assumed_stretches(trajectory);
   if (!assumed.empty()) {
     const std::string sentence = as_sentence(why_assumed(assumed));
+    const bool is_by_own_drive =
+        judgement.verdict == MapVerdict::kNotJudged && judgement.evidence != Evidence::kNone;
+    if (is_by_own_drive) judgement.reason.clear();
     judgement.reason += concat(judgement.reason.empty() ? "" : " ", sentence);
-    if (judgement.verdict == MapVerdict::kGood) {
+    if (judgement.verdict == MapVerdict::kGood || is_by_own_drive) {
       judgement.verdict = MapVerdict::kPartly;
       judgement.next = listing_command(files, "lists the stretches that scans do not constrain");
     }
@@ -292,6 +301,10 @@ MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluati
                                                    : evaluation->judged_count;
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     judgement.limits.push_back(judge_limit(map, evaluation, judgement.evidence, limit));
+    if (judgement.is_own_drive) {
+      lower(MapVerdict::kNotJudged, "Only its own drive has tested the map",
+            judgement.limits.back());
+    }
   }
   if (!judgement.limits.empty()) {
     decide(judgement);

@@ -32,18 +32,29 @@ std::string work_text(double ratio) {
   return fmt::format("{} times the work", fixed(ratio, ratio < 1.95 ? 2 : 1));
 }
 
+// "keeps 97.9 % and loses 3 tracks": lost tracks where they are more than those of `score`.
+std::string kept_by(const ConstantScore& constant, const AnswerScore& score) {
+  const std::uint32_t lost = constant.lost_count.value_or(0);
+  const std::string text = "keeps " + percent(constant.coverage);
+  return lost > score.lost_count.value_or(0) ? concat(text, " and loses ", tracks_text(lost)) : text;
+}
+
 // "with 27 % of the work (points times iterations) of the best fixed choice (which keeps 97.9 % and
-// loses 3 tracks)"
-std::string compared(const AnswerScore& score, const ConstantScore& constant) {
+// loses 3 tracks); a fixed choice of the same work keeps 90.1 %"
+std::string compared(const LimitVerdict& limit) {
+  const AnswerScore& score = *limit.score;
+  const ConstantScore& constant = *limit.constant;
   if (constant.work_ratio <= 0.0) return "";
-  std::string text = concat(", with ", work_text(score.work_ratio / constant.work_ratio),
-                            " (points times iterations) of the best fixed choice");
+  const double ratio = score.work_ratio / constant.work_ratio;
+  std::string text = ratio > 0.95 && ratio < 1.05
+                         ? ", with the same work (points times iterations) as the best fixed choice"
+                         : concat(", with ", work_text(ratio),
+                                  " (points times iterations) of the best fixed choice");
   const bool keeps_less = constant.coverage < score.coverage - 1e-9;
   const bool loses_more = constant.lost_count.value_or(0) > score.lost_count.value_or(0);
-  if (!keeps_less && !loses_more) return text;
-  text += concat(" (which keeps ", percent(constant.coverage));
-  if (loses_more) text += " and loses " + tracks_text(*constant.lost_count);
-  return text + ")";
+  if (keeps_less || loses_more) text += concat(" (which ", kept_by(constant, score), ")");
+  if (!limit.same_work || *limit.same_work == constant) return text;
+  return concat(text, "; a fixed choice of the same work ", kept_by(*limit.same_work, score));
 }
 
 // Which kind answers is written where the recommended one answers fewer places than all together.
@@ -64,20 +75,31 @@ std::string predicted_words(const LimitVerdict& limit) {
       answered_words(limit));
 }
 
+bool is_known(const std::string& config) { return config != VerdictFiles().config; }
+
+// With its configuration the page shows the street too.
+std::string page_command(const VerdictFiles& files) {
+  const std::string map = command_word(files.map);
+  return is_known(files.config)
+             ? concat("sightline report ", command_word(files.config), " --map ", map,
+                      " -o map.html  # ")
+             : concat("sightline report ", map, " -o map.html  # ");
+}
+
 // How to judge the map by a drive that it was not made from.
 std::string judging_command(const MapJudgement& judgement, const VerdictFiles& files) {
   const std::string map = command_word(files.map);
   const std::string config = command_word(files.config);
   if (!files.names_evaluation) {
-    return concat("sightline report ", map, " -o map.html  # shows the map; to judge it, name ",
-                  "another drive under evaluation: in ", config);
+    return concat(page_command(files), "shows the map; to judge it, name another drive under ",
+                  "evaluation: in ", config);
+  }
+  if (judgement.evidence == Evidence::kEvaluation) {
+    return concat("sightline init RECORDING -o other.yaml  # describes another drive; name it under ",
+                  "evaluation: in ", config);
   }
   const std::string command = concat("sightline evaluate ", config, " --map ", map, "  # ");
-  if (judgement.evidence == Evidence::kEvaluation) {
-    return concat(command, "first name another drive under evaluation: in ", config);
-  }
-  const bool is_known = files.config != VerdictFiles().config;
-  return command + (is_known ? "judges the map by another drive"
+  return command + (is_known(files.config) ? "judges the map by another drive"
                              : "judges the map by the drive under evaluation: in CONFIG");
 }
 
@@ -152,7 +174,7 @@ std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& 
     text += lost == 0 ? " and no track is lost"
                       : concat(" and ", tracks_text(lost), lost == 1 ? " is lost" : " are lost");
   }
-  if (limit.constant) text += compared(score, *limit.constant);
+  if (limit.constant) text += compared(limit);
   if (score.kind != limit.recommended)
     text += "; its " + subject(limit.recommended) + " was not judged";
   const bool is_in_reason = limit.reason == why_unanswered(limit) &&
@@ -185,7 +207,7 @@ std::string next_command(const MapJudgement& judgement, const VerdictFiles& file
   if (judgement.verdict == MapVerdict::kPartly) {
     return concat("sightline weak ", map, "  # shows where the map is weak, and why");
   }
-  return concat("sightline report ", map, " -o map.html  # shows the map as a page");
+  return page_command(files) + "shows the map as a page";
 }
 
 }  // namespace sightline

@@ -41,6 +41,14 @@ std::string_view name_of(Evidence evidence) {
 
 Json lost_of(const std::optional<std::uint32_t>& count) { return count ? Json(*count) : Json(); }
 
+Json fixed_json(const ConstantScore& constant) {
+  return {{"look", constant.look},
+          {"coverage", constant.coverage},
+          {"time_ratio", constant.time_ratio},
+          {"work_ratio", constant.work_ratio},
+          {"lost_count", lost_of(constant.lost_count)}};
+}
+
 Json limit_json(const LimitVerdict& limit) {
   Json json = {{"limit_m", limit.limit_m},
                {"verdict", word_of(limit.verdict)},
@@ -52,7 +60,8 @@ Json limit_json(const LimitVerdict& limit) {
                {"longest_unmet_m", limit.unmet_m},
                {"reason", limit.reason},
                {"score", nullptr},
-               {"best_fixed", nullptr}};
+               {"best_fixed", nullptr},
+               {"same_work_fixed", nullptr}};
   if (limit.score) {
     json["score"] = {{"of", name_of(limit.score->kind)},
                      {"coverage", limit.score->coverage},
@@ -61,13 +70,8 @@ Json limit_json(const LimitVerdict& limit) {
                      {"work_ratio", limit.constant ? Json(limit.score->work_ratio) : Json()},
                      {"lost_count", lost_of(limit.score->lost_count)}};
   }
-  if (limit.constant) {
-    json["best_fixed"] = {{"look", limit.constant->look},
-                          {"coverage", limit.constant->coverage},
-                          {"time_ratio", limit.constant->time_ratio},
-                          {"work_ratio", limit.constant->work_ratio},
-                          {"lost_count", lost_of(limit.constant->lost_count)}};
-  }
+  if (limit.constant) json["best_fixed"] = fixed_json(*limit.constant);
+  if (limit.same_work) json["same_work_fixed"] = fixed_json(*limit.same_work);
   return json;
 }
 

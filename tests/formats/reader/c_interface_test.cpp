@@ -274,5 +274,64 @@ TEST(CInterface, AnswersTheLongestRangeAlsoOnFailure) {
   EXPECT_EQ(range.site, SIGHTLINE_NO_SITE);
 }
 
+constexpr int kBadArgument = 1001;
+
+TEST(CInterface, EveryPointerMayBeNull) {
+  const std::string path = written_map(encode_map(random_map({.seed = 6})), "c_null.slmap");
+  sightline_map* map = nullptr;
+  EXPECT_EQ(sightline_open(nullptr, "annealed", &map, nullptr, 0), kBadArgument);
+  EXPECT_EQ(sightline_open(path.c_str(), "annealed", nullptr, nullptr, 0), kBadArgument);
+  ASSERT_EQ(sightline_open(path.c_str(), nullptr, &map, nullptr, 0), 0);
+  const double p_m[3] = {};
+  sightline_range range;
+  sightline_reasons reasons;
+  sightline_look look;
+  sightline_look_plan plan;
+  EXPECT_EQ(sightline_get_promise(map, 0, nullptr), kBadArgument);
+  EXPECT_EQ(sightline_observation_range(map, p_m, 0.1, nullptr), kBadArgument);
+  EXPECT_EQ(sightline_observation_range(map, nullptr, 0.1, &range), kBadArgument);
+  EXPECT_EQ(range.range_m, 50.0);
+  EXPECT_EQ(sightline_get_reasons(map, p_m, 0.1, nullptr), kBadArgument);
+  EXPECT_EQ(sightline_get_reasons(map, nullptr, 0.1, &reasons), kBadArgument);
+  EXPECT_EQ(sightline_get_look(map, p_m, 0.1, 50.0, nullptr), kBadArgument);
+  EXPECT_EQ(sightline_get_look(map, nullptr, 0.1, 50.0, &look), kBadArgument);
+  EXPECT_EQ(sightline_get_look_plan(map, p_m, 0.1, 1, 50.0, nullptr), kBadArgument);
+  EXPECT_EQ(sightline_get_look_plan(map, nullptr, 0.1, 1, 50.0, &plan), kBadArgument);
+  sightline_info info;
+  sightline_get_info(map, nullptr);
+  sightline_get_info(map, &info);
+  EXPECT_EQ(sightline_get_sites(map, 0, nullptr, info.site_count), kBadArgument);
+  EXPECT_EQ(sightline_get_column(map, 0, nullptr), kBadArgument);
+  sightline_close(map);
+  sightline_close(nullptr);
+}
+
+TEST(CInterface, WithoutAMapTheLongestRangeIsInfinite) {
+  const double p_m[3] = {};
+  sightline_promise promise;
+  sightline_range range;
+  sightline_reasons reasons;
+  sightline_look look;
+  sightline_look_plan plan;
+  sightline_column column;
+  sightline_info info;
+  sightline_get_info(nullptr, &info);
+  EXPECT_STREQ(info.map_id, "");
+  EXPECT_EQ(info.site_count, 0u);
+  EXPECT_EQ(sightline_get_promise(nullptr, 0, &promise), kBadArgument);
+  EXPECT_STREQ(promise.statement, "");
+  EXPECT_EQ(sightline_observation_range(nullptr, p_m, 0.1, &range), kBadArgument);
+  EXPECT_EQ(range.range_m, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(range.flags, SIGHTLINE_FAR);
+  EXPECT_EQ(sightline_get_reasons(nullptr, p_m, 0.1, &reasons), kBadArgument);
+  EXPECT_EQ(sightline_get_look(nullptr, p_m, 0.1, 50.0, &look), kBadArgument);
+  EXPECT_EQ(look.flags, SIGHTLINE_FAR);
+  EXPECT_EQ(sightline_get_look_plan(nullptr, p_m, 0.1, 1, 50.0, &plan), kBadArgument);
+  EXPECT_EQ(plan.first.flags, SIGHTLINE_FAR);
+  EXPECT_EQ(sightline_get_sites(nullptr, 0, nullptr, 0), kBadArgument);
+  EXPECT_EQ(sightline_column_count(nullptr), 0u);
+  EXPECT_EQ(sightline_get_column(nullptr, 0, &column), kBadArgument);
+}
+
 }  // namespace
 }  // namespace sightline

@@ -153,5 +153,43 @@ TEST(SightlineLocalizer, RefusesWhatIsNoStartAndNoLook) {
             bad_argument);
 }
 
+TEST(SightlineLocalizer, EveryPointerMayBeNull) {
+  constexpr int kBadArgument = 1001;
+  const std::string path = written_room("searching");
+  const Opened opened(path);
+  const Scan scan = float_scan(9, 100);
+  const sightline_points points = points_of(scan);
+  const PoseRows start = world_rows(Pose::Identity(), read_map(path)->ndt.frame);
+  const sightline_look look = c_look(kLooks[0]);
+  sightline_look_plan plan = {};
+  plan.first = plan.second = look;
+  plan.has_second = 1;
+  sightline_match match;
+  sightline_localizer* none = nullptr;
+  EXPECT_EQ(sightline_localizer_open(nullptr, nullptr, &none, nullptr, 0), kBadArgument);
+  EXPECT_EQ(sightline_localizer_open(path.c_str(), nullptr, nullptr, nullptr, 0), kBadArgument);
+  sightline_localizer_info info;
+  sightline_localizer_get_info(opened.localizer, nullptr);
+  sightline_localizer_get_info(nullptr, &info);
+  EXPECT_STREQ(info.kernel, "");
+  // Each of the five pointers in turn; the last round has none missing.
+  for (int missing = 0; missing < 6; ++missing) {
+    const sightline_localizer* localizer = missing == 0 ? nullptr : opened.localizer;
+    const sightline_points* from = missing == 1 ? nullptr : &points;
+    const double* T_world_start = missing == 2 ? nullptr : start.data();
+    sightline_match* to = missing == 4 ? nullptr : &match;
+    const int expected = missing == 5 ? 0 : kBadArgument;
+    EXPECT_EQ(sightline_localizer_match(localizer, from, T_world_start,
+                                        missing == 3 ? nullptr : &look, to),
+              expected)
+        << missing;
+    EXPECT_EQ(sightline_localizer_match_plan(localizer, from, T_world_start,
+                                             missing == 3 ? nullptr : &plan, to),
+              expected)
+        << missing;
+  }
+  sightline_localizer_close(nullptr);
+}
+
 }  // namespace
 }  // namespace sightline

@@ -13,6 +13,7 @@ import struct
 import subprocess
 import tempfile
 import sys
+import threading
 import unittest
 
 PROSE, MAP, SCAN = sys.argv[1:4]
@@ -120,6 +121,24 @@ class Map(unittest.TestCase):
         self.map.close()
         with self.assertRaises(ValueError):
             self.map.look((0, 0, 0), 0.1)
+
+    def test_may_be_closed_while_other_threads_read(self):
+        def read_all(opened):
+            try:
+                while True:
+                    opened.sites(0)
+                    opened.columns()
+            except ValueError:
+                pass  # closed
+
+        for _ in range(20):
+            opened = sightline.Map(MAP)
+            threads = [threading.Thread(target=read_all, args=(opened,)) for _ in range(4)]
+            for thread in threads:
+                thread.start()
+            opened.close()
+            for thread in threads:
+                thread.join()
 
 
 class Localizer(unittest.TestCase):

@@ -72,7 +72,7 @@ std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::si
   range.bands = along.misses(limit);
   range.band_name = "error above " + limit_words;
   const std::string number = std::to_string(limit);
-  return html_figure({"figure-10-" + number, concat("Figure 10, limit ", limit_words, "."),
+  return html_figure({"figure-10-" + number, concat("Ranges of the map, limit ", limit_words, "."),
                       "Above: matching time with the longest static range and with the ranges of "
                       "this map. Below: the ranges of this map; bars mark places where the error "
                       "at the selected range exceeded the limit on this drive.",

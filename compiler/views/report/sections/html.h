@@ -33,7 +33,7 @@ std::string fact_table(const Facts& facts);
 // the page's scripts put in its place; empty: the picture stays.
 struct Figure {
   std::string id;
-  std::string name;     // "Figure 5"
+  std::string name;     // "Error by range."
   std::string caption;  // what one sees
   std::string picture_html;
   std::string live;

@@ -154,7 +154,7 @@ std::string judged(const LookEvaluation& evaluation) {
 Section map_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   Section section = {"map", "The map", ""};
-  Figure figure = {"figure-11", "Figure 11.", "", "", "map"};
+  Figure figure = {"figure-11", "Ranges.", "", "", "map"};
   figure.caption = "Observation range at each place, seen from above (+y of the map is up).";
   if (sources.surface) {
     figure.caption +=

@@ -61,7 +61,7 @@ std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
     chart.series.back().size_px = 1.2;
   }
   mark_limits(evaluation, chart);
-  return html_figure({"figure-5", "Figure 5.",
+  return html_figure({"figure-5", "Error by range.",
                       "Mean localization error along the route, one line for each static range. "
                       "Short ranges have larger errors where few structures are near. Dashed lines "
                       "are the limits; larger errors are cut off at the upper edge.",
@@ -82,7 +82,7 @@ std::string figure_six(const Evaluation& evaluation) {
   chart.least_x = mean.x.front() - margin_m;
   chart.greatest_x = mean.x.back() + margin_m;
   chart.series = {mean, most};
-  return html_figure({"figure-6", "Figure 6.",
+  return html_figure({"figure-6", "Time by range.",
                       "Mean and longest matching time of each static range: CPU time of one thread "
                       "for cropping, subsampling and matching a scan.",
                       chart_svg(chart), ""});
@@ -114,7 +114,7 @@ std::string figure_seven(const Evaluation& evaluation, const Sites& sites) {
                                         limit, Rule::kOracle));
     chart.series.back().is_dashed = limit == 1;
   }
-  return html_figure({"figure-7", "Figure 7.",
+  return html_figure({"figure-7", "Shortest ranges.",
                       "The shortest range with an error within each limit (ideal case), or the "
                       "longest range where none was within it.",
                       chart_svg(chart), "ideal-range"});
@@ -130,7 +130,7 @@ std::string figure_eight(const Evaluation& evaluation, const Sites& sites) {
     chart.series.push_back(along.times("dynamic, " + limit_text(evaluation.limits_m[limit]),
                                        limit_colour(limit), limit, Rule::kOracle));
   }
-  return html_figure({"figure-8", "Figure 8.",
+  return html_figure({"figure-8", "Their time.",
                       "Matching time along the route with the longest static range and with the "
                       "ideal dynamic ranges.",
                       chart_svg(chart), "ideal-time"});

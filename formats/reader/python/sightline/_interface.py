@@ -181,7 +181,11 @@ def localizer():
 
 
 class Handle:
-    """A handle of the library; closed with its last reference."""
+    """A handle of the library; closed with its last reference.
+
+    A function of the library is given the Handle itself, so that another thread that closes its
+    owner meanwhile does not free what the function reads.
+    """
 
     def __init__(self, open_function, close_function, arguments):
         self._close = close_function
@@ -189,6 +193,7 @@ class Handle:
         message = ctypes.create_string_buffer(1024)
         code = open_function(*arguments, byref(self.pointer), message, len(message))
         check(code, message.value.decode(errors="replace"))
+        self._as_parameter_ = self.pointer
 
     def __del__(self):
         if self.pointer:

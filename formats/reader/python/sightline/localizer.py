@@ -63,7 +63,7 @@ class Localizer:
         self._handle = c.Handle(library.sightline_localizer_open, library.sightline_localizer_close,
                                 (os.fsencode(path), byref(options)))
         info = c.LocalizerInfo()
-        library.sightline_localizer_get_info(self._handle.pointer, byref(info))
+        library.sightline_localizer_get_info(self._handle, byref(info))
         self.origin_world_m = tuple(info.origin_world_m)
         self.cell_m = info.cell_m
         self.T_vehicle_sensor = tuple(info.T_vehicle_sensor)
@@ -84,15 +84,17 @@ class Localizer:
         """Arrays of NDs are valid as long as a reference to them exists."""
         self._handle = self._nds = None
 
-    def _open(self):
-        if self._handle is None:
+    @staticmethod
+    def _opened(what):
+        """What another thread may have closed."""
+        if what is None:
             raise ValueError("the localizer is closed")
+        return what
 
     @property
     def nds(self):
         """The map's normal distributions: an array of sightline.Nd, in the library's memory."""
-        self._open()
-        return c.records(self._nds)
+        return c.records(self._opened(self._nds))
 
     def match(self, scan, T_world_start, look):
         """The pose of the vehicle: a sightline.Match.
@@ -101,10 +103,10 @@ class Localizer:
         memoryview of two dimensions. T_world_start: 12 numbers (see pose), or a 3 x 4 or 4 x 4 matrix.
         look: of Map.look, Map.look_plan, Map.observation_range, or Look(range_m=...).
         """
-        self._open()
+        handle = self._opened(self._handle)
         points, memory = _points(scan)
         match = c.Match()
-        arguments = (self._handle.pointer, byref(points), _rows(T_world_start))
+        arguments = (handle, byref(points), _rows(T_world_start))
         if isinstance(look, c.LookPlan):
             code = c.localizer().sightline_localizer_match_plan(*arguments, byref(look), byref(match))
         else:

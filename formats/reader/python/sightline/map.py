@@ -19,7 +19,7 @@ class Map:
         self._handle = c.Handle(library.sightline_open, library.sightline_close,
                                 (os.fsencode(path), name))
         info = c.MapInfo()
-        library.sightline_get_info(self._handle.pointer, byref(info))
+        library.sightline_get_info(self._handle, byref(info))
         self.map_id = info.map_id.decode()
         self.version = info.version.decode()
         self.release = info.release
@@ -44,53 +44,55 @@ class Map:
     def close(self):
         self._handle = None
 
-    def _pointer(self):
-        if self._handle is None:
+    def _open(self):
+        handle = self._handle  # another thread may close the map
+        if handle is None:
             raise ValueError("the map is closed")
-        return self._handle.pointer
+        return handle
 
     def promise(self, limit):
         """The promise of the map for limits_m[limit]."""
         promise = c.Promise()
-        promise._map = self._handle  # its sentence lies in the map
-        c.check(c.reader().sightline_get_promise(self._pointer(), limit, byref(promise)))
+        promise._map = self._open()  # its sentence lies in the map
+        c.check(c.reader().sightline_get_promise(promise._map, limit, byref(promise)))
         return promise
 
     def observation_range(self, position_world_m, limit_m):
         """The range for that accuracy at this position of the sensor; `far` if no site is near on its level."""
         answer = c.Range()
         c.check(c.reader().sightline_observation_range(
-            self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(answer)))
+            self._open(), c.doubles(position_world_m, 3), limit_m, byref(answer)))
         return answer
 
     def reasons(self, position_world_m, limit_m):
         """The names of the rules that decided `range` and `look` there, "none" if no site is used."""
         reasons = c.Reasons()
         c.check(c.reader().sightline_get_reasons(
-            self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(reasons)))
+            self._open(), c.doubles(position_world_m, 3), limit_m, byref(reasons)))
         return reasons
 
     def look(self, position_world_m, limit_m, visible_m=math.inf):
         """The look for a sensor at this position if it now sees visible_m far."""
         answer = c.Look()
         c.check(c.reader().sightline_get_look(
-            self._pointer(), c.doubles(position_world_m, 3), limit_m, visible_m, byref(answer)))
+            self._open(), c.doubles(position_world_m, 3), limit_m, visible_m, byref(answer)))
         return answer
 
     def look_plan(self, position_world_m, limit_m, is_tracking, visible_m=math.inf):
         """The plan for a tracking vehicle at this position."""
         answer = c.LookPlan()
         c.check(c.reader().sightline_get_look_plan(
-            self._pointer(), c.doubles(position_world_m, 3), limit_m, 1 if is_tracking else 0,
+            self._open(), c.doubles(position_world_m, 3), limit_m, 1 if is_tracking else 0,
             visible_m, byref(answer)))
         return answer
 
     def _columns(self):
         library = c.reader()
-        for index in range(library.sightline_column_count(self._pointer())):
+        handle = self._open()
+        for index in range(library.sightline_column_count(handle)):
             column = c.Column()
-            code = library.sightline_get_column(self._pointer(), index, byref(column))
-            column._map = self._handle  # its names and values are in the map
+            code = library.sightline_get_column(handle, index, byref(column))
+            column._map = handle  # its names and values are in the map
             yield column, code
 
     def columns(self):
@@ -108,5 +110,5 @@ class Map:
     def sites(self, limit=0):
         """Every site with the map's answer for limits_m[limit]: an array of sightline.Site."""
         sites = (c.Site * self.site_count)()
-        c.check(c.reader().sightline_get_sites(self._pointer(), limit, sites, len(sites)))
+        c.check(c.reader().sightline_get_sites(self._open(), limit, sites, len(sites)))
         return c.records(sites)

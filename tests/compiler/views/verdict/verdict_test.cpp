@@ -94,7 +94,7 @@ struct Case {
 
 std::vector<Case> cases() {
   std::vector<Case> all;
-  all.push_back({"own drive within the limit", good_map(), {}, kGood});
+  all.push_back({"own drive within the limit", good_map(), {}, kNotJudged});
   all.push_back({"evaluation within the limit", good_map(), replayed(0.98, 0), kGood});
   all.push_back({"simulated, then evaluated", simulated(), replayed(0.99, 0), kGood});
   all.push_back({"own drive a little below the target", with_own_coverage(0.93), {}, kPartly});
@@ -108,9 +108,12 @@ std::vector<Case> cases() {
   all.push_back({"tunnel at a constant speed", with_tunnel(Substitute::kConstantSpeed, 30.0),
                  replayed(0.99, 0), kPartly});
   all.push_back({"tunnel at an unknown speed", with_tunnel(Substitute::kNone, 20.0), {}, kPartly});
-  all.push_back({"short tunnel", with_tunnel(Substitute::kConstantSpeed, 19.0), {}, kGood});
-  all.push_back({"tunnel with given poses", with_tunnel(Substitute::kGivenPoses, 30.0), {}, kGood});
-  all.push_back({"tunnel with wheel speed", with_tunnel(Substitute::kWheelSpeed, 30.0), {}, kGood});
+  all.push_back(
+      {"short tunnel", with_tunnel(Substitute::kConstantSpeed, 19.0), replayed(0.99, 0), kGood});
+  all.push_back({"tunnel with given poses", with_tunnel(Substitute::kGivenPoses, 30.0),
+                 replayed(0.99, 0), kGood});
+  all.push_back({"tunnel with wheel speed", with_tunnel(Substitute::kWheelSpeed, 30.0),
+                 replayed(0.99, 0), kGood});
   all.push_back({"simulated", simulated(), {}, kNotJudged});
   all.push_back({"no site measured", simulated(), {}, kNotJudged});
   all.back().map.measurement.reference = ErrorReference::kKnownPose;
@@ -127,7 +130,8 @@ TEST(Verdict, IsAsItsThresholdsSay) {
   for (const Case& each : cases()) {
     const MapJudgement judgement = judgement_of(each);
     EXPECT_EQ(judgement.verdict, each.expected) << each.name << ": " << to_text(judgement);
-    const bool has_reason = each.expected == kPartly || each.expected == kBad;
+    const bool has_reason = each.expected == kPartly || each.expected == kBad ||
+                            (each.expected == kNotJudged && judgement.is_own_drive);
     EXPECT_EQ(!judgement.reason.empty(), has_reason) << each.name;
   }
 }
@@ -329,16 +333,18 @@ TEST(Verdict, AnEvaluationByTheMapsOwnDriveIsOptimistic) {
   const MapJudgement judgement = judge_map(good_map(), &figures, {.config = "drive.yaml"});
   EXPECT_THAT(judgement.figures, HasSubstr("On its own drive (optimistic) the map's ranges keep"));
   EXPECT_EQ(to_json(judgement).at("is_own_drive"), true);
-  EXPECT_THAT(judgement.next,
-              HasSubstr("# first name another drive under evaluation: in drive.yaml"));
+  EXPECT_EQ(judgement.verdict, kNotJudged);
+  EXPECT_EQ(judgement.reason, "Only its own drive has tested the map.");
+  EXPECT_EQ(judgement.next,
+            "sightline init RECORDING -o other.yaml  # describes another drive; name it under "
+            "evaluation: in drive.yaml");
 }
 
 TEST(Verdict, TheNextCommandWorksWithoutAnEvaluationDrive) {
   const VerdictFiles files = {.map = "a.slmap", .config = "a.yaml", .names_evaluation = false};
-  EXPECT_EQ(
-      judge_map(good_map(), nullptr, files).next,
-      "sightline report a.slmap -o map.html  # shows the map; to judge it, name another drive "
-      "under evaluation: in a.yaml");
+  EXPECT_EQ(judge_map(good_map(), nullptr, files).next,
+            "sightline report a.yaml --map a.slmap -o map.html  # shows the map; to judge it, name "
+            "another drive under evaluation: in a.yaml");
   EXPECT_EQ(judge_map(good_map(), nullptr, {.map = "a.slmap", .config = "a.yaml"}).next,
             "sightline evaluate a.yaml --map a.slmap  # judges the map by another drive");
 }
@@ -350,7 +356,7 @@ TEST(Verdict, APlaceWithALookOrARangeIsAnswered) {
   map.looks = with_all.looks;
   map.looks->ranges.plan.reset();
   MapJudgement judgement = judge_map(map, nullptr, {});
-  EXPECT_EQ(judgement.verdict, kGood) << to_text(judgement);
+  EXPECT_EQ(judgement.verdict, kNotJudged) << to_text(judgement);
   EXPECT_DOUBLE_EQ(judgement.limits[0].answered_share, 1.0);
   for (std::size_t site = 30; site <= 40; ++site) {
     const std::size_t limits = map.ranges.promises.size();
@@ -387,6 +393,20 @@ TEST(Verdict, ComparesWithTheConstantAnswerOfLeastWorkThatIsAsGood) {
   EXPECT_EQ(beside(0.96, 1), "20 m");
   EXPECT_EQ(beside(0.96, 0), "30 m") << "20 m loses a track; 40 m is not the first";
   EXPECT_EQ(beside(0.999, 0), "50 m") << "none is as good: the one that keeps most";
+}
+
+TEST(Verdict, NamesTheFixedChoiceOfTheSameWork) {
+  EvaluationFigures figures = replayed(0.99, 0);
+  for (LimitFigures& limit : figures.limits) {
+    limit.constants.push_back({"12 m", 0.97, 0.21, 0.21, 1});  // of 1.05 times its work
+    limit.constants.push_back({"13 m", 0.98, 0.22, 0.22, 0});  // of more
+    limit.constants.push_back({"5 m", 0.4, 0.1, 0.1, 9});      // keeps less
+  }
+  const MapJudgement judgement = judge_map(good_map(), &figures, {});
+  EXPECT_THAT(judgement.figures,
+              HasSubstr("with 40 % of the work (points times iterations) of the best fixed choice; "
+                        "a fixed choice of the same work keeps 97.0 % and loses 1 track;"));
+  EXPECT_EQ(to_json(judgement).at("limits").at(0).at("same_work_fixed").at("look"), "12 m");
 }
 
 TEST(Verdict, JsonOfAnyNameIsText) {
