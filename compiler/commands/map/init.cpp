@@ -66,10 +66,9 @@ Result<void> run_init(const InitFlags& flags) {
   print_written(flags.output, "a configuration; comments give the reasons for its values");
   if (!schema.empty()) print_written(schema, "completion and checks in editors");
   if (verbosity() == Verbosity::kQuiet) return {};
-  print_text(
-      concat("Next: sightline compile ", flags.output, " -o ",
-             fs::path(flags.output).replace_extension(".slmap").string(),
-             "\n      --dry-run estimates the time first\n"));
+  print_text(concat("Next: sightline compile ", flags.output, " -o ",
+                    fs::path(flags.output).replace_extension(".slmap").string(),
+                    "\n      --dry-run estimates the time first\n"));
   return {};
 }
 

@@ -76,8 +76,8 @@ Result<EvaluationFigures> parse_evaluation(std::string_view json, const Compiled
 // the least work). The first of equals. Null: none was judged.
 const ConstantScore* best_constant(const LimitFigures& figures, const AnswerScore& answer);
 
-// The constant answer that keeps most within the limit (then loses fewest tracks) of those that need
-// at most `most_work_ratio`. Null: there is none.
+// The constant answer that keeps most within the limit (then loses fewest tracks) of those that
+// need at most `most_work_ratio`. Null: there is none.
 const ConstantScore* best_constant_within(const LimitFigures& figures, double most_work_ratio);
 
 }  // namespace sightline

@@ -57,7 +57,7 @@ struct LimitVerdict {
   std::optional<AnswerScore> score;
   std::optional<ConstantScore> constant;   // best_constant() beside it
   std::optional<ConstantScore> same_work;  // the best constant answer of at most its work
-  std::string reason;                     // why it is not good; empty: it is, or is not judged
+  std::string reason;                      // why it is not good; empty: it is, or is not judged
 };
 
 struct MapJudgement {

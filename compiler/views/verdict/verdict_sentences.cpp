@@ -36,7 +36,8 @@ std::string work_text(double ratio) {
 std::string kept_by(const ConstantScore& constant, const AnswerScore& score) {
   const std::uint32_t lost = constant.lost_count.value_or(0);
   const std::string text = "keeps " + percent(constant.coverage);
-  return lost > score.lost_count.value_or(0) ? concat(text, " and loses ", tracks_text(lost)) : text;
+  return lost > score.lost_count.value_or(0) ? concat(text, " and loses ", tracks_text(lost))
+                                             : text;
 }
 
 // "with 27 % of the work (points times iterations) of the best fixed choice (which keeps 97.9 % and
@@ -80,10 +81,9 @@ bool is_known(const std::string& config) { return config != VerdictFiles().confi
 // With its configuration the page shows the street too.
 std::string page_command(const VerdictFiles& files) {
   const std::string map = command_word(files.map);
-  return is_known(files.config)
-             ? concat("sightline report ", command_word(files.config), " --map ", map,
-                      " -o map.html  # ")
-             : concat("sightline report ", map, " -o map.html  # ");
+  return is_known(files.config) ? concat("sightline report ", command_word(files.config), " --map ",
+                                         map, " -o map.html  # ")
+                                : concat("sightline report ", map, " -o map.html  # ");
 }
 
 // How to judge the map by a drive that it was not made from.
@@ -95,12 +95,14 @@ std::string judging_command(const MapJudgement& judgement, const VerdictFiles& f
                   "evaluation: in ", config);
   }
   if (judgement.evidence == Evidence::kEvaluation) {
-    return concat("sightline init RECORDING -o other.yaml  # describes another drive; name it under ",
-                  "evaluation: in ", config);
+    return concat(
+        "sightline init RECORDING -o other.yaml  # describes another drive; name it under ",
+        "evaluation: in ", config);
   }
   const std::string command = concat("sightline evaluate ", config, " --map ", map, "  # ");
-  return command + (is_known(files.config) ? "judges the map by another drive"
-                             : "judges the map by the drive under evaluation: in CONFIG");
+  return command + (is_known(files.config)
+                        ? "judges the map by another drive"
+                        : "judges the map by the drive under evaluation: in CONFIG");
 }
 
 // Makes a map of the fixed choice alone, which is a range ("15 m") or a look ("50 m, 64 points").

@@ -122,6 +122,12 @@ class Map(unittest.TestCase):
         with self.assertRaises(ValueError):
             self.map.look((0, 0, 0), 0.1)
 
+    def test_names_the_flags_of_an_answer(self):
+        far = self.map.observation_range((1e5, 0, 0), 0.1)
+        self.assertEqual(far.flag_names, ["far"])
+        self.assertTrue(repr(far).startswith("Range(range_m="), repr(far))
+        self.assertTrue(repr(far).endswith(", flags=far)"), repr(far))
+
     def test_may_be_closed_while_other_threads_read(self):
         def read_all(opened):
             try:

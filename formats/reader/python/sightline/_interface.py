@@ -5,18 +5,35 @@ import functools
 from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_float, c_int, c_int32, c_size_t, \
     c_uint32, c_uint64, c_void_p
 
-UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE = 1, 2, 4, 8, 16, 32, 64
+UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE, SIMULATED = \
+    1, 2, 4, 8, 16, 32, 64, 128
+_FLAG_NAMES = {UNMET: "unmet", EXTRAPOLATED: "extrapolated", FAR: "far", TIGHTER_LIMIT: "tighter_limit",
+               STATIC: "static", UNKNOWN_LOCALIZER: "unknown_localizer", NOT_VISIBLE: "not_visible",
+               SIMULATED: "simulated"}
 CONVERGED, ITERATION_LIMIT, NO_POINTS, NO_OVERLAP = 0, 1, 2, 3
 NO_SITE = 0xFFFFFFFF
 
 
-class Range(Structure):
+class _Answer(Structure):
+    """Prints its fields, and its flags by name."""
+
+    @property
+    def flag_names(self):
+        """["far"]: no site is near on this level, for example."""
+        return [name for flag, name in _FLAG_NAMES.items() if self.flags & flag]
+
+    def __repr__(self):
+        fields = [f"{name}={getattr(self, name)}" for name, _ in self._fields_ if name != "flags"]
+        return f"{type(self).__name__}({', '.join(fields)}, flags={'+'.join(self.flag_names) or 'none'})"
+
+
+class Range(_Answer):
     """A chosen range: sightline_range."""
     _fields_ = [("range_m", c_double), ("probability", c_double), ("mean_error_m", c_double),
                 ("distance_m", c_double), ("flags", c_uint32), ("site", c_uint32)]
 
 
-class Look(Structure):
+class Look(_Answer):
     """How a scan becomes the points that are matched: sightline_look. Look(range_m=30): every return."""
     _fields_ = [("range_m", c_double), ("return_count", c_uint32), ("even_beyond_m", c_double),
                 ("point_count", c_uint32), ("is_by_normals", c_int), ("settles", c_int),
