@@ -1,10 +1,16 @@
 #include "compiler/gate/settings.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
+#include "compiler/gate/rules/rules.h"
 #include "compiler/pipeline/option_yaml.h"
+#include "formats/foreign/text/text_lines.h"
+#include "formats/text/numbers.h"
 #include "passes/pass/options.h"
 
 namespace sightline {
@@ -70,20 +76,46 @@ Severity severity_of(const std::string& name) {
   return Severity::kError;
 }
 
-Result<void> read_at_limits(const YamlNode& node, Threshold& threshold) {
+std::string_view unit_of(const std::string& id) {
+  const auto rule = std::ranges::find(gate_rules(), id, &GateRule::id);
+  return rule == gate_rules().end() ? std::string_view() : rule->unit;
+}
+
+// "95 %" as 0.95, wherever the threshold of a rule that judges a share may be written.
+YamlNode with_percents_as_shares(YamlNode node) {
+  if (node.kind == YamlNode::Kind::kScalar && node.scalar.ends_with('%')) {
+    const std::string number = node.scalar.substr(0, node.scalar.find_last_not_of(" %") + 1);
+    const std::optional<double> percents = finite_number(number);
+    if (percents) node.scalar = format_double(*percents / 100.0);
+  }
+  for (YamlNode& value : node.values) value = with_percents_as_shares(std::move(value));
+  return node;
+}
+
+Result<void> check_share(const YamlNode& node, const std::string& id, double allowed) {
+  if (unit_of(id) != "share" || allowed <= 1.0) return {};
+  return refused(node, concat("rule '", id, "' judges a share: ", format_double(allowed),
+                              " is more than all; write ", format_double(allowed / 100.0), " or ",
+                              format_double(allowed), " %"));
+}
+
+Result<void> read_at_limits(const YamlNode& node, const std::string& id, Threshold& threshold) {
   if (node.kind != YamlNode::Kind::kMap) {
     return refused(node, "at_limits must be a map of limits");
   }
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     SIGHTLINE_ASSIGN(const double limit_m, read_number(node.keys[i], "a limit of at_limits", 1e-6));
     SIGHTLINE_ASSIGN(const double allowed, read_number(node.values[i], "at_limits", -1e12));
+    SIGHTLINE_TRY(check_share(node.values[i], id, allowed));
     threshold.at_limits.emplace_back(limit_m, allowed);
   }
   return {};
 }
 
-// `rule: 0.9`, `rule: warning`, `rule: off` or `rule: {severity: .., allowed: .., at_limits: ..}`.
-Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting& setting) {
+// `rule: 0.9`, `rule: 90 %`, `rule: warning`, `rule: off` or
+// `rule: {severity: .., allowed: .., at_limits: ..}`.
+Result<void> read_rule(const YamlNode& written, const std::string& id, RuleSetting& setting) {
+  const YamlNode node = unit_of(id) == "share" ? with_percents_as_shares(written) : written;
   if (node.kind == YamlNode::Kind::kNull)
     return refused(node, concat("rule '", id, "' has no value: give a threshold or a severity"));
   std::string severity(severity_name(setting.severity));
@@ -99,11 +131,14 @@ Result<void> read_rule(const YamlNode& node, const std::string& id, RuleSetting&
     set = set_fields(node, concat("rule '", id, "'"), fields, {"at_limits"});
   }
   if (!set) return set;
-  if (says_allowed) setting.threshold.allowed = allowed;
+  if (says_allowed) {
+    SIGHTLINE_TRY(check_share(node, id, allowed));
+    setting.threshold.allowed = allowed;
+  }
   setting.is_on = severity != "off";
   if (setting.is_on) setting.severity = severity_of(severity);
   const YamlNode* at_limits = node.find("at_limits");
-  return at_limits ? read_at_limits(*at_limits, setting.threshold) : Result<void>();
+  return at_limits ? read_at_limits(*at_limits, id, setting.threshold) : Result<void>();
 }
 
 std::vector<std::string> ids_of(const GateSettings& settings) {
@@ -255,8 +290,11 @@ Json rules_schema() {
   std::string severity;
   double allowed = 0.0;
   Json full = properties_of(rule_fields(severity, allowed));
-  Json forms = Json::array({full["allowed"], full["severity"]});
-  full["at_limits"] = {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}};
+  const Json percents = {{"type", "string"}, {"pattern", "^-?[0-9]+(\\.[0-9]+)? ?%$"}};
+  Json forms = Json::array({full["allowed"], full["severity"], percents});
+  full["allowed"] = {{"anyOf", {full["allowed"], percents}}};
+  full["at_limits"] = {{"type", "object"},
+                       {"additionalProperties", {{"anyOf", {{{"type", "number"}}, percents}}}}};
   forms.push_back(object_of(full));
   Json ids = Json::array();
   for (const GateRule& rule : gate_rules()) ids.push_back(rule.id);

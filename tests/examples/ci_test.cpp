@@ -124,6 +124,7 @@ TEST(CiExample, CompositeActionHasTheShapeThatGithubAsksFor) {
   }
   for (const auto& output : action["outputs"]) EXPECT_TRUE(output.second["value"].IsScalar());
   const std::string text = text_of("action.yml");
+  EXPECT_LT(text.find("actions/cache/restore@"), text.find("run\" compile"));
   const std::regex named("(inputs|steps)\\.([a-z0-9_]+)");
   for (std::sregex_iterator at(text.begin(), text.end(), named), end; at != end; ++at) {
     EXPECT_THAT((*at)[1] == "inputs" ? inputs : ids, Contains((*at)[2].str()));

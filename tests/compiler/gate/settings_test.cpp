@@ -61,6 +61,11 @@ TEST(GateSettings, RefuseWhatTheyDoNotKnowAndSayWhere) {
       {"rules: {unmet-share: sometimes}", ErrorCode::kBadValue, "sometimes", "line 1"},
       {"rules: {unmet-share: {allowed: much}}", ErrorCode::kBadValue, "number", "line 1"},
       {"rules: {unmet-share: .nan}", ErrorCode::kBadValue, "severity", "line 1"},
+      {"rules: {expected-coverage: 95}", ErrorCode::kBadValue,
+       "'expected-coverage' judges a share: 95 is more than all; write 0.95 or 95 %", "line 1"},
+      {"rules: {unmet-share: {at_limits: {0.25: 2.5}}}", ErrorCode::kBadValue,
+       "write 0.025 or 2.5 %", "line 1"},
+      {"rules: {mean-range: 95 %}", ErrorCode::kBadValue, "95 %", "line 1"},
       {"exceptions: 3", ErrorCode::kBadValue, "list", "line 1"},
       {"exceptions:\n - {rule: '*', reason: r}", ErrorCode::kMissingKey, "until", "line 2"},
       {"exceptions: [{rule: '*', until: 2026-01-01}]", ErrorCode::kMissingKey, "reason", "line 1"},
@@ -81,6 +86,17 @@ TEST(GateSettings, RefuseWhatTheyDoNotKnowAndSayWhere) {
     EXPECT_THAT(settings.message, HasSubstr(refusal.message)) << refusal.yaml;
     EXPECT_EQ(settings.place.substr(0, settings.place.find(',')), refusal.place) << refusal.yaml;
   }
+}
+
+TEST(GateSettings, ReadSharesInPercent) {
+  const GateSettings settings = value_of(parse_gate_settings(
+      "rules:\n  expected-coverage: 95 %\n  unmet-share: {allowed: 2.5%, at_limits: {0.25: 10 %}}\n"
+      "  removed-share: 1\n"));
+  EXPECT_EQ(settings.rules.at("expected-coverage").threshold.allowed, 0.95);
+  const Threshold& unmet = settings.rules.at("unmet-share").threshold;
+  EXPECT_EQ(unmet.allowed, 0.025);
+  EXPECT_EQ(unmet.at(0.25), 0.1);
+  EXPECT_EQ(settings.rules.at("removed-share").threshold.allowed, 1.0);
 }
 
 struct WorseRoute {
