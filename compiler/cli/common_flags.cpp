@@ -131,6 +131,10 @@ Positional map_positional(std::string& file, const std::string& help) {
 
 Result<void> try_output(const std::filesystem::path& path, IfExists if_exists) {
   if (path.empty()) return {};
+  if (!path.has_filename()) {
+    return Error{ErrorCode::kBadArgument, "this names a folder; name the file in it",
+                 path.string()};
+  }
   SIGHTLINE_TRY(check_output(path, if_exists));
   if (is_made_by_hand(path)) {
     return Error{ErrorCode::kCannotWrite,

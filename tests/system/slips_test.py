@@ -44,6 +44,7 @@ SLIPS = [
     ("a verb misspelt", "complie drive.yaml", USAGE, "compile"),
     ("a flag misspelt", "compile drive.yaml -o m.slmap --treads 2", USAGE, "--threads"),
     ("no output", "compile drive.yaml", USAGE, "-o is required"),
+    ("a folder as the output", "compile drive.yaml -o new/", USAGE, "name the file in it"),
     ("no map", "evaluate drive.yaml", USAGE, "--map"),
     ("a pass misspelt", "compile drive.yaml -o m.slmap --stop-after build_ndt", USAGE, "build-ndt"),
     ("a format that is none", "export town.slmap --format shp -o m.shp", USAGE, "gpkg"),
