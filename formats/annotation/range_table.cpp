@@ -21,9 +21,8 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
   }
   if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) ||
       !is_share(promise.alpha) || !is_share(promise.delta) ||
-      !is_share(promise.calibration_miss_share)) {
-    return invalid_artifact("a threshold, alpha, delta or share of misses is outside 0 to 1",
-                            place);
+      !is_share(promise.calibration_miss_share) || !is_share(promise.answered_share)) {
+    return invalid_artifact("a threshold, alpha, delta or share of sites is outside 0 to 1", place);
   }
   if (promise.scope > PromiseScope::kNextDrive ||
       (promise.is_earned && promise.scope != PromiseScope::kNextDrive)) {

@@ -36,7 +36,9 @@ template <>
 inline constexpr auto kNamesOf<PromiseScope> = enum_names("this-drive", "next-drive");
 
 // Flags of a chosen range, as stored in the map.
-inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the most probable one
+// No range is good enough: the most probable one. The site is not answered, and no promise is about
+// it.
+inline constexpr std::uint8_t kUnmet = 1;
 inline constexpr std::uint8_t kExtrapolated = 2;  // the model's answer lies outside its support
 // The street's own static answer instead of the model's; 4 and 8 are flags of the vehicle's reader.
 inline constexpr std::uint8_t kStatic = 16;
@@ -50,21 +52,24 @@ struct LimitPromise {
   std::string method;  // "mean", "conformal", "learn-then-test", "empirical", "fixed"
   double probability_threshold = 0.0;  // p*; 0 under the mean rule
   double history_threshold = 0.0;      // p* of sites with measured history; 0 where there are none
-  double alpha = 0.0;                  // expected share of misses named by the user
+  double alpha = 0.0;                  // share of the answered sites that may miss
   double delta = 0.0;                  // learn-then-test only
   // Of the calibration: blocks of route, the places they lie in, and the drives that measured them.
   std::uint32_t block_count = 0;
   std::uint32_t place_count = 0;
   std::uint32_t drive_count = 0;
   PromiseScope scope = PromiseScope::kThisDrive;
-  bool is_earned = false;  // of the next drive; false: of this drive, too few blocks, or no
-                           // threshold reached alpha
-  double calibration_miss_share = 0.0;  // out of fold, on the range chosen after dilation
+  bool is_earned = false;  // of the next drive, at answered sites; false: of this drive, too few
+                           // blocks, or no threshold reached alpha
+  // Out of fold, on the range chosen after dilation: misses of the answered sites, and the share of
+  // sites that are answered (not flagged kUnmet).
+  double calibration_miss_share = 0.0;
+  double answered_share = 1.0;
   std::string statement;  // one sentence for people: what is promised, or why nothing is
 };
 SIGHTLINE_FIELDS(LimitPromise, limit_m, method, probability_threshold, history_threshold, alpha,
                  delta, block_count, place_count, drive_count, scope, is_earned,
-                 calibration_miss_share, statement)
+                 calibration_miss_share, answered_share, statement)
 
 // How to look at every site, chosen from the looks of a family.
 struct RangeTable {
@@ -103,7 +108,7 @@ SIGHTLINE_FIELDS(RangeTable, looks, selection, dilation_m, extrapolated_takes_st
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 9;
+  static constexpr std::uint32_t kVersion = 10;
 };
 
 // Of its sites, those flagged kSimulatedAnswer for some limit.

@@ -33,8 +33,9 @@ Result<void> validate_rules(const Evaluation& evaluation) {
     const RuleScore& score = evaluation.rules[i];
     const bool is_in_place = static_cast<std::size_t>(score.rule) == i % kRuleCount &&
                              score.limit_m == evaluation.limits_m[i / kRuleCount];
-    const double shares[] = {score.coverage, score.unmet_share, score.extrapolated_share,
-                             score.worst_coverage};
+    const double shares[] = {
+        score.coverage,       score.unmet_share,         score.extrapolated_share,
+        score.worst_coverage, score.answered_miss_share, score.truly_unmet_share};
     const bool are_shares = std::all_of(std::begin(shares), std::end(shares),
                                         [](double share) { return share >= 0.0 && share <= 1.0; });
     if (!is_in_place || !are_shares || !are_finite(score) ||

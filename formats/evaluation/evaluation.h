@@ -64,15 +64,21 @@ struct RuleScore {
   double mean_time_ms = 0.0;
   double max_site_time_ms = 0.0;
   double max_run_time_ms = 0.0;
-  double unmet_share = 0.0;         // no range was predicted, or was, good enough
+  double unmet_share = 0.0;         // no range was predicted, or was, good enough: not answered
   double extrapolated_share = 0.0;  // kMap only
   double worst_coverage = 0.0;      // of the worst stretch of route
   std::uint32_t worst_begin_site = 0;
   std::uint32_t worst_end_site = 0;  // its last site
+  double answered_miss_share =
+      0.0;  // of the answered sites, those over the limit; 0: none answered
+  // Of the sites that are not answered, those where the longest range is over the limit too; 0
+  // where all are answered.
+  double truly_unmet_share = 0.0;
 };
 SIGHTLINE_FIELDS(RuleScore, rule, limit_m, coverage, mean_error_m, p95_error_m, mean_range_m,
                  time_ratio, work_ratio, mean_time_ms, max_site_time_ms, max_run_time_ms,
-                 unmet_share, extrapolated_share, worst_coverage, worst_begin_site, worst_end_site)
+                 unmet_share, extrapolated_share, worst_coverage, worst_begin_site, worst_end_site,
+                 answered_miss_share, truly_unmet_share)
 
 // One rule at one limit over the judged sites of one type of street.
 struct StreetScore {
@@ -145,7 +151,7 @@ SIGHTLINE_FIELDS(Evaluation, drive, reference, site_count, out_of_fold_count, st
 template <>
 struct ArtifactTraits<Evaluation> {
   static constexpr std::string_view kName = "evaluation";
-  static constexpr std::uint32_t kVersion = 6;
+  static constexpr std::uint32_t kVersion = 7;
 };
 
 Result<void> validate(const Evaluation& evaluation);

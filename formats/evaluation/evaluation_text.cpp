@@ -74,17 +74,23 @@ std::string heading(const Evaluation& evaluation, const std::string& what, std::
 
 std::string rules_at(const Evaluation& evaluation, const MapFrame& frame, std::size_t limit) {
   TextGrid grid = {{"rule", "coverage %", "error cm", "p95 cm", "range m", "time ratio",
-                    "work ratio", "unmet %", "worst stretch %", "its sites, world x, y (m)"}};
+                    "work ratio", "answered %", "missed of answered %", "unmet %",
+                    "of these truly %", "worst stretch %", "its sites, world x, y (m)"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
     grid.push_back({std::string(name_of(score.rule)), in_percent(score.coverage),
                     in_centimetres(score.mean_error_m), in_centimetres(score.p95_error_m),
                     fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
-                    fixed(score.work_ratio, 3), in_percent(score.unmet_share),
+                    fixed(score.work_ratio, 3), in_percent(1.0 - score.unmet_share),
+                    in_percent(score.answered_miss_share), in_percent(score.unmet_share),
+                    score.unmet_share > 0.0 ? in_percent(score.truly_unmet_share) : "-",
                     in_percent(score.worst_coverage), worst_place(evaluation, frame, score)});
   }
-  return concat(heading(evaluation, "Rules", limit), " (ratios to the static longest range; worst ",
-                fixed(evaluation.stretch_m, 0), " m of route)\n", aligned(grid));
+  return concat(
+      heading(evaluation, "Rules", limit),
+      " (ratios to the static longest range; unmet: not answered, truly: the longest range misses "
+      "too; worst ",
+      fixed(evaluation.stretch_m, 0), " m of route)\n", aligned(grid));
 }
 
 // "93.1 (12.4 m, 6.0 cm)"

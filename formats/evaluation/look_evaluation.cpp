@@ -51,12 +51,15 @@ bool is_told(const LookEvaluation& evaluation, const LookRuleScore& score) {
 }
 
 std::string rules_text(const LookEvaluation& evaluation) {
-  TextGrid grid = {{"limit", "rule", "coverage %", "time ratio", "work ratio"}};
+  TextGrid grid = {{"limit", "rule", "coverage %", "time ratio", "work ratio", "answered %",
+                    "missed of answered %", "unmet %", "of these truly %"}};
   for (const LookRuleScore& score : evaluation.rules) {
     if (!is_told(evaluation, score)) continue;
     grid.push_back({limit_text(score.limit_m), std::string(name_of(score.rule)),
                     in_percent(score.coverage), fixed(score.time_ratio, 3),
-                    fixed(score.work_ratio, 3)});
+                    fixed(score.work_ratio, 3), in_percent(1.0 - score.unmet_share),
+                    in_percent(score.answered_miss_share), in_percent(score.unmet_share),
+                    score.unmet_share > 0.0 ? in_percent(score.truly_unmet_share) : "-"});
   }
   return aligned(grid);
 }
@@ -110,7 +113,9 @@ Result<void> validate(const LookEvaluation& evaluation) {
     const LookRuleScore& score = evaluation.rules[i];
     if (static_cast<std::size_t>(score.rule) != i % kLookRuleCount ||
         score.limit_m != evaluation.limits_m[i / kLookRuleCount] || !is_share(score.coverage) ||
-        !is_amount(score.time_ratio) || !is_amount(score.work_ratio)) {
+        !is_share(score.unmet_share) || !is_share(score.answered_miss_share) ||
+        !is_share(score.truly_unmet_share) || !is_amount(score.time_ratio) ||
+        !is_amount(score.work_ratio)) {
       return invalid("a score is out of order or out of range");
     }
   }

@@ -47,8 +47,14 @@ struct LookRuleScore {
   double coverage = 0.0;
   double time_ratio = 0.0;
   double work_ratio = 0.0;
+  // Of kMap: as in RuleScore (formats/evaluation/evaluation.h), with the dearest look of the map in
+  // place of the longest range. Other rules answer every site.
+  double unmet_share = 0.0;
+  double answered_miss_share = 0.0;
+  double truly_unmet_share = 0.0;
 };
-SIGHTLINE_FIELDS(LookRuleScore, rule, limit_m, coverage, time_ratio, work_ratio)
+SIGHTLINE_FIELDS(LookRuleScore, rule, limit_m, coverage, time_ratio, work_ratio, unmet_share,
+                 answered_miss_share, truly_unmet_share)
 
 struct LookEvaluation {
   std::vector<double> limits_m;

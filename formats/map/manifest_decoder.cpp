@@ -70,6 +70,7 @@ LimitPromise decode_promise(const schema::Promise& from) {
   promise.place_count = from.place_count();
   promise.drive_count = from.drive_count();
   promise.scope = static_cast<PromiseScope>(from.scope());
+  promise.answered_share = from.answered_share();
   return promise;
 }
 

@@ -62,7 +62,8 @@ std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTab
         builder, promise.limit_m, promise.probability_threshold, promise.alpha, promise.delta,
         promise.block_count, promise.is_earned, promise.calibration_miss_share,
         promise.method.c_str(), promise.statement.c_str(), promise.history_threshold,
-        promise.place_count, promise.drive_count, static_cast<schema::Scope>(promise.scope)));
+        promise.place_count, promise.drive_count, static_cast<schema::Scope>(promise.scope),
+        promise.answered_share));
   }
   return promises;
 }

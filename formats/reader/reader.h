@@ -89,7 +89,8 @@ struct LookPlanAnswer {
 struct MapPromise {
   double limit_m = 0.0;
   bool is_earned = false;
-  double coverage = 0.0;          // least share of places expected within the limit; 0: not earned
+  // Least share of the answered places (no kAnswerUnmet) expected within the limit; 0: not earned.
+  double coverage = 0.0;
   bool is_of_next_drive = false;  // set on drives that the model did not learn from
   std::uint32_t place_count = 0;  // that it was set on
   std::uint32_t drive_count = 0;

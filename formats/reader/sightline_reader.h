@@ -113,7 +113,8 @@ typedef struct sightline_info {
 /* What the map promises within one of its limits: a promise is about the next drive. */
 typedef struct sightline_promise {
   double limit_m;
-  double coverage;      /* least share of places expected within the limit; 0: not earned */
+  double coverage;      /* least share of the answered places (flag 1 not set) expected within the
+                           limit; 0: not earned */
   int is_earned;        /* 1 or 0 */
   int is_of_next_drive; /* 1: set on drives that the model did not learn from */
   uint32_t place_count; /* that it was set on */

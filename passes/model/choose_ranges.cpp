@@ -96,9 +96,9 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
       choice("risk_control", options.risk_control, "method that sets the required probability",
              risk_control_names()),
       number("alpha", options.alpha,
-             "allowed share of misses; 0: 5 % for ranges; for looks that take a sample the "
-             "strictest of "
-             "1, 2, 5 and 10 % that the calibration supports, else 5 %",
+             "allowed share of misses among the answered sites; 0: 5 % for ranges; for looks that "
+             "take a sample the strictest of 1, 2, 5 and 10 % that the calibration supports and "
+             "that answers nearly as many sites as 5 %, else 5 %",
              0.0, 0.5),
       number("delta", options.delta, "learn-then-test: probability that the promise itself fails",
              0.0001, 0.5),

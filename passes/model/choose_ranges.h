@@ -20,11 +20,12 @@ namespace sightline {
 //
 // p* is set per limit, and apart for sites with measured history, by controlling the share of
 // misses of this very rule, dilation included, on the model's out-of-fold predictions of the sites
-// it has labels for; a site that misses does so whether it was flagged or not. A promise is about
-// the next drive, and is made only where p* was set on drives that the trees did not learn from
-// (PromiseScope). A promise that too few or too small blocks cannot earn is not made: p* is then
-// the least at which the misses seen stay within alpha, and the statement says what is missing. A
-// model of one place promises nothing in another.
+// it has labels for. Misses are counted among answered sites: one flagged 'unmet' is not answered,
+// and LimitPromise states the share of answered ones. A promise is about the next drive, and is
+// made only where p* was set on drives that the trees did not learn from (PromiseScope). A promise
+// that too few or too small blocks cannot earn is not made: p* is then fitted to the misses seen
+// (passes/model/promise/risk_control.h), and the statement says what is missing. A model of one
+// place promises nothing in another.
 //
 // Errors: mismatched-inputs where sites, predictions, model and factors differ in count, ranges or
 // limits, or the factors contain no errors of the map's own scans.
@@ -34,7 +35,7 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
                                            const ByFamily<ErrorModel>& model,
                                            const ByFamily<StoredTable<FactorTable>>& factors);
 inline constexpr Pass kChooseRanges =
-    Pass{"choose-ranges", 15, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
+    Pass{"choose-ranges", 16, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
         Stage::kLearn);
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

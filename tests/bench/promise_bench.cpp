@@ -56,7 +56,7 @@ void print_sites(const ErrorModel& model, std::uint32_t place, CaseKind kind,
     const char* comma = "";
     for (std::size_t i = 0; i < model.sites.size(); ++i) {
       const TrainedSite& site = model.sites[i];
-      if (!is_case_of(site, place, drive, kind)) continue;
+      if (!is_case_of(site, place, drive, kind) || !calibration.choice.is_answered(i)) continue;
       const std::size_t range = calibration.choice.range_index[i];
       const bool is_sample = !takes_every_return(model.out_of_fold.looks[range]);
       std::printf("%s[%u, %g, %g, %d]", comma, site.run, site.s_m,

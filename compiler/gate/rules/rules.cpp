@@ -78,6 +78,11 @@ const Json& cell(const Json& table, const Json& row, const std::string& column) 
   throw std::invalid_argument(concat("no column \"", column, "\""));
 }
 
+bool has_column(const Json& table, std::string_view column) {
+  const Json& columns = table.at("columns");
+  return std::ranges::find(columns, column) != columns.end();
+}
+
 ObservedLimit read_limit(const Json& table, const Json& row) {
   const auto number = [&](const char* column) { return cell(table, row, column).get<double>(); };
   return {number("limit_m"),
@@ -86,7 +91,9 @@ ObservedLimit read_limit(const Json& table, const Json& row) {
           number("time_ratio"),
           number("work_ratio"),
           number("worst_coverage"),
-          cell(table, row, "worst_begin_site").get<std::uint32_t>()};
+          cell(table, row, "worst_begin_site").get<std::uint32_t>(),
+          has_column(table, "answered_miss_share") ? 1.0 - number("answered_miss_share")
+                                                   : number("coverage")};
 }
 
 // The map's own looks at the judged sites.

@@ -27,6 +27,7 @@ struct ObservedLimit {
   double work_ratio = 0.0;
   double worst_coverage = 0.0;  // of the worst stretch
   std::uint32_t worst_begin_site = 0;
+  double answered_coverage = 0.0;  // of the answered sites; `coverage` where the file has no such
 };
 
 // One kind of the map's answers on the drive, at one limit.

@@ -47,9 +47,9 @@ std::vector<Found> find_broken_promise(const GateInput& input, const Threshold&)
     }
     const double promised = 1.0 - promise->alpha;
     found.push_back(
-        {limit.limit_m, std::nullopt, promised - limit.coverage,
-         fmt::format("the promised coverage{} is {}, the observed one {}", within(limit.limit_m),
-                     percent(promised), percent(limit.coverage))});
+        {limit.limit_m, std::nullopt, promised - limit.answered_coverage,
+         fmt::format("the promised coverage of the answered sites{} is {}, the observed one {}",
+                     within(limit.limit_m), percent(promised), percent(limit.answered_coverage))});
   }
   return found;
 }
@@ -173,7 +173,8 @@ const GateRule kRules[] = {
     {"observed-coverage", kObservation, kError, kAtLeast, 0.80, "share",
      "Share of the judged sites of an independent drive within the limit", find_coverage},
     {"observed-promise", kObservation, kError, kAtMost, 0.02, "share",
-     "Promised coverage minus observed coverage, where the map has a promise", find_broken_promise},
+     "Promised minus observed coverage of the answered sites, where the map has a promise",
+     find_broken_promise},
     {"observed-worst-stretch", kObservation, kError, kAtLeast, 0.50, "share",
      "Coverage observed on the worst stretch of route", find_worst_stretch},
     {"observed-work", kObservation, kWarning, kAtMost, 0.95, "of the longest",

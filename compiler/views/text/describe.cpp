@@ -146,7 +146,9 @@ std::string describe_promise(const LimitPromise& promise, bool is_simulated) {
                                       : is_simulated     ? "none: figures of simulated scans"
                                                          : "none: figures of this drive");
   if (!promise.statement.empty()) text += field("", promise.statement);
-  if (promise.is_earned) text += field("coverage promised", percent(1.0 - promise.alpha));
+  if (promise.is_earned) {
+    text += field("coverage promised", percent(1.0 - promise.alpha) + " of the answered sites");
+  }
   return text +
          field("p*", fmt::format("{:.4f} ({}; blocks {}, places {}, drives {})",
                                  promise.probability_threshold, promise.method, promise.block_count,
@@ -191,7 +193,7 @@ std::string describe_limit(const CompiledMap& map, const RangeTable& ranges,
   if (takes_every_return(ranges.looks.front())) {
     text += field("mean range", fmt::format("{:.1f} m", quality.mean_range_m));
   }
-  text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites");
+  text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites: not answered");
   text += field("extrapolated", percent_of(quality.extrapolated_count, sites) + " of sites");
   text += field("static", percent_of(static_count(ranges, limit), sites) + " of sites");
   return text + histogram(ranges, limit);

@@ -223,6 +223,9 @@ Json quality_json(const CompiledMap& map, const RangeTable& table, const LimitQu
                {"promise",
                 {{"is_earned", promise.is_earned},
                  {"alpha", promise.alpha},
+                 {"calibration_miss_share", promise.calibration_miss_share},
+                 {"calibration_answered_share", promise.answered_share},
+                 {"block_count", promise.block_count},
                  {"method", promise.method},
                  {"statement", promise.statement}}}};
   if (map.measurement.measured_site_count > 0) {

@@ -60,6 +60,7 @@ LimitPromise joined(const LimitPromise& map_only, const LimitPromise& history) {
   promise.scope = std::min(map_only.scope, history.scope);
   promise.calibration_miss_share =
       std::max(map_only.calibration_miss_share, history.calibration_miss_share);
+  promise.answered_share = std::min(map_only.answered_share, history.answered_share);
   promise.statement = joined_statement(map_only, history);
   return promise;
 }

@@ -12,8 +12,6 @@
 namespace sightline {
 namespace {
 
-constexpr int kThresholdSteps = 200;  // as in calibration.cpp
-
 // A site that a drive passed which was left out, and others too.
 struct DriveCase {
   std::size_t drive = 0;
@@ -41,30 +39,35 @@ class Judge {
 
   [[nodiscard]] std::size_t case_count() const { return cases_.size(); }
 
+  // Coverage: of the cases that the rule answers; 0 where it answers none. Cost: of all.
   [[nodiscard]] Standing of_rule(const RuleAt& rule_at, double threshold) const {
     std::vector<Choice> choices;
     for (const LeftOutDrive& drive : left_out_) {
       choices.push_back(rule_at(drive.predicted, threshold));
     }
-    return standing([&](const DriveCase& of) { return choices[of.drive].range_index[of.site]; });
+    return standing([&](const DriveCase& of) { return choices[of.drive].range_index[of.site]; },
+                    [&](const DriveCase& of) { return choices[of.drive].is_answered(of.site); });
   }
+  // Coverage: of all cases.
   [[nodiscard]] Standing of_static(std::uint8_t range) const {
-    return standing([&](const DriveCase&) { return range; });
+    return standing([&](const DriveCase&) { return range; }, [](const DriveCase&) { return true; });
   }
 
  private:
-  template <class RangeOf>
-  [[nodiscard]] Standing standing(const RangeOf& range_of) const {
+  template <class RangeOf, class IsAnswered>
+  [[nodiscard]] Standing standing(const RangeOf& range_of, const IsAnswered& is_answered) const {
     std::vector<double> within;
     std::vector<double> costs;
     for (const DriveCase& of : cases_) {
       const std::size_t range = range_of(of);
+      costs.push_back(evidence_.cost[evidence_.shape().index(of.site, range)]);
+      if (!is_answered(of)) continue;
       const double error_m = left_out_[of.drive].measured.row(of.site, range).mean_m;
       within.push_back(error_m <= limit_m_ ? 1.0 : 0.0);
-      costs.push_back(evidence_.cost[evidence_.shape().index(of.site, range)]);
     }
-    const auto count = static_cast<double>(cases_.size());
-    return {ordered_sum(within) / count, ordered_sum(costs) / count};
+    const double answered_count = std::max<double>(1.0, static_cast<double>(within.size()));
+    return {ordered_sum(within) / answered_count,
+            ordered_sum(costs) / static_cast<double>(cases_.size())};
   }
 
   std::span<const LeftOutDrive> left_out_;
@@ -84,26 +87,19 @@ bool is_better(const Standing& a, const Standing& b) {
   return a.coverage > b.coverage || (a.coverage == b.coverage && a.cost < b.cost);
 }
 
+// At the least threshold that covers enough; where none does, at that which covers most.
 DriveVote best_of_rule(const Judge& judge, double coverage, const RuleAt& rule_at) {
-  DriveVote most;
-  DriveVote least;
-  bool is_found = false;
-  for (int step = kThresholdSteps; step >= 1; --step) {
-    const double threshold = static_cast<double>(step) / kThresholdSteps;
+  DriveVote best;
+  for (const double threshold : tried_thresholds()) {
     const Standing standing = judge.of_rule(rule_at, threshold);
-    if (step == kThresholdSteps || is_better(standing, most.standing)) {
-      most.threshold = threshold;
-      most.standing = standing;
+    const bool is_enough = covers(standing, coverage);
+    if (is_enough || best.threshold == 0.0 || is_better(standing, best.standing)) {
+      best.threshold = threshold;
+      best.standing = standing;
     }
-    if (!covers(standing, coverage)) {
-      if (is_found) break;
-      continue;
-    }
-    is_found = true;
-    least.threshold = threshold;
-    least.standing = standing;
+    if (is_enough) break;
   }
-  return is_found ? least : most;
+  return best;
 }
 
 DriveVote best_static_of(const Judge& judge, double coverage, const OwnEvidence& evidence) {

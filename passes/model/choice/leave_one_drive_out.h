@@ -54,17 +54,18 @@ struct DriveVote {
   double threshold = 0.0;                  // of the rule, at sites with history
   std::optional<std::uint8_t> everywhere;  // in its place one range at all of them
   bool keeps_promise = true;
-  Standing standing;  // over the cases: sites of a drive left out that others drove by
+  // Over the cases, the sites of a drive left out that others drove by; coverage of the rule: over
+  // those that it answers.
+  Standing standing;
   std::size_t case_count = 0;
   std::size_t drive_count = 0;
 };
 
-// The cheapest answer that covers `coverage` of the cases: the rule, or the best static answer. The
-// rule's threshold is lowered from 1 in steps. Once a threshold reaches `coverage`, it is lowered
-// further until the next step would not; the last one that does is taken. Where no answer reaches
-// it, the one that covers most is taken. A promise is kept, at a threshold no less strict than its
-// own, unless another answer is cheaper by more than a tenth and proven
-// (passes/model/choice/floor.h). Nothing where there are no cases.
+// The cheapest answer that covers `coverage`: the rule, of the cases that it answers (not flagged
+// kUnmet), at the least of tried_thresholds() that covers as much; or the best static answer, of
+// all cases. Where no answer reaches it, the one that covers most is taken. A promise is kept, at a
+// threshold no less strict than its own, unless another answer is cheaper by more than a tenth and
+// proven (passes/model/choice/floor.h). Nothing where there are no cases.
 std::optional<DriveVote> leave_one_drive_out(std::span<const LeftOutDrive> left_out,
                                              const OwnEvidence& evidence,
                                              const DriveVoteOptions& options,

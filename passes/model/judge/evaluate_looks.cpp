@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "formats/base/parallel.h"
+#include "formats/base/statistics.h"
 #include "formats/evaluation/look_evaluation.h"
 
 namespace sightline {
@@ -67,8 +68,26 @@ StaticLook static_look(const Judge& judge, const MeasuredError& measured, std::s
 }
 
 LookRuleScore score_of(const Sums& sums, const Sums& reference, double limit_m, LookRule rule) {
-  return {rule, limit_m, coverage_of(sums, limit_m), ratio(sums.time_ms, reference.time_ms),
-          ratio(sums.work, reference.work)};
+  LookRuleScore score{rule, limit_m, coverage_of(sums, limit_m),
+                      ratio(sums.time_ms, reference.time_ms), ratio(sums.work, reference.work)};
+  score.answered_miss_share = 1.0 - score.coverage;
+  return score;
+}
+
+// Of the map's answers and of the places that it does not answer.
+void count_answers(const Judge& judge, std::size_t limit, LookRuleScore& score) {
+  const std::size_t dearest = judge.choice.looks.size() - 1;
+  std::vector<double> missed, truly_unmet;
+  for (const std::size_t site : judge.sites) {
+    const bool is_answered = (judge.choice.flags_of(site, limit) & kUnmet) == 0;
+    const std::size_t look = is_answered ? judge.choice.range(site, limit) : dearest;
+    const bool misses = judge.samples.row(site, look).mean_m > score.limit_m;
+    (is_answered ? missed : truly_unmet).push_back(misses ? 1.0 : 0.0);
+  }
+  score.unmet_share =
+      static_cast<double>(truly_unmet.size()) / static_cast<double>(judge.sites.size());
+  score.answered_miss_share = missed.empty() ? 0.0 : mean_of(missed);
+  score.truly_unmet_share = truly_unmet.empty() ? 0.0 : mean_of(truly_unmet);
 }
 
 // The cheapest look of the choice, by its work here, that truly met the limit; else the most
@@ -95,8 +114,13 @@ LookRuleScore static_score(const LookEvaluation& evaluation, std::size_t limit, 
     works.push_back({look.coverage[limit], look.work_ratio});
   }
   const CostAtCoverage time = cost_at_coverage(times, coverage);
-  return {rule, evaluation.limits_m[limit], time.coverage, time.cost,
-          cost_at_coverage(works, coverage).cost};
+  return {rule,
+          evaluation.limits_m[limit],
+          time.coverage,
+          time.cost,
+          cost_at_coverage(works, coverage).cost,
+          0.0,
+          1.0 - time.coverage};
 }
 
 void append_rules(const Judge& judge, std::size_t limit, const Sums& reference,
@@ -105,7 +129,8 @@ void append_rules(const Judge& judge, std::size_t limit, const Sums& reference,
   const Sums of_map = sums_of(judge, [&](std::size_t site) -> const ErrorRow& {
     return judge.samples.row(site, judge.choice.range(site, limit));
   });
-  const LookRuleScore map = score_of(of_map, reference, limit_m, LookRule::kMap);
+  LookRuleScore map = score_of(of_map, reference, limit_m, LookRule::kMap);
+  count_answers(judge, limit, map);
   evaluation.rules.push_back(map);
   for (const LookRule rule : {LookRule::kSameEverywhere, LookRule::kSameWithoutMap}) {
     evaluation.rules.push_back(static_score(evaluation, limit, rule, map.coverage));

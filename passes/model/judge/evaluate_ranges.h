@@ -36,7 +36,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
                                    const ByFamily<StoredTable<FactorTable>>& factors,
                                    const ByFamily<MeasuredError>& judged);
 inline constexpr Pass kEvaluateRanges =
-    Pass{"evaluate-ranges", 3, "evaluation", "Evaluating the choice", &evaluate_ranges}.in(
+    Pass{"evaluate-ranges", 4, "evaluation", "Evaluating the choice", &evaluate_ranges}.in(
         Stage::kLearn);
 
 }  // namespace sightline

@@ -13,6 +13,8 @@ namespace {
 struct Outcomes {
   std::vector<double> met, errors, ranges, times, run_times, works, unmet, extrapolated;
   std::vector<double> longest_times, longest_works;
+  std::vector<double> answered_missed;  // of answered sites alone
+  std::vector<double> truly_unmet;      // of the others: the longest range misses too
 };
 
 Outcomes outcomes_of(const EvaluationInputs& inputs, double limit_m, const Choice& choice,
@@ -29,7 +31,12 @@ Outcomes outcomes_of(const EvaluationInputs& inputs, double limit_m, const Choic
     out.works.push_back(row.mean_work);
     out.longest_times.push_back(longest.mean_time_ms);
     out.longest_works.push_back(longest.mean_work);
-    out.unmet.push_back((choice.flags[site] & kUnmet) != 0 ? 1.0 : 0.0);
+    out.unmet.push_back(choice.is_answered(site) ? 0.0 : 1.0);
+    if (choice.is_answered(site)) {
+      out.answered_missed.push_back(1.0 - out.met.back());
+    } else {
+      out.truly_unmet.push_back(longest.mean_m > limit_m ? 1.0 : 0.0);
+    }
     out.extrapolated.push_back((choice.flags[site] & kExtrapolated) != 0 ? 1.0 : 0.0);
   }
   return out;
@@ -105,6 +112,8 @@ RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule
   score.max_run_time_ms = std::ranges::max(out.run_times);
   score.unmet_share = mean_of(out.unmet);
   score.extrapolated_share = mean_of(out.extrapolated);
+  if (!out.answered_missed.empty()) score.answered_miss_share = mean_of(out.answered_missed);
+  if (!out.truly_unmet.empty()) score.truly_unmet_share = mean_of(out.truly_unmet);
   score_worst_stretch(inputs, out.met, score);
   return score;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 
+#include "formats/grid/point_grid.h"
 #include "passes/model/forest/folds.h"
 
 namespace sightline {
@@ -39,8 +40,35 @@ std::vector<std::uint32_t> groups_of(const TrainingCard& card) {
   return groups_by_recording(recordings);
 }
 
+// [site]: its block of route.
+std::vector<std::uint32_t> blocks_of_route(const ErrorModel& model) {
+  constexpr double kSameRoute_m = 10.0;  // lanes of one road
+  const std::vector<std::uint32_t> group_of_place = groups_of(model.card);
+  std::vector<std::uint32_t> block_of_site;
+  for (const TrainedSite& site : model.sites) block_of_site.push_back(site.block);
+  for (std::uint32_t place = 1; place < group_of_place.size(); ++place) {
+    std::vector<Eigen::Vector3d> earlier_m;
+    std::vector<std::uint32_t> earlier_block;
+    for (std::size_t i = 0; i < model.sites.size(); ++i) {
+      const TrainedSite& site = model.sites[i];
+      if (site.place >= place || group_of_place[site.place] != group_of_place[place]) continue;
+      earlier_m.push_back(site.p_world_m);
+      earlier_block.push_back(block_of_site[i]);
+    }
+    if (earlier_m.empty()) continue;
+    const PointGrid grid(earlier_m);
+    for (std::size_t i = 0; i < model.sites.size(); ++i) {
+      if (model.sites[i].place != place) continue;
+      const auto near = grid.nearest(model.sites[i].p_world_m, kSameRoute_m);
+      if (near) block_of_site[i] = earlier_block[near->index];
+    }
+  }
+  return block_of_site;
+}
+
 // Of the given cases. A drive whose recording is not known counts as one of its place.
 CalibrationCount count_of(const ErrorModel& model, const std::vector<std::size_t>& cases,
+                          const std::vector<std::uint32_t>& block_of_site,
                           const std::vector<std::vector<WitnessDrive>>& drives) {
   const std::vector<std::uint32_t> group_of_place = groups_of(model.card);
   std::set<std::uint32_t> blocks, groups;
@@ -48,7 +76,7 @@ CalibrationCount count_of(const ErrorModel& model, const std::vector<std::size_t
   std::set<std::pair<std::uint32_t, std::uint32_t>> unknown;
   for (const std::size_t i : cases) {
     const TrainedSite& site = model.sites[i];
-    blocks.insert(site.block);
+    blocks.insert(block_of_site[i]);
     groups.insert(group_of_place[site.place]);
     const std::optional<Digest>& recording = drives[site.place][site.drive].recording;
     if (recording) {
@@ -61,9 +89,7 @@ CalibrationCount count_of(const ErrorModel& model, const std::vector<std::size_t
           static_cast<std::uint32_t>(known.size() + unknown.size()), PromiseScope::kThisDrive};
 }
 
-void add_case(std::size_t i, std::vector<std::uint32_t>& dense_block,
-              CalibrationDrives& calibration_drives) {
-  std::uint32_t& block = dense_block[calibration_drives.model.sites[i].block];
+void add_case(std::size_t i, std::uint32_t& block, CalibrationDrives& calibration_drives) {
   if (block == std::numeric_limits<std::uint32_t>::max()) {
     block = static_cast<std::uint32_t>(calibration_drives.cases_in_block.size());
     calibration_drives.cases_in_block.push_back(0);
@@ -77,6 +103,7 @@ void add_case(std::size_t i, std::vector<std::uint32_t>& dense_block,
 
 CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind) {
   const std::vector<std::vector<WitnessDrive>> drives = drives_of(model.card);
+  const std::vector<std::uint32_t> block_of_site = blocks_of_route(model);
   std::vector<std::size_t> all, independent;
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
     const TrainedSite& site = model.sites[i];
@@ -84,27 +111,32 @@ CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind) 
     all.push_back(i);
     if (drives[site.place][site.drive].is_independent) independent.push_back(i);
   }
-  CalibrationDrives calibration_drives{model, {}, {}, {}, count_of(model, independent, drives)};
+  CalibrationDrives calibration_drives{
+      model, {}, {}, {}, count_of(model, independent, block_of_site, drives)};
   const bool is_next_drive = calibration_drives.count.drives >= 2;
-  if (!is_next_drive) calibration_drives.count = count_of(model, all, drives);
+  if (!is_next_drive) calibration_drives.count = count_of(model, all, block_of_site, drives);
   calibration_drives.count.scope =
       is_next_drive ? PromiseScope::kNextDrive : PromiseScope::kThisDrive;
   std::vector<std::uint32_t> dense_block(model.card.block_count,
                                          std::numeric_limits<std::uint32_t>::max());
   for (const std::size_t i : is_next_drive ? independent : all)
-    add_case(i, dense_block, calibration_drives);
+    add_case(i, dense_block[block_of_site[i]], calibration_drives);
   return calibration_drives;
 }
 
-std::vector<std::uint32_t> missed_cases(const CalibrationDrives& calibration_drives, double limit_m,
-                                        const Choice& choice) {
-  std::vector<std::uint32_t> missed(calibration_drives.cases_in_block.size(), 0);
+CaseCounts count_cases(const CalibrationDrives& calibration_drives, double limit_m,
+                       const Choice& choice) {
+  const std::vector<std::uint32_t> none(calibration_drives.cases_in_block.size(), 0);
+  CaseCounts counts{none, none};
   for (std::size_t i = 0; i < calibration_drives.cases.size(); ++i) {
     const std::size_t site = calibration_drives.cases[i];
+    if (!choice.is_answered(site)) continue;
+    const std::uint32_t block = calibration_drives.block_of_case[i];
     const double error_m = calibration_drives.model.measured(site, choice.range_index[site]);
-    if (error_m > limit_m) ++missed[calibration_drives.block_of_case[i]];
+    ++counts.answered[block];
+    if (error_m > limit_m) ++counts.missed[block];
   }
-  return missed;
+  return counts;
 }
 
 double worst_place_miss_share(const CalibrationDrives& calibration_drives, double limit_m,
@@ -114,6 +146,7 @@ double worst_place_miss_share(const CalibrationDrives& calibration_drives, doubl
   std::vector<std::size_t> count(model.card.places.size(), 0);
   for (const std::size_t i : calibration_drives.cases) {
     const std::uint32_t place = model.sites[i].place;
+    if (!choice.is_answered(i)) continue;
     ++count[place];
     if (model.measured(i, choice.range_index[i]) > limit_m) ++missed[place];
   }

@@ -21,11 +21,13 @@ struct CalibrationCount {
   PromiseScope scope = PromiseScope::kThisDrive;
 };
 
-// The labelled cases of one kind, by blocks that contain any. A drive is independent if its errors
-// were predicted by trees that were not trained on them, and it did not make the map of its place.
-// With two independent drives or more, only their cases are used, and a promise from them is about
-// the next drive (PromiseScope::kNextDrive). Otherwise all cases are used, and the threshold is
-// valid for these drives only (kThisDrive).
+// The labelled cases of one kind, by blocks that contain any. A block of route counts once, however
+// many drives passed it; also where places of the training share a recording: there a case belongs
+// to the block of the nearest site of an earlier such place within 10 m. A drive is independent if
+// its errors were predicted by trees that were not trained on them, and it did not make the map of
+// its place. With two independent drives or more, only their cases are used, and a promise from
+// them is about the next drive (PromiseScope::kNextDrive). Otherwise all cases are used, and the
+// threshold is valid for these drives only (kThisDrive).
 struct CalibrationDrives {
   const ErrorModel& model;
   std::vector<std::size_t> cases;
@@ -35,11 +37,16 @@ struct CalibrationDrives {
 };
 CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind);
 
-// Per block the cases that miss the limit at the range chosen for them.
-std::vector<std::uint32_t> missed_cases(const CalibrationDrives& calibration_drives, double limit_m,
-                                        const Choice& choice);
+// [block]: the cases that a choice answers (no flag kUnmet), and those of them that miss the limit
+// at the range chosen for them.
+struct CaseCounts {
+  std::vector<std::uint32_t> answered;
+  std::vector<std::uint32_t> missed;
+};
+CaseCounts count_cases(const CalibrationDrives& calibration_drives, double limit_m,
+                       const Choice& choice);
 
-// The largest share of misses of any place.
+// The largest share of misses among the answered cases of any place.
 double worst_place_miss_share(const CalibrationDrives& calibration_drives, double limit_m,
                               const Choice& choice);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -45,23 +46,44 @@ std::string counted_drives(std::uint32_t count) {
 
 std::string limit_of(const LimitPromise& promise) { return format_double(promise.limit_m) + " m"; }
 
-// "3.1 % of the sites missed 0.1 m (cross-validated on 70 blocks of 7 places, 14 drives"
+// "3.1 % of the answered sites missed 0.1 m and 12 % of the sites had no answer (cross-validated on
+// 70 blocks of 7 places, 14 drives"
 std::string observed_misses(const LimitPromise& promise) {
-  return concat(short_percent(promise.calibration_miss_share), " of the sites missed ",
-                limit_of(promise), " (cross-validated on ", counted(promise.block_count, "block"),
-                " of ", counted(promise.place_count, "place"), ", ",
-                counted(promise.drive_count, "drive"));
+  return concat(short_percent(promise.calibration_miss_share), " of the answered sites missed ",
+                limit_of(promise), " and ", short_percent(1.0 - promise.answered_share),
+                " of the sites had no answer (cross-validated on ",
+                counted(promise.block_count, "block"), " of ",
+                counted(promise.place_count, "place"), ", ", counted(promise.drive_count, "drive"));
+}
+
+bool is_conformal(const LimitPromise& promise) {
+  return promise.method == risk_control_name(RiskControl::kConformal);
 }
 
 // "at most 5 % of `whom` are expected to miss 0.1 m (conformal risk control)"
 std::string bound_text(const LimitPromise& promise, const std::string& whom) {
   const std::string share = short_percent(promise.alpha);
-  if (promise.method == risk_control_name(RiskControl::kConformal)) {
+  if (is_conformal(promise)) {
     return "at most " + share + " of " + whom + " are expected to miss " + limit_of(promise) +
            " (conformal risk control)";
   }
   return "with " + short_percent(1.0 - promise.delta) + " confidence at most " + share + " of " +
          whom + " miss " + limit_of(promise) + " (learn then test)";
+}
+
+// The share of answered sites that may miss in a calibration of so many blocks, for alpha at the
+// next drive: (misses + 1) / (answered + 1) <= alpha, in blocks (risk_control.h). 0 where none may.
+double allowed_misses(const LimitPromise& promise) {
+  const double answered_blocks = promise.block_count * promise.answered_share;
+  if (answered_blocks <= 0.0) return 0.0;
+  return std::max(0.0, promise.alpha - (1.0 - promise.alpha) / answered_blocks);
+}
+
+// "40 blocks allow 2.63 % for a promise of 5 %"
+std::string price_of_few_blocks(const LimitPromise& promise) {
+  return concat(
+      counted(promise.block_count, "block"), promise.block_count == 1 ? " allows " : " allow ",
+      short_percent(allowed_misses(promise)), " for a promise of ", short_percent(promise.alpha));
 }
 
 bool is_simulated(const TrainingCard& card) { return card.reference == ErrorReference::kSimulated; }
@@ -106,8 +128,9 @@ std::string what_is_needed(const LimitPromise& promise, const TrainingCard& card
   if (promise.block_count < needed_blocks) {
     return needed_route(promise, card.block_m, needed_blocks);
   }
-  return "even at the strictest threshold too many sites miss " + limit_of(promise) + " for " +
-         short_percent(promise.alpha);
+  const std::string text = "at every threshold too many of the answered sites miss " +
+                           limit_of(promise) + " for " + short_percent(promise.alpha);
+  return is_conformal(promise) ? text + "; " + price_of_few_blocks(promise) : text;
 }
 
 // "121 m of route, a promise needs 1.2 km"; nothing where there is enough.
@@ -143,10 +166,11 @@ bool are_blocks_independent(const TrainingCard& card) {
 }
 
 std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share) {
-  const std::string whom =
-      promise.place_count > 1 ? "the sites in places like these" : "this place's sites";
+  const std::string whom = promise.place_count > 1 ? "the answered sites in places like these"
+                                                   : "this place's answered sites";
   std::string text =
       "On the next drive " + bound_text(promise, whom) + "; so far " + observed_misses(promise);
+  if (is_conformal(promise)) text += "; " + price_of_few_blocks(promise);
   if (promise.place_count > 1) {
     text += "; " + short_percent(worst_place_miss_share) + " in the worst place";
   }
@@ -159,17 +183,22 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card) {
   return "No promise for the next drive: " + why_this_drive(promise, card) +
          (is_simulated(card) ? "; of the simulated scans " : "; on this drive ") +
-         bound_text(promise, is_simulated(card) ? "the sites" : "its sites") + "; " +
-         observed_misses(promise) + ")";
+         bound_text(promise, is_simulated(card) ? "the answered sites" : "its answered sites") +
+         "; " + observed_misses(promise) + ")";
 }
 
 std::string stricter_statement(const LimitPromise& promise,
                                const CalibrationDrives& calibration_drives, double stricter_alpha,
-                               std::uint32_t needed_blocks) {
+                               const RiskDecision& decision) {
   LimitPromise stricter = promise;
   stricter.alpha = stricter_alpha;
-  return "; not " + short_percent(stricter_alpha) + ": " +
-         what_is_needed(stricter, calibration_drives.model.card, needed_blocks);
+  stricter.answered_share = decision.answered_share;
+  const std::string why =
+      decision.is_earned
+          ? concat("it would leave ", short_percent(1.0 - decision.answered_share),
+                   " of the sites without an answer")
+          : what_is_needed(stricter, calibration_drives.model.card, decision.needed_blocks);
+  return "; not " + short_percent(stricter_alpha) + ": " + why;
 }
 
 std::string mean_rule_statement(const LimitPromise& promise) {
@@ -202,13 +231,14 @@ std::string withdrawn_statement(NoPromise why, std::size_t unlike_count, std::si
 }
 
 std::string drives_text(std::size_t drive_count, double coverage, double limit_m) {
-  return fmt::format("; cross-validated over the {} drives here, {} of the sites are within {} m",
-                     drive_count, percent(coverage), format_double(limit_m));
+  return fmt::format(
+      "; cross-validated over the {} drives here, {} of the answered sites are within {} m",
+      drive_count, percent(coverage), format_double(limit_m));
 }
 
 std::string unearned_statement(const LimitPromise& promise,
                                const CalibrationDrives& calibration_drives,
-                               std::uint32_t needed_blocks) {
+                               const RiskDecision& decision) {
   const TrainingCard& card = calibration_drives.model.card;
   const bool is_given = promise.method == risk_control_name(RiskControl::kFixed);
   if (is_given || promise.method == risk_control_name(RiskControl::kEmpirical)) {
@@ -221,7 +251,7 @@ std::string unearned_statement(const LimitPromise& promise,
     return "No promise: no range reached " + limit_of(promise) +
            " anywhere; the least measured error is " + format_double(least_m) + " m";
   }
-  const std::string needed = what_is_needed(promise, card, needed_blocks);
+  const std::string needed = what_is_needed(promise, card, decision.needed_blocks);
   return "No promise yet: " + needed + "; " + observed_misses(promise) +
          ", with a threshold fitted to them)";
 }

@@ -5,6 +5,7 @@
 
 #include "formats/annotation/range_table.h"
 #include "passes/model/promise/calibration_drives.h"
+#include "passes/model/promise/risk_control.h"
 
 // The one sentence of a promise: of which drives and places, what is promised, or why nothing is.
 // All of them are written here, from numbers.
@@ -18,15 +19,15 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
 // Of a threshold whose bound holds, set on drives that the trees learnt from or on one alone.
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card);
 
-// Of a threshold that no bound was reached for; `needed_blocks`: fewer cannot reach it.
+// Of a threshold that no bound was reached for.
 std::string unearned_statement(const LimitPromise& promise,
                                const CalibrationDrives& calibration_drives,
-                               std::uint32_t needed_blocks);
+                               const RiskDecision& decision);
 
-// "; 2 % is not earned: ..." of the next stricter share.
+// "; not 2 %: ..." of the next stricter share: it is not earned, or answers too few sites.
 std::string stricter_statement(const LimitPromise& promise,
                                const CalibrationDrives& calibration_drives, double stricter_alpha,
-                               std::uint32_t needed_blocks);
+                               const RiskDecision& decision);
 
 // Of the mean rule.
 std::string mean_rule_statement(const LimitPromise& promise);

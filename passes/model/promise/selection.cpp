@@ -52,6 +52,16 @@ std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites) {
   return route;
 }
 
+std::vector<double> tried_thresholds() {
+  constexpr int kSteps = 200;
+  std::vector<double> thresholds;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double threshold = static_cast<double>(i) / kSteps;
+    if (threshold >= kLeastProbability) thresholds.push_back(threshold);
+  }
+  return thresholds;
+}
+
 Choice choose_everywhere(std::size_t range, std::size_t site_count) {
   return {std::vector<std::uint8_t>(site_count, static_cast<std::uint8_t>(range)),
           std::vector<std::uint8_t>(site_count, 0), std::vector<Reason>(site_count, Reason::kNone)};

@@ -26,12 +26,23 @@ struct Choice {
   std::vector<std::uint8_t> range_index;  // [site]
   std::vector<std::uint8_t> flags;        // [site]: kUnmet, kExtrapolated, kStatic
   std::vector<Reason> reasons;            // [site]
+
+  [[nodiscard]] bool is_answered(std::size_t site) const { return (flags[site] & kUnmet) == 0; }
 };
 Choice choose_everywhere(std::size_t range, std::size_t site_count);  // no flags, Reason::kNone
 
 // Each site by a rule of formats/annotation/range_rule.h. Where it finds no range: kUnmet, and the
 // longest by mean, the most probable one (the shortest of these) by probability.
 Choice choose_by_mean(const PredictedError& predicted, double limit_m);
+
+// The least probability of an answer of the probability rule: no site is answered below it, however
+// many misses are allowed. (One town missed 20 % at thresholds of 0.28 to 0.49, where 10 % were
+// allowed.)
+inline constexpr double kLeastProbability = 0.7;
+
+// The thresholds that are tried for p*: kLeastProbability, 0.705, ..., 1. 200 trees with five
+// labels a leaf resolve no finer differences that would last from one seed to the next.
+std::vector<double> tried_thresholds();
 
 // p*: sites with measured history are judged by a threshold of their own, since the model knows
 // them better.

@@ -191,7 +191,8 @@ TEST(GateOnOneMap, IsNeverKinderWithAStricterThreshold) {
 
 Observation observation_of(const CompiledMap& map) {
   Observation observation{"drive 2", map.ranges.site_count, 10.0, {}};
-  observation.limits = {{0.1, 0.70, 12.0, 0.5, 0.4, 0.3, 20}, {0.25, 0.97, 10.0, 0.3, 0.2, 0.9, 5}};
+  observation.limits = {{0.1, 0.70, 12.0, 0.5, 0.4, 0.3, 20, 0.80},
+                        {0.25, 0.97, 10.0, 0.3, 0.2, 0.9, 5, 0.97}};
   return observation;
 }
 
@@ -201,8 +202,8 @@ TEST(GateOnOneMap, JudgesWhatADriveObserved) {
   const GateReport report = judged(map, nullptr, default_gate_settings(), &observation);
   EXPECT_EQ(checks_of(report, "observed-coverage", 0.1).at(0).verdict, Verdict::kViolated);
   EXPECT_EQ(checks_of(report, "observed-coverage", 0.25).at(0).verdict, Verdict::kMet);
-  // Promised 0.95, observed 0.70.
-  EXPECT_NEAR(checks_of(report, "observed-promise", 0.1).at(0).found, 0.25, 1e-12);
+  // Promised 0.95, observed 0.80 of the answered sites.
+  EXPECT_NEAR(checks_of(report, "observed-promise", 0.1).at(0).found, 0.15, 1e-12);
   const Check worst = checks_of(report, "observed-worst-stretch", 0.1).at(0);
   EXPECT_EQ(worst.verdict, Verdict::kViolated);
   EXPECT_EQ(worst.place->first_site, 20u);
@@ -297,6 +298,7 @@ TEST(Observation, HasTheLooksAndTheReplaysOfTheEvaluation) {
               ["static", 0, 50, 0.99, 1, 3]]}])"));
   ASSERT_EQ(observation.limits.size(), 1U);
   ASSERT_EQ(observation.looks.size(), 1U);
+  EXPECT_EQ(observation.limits[0].answered_coverage, 0.9) << "the file counts no answers";
   EXPECT_EQ(observation.looks[0].coverage, 0.96);
   EXPECT_EQ(observation.looks[0].time_ratio, 0.06);
   ASSERT_EQ(observation.replayed.size(), 2U);

@@ -14,8 +14,9 @@ RangeTable two_sites() {
   table.looks = every_return_at({10.0, 15.0, 20.0});
   table.dilation_m = 3.0;
   constexpr PromiseScope kNext = PromiseScope::kNextDrive;
-  table.promises = {{0.1, "conformal", 0.8, 0.7, 0.05, 0.0, 20, 4, 8, kNext, true, 0.04, "kept"},
-                    {0.25, "conformal", 0.7, 0.6, 0.05, 0.0, 20, 4, 8, kNext, false, 0.06, "not"}};
+  table.promises = {
+      {0.1, "conformal", 0.8, 0.7, 0.05, 0.0, 20, 4, 8, kNext, true, 0.04, 0.9, "kept"},
+      {0.25, "conformal", 0.7, 0.6, 0.05, 0.0, 20, 4, 8, kNext, false, 0.06, 0.8, "not"}};
   table.site_count = 2;
   table.range_index = {2, 1, 1, 0};
   table.flags = {kUnmet, 0, kExtrapolated, kStatic};
@@ -92,6 +93,9 @@ TEST(RangeTable, RefusesWhatLiesOutOfBounds) {
   RangeTable no_share = two_sites();
   no_share.promises[0].alpha = 1.5;
   EXPECT_EQ(code_of(no_share), ErrorCode::kInvalidArtifact);
+  RangeTable no_answers = two_sites();
+  no_answers.promises[0].answered_share = -0.1;
+  EXPECT_EQ(code_of(no_answers), ErrorCode::kInvalidArtifact);
   RangeTable descending = two_sites();
   descending.promises[1].limit_m = 0.05;
   EXPECT_EQ(code_of(descending), ErrorCode::kInvalidArtifact);

@@ -89,7 +89,7 @@ RangeTable random_ranges(const RandomMapOptions& options, const std::vector<Look
   for (const double limit_m : options.limits_m) {
     table.promises.push_back({limit_m, "conformal", 0.8, 0.7, 0.05, 0.0, 12, 3, 6,
                               limit_m > 0.2 ? PromiseScope::kNextDrive : PromiseScope::kThisDrive,
-                              limit_m > 0.2, 0.04,
+                              limit_m > 0.2, 0.04, 0.9,
                               "at most 5 % of places miss the limit, on average"});
   }
   for (int i = 0; i < options.site_count; ++i) {

@@ -137,6 +137,7 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
       [](CompiledMap& m) { m.ranges.reasons[31] = Reason::kNone; },
       [](CompiledMap& m) { m.ranges.promises[0].is_earned ^= true; },
       [](CompiledMap& m) { m.ranges.promises[1].history_threshold += 0.005; },
+      [](CompiledMap& m) { m.ranges.promises[0].answered_share *= 0.5; },
       [](CompiledMap& m) { m.ranges.promises[0].statement += " or so"; },
       [](CompiledMap& m) { ++m.quality[0].unmet_count; },
       [](CompiledMap& m) { m.model.localizer.name = "pcl-ndt"; },

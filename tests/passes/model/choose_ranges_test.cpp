@@ -43,7 +43,8 @@ TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
             (std::vector<Reason>{Reason::kModel, Reason::kDilation, Reason::kModel,
                                  Reason::kDilation, Reason::kMostProbable}));
   EXPECT_EQ(table.promises[0].method, "fixed");
-  EXPECT_NEAR(table.promises[0].calibration_miss_share, 0.2, 1e-12);
+  EXPECT_EQ(table.promises[0].calibration_miss_share, 0.0) << "the hopeless site is not answered";
+  EXPECT_NEAR(table.promises[0].answered_share, 0.8, 1e-12);
 }
 
 TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
@@ -188,7 +189,7 @@ TEST(ChooseRanges, SaysWhatAModelPromisesBeforeThereIsAMap) {
   const std::vector<std::string> enough =
       promises_of(with(RiskControl::kConformal), honest_model(1, 60));
   ASSERT_EQ(enough.size(), 2u) << "a limit each";
-  EXPECT_NE(enough[0].find("On the next drive at most 5 % of this place's sites"),
+  EXPECT_NE(enough[0].find("On the next drive at most 5 % of this place's answered sites"),
             std::string::npos)
       << enough[0];
   const std::vector<std::string> too_few =
@@ -213,11 +214,15 @@ TEST(ChooseRanges, KeepsMissesWithinWhatItCalibrated) {
       const RangeTable table = value_of(choose(model, with(risk_control)));
       for (std::size_t limit = 0; limit < 2; ++limit) {
         double missed = 0.0;
+        double answered = 0.0;
         for (std::size_t site = 0; site < table.site_count; ++site) {
           const double error_m = model.measured(site, table.range_index[site * 2 + limit]);
+          if ((table.flags_of(site, limit) & kUnmet) != 0) continue;
+          answered += 1.0;
           missed += error_m > model.out_of_fold.limits_m[limit] ? 1.0 : 0.0;
         }
-        const double share = missed / table.site_count;
+        const double share = missed / answered;
+        EXPECT_NEAR(answered / table.site_count, table.promises[limit].answered_share, 1e-9);
         EXPECT_NEAR(share, table.promises[limit].calibration_miss_share, 1e-9);
         EXPECT_LE(share, 0.05);
       }
@@ -254,12 +259,12 @@ TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
 }
 
 TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
-  // The even cases know an earlier drive and are always right at 0.5; the others at 0.9.
+  // The even cases know an earlier drive and are always right at 0.75; the others at 0.9.
   std::vector<HandmadeSite> sites;
   for (std::size_t i = 0; i < 400; ++i) {
     const bool is_told = i >= 200;
-    const double doubtful = is_told ? 0.45 : 0.85;
-    const double sure = is_told ? 0.55 : 0.95;
+    const double doubtful = is_told ? 0.72 : 0.85;
+    const double sure = is_told ? 0.78 : 0.95;
     const double more_m = i % 2 == 0 ? 0.0 : 0.02;
     sites.push_back({{doubtful, sure}, {0.2 + more_m, 0.05 + more_m}});
   }
@@ -275,8 +280,8 @@ TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
   const LimitPromise& promise = table.promises[0];
   EXPECT_GT(promise.probability_threshold, 0.85);
   EXPECT_LE(promise.probability_threshold, 0.95);
-  EXPECT_GT(promise.history_threshold, 0.45);
-  EXPECT_LE(promise.history_threshold, 0.55);
+  EXPECT_GT(promise.history_threshold, 0.72);
+  EXPECT_LE(promise.history_threshold, 0.78);
   EXPECT_EQ(chosen_m(table, 0), std::vector<double>(400, 20.0));
   EXPECT_EQ(promise.block_count, 2u);
   EXPECT_NE(promise.statement.find("; places without: "), std::string::npos);

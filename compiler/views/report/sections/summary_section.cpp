@@ -70,8 +70,8 @@ std::string answered_status(const LimitVerdict& limit) {
 
 std::string promise_status(const LimitPromise& promise) {
   if (!promise.is_earned) return status(MapVerdict::kNotJudged, "No promise for the next drive");
-  return status(MapVerdict::kGood,
-                concat("Promised: at least ", percent(1.0 - promise.alpha), " of the next drive"));
+  return status(MapVerdict::kGood, concat("Promised: at least ", percent(1.0 - promise.alpha),
+                                          " of the answered sites of the next drive"));
 }
 
 std::string limit_card(const CompiledMap& map, const MapJudgement& judgement, std::size_t index) {

@@ -12,7 +12,7 @@ namespace {
 
 std::string promise_text(const LimitPromise& promise) {
   if (!promise.is_earned) return "no promise";
-  return "at least " + percent(1.0 - promise.alpha) + " of the next drive";
+  return "at least " + percent(1.0 - promise.alpha) + " of the answered sites of the next drive";
 }
 
 std::string promises_table(const CompiledMap& map) {
@@ -30,7 +30,10 @@ std::string promises_table(const CompiledMap& map) {
                     in_percent(quality.unmet_count / sites),
                     in_percent(quality.extrapolated_count / sites)});
   }
-  return html_table(grid, "Promises of the map. Unmet: no range has the required probability");
+  return html_table(
+      grid,
+      "Promises of the map. Unmet: no range has the required probability; such sites are "
+      "not answered, and no promise is about them");
 }
 
 std::string calibration(const Evaluation& evaluation) {

@@ -151,7 +151,9 @@ TEST(Report, SaysFirstWhatIsPromisedAndReached) {
   html.resize(html.find("id=\"map\""));
   EXPECT_THAT(html, HasSubstr("<p class=\"word\">Verdict: "));
   EXPECT_THAT(html, HasSubstr("is-not-judged\">No promise for the next drive<"));
-  EXPECT_THAT(html, HasSubstr("is-good\">Promised: at least 95.0 % of the next drive<"));
+  EXPECT_THAT(
+      html,
+      HasSubstr("is-good\">Promised: at least 95.0 % of the answered sites of the next drive<"));
   const RuleScore& score = made.evaluation.score(0, Rule::kMap);
   EXPECT_THAT(html, HasSubstr(">By range: " + fixed(100.0 * score.coverage, 1) + " % of " +
                               std::to_string(made.evaluation.sites.size()) + " places"));

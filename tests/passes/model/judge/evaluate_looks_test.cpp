@@ -67,6 +67,21 @@ TEST(EvaluateLooks, JudgesTheMapsLooksBesideTheSameLookEverywhere) {
   EXPECT_DOUBLE_EQ(same.time_ratio, 0.2) << "80 points everywhere";
 }
 
+TEST(EvaluateLooks, CountsMissesAmongAnsweredSitesAndWhichUnmetSitesAreTruly) {
+  Trial trial = make_trial();
+  trial.choice.flags = {0, kUnmet, 0, kUnmet};
+  trial.choice.range_index = {0, 0, 0, 1};
+  const LookEvaluation evaluation = *evaluate_looks(trial.choice, trial.judged);
+  EXPECT_TRUE(validate(evaluation));
+  const LookRuleScore& map = evaluation.score(0, LookRule::kMap);
+  EXPECT_EQ(map.unmet_share, 0.5);
+  EXPECT_EQ(map.answered_miss_share, 0.5) << "0.2 m at the third";
+  EXPECT_EQ(map.truly_unmet_share, 0.5) << "80 points hold the second";
+  const LookRuleScore& oracle = evaluation.score(0, LookRule::kOracle);
+  EXPECT_EQ(oracle.unmet_share, 0.0);
+  EXPECT_EQ(oracle.answered_miss_share, 0.25);
+}
+
 TEST(EvaluateLooks, KeepsLooksByNormalsFromTheBaselineWithoutMap) {
   const Trial trial = make_trial();
   const LookEvaluation evaluation = *evaluate_looks(trial.choice, trial.judged);

@@ -76,6 +76,19 @@ TEST(EvaluateRanges, CountsCoverageBesideTime) {
   EXPECT_NEAR(map.unmet_share, 0.25, 1e-12);
 }
 
+TEST(EvaluateRanges, CountsMissesAmongAnsweredSitesAndWhichUnmetSitesAreTruly) {
+  Trial trial = four_sites();
+  const RuleScore before = value_of(evaluate(trial)).score(0, Rule::kMap);
+  EXPECT_EQ(before.answered_miss_share, 0.0) << "the site that misses is not answered";
+  EXPECT_EQ(before.truly_unmet_share, 1.0) << "30 m misses there too";
+  trial.ranges.range_index = {0, 1, 1, 2};
+  trial.ranges.flags = {kUnmet, 0, 0, kUnmet};
+  const RuleScore after = value_of(evaluate(trial)).score(0, Rule::kMap);
+  EXPECT_NEAR(after.unmet_share, 0.5, 1e-12);
+  EXPECT_NEAR(after.answered_miss_share, 0.5, 1e-12) << "0.12 m at the third";
+  EXPECT_NEAR(after.truly_unmet_share, 0.5, 1e-12) << "the first is within 0.1 m";
+}
+
 TEST(EvaluateRanges, PutsTheOtherRulesBesideTheMap) {
   const Evaluation evaluation = value_of(evaluate(four_sites()));
   const auto chosen = [&](Rule rule) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "passes/model/choose_ranges.h"
+#include "passes/model/promise/selection.h"
 #include "tests/passes/model/honest_model.h"
 
 // What is promised of the next drive, and what a map says where nothing is.
@@ -24,7 +25,8 @@ TEST(Promise, PromisesTheNextDriveOnlyFromDrivesThatTheTreesDidNotLearnFrom) {
   }
   const LimitPromise of_this = choose(model, with(RiskControl::kConformal))->promises[0];
   EXPECT_EQ(of_this.probability_threshold, of_next.probability_threshold) << "as careful as before";
-  EXPECT_NE(of_this.statement.find("on this drive at most 5 % of its sites"), std::string::npos);
+  EXPECT_NE(of_this.statement.find("on this drive at most 5 % of its answered sites"),
+            std::string::npos);
 }
 
 TEST(Promise, OneDriveAloneSaysOfThisDrive) {
@@ -46,8 +48,8 @@ TEST(Promise, NamesTheRouteThatIsNeededAndTheRouteThatThereIs) {
       "not trained on; so far there are 0.6 km from one drive; "))
       << statement;
   EXPECT_TRUE(
-      statement.ends_with(" of the sites missed 0.1 m (cross-validated on 10 blocks of 1 "
-                          "place, 1 drive, with a threshold fitted to them)"))
+      statement.ends_with(" of the sites had no answer (cross-validated on 10 blocks of 1 place, 1 "
+                          "drive, with a threshold fitted to them)"))
       << statement;
 }
 
@@ -86,6 +88,90 @@ TEST(Promise, CountsPlacesAndDrivesAndSaysWhereTheyAreFew) {
   EXPECT_NE(many.statement.find("60 blocks of 4 places, 8 drives"), std::string::npos);
   EXPECT_NE(many.statement.find("in the worst place"), std::string::npos) << many.statement;
   EXPECT_EQ(many.statement.find("optimistic"), std::string::npos) << many.statement;
+}
+
+// A tenth of the route is hopeless, and predicted so.
+ErrorModel with_a_tunnel(std::size_t block_count) {
+  ErrorModel model = honest_model(1, block_count);
+  const std::size_t range_count = model.ranges.size();
+  for (std::size_t site = 0; site < model.sites.size(); ++site) {
+    if (model.sites[site].block % 10 != 0) continue;
+    for (std::size_t range = 0; range < range_count; ++range) {
+      const std::size_t i = site * range_count + range;
+      model.measured_mean_m[i] = 0.9;
+      model.out_of_fold.mean_m[i] = 0.9;
+      model.out_of_fold.within_probability[2 * i] = 0.1;
+      model.out_of_fold.within_probability[2 * i + 1] = 0.2;
+    }
+  }
+  return model;
+}
+
+TEST(Promise, IsAboutTheAnsweredSitesAndStatesTheOthers) {
+  const RangeTable table = value_of(choose(with_a_tunnel(60), with(RiskControl::kConformal)));
+  const RangeTable without = value_of(choose(honest_model(1, 60), with(RiskControl::kConformal)));
+  const LimitPromise& promise = table.promises[0];
+  EXPECT_TRUE(promise.is_earned) << promise.statement;
+  EXPECT_NEAR(promise.probability_threshold, without.promises[0].probability_threshold, 0.03)
+      << "the tunnel asks nothing of the rest";
+  EXPECT_NEAR(promise.answered_share, 0.9 * without.promises[0].answered_share, 0.03);
+  EXPECT_LE(promise.calibration_miss_share, 0.05);
+  for (std::size_t site = 0; site < 60; ++site) {
+    EXPECT_NE(table.flags_of(site, 0) & kUnmet, 0) << "site " << site << " of the tunnel";
+  }
+  EXPECT_NE(promise.statement.find("at most 5 % of this place's answered sites"),
+            std::string::npos);
+  EXPECT_NE(promise.statement.find(" of the sites had no answer"), std::string::npos);
+  EXPECT_NE(promise.statement.find("60 blocks allow 3."), std::string::npos) << promise.statement;
+}
+
+TEST(Promise, OfAStricterAlphaIsAboutSitesThatALooserOneAnswersToo) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (const std::size_t block_count : {8u, 24u, 60u}) {
+      const ErrorModel model = honest_model(seed, block_count);
+      for (const RiskControl risk_control :
+           {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
+        std::vector<std::uint8_t> was_answered(model.sites.size(), 0);
+        for (const double alpha : {0.01, 0.02, 0.05, 0.1, 0.2, 0.5}) {
+          const RangeTable table = value_of(choose(model, with(risk_control, alpha)));
+          for (std::size_t site = 0; site < was_answered.size(); ++site) {
+            const bool is_answered = (table.flags_of(site, 0) & kUnmet) == 0;
+            EXPECT_GE(is_answered, was_answered[site] == 1) << "site " << site << ", " << alpha;
+            was_answered[site] = is_answered ? 1 : 0;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Promise, NoAlphaAnswersBelowTheLeastProbability) {
+  const ErrorModel model = honest_model(2, 60);
+  for (const double alpha : {0.05, 0.5}) {
+    const RangeTable table = value_of(choose(model, with(RiskControl::kConformal, alpha)));
+    for (std::size_t site = 0; site < table.site_count; ++site) {
+      double most = 0.0;
+      for (std::size_t range = 0; range < model.ranges.size(); ++range) {
+        most = std::max(most, model.out_of_fold.probability(site, range, 0));
+      }
+      EXPECT_TRUE(most >= kLeastProbability || (table.flags_of(site, 0) & kUnmet) != 0);
+    }
+  }
+}
+
+TEST(Promise, CountsABlockOnceHoweverManyPlacesOfTheTrainingShareIt) {
+  ErrorModel model = honest_model(1, 60);
+  model.card.places.push_back(model.card.places[0]);
+  for (TrainedSite& site : model.sites) site.p_world_m = {site.s_m, 0.0, 0.0};
+  const std::size_t half = model.sites.size() / 2;
+  for (std::size_t i = half; i < model.sites.size(); ++i) {
+    model.sites[i].place = 1;  // of the same recordings, in the next lane
+    model.sites[i].p_world_m = model.sites[i - half].p_world_m + Eigen::Vector3d(0.0, 3.5, 0.0);
+  }
+  EXPECT_EQ(choose(model, with(RiskControl::kConformal))->promises[0].block_count, 30u);
+  for (std::size_t i = half; i < model.sites.size(); ++i) model.sites[i].p_world_m.y() = 40.0;
+  EXPECT_EQ(choose(model, with(RiskControl::kConformal))->promises[0].block_count, 60u)
+      << "another road";
 }
 
 }  // namespace
