@@ -69,13 +69,17 @@ def misses_table(cases, alpha):
     all_blocks, kept, by_drive = [], {}, collections.defaultdict(list)
     for place, drive, is_earned, pairs in cases:
         blocks = blocks_of(pairs)
+        if not blocks:
+            lines.append(f"| {place} | {drive} | {'earned' if is_earned else 'not earned'} | nothing is answered | - | yes |")
+            kept[(place, drive)] = True
+            continue
         all_blocks.append(blocks)
         by_drive[drive].append(blocks)
         low, high = interval([blocks])
         kept[(place, drive)] = alpha >= low
         lines.append(f"| {place} | {drive} | {'earned' if is_earned else 'not earned'} | {percent(mean(blocks))}"
                      f" | {percent(low)} to {percent(high)} | {'yes' if alpha >= low else 'NO'} |")
-    for name, places in [*((drive, by_drive[drive]) for drive in sorted(by_drive)), ("all", all_blocks)]:
+    for name, places in [] if not all_blocks else [*((drive, by_drive[drive]) for drive in sorted(by_drive)), ("all", all_blocks)]:
         low, high = interval(places)
         share = mean([block for place in places for block in place])
         verdict = "kept" if share <= alpha + 0.02 else "MISSED"

@@ -43,10 +43,11 @@ def main(promise, build, work):
         for i, look in enumerate(LOOKS, 1)))
     table, figures = judge(promise, build, work, ["--seeds", *SEEDS, "--length-m", "70"])
     tables, *promised = table.split("\n## ")
-    rules, looks, driving = tables.strip().split("\n\n")
+    rules, looks, answered, driving = tables.strip().split("\n\n")
     assert len(rules.splitlines()) == 7, rules  # two lines of heading, five targets
     assert len(looks.splitlines()) == 3, looks  # the one target of these rules
     assert 0.001 <= float(looks.splitlines()[2].split(" | ")[3]) <= 0.002, looks
+    assert len(answered.splitlines()) == 2 + 2 * 2 * len(RULES), answered  # limits, ranges and looks
     assert len(driving.splitlines()) == 2 + 3 * len(RULES), driving  # by range, look and plan
     assert len(promised) == 3 * 2, table  # rules that name alpha, limits
     for text in promised:
