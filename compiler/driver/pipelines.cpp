@@ -65,11 +65,12 @@ MeasureErrorOptions measuring_options(const CompileConfig& config, const Plan& p
   return options;
 }
 
-// How the map's own scans are measured: evidence and a factor, not labels. So it is cheap, and the
-// same for every localizer.
+// How the map's own scans are measured: evidence and a factor, not labels. So it is cheap, without
+// tracking starts, and the same for every localizer.
 MeasureErrorOptions evidence_options(const CompileConfig& config, const Plan& plan) {
   MeasureErrorOptions options = measuring_options(config, plan);
   options.scans = scan_shares(config).mapping;
+  options.tracking.count = 0;
   if (options.localizer == LocalizerKind::kPclNdt) {
     options.localizer = LocalizerKind::kSearching;
     options.starts.count = 0;

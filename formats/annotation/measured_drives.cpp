@@ -17,6 +17,9 @@ Result<void> validate_beside(const ByFamily<MeasuredError>& first,
   if (!is_of_one_map) {
     return invalid_drive(drive, "its sites or looks differ from those of the first drive");
   }
+  if (drive.ranges.tracking_offsets.size() != first.ranges.tracking_offsets.size()) {
+    return invalid_drive(drive, "its tracking starts differ from those of the first drive");
+  }
   const LocalizerProfile& localizer = drive.ranges.matching.localizer;
   const LocalizerProfile& expected = first.ranges.matching.localizer;
   if (localizer == expected) return {};

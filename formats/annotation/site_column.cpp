@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace sightline {
 namespace {
@@ -19,7 +20,22 @@ bool is_unit(const std::string& unit) {
          std::ranges::all_of(unit, [](char c) { return c > ' ' && c <= '~'; });
 }
 
+Result<void> validate_steps(const SiteColumn& column) {
+  const bool ascends = std::ranges::adjacent_find(column.steps, std::ranges::greater_equal()) ==
+                           column.steps.end() &&
+                       std::ranges::none_of(column.steps, [](float x) { return std::isnan(x); });
+  if (column.steps.size() <= kMostColumnSteps && ascends) return {};
+  return Error{ErrorCode::kInvalidArtifact,
+               column.name + " needs at most 256 possible values, which ascend"};
+}
+
 }  // namespace
+
+std::size_t step_of(const SiteColumn& column, float value) {
+  const auto found = std::ranges::lower_bound(column.steps, value);
+  return found == column.steps.end() ? kMostColumnSteps
+                                     : static_cast<std::size_t>(found - column.steps.begin());
+}
 
 Result<void> validate(const SiteColumn& column) {
   if (!is_name(column.name) || !is_unit(column.unit)) {
@@ -27,10 +43,14 @@ Result<void> validate(const SiteColumn& column) {
                  "the name of a column needs 1 to 60 characters of a-z, 0-9 and _, and its unit at "
                  "most 20 printable characters"};
   }
+  SIGHTLINE_TRY(validate_steps(column));
   for (std::size_t site = 0; site < column.values.size(); ++site) {
-    if (!std::isnan(column.values[site])) continue;
-    return Error{ErrorCode::kInvalidArtifact, column.name + " is not a number", "",
-                 concat("site ", site)};
+    const float value = column.values[site];
+    const bool is_step = column.steps.empty() || std::ranges::binary_search(column.steps, value);
+    if (!std::isnan(value) && is_step) continue;
+    return Error{ErrorCode::kInvalidArtifact,
+                 column.name + (is_step ? " is not a number" : " has a value that its steps lack"),
+                 "", concat("site ", site)};
   }
   return {};
 }

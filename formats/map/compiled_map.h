@@ -40,10 +40,14 @@ struct MeasurementCard {
   // As in MatchingCard.
   std::uint32_t coarse_cells = 1;
   double leaf_m = 0.0;
+  // Of a vehicle that tracks, and the looks whose errors the columns of sites are of: a range, and
+  // a sample where there is one ("Errors by direction" in schemas/definitions.md). May be none.
+  std::vector<InitialOffset> tracking_offsets;
+  std::vector<Look> tracking_looks;
 };
 SIGHTLINE_FIELDS(MeasurementCard, mapping_drive, mapping_scans, localization_drive,
                  localization_scans, reference, offsets, measured_site_count, localizer,
-                 coarse_cells, leaf_m)
+                 coarse_cells, leaf_m, tracking_offsets, tracking_looks)
 
 struct NamedVersion {
   std::string name;

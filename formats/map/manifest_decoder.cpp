@@ -38,6 +38,20 @@ LocalizerProfile decode_localizer(const schema::LocalizerProfile& from) {
   return profile;
 }
 
+Look decode_look(const schema::Look& look) {
+  return {look.range_m(),     look.return_count(),  look.even_beyond_m(),
+          look.point_count(), look.is_by_normals(), static_cast<LookMode>(look.mode())};
+}
+
+std::vector<InitialOffset> decode_offsets(
+    const flatbuffers::Vector<const schema::Offset*>& encoded) {
+  std::vector<InitialOffset> offsets;
+  for (const schema::Offset* offset : encoded) {
+    offsets.push_back({offset->x_m(), offset->y_m(), offset->z_m(), offset->yaw_rad()});
+  }
+  return offsets;
+}
+
 MeasurementCard decode_measurement(const schema::Measurement& measurement) {
   MeasurementCard card;
   card.mapping_drive = measurement.mapping_drive()->str();
@@ -45,13 +59,19 @@ MeasurementCard decode_measurement(const schema::Measurement& measurement) {
   card.localization_drive = measurement.localization_drive()->str();
   card.localization_scans = measurement.localization_scans()->str();
   card.reference = static_cast<ErrorReference>(measurement.reference());
-  for (const schema::Offset* offset : *measurement.offsets()) {
-    card.offsets.push_back({offset->x_m(), offset->y_m(), offset->z_m(), offset->yaw_rad()});
-  }
+  card.offsets = decode_offsets(*measurement.offsets());
   card.measured_site_count = measurement.measured_site_count();
   card.localizer = decode_localizer(*measurement.localizer());
   card.coarse_cells = measurement.coarse_cells();
   card.leaf_m = measurement.leaf_m();
+  if (measurement.tracking_offsets() != nullptr) {
+    card.tracking_offsets = decode_offsets(*measurement.tracking_offsets());
+  }
+  if (measurement.tracking_looks() != nullptr) {
+    for (const schema::Look* look : *measurement.tracking_looks()) {
+      card.tracking_looks.push_back(decode_look(*look));
+    }
+  }
   return card;
 }
 
@@ -72,11 +92,6 @@ LimitPromise decode_promise(const schema::Promise& from) {
   promise.scope = static_cast<PromiseScope>(from.scope());
   promise.answered_share = from.answered_share();
   return promise;
-}
-
-Look decode_look(const schema::Look& look) {
-  return {look.range_m(),     look.return_count(),  look.even_beyond_m(),
-          look.point_count(), look.is_by_normals(), static_cast<LookMode>(look.mode())};
 }
 
 std::vector<Look> decode_looks(const schema::Manifest& manifest) {
@@ -273,7 +288,12 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   map.trajectory = decode_trajectory(manifest.trajectory());
   if (manifest.columns() != nullptr) {
     for (const schema::SiteColumn* column : *manifest.columns()) {
-      map.columns.push_back({column->name()->str(), column->unit()->str(), {}});
+      SiteColumn& card = map.columns.emplace_back();
+      card.name = column->name()->str();
+      card.unit = column->unit()->str();
+      if (column->steps() != nullptr) {
+        card.steps.assign(column->steps()->begin(), column->steps()->end());
+      }
     }
   }
   map.notices = decode_notices(manifest.notices());

@@ -41,17 +41,32 @@ flatbuffers::Offset<schema::LocalizerProfile> encode_localizer(const LocalizerPr
                                               &parameters);
 }
 
+flatbuffers::Offset<schema::Look> encode_look(const Look& look, Builder& builder) {
+  return schema::CreateLook(builder, look.range_m, look.return_count, look.even_beyond_m,
+                            look.point_count, look.is_by_normals,
+                            static_cast<schema::LookMode>(look.mode));
+}
+
+std::vector<schema::Offset> to_schema(const std::vector<InitialOffset>& offsets) {
+  std::vector<schema::Offset> encoded;
+  for (const InitialOffset& offset : offsets) {
+    encoded.emplace_back(offset.x_m, offset.y_m, offset.z_m, offset.yaw_rad);
+  }
+  return encoded;
+}
+
 flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCard& card,
                                                             Builder& builder) {
-  std::vector<schema::Offset> offsets;
-  for (const InitialOffset& offset : card.offsets) {
-    offsets.emplace_back(offset.x_m, offset.y_m, offset.z_m, offset.yaw_rad);
-  }
+  const std::vector<schema::Offset> offsets = to_schema(card.offsets);
+  const std::vector<schema::Offset> tracking = to_schema(card.tracking_offsets);
+  std::vector<flatbuffers::Offset<schema::Look>> looks;
+  for (const Look& look : card.tracking_looks) looks.push_back(encode_look(look, builder));
   return schema::CreateMeasurementDirect(
       builder, card.mapping_drive.c_str(), card.mapping_scans.c_str(),
       card.localization_drive.c_str(), card.localization_scans.c_str(),
       static_cast<schema::Reference>(card.reference), &offsets, card.measured_site_count,
-      encode_localizer(card.localizer, builder), card.coarse_cells, card.leaf_m);
+      encode_localizer(card.localizer, builder), card.coarse_cells, card.leaf_m,
+      card.tracking_offsets.empty() ? nullptr : &tracking, looks.empty() ? nullptr : &looks);
 }
 
 std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTable& ranges,
@@ -77,12 +92,6 @@ std::vector<flatbuffers::Offset<schema::LimitQuality>> encode_quality(
                                                  limit.expected_coverage, limit.measured_coverage));
   }
   return encoded;
-}
-
-flatbuffers::Offset<schema::Look> encode_look(const Look& look, Builder& builder) {
-  return schema::CreateLook(builder, look.range_m, look.return_count, look.even_beyond_m,
-                            look.point_count, look.is_by_normals,
-                            static_cast<schema::LookMode>(look.mode));
 }
 
 flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> encode_looks(
@@ -208,7 +217,8 @@ flatbuffers::Offset<EncodedColumns> encode_columns(const std::vector<SiteColumn>
     const flatbuffers::span<const std::uint8_t, 32> all(bytes);
     const schema::Digest digest(all);
     encoded.push_back(
-        schema::CreateSiteColumnDirect(builder, column.name.c_str(), column.unit.c_str(), &digest));
+        schema::CreateSiteColumnDirect(builder, column.name.c_str(), column.unit.c_str(), &digest,
+                                       column.steps.empty() ? nullptr : &column.steps));
   }
   return builder.CreateVector(encoded);
 }

@@ -145,8 +145,9 @@ Result<void> MapDecoder::visit_column(const PackedBlock& block, std::span<const 
   for (SiteColumn& column : map_.columns) {
     if (block.name != column_section(column.name)) continue;
     const std::string place = byte_place(offset_of(container_, block));
-    if (block.codec != BlockCodec::kNone) {
-      return Error{ErrorCode::kBadLayer, "a column is compressed", "", place};
+    if (block.codec != BlockCodec::kNone ||
+        block.version != column_version(!column.steps.empty())) {
+      return Error{ErrorCode::kBadLayer, "a column is compressed or of another version", "", place};
     }
     const Result<void> checked = check_column(container_, column.name, raw);
     if (!checked) return at(checked.error(), place);
@@ -157,7 +158,7 @@ Result<void> MapDecoder::visit_column(const PackedBlock& block, std::span<const 
 
 Result<void> MapDecoder::visit_section(const PackedBlock& block) {
   SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
-  if (block.name.starts_with(kColumnSection) && block.version == kColumnSectionVersion) {
+  if (block.name.starts_with(kColumnSection) && block.version <= kSteppedColumnVersion) {
     return visit_column(block, raw.bytes());
   }
   const Result<void> decoded = decoder_->decode_section(block, raw.bytes());

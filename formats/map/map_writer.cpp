@@ -75,7 +75,7 @@ std::vector<BlockParts> sections_of(const std::optional<TileDrives>& tile_drives
 std::vector<BlockParts> sections_of(const std::vector<SiteColumn>& columns) {
   std::vector<BlockParts> sections;
   for (const SiteColumn& column : columns) {
-    sections.push_back({column_section(column.name), kColumnSectionVersion, false,
+    sections.push_back({column_section(column.name), column_version(!column.steps.empty()), false,
                         column.values.size(), false, encode_column(column)});
   }
   return sections;

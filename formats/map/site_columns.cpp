@@ -13,8 +13,15 @@ std::string column_section(std::string_view name) {
 }
 
 std::vector<std::byte> encode_column(const SiteColumn& column) {
-  const std::span<const std::byte> bytes = std::as_bytes(std::span(column.values));
-  return {bytes.begin(), bytes.end()};
+  if (column.steps.empty()) {
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(column.values));
+    return {bytes.begin(), bytes.end()};
+  }
+  std::vector<std::byte> numbers;
+  for (const float value : column.values) {
+    numbers.push_back(static_cast<std::byte>(step_of(column, value)));
+  }
+  return numbers;
 }
 
 Result<void> check_column(const MapContainer& container, std::string_view name,
@@ -29,10 +36,23 @@ Result<void> check_column(const MapContainer& container, std::string_view name,
 
 Result<void> decode_column(std::span<const std::byte> raw, std::size_t site_count,
                            SiteColumn& column) {
-  if (raw.size() != site_count * sizeof(float)) {
+  const std::size_t size = column.steps.empty() ? sizeof(float) : 1;
+  const std::string place = "section " + column_section(column.name);
+  if (raw.size() != site_count * size) {
     return Error{ErrorCode::kBadLayer,
-                 concat("found ", raw.size(), " bytes, expected ", site_count * sizeof(float)), "",
-                 "section " + column_section(column.name)};
+                 concat("found ", raw.size(), " bytes, expected ", site_count * size), "", place};
+  }
+  if (!column.steps.empty()) {
+    column.values.clear();
+    for (const std::byte number : raw) {
+      const auto step = static_cast<std::size_t>(number);
+      if (step >= column.steps.size()) {
+        return Error{ErrorCode::kBadLayer, concat("found step ", step, ", which is not listed"), "",
+                     place};
+      }
+      column.values.push_back(column.steps[step]);
+    }
+    return {};
   }
   column.values.resize(site_count);
   if (site_count > 0) std::memcpy(column.values.data(), raw.data(), raw.size());

@@ -15,12 +15,13 @@ namespace sightline {
 
 // "column.clearance_m"
 std::string column_section(std::string_view name);
-// float32, little-endian, one a site.
+// float32, little-endian, or the number of a step, one byte; one a site.
 std::vector<std::byte> encode_column(const SiteColumn& column);
 // Whether these bytes are the column that the map's manifest names. Error: digest-mismatch.
 Result<void> check_column(const MapContainer& container, std::string_view name,
                           std::span<const std::byte> raw);
-// Fills the values. Error: bad-layer (not one of 4 bytes for each site).
+// Fills the values, of a column whose steps are known. Error: bad-layer (not one for each site, or
+// no such step).
 Result<void> decode_column(std::span<const std::byte> raw, std::size_t site_count,
                            SiteColumn& column);
 

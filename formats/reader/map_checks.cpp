@@ -109,6 +109,17 @@ Result<void> check_looks(const schema::Manifest& manifest) {
   return check_look_plan(manifest.look_plan());
 }
 
+// Values that a byte numbers, ascending.
+Result<void> check_steps(const flatbuffers::Vector<float>& steps) {
+  constexpr std::uint32_t kMost = 256;
+  bool ascends = steps.size() > 0 && steps.size() <= kMost && !std::isnan(steps[0]);
+  for (flatbuffers::uoffset_t i = 1; ascends && i < steps.size(); ++i) {
+    ascends = steps[i - 1] < steps[i];
+  }
+  return ascends ? Result<void>()
+                 : bad_manifest("a column of sites needs 1 to 256 steps, which ascend");
+}
+
 // None, or some with names that ascend.
 Result<void> check_columns(const schema::Manifest& manifest) {
   if (manifest.columns() == nullptr) return {};
@@ -122,6 +133,7 @@ Result<void> check_columns(const schema::Manifest& manifest) {
       return Error{ErrorCode::kBadOrder, "names of columns do not ascend", "", "manifest"};
     }
     previous = name;
+    if (column->steps() != nullptr) SIGHTLINE_TRY(check_steps(*column->steps()));
   }
   return {};
 }

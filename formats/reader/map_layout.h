@@ -45,9 +45,14 @@ inline constexpr std::uint64_t kMostExpansion = 1024;
 inline constexpr std::string_view kNdtLayer = "ndt";
 inline constexpr std::string_view kRangeLayer = "range";
 inline constexpr std::string_view kModelSection = "error-model";
-// A section for each column of sites, its name behind this: f32[site_count], as it is.
+// A section for each column of sites, its name behind this: f32[site_count], or the numbers of
+// steps that the manifest lists, u8[site_count].
 inline constexpr std::string_view kColumnSection = "column.";
 inline constexpr std::uint32_t kColumnSectionVersion = 1;
+inline constexpr std::uint32_t kSteppedColumnVersion = 2;
+constexpr std::uint32_t column_version(bool has_steps) {
+  return has_steps ? kSteppedColumnVersion : kColumnSectionVersion;
+}
 inline constexpr std::size_t kMostColumns = 256;
 inline constexpr std::uint32_t kNdtLayerVersion = 1;
 inline constexpr std::uint32_t kRangeLayerVersion = 2;

@@ -245,26 +245,67 @@ Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
   return sites;
 }
 
+Result<std::span<const std::byte>> MapReader::column_bytes(std::size_t number) const {
+  const schema::SiteColumn& column =
+      *front_.manifest->columns()->Get(static_cast<flatbuffers::uoffset_t>(number));
+  const bool has_steps = column.steps() != nullptr;
+  SIGHTLINE_ASSIGN(const MapContainer container, open_directory(front_));
+  const std::string section = std::string(kColumnSection) + std::string(columns_[number]);
+  const schema::Block* block = find_section(container, section);
+  const std::uint64_t size = std::uint64_t{info_.site_count} * (has_steps ? 1 : sizeof(float));
+  if (block == nullptr || block->version() != column_version(has_steps) ||
+      block->codec() != schema::Codec::None || block->raw_size() != size) {
+    return Error{ErrorCode::kBadLayer, "the section with one number for each site is missing", "",
+                 "section " + section};
+  }
+  return stored_bytes(container, *block);
+}
+
 Result<MapColumn> MapReader::column(std::string_view name) const {
   const auto found = std::ranges::find(columns_, name);
   if (found == columns_.end()) {
     return Error{ErrorCode::kBadArgument, "the map has no column " + std::string(name), "", ""};
   }
-  const auto number = static_cast<flatbuffers::uoffset_t>(found - columns_.begin());
-  const schema::SiteColumn& column = *front_.manifest->columns()->Get(number);
-  SIGHTLINE_ASSIGN(const MapContainer container, open_directory(front_));
-  const std::string section = std::string(kColumnSection) + std::string(name);
-  const schema::Block* block = find_section(container, section);
-  const std::uint64_t size = std::uint64_t{info_.site_count} * sizeof(float);
-  if (block == nullptr || block->version() != kColumnSectionVersion ||
-      block->codec() != schema::Codec::None || block->raw_size() != size) {
-    return Error{ErrorCode::kBadLayer, "the section with one number for each site is missing", "",
-                 "section " + section};
+  const auto number = static_cast<std::size_t>(found - columns_.begin());
+  const schema::SiteColumn& column =
+      *front_.manifest->columns()->Get(static_cast<flatbuffers::uoffset_t>(number));
+  SIGHTLINE_ASSIGN(const std::span<const std::byte> bytes, column_bytes(number));
+  const std::string_view unit = column.unit()->string_view();
+  if (column.steps() == nullptr) {
+    return MapColumn{
+        *found, unit, {reinterpret_cast<const float*>(bytes.data()), info_.site_count}};
   }
-  SIGHTLINE_ASSIGN(const std::span<const std::byte> bytes, stored_bytes(container, *block));
-  return MapColumn{*found,
-                   column.unit()->string_view(),
-                   {reinterpret_cast<const float*>(bytes.data()), info_.site_count}};
+  auto values = std::make_shared<std::vector<float>>();
+  for (const std::byte step : bytes) {
+    const auto number_of_step = static_cast<flatbuffers::uoffset_t>(step);
+    if (number_of_step >= column.steps()->size()) {
+      return Error{ErrorCode::kBadLayer, "a site has a step that is not listed", "",
+                   concat("section ", kColumnSection, name)};
+    }
+    values->push_back(column.steps()->Get(number_of_step));
+  }
+  return MapColumn{*found, unit, *values, values};
+}
+
+Result<MapErrors::Column> MapReader::stepped_column(std::string_view name) const {
+  const auto found = std::ranges::find(columns_, name);
+  if (found == columns_.end()) return MapErrors::Column{};
+  const auto number = static_cast<std::size_t>(found - columns_.begin());
+  const flatbuffers::Vector<float>* steps =
+      front_.manifest->columns()->Get(static_cast<flatbuffers::uoffset_t>(number))->steps();
+  if (steps == nullptr) return MapErrors::Column{};
+  SIGHTLINE_ASSIGN(const std::span<const std::byte> bytes, column_bytes(number));
+  return MapErrors::Column{{reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
+                           {steps->data(), steps->size()}};
+}
+
+Result<MapErrors> MapReader::errors() const {
+  MapErrors errors;
+  for (std::size_t i = 0; i < errors.ranges.size(); ++i) {
+    SIGHTLINE_ASSIGN(errors.ranges[i], stepped_column(kTrackingRangeColumns[i]));
+    SIGHTLINE_ASSIGN(errors.samples[i], stepped_column(kTrackingSampleColumns[i]));
+  }
+  return errors;
 }
 
 Result<MapPoses> MapReader::poses() const {

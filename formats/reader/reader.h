@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,6 +16,7 @@
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"
+#include "formats/reader/site_errors.h"
 
 // How far to look, for a vehicle: opens a compiled map and answers from it.
 
@@ -102,6 +104,8 @@ struct MapColumn {  // refers into the map
   std::string_view name;
   std::string_view unit;          // for people
   std::span<const float> values;  // [site]; +-inf where there is none
+  // Of a column that the map keeps in bytes: the memory of `values`.
+  std::shared_ptr<const std::vector<float>> decoded = nullptr;
 };
 
 // Which sites have poses that scans do not constrain ("Unconstrained poses" in
@@ -217,11 +221,18 @@ class MapReader {
   // has no such site, or is older than these columns. Errors: those of column().
   [[nodiscard]] Result<MapPoses> poses() const;
 
+  // Errors by direction of a vehicle that tracks: look up once and keep it, by RangeAnswer::site. A
+  // map without these columns: nothing was measured at any site. Errors: those of column().
+  [[nodiscard]] Result<MapErrors> errors() const;
+
   [[nodiscard]] const MapInfo& info() const { return info_; }
 
  private:
   MapReader(MappedFile file, const MapFront& front, LookUp look_up,
             std::string_view callers_localizer);
+  // The section of columns_[number], which has a value of so many bytes for each site.
+  [[nodiscard]] Result<std::span<const std::byte>> column_bytes(std::size_t number) const;
+  [[nodiscard]] Result<MapErrors::Column> stepped_column(std::string_view name) const;
   static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes,
                                 std::string_view callers_localizer);
   [[nodiscard]] std::optional<std::size_t> limit_for(double limit_m) const;

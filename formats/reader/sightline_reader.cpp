@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <new>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "formats/base/copy_message.h"
 #include "formats/base/version.h"
@@ -14,16 +19,26 @@ using sightline::ErrorCode;
 using sightline::LookAnswer;
 using sightline::LookPlanAnswer;
 using sightline::MapColumn;
+using sightline::MapErrors;
 using sightline::MapInfo;
 using sightline::MapPromise;
 using sightline::MapReader;
 using sightline::MapSite;
+using sightline::PoseErrors;
 using sightline::RangeAnswer;
 using sightline::Result;
+
+// What callers have got so far, which lasts as long as the map.
+struct KeptOfMap {
+  std::mutex mutex;
+  std::map<size_t, std::shared_ptr<const std::vector<float>>> columns;  // by their number
+  std::optional<MapErrors> errors;
+};
 
 struct sightline_map {
   MapReader reader;
   std::string parameters;  // ends in a zero
+  mutable KeptOfMap kept = {};
 };
 
 namespace {
@@ -249,7 +264,32 @@ int sightline_get_column(const sightline_map* map, size_t index, sightline_colum
     column->name = names[index].data();
     const Result<MapColumn> found = map->reader.column(names[index]);
     if (!found) return static_cast<int>(found.error().code);
-    *column = {found->name.data(), found->unit.data(), found->values.data(), found->values.size()};
+    std::span<const float> values = found->values;
+    if (found->decoded) {
+      const std::scoped_lock lock(map->kept.mutex);
+      values = *map->kept.columns.try_emplace(index, found->decoded).first->second;
+    }
+    *column = {found->name.data(), found->unit.data(), values.data(), values.size()};
+    return 0;
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+int sightline_get_errors(const sightline_map* map, uint32_t site, int is_sample,
+                         sightline_errors* errors) {
+  const auto set = [&](const PoseErrors& from) {
+    *errors = {from.longitudinal_m, from.lateral_m, from.yaw_rad, from.kept_longitudinal};
+  };
+  set({});
+  try {
+    const std::scoped_lock lock(map->kept.mutex);
+    if (!map->kept.errors) {
+      Result<MapErrors> found = map->reader.errors();
+      if (!found) return static_cast<int>(found.error().code);
+      map->kept.errors = *found;
+    }
+    set(is_sample != 0 ? map->kept.errors->of_sample(site) : map->kept.errors->of_range(site));
     return 0;
   } catch (const std::bad_alloc&) {
     return static_cast<int>(ErrorCode::kOutOfMemory);

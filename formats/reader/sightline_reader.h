@@ -203,6 +203,23 @@ size_t sightline_column_count(const sightline_map* map);
  * out-of-memory, and then *column has no values, but its name where the map has such a column. */
 int sightline_get_column(const sightline_map* map, size_t index, sightline_column* column);
 
+/* Standard deviations of a match about the true pose, in the vehicle's axes there, by a vehicle
+ * that tracks; infinite where nothing was measured. */
+typedef struct sightline_errors {
+  double longitudinal_m;
+  double lateral_m;
+  double yaw_rad;
+  double
+      kept_longitudinal; /* share of the start's longitudinal error that the match keeps, 0 to 1 */
+} sightline_errors;
+
+/* Those at a site (sightline_range.site): of a match of every return within the longest range where
+ * is_sample is 0, else of a look that takes a sample. The first call checks the columns of the map.
+ * Returns 0, or the number of checksum-mismatch, bad-layer or out-of-memory; then all are infinite.
+ */
+int sightline_get_errors(const sightline_map* map, uint32_t site, int is_sample,
+                         sightline_errors* errors);
+
 /* "0.1.0": of the library that answers. */
 const char* sightline_reader_version(void);
 

@@ -8,6 +8,8 @@
 #include "formats/base/hash.h"
 #include "formats/base/version.h"
 #include "formats/map/map_writer.h"
+#include "formats/reader/site_errors.h"
+#include "passes/emit/tracking_columns.h"
 #include "passes/emit/unconstrained_sites.h"
 #include "passes/model/forest/measured_columns.h"
 
@@ -17,6 +19,7 @@ namespace {
 // Versions of the definitions in schemas/definitions.md by which a map's numbers were computed.
 const std::vector<NamedVersion>& definitions() {
   static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 5},
+                                                         {"errors-by-direction", 1},
                                                          {"factor-of-mapping-drive", 4},
                                                          {"factors-of-the-paper", 1},
                                                          {"factors-of-virtual-scan", 5},
@@ -25,7 +28,8 @@ const std::vector<NamedVersion>& definitions() {
                                                          {"measured-error", 3},
                                                          {"ndt-map", 1},
                                                          {"sites", 3},
-                                                         {"surface", 4}};
+                                                         {"surface", 4},
+                                                         {"tracking-starts", 1}};
   return kDefinitions;
 }
 
@@ -206,6 +210,27 @@ void put_trajectory(const Trajectory& trajectory, CompiledMap& map) {
   }
 }
 
+// Errors by direction of a vehicle that tracks, where they are of the localizer that the map
+// predicts and were measured. Error: cannot-read.
+Result<void> put_tracking(const EmitMapInputs& inputs, CompiledMap& map) {
+  if (!is_of_models_localizer(inputs) || is_simulated(inputs.measured)) return {};
+  const auto put = [&](const StoredTable<MeasuredError>& measured,
+                       std::span<const std::string_view> names) -> Result<void> {
+    const std::optional<std::size_t> look = tracking_look(measured.head());
+    if (!look) return {};
+    map.measurement.tracking_offsets = measured.head().tracking_offsets;
+    map.measurement.tracking_looks.push_back(measured.head().looks[*look]);
+    SIGHTLINE_ASSIGN(const MeasuredError whole, measured.whole());
+    for (SiteColumn& column : tracking_columns(whole, *look, map.sites, names)) {
+      map.columns.push_back(std::move(column));
+    }
+    return {};
+  };
+  SIGHTLINE_TRY(put(inputs.measured.ranges, kTrackingRangeColumns));
+  if (!inputs.measured.samples) return {};
+  return put(*inputs.measured.samples, kTrackingSampleColumns);
+}
+
 // All of the map but its NDs and factors.
 Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& options,
                                const EmitMapInputs& inputs) {
@@ -232,6 +257,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   if (inputs.mapping != nullptr) map.notices = inputs.mapping->notices;
   if (inputs.trajectory != nullptr) put_trajectory(*inputs.trajectory, map);
   if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
+  SIGHTLINE_TRY(put_tracking(inputs, map));
   std::ranges::sort(map.columns, {}, &SiteColumn::name);
   map.quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);

@@ -1,6 +1,7 @@
 #include "passes/localize/join_errors.h"
 
 #include <algorithm>
+#include <span>
 
 #include "formats/base/check.h"
 
@@ -50,6 +51,9 @@ void take_site(const MeasuredError& from, std::size_t site, MeasuredError& to) {
   to.scan_of_site[site] = from.scan_of_site[site];
   for (std::size_t look = 0; look < from.looks.size(); ++look) {
     to.rows[to.shape().index(site, look)] = from.row(site, look);
+    const std::span<const AxisErrors> tracking = from.tracking(site, look);
+    const std::size_t first = to.shape().index(site, look) * tracking.size();
+    std::ranges::copy(tracking, to.tracking_ends.begin() + static_cast<std::ptrdiff_t>(first));
   }
 }
 

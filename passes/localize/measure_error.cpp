@@ -66,6 +66,12 @@ class Localizing {
   AreaLocalizers areas_;
 };
 
+// Of a site without a scan.
+void append_zeros(const SiteMeasuring& measuring, std::size_t look_count, MeasuredRows& rows) {
+  rows.rows.resize(rows.rows.size() + look_count);
+  rows.tracking_ends.resize(rows.rows.size() * measuring.starts.tracking.size());
+}
+
 // Of consecutive sites.
 Result<SiteRows> measure_part(const SiteMeasuring& measuring, Localizing& localizing,
                               std::span<const std::optional<std::size_t>> scans) {
@@ -85,8 +91,8 @@ Result<SiteRows> measure_part(const SiteMeasuring& measuring, Localizing& locali
       }
       SIGHTLINE_TRY(measure_site(measuring, *localizer, *scan, rows));
     } else {
-      rows.ranges.resize(rows.ranges.size() + ranges.size());
-      if (samples) rows.samples->resize(rows.samples->size() + samples->size());
+      append_zeros(measuring, ranges.size(), rows.ranges);
+      if (samples) append_zeros(measuring, samples->size(), *rows.samples);
     }
   }
   return rows;
@@ -118,6 +124,11 @@ double reach_of_localizer_m(LocalizerKind kind, const SiteMeasuring& measuring) 
   return kind == LocalizerKind::kPclNdt ? PclNdt::kReach_m : longest_match_m(measuring);
 }
 
+void put(MeasuredRows rows, MeasuredError& measured) {
+  measured.rows = std::move(rows.rows);
+  measured.tracking_ends = std::move(rows.tracking_ends);
+}
+
 // Rows of every site that has a scan; the first failure in the order of sites is returned.
 Result<ByFamily<StoredTable<MeasuredError>>> measure_sites(
     const PassContext& ctx, const SiteMeasuring& measuring, Localizing& localizing,
@@ -127,8 +138,8 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_sites(
     SIGHTLINE_ASSIGN(SiteRows rows,
                      measure_part(measuring, localizing,
                                   std::span(scans).subspan(part * kSitesInPart, site_count)));
-    empty.ranges.rows = std::move(rows.ranges);
-    if (empty.samples) empty.samples->rows = std::move(*rows.samples);
+    put(std::move(rows.ranges), empty.ranges);
+    if (empty.samples) put(std::move(*rows.samples), *empty.samples);
     return {};
   };
   const std::vector<std::vector<std::size_t>> parts = parts_of(scans.size());
@@ -204,7 +215,8 @@ ByFamily<MeasuredError> empty_result(const SiteMeasuring& measuring, const Match
   measured.matching = matching;
   measured.reference = measuring.reference;
   measured.looks = measuring.looks.ranges;
-  measured.offsets = measuring.offsets;
+  measured.offsets = measuring.starts.acquiring;
+  measured.tracking_offsets = measuring.starts.tracking;
   for (const std::optional<std::size_t>& scan : scans) {
     measured.scan_of_site.push_back(
         scan ? static_cast<std::int64_t>(measuring.drive.scans[*scan].recording_index) : -1);
@@ -240,6 +252,7 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_error(
     PassContext& ctx, const MeasureErrorOptions& wanted, const Drive& localization_drive,
     const Trajectory& trajectory, const TiledNds& nds, const Sites& sites) {
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, nds, sites));
+  SIGHTLINE_TRY(validate(wanted.tracking));
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
   if (options.reference != wanted.reference) {
@@ -251,9 +264,9 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_error(
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   ByFamily<std::vector<Look>> looks(every_return_at(options.ranges_m));
   if (is_own && !options.looks.empty()) looks.samples = options.looks;
-  const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
-  const SiteMeasuring measuring{options.reference, localization_drive, in_map,
-                                offsets,           std::move(looks),   ctx.seed};
+  const MatchStarts starts = match_starts_of(options);
+  const SiteMeasuring measuring{
+      options.reference, localization_drive, in_map, starts, std::move(looks), ctx.seed};
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
                    scans_of_sites(ctx, options, measuring, sites));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);

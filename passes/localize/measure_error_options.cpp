@@ -11,6 +11,10 @@ StartPattern starts_of(const MeasureErrorOptions& options) {
   return starts;
 }
 
+MatchStarts match_starts_of(const MeasureErrorOptions& options) {
+  return {initial_offsets(starts_of(options)), tracking_offsets(options.tracking)};
+}
+
 int site_step_of(const MeasureErrorOptions& options) {
   if (options.site_step > 0) return options.site_step;
   return options.localizer == LocalizerKind::kPclNdt ? 10 : 1;
@@ -34,6 +38,14 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
              "largest yaw offset of a start pose, degrees", 0.0, 90.0),
       number("offset_z_m", options.starts.z_m, "largest height offset of a start pose, m", 0.0,
              10.0),
+      integer("tracking_count", options.tracking.count,
+              "start poses of a vehicle that tracks per match; 0: none, else at least 5", 0, 1000),
+      number("tracking_horizontal_m", options.tracking.horizontal_m,
+             "tracking starts: standard deviation of each horizontal axis, m", 0.0, 10.0),
+      number("tracking_height_m", options.tracking.height_m,
+             "tracking starts: standard deviation of the height, m", 0.0, 10.0),
+      number("tracking_yaw_deg", options.tracking.yaw_deg,
+             "tracking starts: standard deviation of the heading, degrees", 0.0, 90.0),
       scans_option(options.scans),
       number("site_radius_m", options.site_radius_m, "largest distance from a site to its scan, m",
              0.01, 100.0),

@@ -19,11 +19,24 @@
 namespace sightline {
 namespace {
 
+// Of an end relative to the reference.
+double yaw_of(const Pose& T_reference_found) {
+  return portable_atan2(T_reference_found(1, 0), T_reference_found(0, 0));
+}
+
+AxisErrors axes_of(const Pose& T_reference_found) {
+  const Eigen::Vector3f off_m = T_reference_found.translation().cast<float>();
+  return {off_m.x(), off_m.y(), off_m.z(), static_cast<float>(yaw_of(T_reference_found))};
+}
+
+Pose from_reference(const MatchResult& result, const ReferencedScan& scan) {
+  return scan.T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
+}
+
 void add_run(const MatchResult& result, const ReferencedScan& scan, double count, ErrorRow& row) {
-  const Pose T_reference_found =
-      scan.T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
+  const Pose T_reference_found = from_reference(result, scan);
   const Eigen::Vector3d off_m = T_reference_found.translation();
-  const double yaw_rad = portable_atan2(T_reference_found(1, 0), T_reference_found(0, 0));
+  const double yaw_rad = yaw_of(T_reference_found);
   const auto work = static_cast<double>(result.work);
   row.mean_m += off_m.norm() / count;
   row.longitudinal_m += std::abs(off_m.x()) / count;
@@ -37,22 +50,31 @@ void add_run(const MatchResult& result, const ReferencedScan& scan, double count
   row.max_work = std::max(row.max_work, work);
 }
 
-// All offsets at one look. What it takes to cut the scan is shared by the runs here, and so is what
-// one takes over from another, but a vehicle pays it for each scan: it counts in full for each run.
-ErrorRow measure_row(const std::vector<InitialOffset>& offsets, const Look& look,
-                     const ReferencedScan& scan, SiteLocalizer& localizer) {
+// What it takes to cut a scan is shared by the runs here, and so is what one takes over from
+// another, but a vehicle pays it for each scan: it counts in full for each run.
+struct TimedMatch {
+  MatchResult result;
+  double time_ms = 0.0;
+};
+TimedMatch match_timed(const InitialOffset& start, const ReferencedScan& scan, double cut_ms,
+                       SiteLocalizer& localizer) {
+  const double begin_ms = thread_cpu_ms();
+  const MatchResult result = localizer.match(scan.T_map_reference * start_pose(start));
+  return {result, cut_ms + thread_cpu_ms() - begin_ms + localizer.taken_over_ms()};
+}
+
+// All acquiring starts at one look.
+ErrorRow measure_row(const std::vector<InitialOffset>& starts, const ReferencedScan& scan,
+                     double cut_ms, SiteLocalizer& localizer) {
   const Pose& T_map_reference = scan.T_map_reference;
-  const double cut_begin_ms = thread_cpu_ms();
-  localizer.take(scan.scan, look);
-  const double cut_ms = thread_cpu_ms() - cut_begin_ms;
   ErrorRow row;
-  const auto count = static_cast<double>(offsets.size());
+  const auto count = static_cast<double>(starts.size());
   std::vector<double> errors_m;
-  for (const InitialOffset& offset : offsets) {
-    const double begin_ms = thread_cpu_ms();
-    const MatchResult result = localizer.match(T_map_reference * start_pose(offset));
-    const double time_ms = cut_ms + thread_cpu_ms() - begin_ms + localizer.taken_over_ms();
+  std::vector<AxisErrors> ends;
+  for (const InitialOffset& start : starts) {
+    const auto [result, time_ms] = match_timed(start, scan, cut_ms, localizer);
     add_run(result, scan, count, row);
+    ends.push_back(axes_of(from_reference(result, scan)));
     row.mean_time_ms += time_ms / count;
     row.max_time_ms = std::max(row.max_time_ms, time_ms);
     errors_m.push_back((result.T_map_sensor.translation() - T_map_reference.translation()).norm());
@@ -64,7 +86,21 @@ ErrorRow measure_row(const std::vector<InitialOffset>& offsets, const Look& look
   row.median_m = quantile_of_sorted(errors_m, 0.5);
   row.p90_m = quantile_of_sorted(errors_m, 0.9);
   row.max_m = errors_m.back();
+  row.directions = direction_errors(starts, ends);
   return row;
+}
+
+// All tracking starts at the look taken last. Appends their ends.
+void measure_tracking(const std::vector<InitialOffset>& starts, const ReferencedScan& scan,
+                      double cut_ms, SiteLocalizer& localizer, MeasuredRows& rows) {
+  ErrorRow& row = rows.rows.back();
+  const auto count = static_cast<double>(starts.size());
+  for (const InitialOffset& start : starts) {
+    const auto [result, time_ms] = match_timed(start, scan, cut_ms, localizer);
+    row.tracking_work += static_cast<double>(result.work) / count;
+    row.tracking_time_ms += time_ms / count;
+    rows.tracking_ends.push_back(axes_of(from_reference(result, scan)));
+  }
 }
 
 Pose reference_pose(const SiteMeasuring& measuring, SiteLocalizer& localizer, const Scan& scan,
@@ -137,10 +173,15 @@ LocalizerProfile pcl_profile(double cell_m) {
 
 }  // namespace
 
-void measure_scan(const std::vector<InitialOffset>& offsets, const std::vector<Look>& looks,
-                  const ReferencedScan& scan, SiteLocalizer& localizer,
-                  std::vector<ErrorRow>& rows) {
-  for (const Look& look : looks) rows.push_back(measure_row(offsets, look, scan, localizer));
+void measure_scan(const MatchStarts& starts, const std::vector<Look>& looks,
+                  const ReferencedScan& scan, SiteLocalizer& localizer, MeasuredRows& rows) {
+  for (const Look& look : looks) {
+    const double begin_ms = thread_cpu_ms();
+    localizer.take(scan.scan, look);
+    const double cut_ms = thread_cpu_ms() - begin_ms;
+    rows.rows.push_back(measure_row(starts.acquiring, scan, cut_ms, localizer));
+    measure_tracking(starts.tracking, scan, cut_ms, localizer, rows);
+  }
 }
 
 Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localizer,
@@ -152,8 +193,8 @@ Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localiz
   const ReferencedScan referenced{scan, reference_pose(measuring, localizer, scan, T_map_given),
                                   T_map_given};
   const auto& [ranges, samples] = measuring.looks;
-  measure_scan(measuring.offsets, ranges, referenced, localizer, rows.ranges);
-  if (samples) measure_scan(measuring.offsets, *samples, referenced, localizer, *rows.samples);
+  measure_scan(measuring.starts, ranges, referenced, localizer, rows.ranges);
+  if (samples) measure_scan(measuring.starts, *samples, referenced, localizer, *rows.samples);
   return {};
 }
 

@@ -11,6 +11,7 @@
 #include "formats/drive/look.h"
 #include "formats/drive/trajectory.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/localize/tracking_starts.h"
 #include "passes/matching/localizer.h"
 
 namespace sightline {
@@ -65,13 +66,18 @@ struct SiteMeasuring {
   ErrorReference reference = ErrorReference::kKnownPose;
   const Drive& drive;
   const Trajectory& trajectory;  // in the map's frame
-  const std::vector<InitialOffset>& offsets;
+  const MatchStarts& starts;
   ByFamily<std::vector<Look>> looks;
   std::uint64_t seed = 0;
 };
 
-// Rows of sites in their order, each one's looks in theirs.
-using SiteRows = ByFamily<std::vector<ErrorRow>>;
+// Rows of sites in their order, each one's looks in theirs, and the ends of each row's tracking
+// starts.
+struct MeasuredRows {
+  std::vector<ErrorRow> rows;
+  std::vector<AxisErrors> tracking_ends;
+};
+using SiteRows = ByFamily<MeasuredRows>;
 
 // A scan, where the vehicle was, and the pose that the scan came with.
 struct ReferencedScan {
@@ -80,12 +86,12 @@ struct ReferencedScan {
   Pose T_map_given = Pose::Identity();
 };
 
-// Appends the rows of one scan, which is matched by each look from every offset.
-void measure_scan(const std::vector<InitialOffset>& offsets, const std::vector<Look>& looks,
-                  const ReferencedScan& scan, SiteLocalizer& localizer,
-                  std::vector<ErrorRow>& rows);
+// Appends the rows of one scan, which is matched by each look from every start: those of acquiring,
+// then those of tracking, which do not change the rows.
+void measure_scan(const MatchStarts& starts, const std::vector<Look>& looks,
+                  const ReferencedScan& scan, SiteLocalizer& localizer, MeasuredRows& rows);
 
-// Appends the rows of one site: its scan is matched at every look from every offset and compared
+// Appends the rows of one site: its scan is matched at every look from every start and compared
 // with the reference. Error: what reading the scan returns.
 Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localizer,
                           std::size_t scan_index, SiteRows& rows);

@@ -11,6 +11,7 @@ namespace {
 ByFamily<MeasuredError> head_of(ByFamily<MeasuredError> measured) {
   visit_families(measured, [](MeasuredError& of_family) {
     of_family.rows.clear();
+    of_family.tracking_ends.clear();
     of_family.scan_of_site.clear();
   });
   return measured;
@@ -23,14 +24,15 @@ ByFamily<MeasuredError> empty_part(const ByFamily<MeasuredError>& head,
   ByFamily<MeasuredError> part = head;
   visit_families(part, [&](MeasuredError& of_family) {
     for (const std::size_t site : sites) of_family.scan_of_site.push_back(scan_of_site[site]);
-    of_family.rows.resize(of_family.shape().size(sites.size()));
+    RowsOf<MeasuredError>::resize(of_family, sites.size());
   });
   return part;
 }
 
 bool is_like(const MeasuredError& part, const MeasuredError& empty) {
   return part.scan_of_site == empty.scan_of_site && part.looks == empty.looks &&
-         part.rows.size() == empty.rows.size();
+         part.rows.size() == empty.rows.size() &&
+         part.tracking_ends.size() == empty.tracking_ends.size();
 }
 
 bool is_like(const ByFamily<MeasuredError>& part, const ByFamily<MeasuredError>& empty) {

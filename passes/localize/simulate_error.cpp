@@ -146,7 +146,9 @@ ByFamily<MeasuredError> empty_result(const MeasureErrorOptions& matching, double
   simulated.matching.site_step = 1;
   simulated.reference = ErrorReference::kSimulated;
   simulated.looks = every_return_at(matching.ranges_m);
-  simulated.offsets = initial_offsets(starts_of(matching));
+  MatchStarts starts = match_starts_of(matching);
+  simulated.offsets = std::move(starts.acquiring);
+  simulated.tracking_offsets = std::move(starts.tracking);
   for (std::size_t site = 0; site < site_count; ++site) {
     simulated.scan_of_site.push_back(static_cast<std::int64_t>(site));
   }
@@ -167,10 +169,14 @@ std::vector<std::vector<std::size_t>> sites_of(const std::vector<SiteBlock>& blo
 // Of one site and the looks of a family.
 void measure_into(const ReferencedScan& scan, std::size_t site, SiteLocalizer& localizer,
                   MeasuredError& simulated) {
-  std::vector<ErrorRow> rows;
-  measure_scan(simulated.offsets, simulated.looks, scan, localizer, rows);
-  std::ranges::copy(
-      rows, simulated.rows.begin() + static_cast<std::ptrdiff_t>(simulated.shape().size(site)));
+  MeasuredRows of_site;
+  const MatchStarts starts{simulated.offsets, simulated.tracking_offsets};
+  measure_scan(starts, simulated.looks, scan, localizer, of_site);
+  const auto first = static_cast<std::ptrdiff_t>(simulated.shape().size(site));
+  const auto tracking_count = static_cast<std::ptrdiff_t>(starts.tracking.size());
+  std::ranges::copy(of_site.rows, simulated.rows.begin() + first);
+  std::ranges::copy(of_site.tracking_ends,
+                    simulated.tracking_ends.begin() + first * tracking_count);
 }
 
 }  // namespace
@@ -193,6 +199,7 @@ Result<ByFamily<StoredTable<MeasuredError>>> simulate_error(PassContext& ctx,
                                                             const TiledNds& nds, const Sites& sites,
                                                             const SensorProfile& sensor) {
   SIGHTLINE_TRY(check_inputs(options, surface, nds, sites));
+  SIGHTLINE_TRY(validate(options.matching.tracking));
   const MeasureErrorOptions& matching = options.matching;
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
                                matching.every_return};

@@ -116,6 +116,15 @@ std::string describe_sensor(const SensorProfile& sensor) {
   return beams + fmt::format(", {:.1f} degrees of a turn", sensor.azimuth_view_deg);
 }
 
+// Nothing where no tracking start was measured.
+std::string describe_tracking(const MeasurementCard& card) {
+  if (card.tracking_looks.empty()) return "";
+  std::string looks;
+  for (const Look& look : card.tracking_looks) looks += (looks.empty() ? "" : "; ") + to_text(look);
+  return field("tracking", fmt::format("{} starts at every site; columns of {}",
+                                       card.tracking_offsets.size(), looks));
+}
+
 std::string describe_measurement(const CompiledMap& map) {
   const MeasurementCard& card = map.measurement;
   if (card.reference == ErrorReference::kSimulated) {
@@ -134,6 +143,7 @@ std::string describe_measurement(const CompiledMap& map) {
       field("offsets", card.offsets.empty()
                            ? "unknown: the errors were imported"
                            : fmt::format("{} starts at every site", card.offsets.size())),
+      describe_tracking(card),
       field("measured sites",
             fmt::format("{} of {}", card.measured_site_count, map.sites.sites.size())),
       field("sensor", describe_sensor(map.sensor)));

@@ -188,7 +188,7 @@ Result<const TileSites*> MapSide::sites(std::uint32_t tile) {
 Result<SiteColumn> MapSide::column(const SiteColumn& card) {
   const std::string name = column_section(card.name);
   const schema::Block* block = find_section(container_, name);
-  if (block == nullptr || block->version() != kColumnSectionVersion) {
+  if (block == nullptr || block->version() != column_version(!card.steps.empty())) {
     return Error{ErrorCode::kBadLayer, "the map lists a column that it does not contain", "",
                  "section " + name};
   }

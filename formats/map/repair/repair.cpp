@@ -185,7 +185,7 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Pac
 // Its values at the sites that are left.
 Result<void> decode_column(const MapContainer& container, const SiteIds& ids, SiteColumn& column) {
   const schema::Block* entry = find_section(container, column_section(column.name));
-  if (entry == nullptr || entry->version() != kColumnSectionVersion) {
+  if (entry == nullptr || entry->version() != column_version(!column.steps.empty())) {
     return Error{ErrorCode::kBadLayer, "it is missing"};
   }
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));

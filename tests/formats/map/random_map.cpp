@@ -157,7 +157,8 @@ void add_looks(const RandomMapOptions& options, Random& random, CompiledMap& map
 // From numbers of their own, so that all else of a map is as without them.
 std::vector<SiteColumn> random_columns(const RandomMapOptions& options) {
   Random random(options.seed + 1000);
-  std::vector<SiteColumn> columns = {{"clearance_m", "m", {}}, {"kind", "", {}}};
+  std::vector<SiteColumn> columns = {{"clearance_m", "m", {}},
+                                     {"kind", "", {}, {0.0F, 1.0F, 2.0F, 3.0F}}};
   for (int i = 0; i < options.site_count; ++i) {
     const bool is_open = random.below(5) == 0;
     columns[0].values.push_back(is_open ? std::numeric_limits<float>::infinity()

@@ -3,6 +3,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
+#include "formats/map/site_columns.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/value_of.h"
@@ -86,6 +87,8 @@ TEST(MapFile, CarriesColumnsOfSitesInTheOrderOfTheirNames) {
   EXPECT_EQ(back.columns[0].name, "clearance_m");
   EXPECT_EQ(back.columns[0].unit, "m");
   EXPECT_EQ(back.columns[0].values, map.columns[0].values);
+  EXPECT_EQ(back.columns[1].values, map.columns[1].values);
+  EXPECT_EQ(back.columns[1].steps, map.columns[1].steps);
   std::swap(map.columns[0], map.columns[1]);
   EXPECT_FALSE(validate(map)) << "names do not ascend";
   std::swap(map.columns[0], map.columns[1]);
@@ -105,6 +108,23 @@ TEST(MapFile, RefusesAColumnThatIsNotTheOneItNames) {
   ContainerParts without = whole;
   std::erase_if(without.sections, is_column);
   EXPECT_EQ(read_map(assemble(without)).error().code, ErrorCode::kInvalidArtifact);
+  ContainerParts as_floats = whole;
+  std::ranges::find_if(as_floats.sections, is_column)->version = kColumnSectionVersion;
+  EXPECT_EQ(read_map(assemble(as_floats)).error().code, ErrorCode::kBadLayer);
+}
+
+TEST(MapFile, TakesAByteASiteForAColumnOfSteps) {
+  CompiledMap map = random_map({.seed = 3, .site_count = 1000, .has_columns = true});
+  const std::vector<BlockParts> sections = parts_of(map).sections;
+  const auto kind = std::ranges::find(sections, "column.kind", &BlockParts::name);
+  ASSERT_NE(kind, sections.end());
+  EXPECT_EQ(kind->raw.size(), 1000U);
+  SiteColumn column = map.columns[1];
+  EXPECT_TRUE(decode_column(kind->raw, 1000, column).has_value());
+  EXPECT_EQ(column.values, map.columns[1].values);
+  column.steps.pop_back();
+  EXPECT_EQ(decode_column(kind->raw, 1000, column).error().code, ErrorCode::kBadLayer);
+  EXPECT_EQ(decode_column(kind->raw, 999, column).error().code, ErrorCode::kBadLayer);
 }
 
 TEST(MapFile, CarriesTheViewOfItsSensorAndNothingOfAFullTurn) {

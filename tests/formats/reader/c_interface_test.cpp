@@ -169,6 +169,14 @@ TEST(CInterface, GivesColumnsOfSites) {
   EXPECT_STREQ(column.name, "clearance_m");
   EXPECT_STREQ(column.unit, "m");
   EXPECT_EQ(std::vector<float>(column.values, column.values + column.count), map.columns[0].values);
+  ASSERT_EQ(sightline_get_column(opened, 1, &column), 0);
+  sightline_column again;
+  ASSERT_EQ(sightline_get_column(opened, 1, &again), 0);
+  EXPECT_EQ(again.values, column.values) << "kept until the map is closed";
+  EXPECT_EQ(std::vector<float>(column.values, column.values + column.count), map.columns[1].values);
+  sightline_errors errors;
+  EXPECT_EQ(sightline_get_errors(opened, 7, 0, &errors), 0);
+  EXPECT_TRUE(std::isinf(errors.longitudinal_m)) << "a map without these columns";
   EXPECT_EQ(sightline_get_column(opened, 2, &column), 1001);
   EXPECT_EQ(column.count, 0U);
   EXPECT_EQ(column.values, nullptr);

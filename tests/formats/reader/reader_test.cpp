@@ -17,6 +17,7 @@
 #include "formats/map/container/container_writer.h"
 #include "formats/map/manifest.h"
 #include "formats/map/map_writer.h"
+#include "formats/map/site_columns.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_checks.h"
 #include "map_generated.h"
@@ -650,10 +651,41 @@ TEST(MapReaderPoses, AreConstrainedUnlessTheColumnNamesADirection) {
   EXPECT_EQ(poses.sigma_m(9), 0.0);
 }
 
+TEST(MapReaderErrors, AreTheColumnsOfTrackingAndInfiniteWithoutThem) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 130});
+  const std::vector<std::byte> without = encode_map(map);
+  const MapErrors none = value_of(value_of(MapReader::open(without, "annealed")).errors());
+  EXPECT_TRUE(std::isinf(none.of_range(7).longitudinal_m));
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < kTrackingRangeColumns.size(); ++i) {
+    const auto number = static_cast<float>(i + 1);
+    SiteColumn column{std::string(kTrackingRangeColumns[i]),
+                      "",
+                      std::vector<float>(130, kInfinity),
+                      {0.1F * number, number, kInfinity}};
+    column.values[7] = 0.1F * number;
+    map.columns.push_back(column);
+    column.name = kTrackingSampleColumns[i];
+    column.values[7] = number;
+    map.columns.push_back(column);
+  }
+  std::ranges::sort(map.columns, {}, &SiteColumn::name);
+  const std::vector<std::byte> file = encode_map(map);
+  const MapErrors errors = value_of(value_of(MapReader::open(file, "annealed")).errors());
+  const PoseErrors of_range = errors.of_range(7);
+  EXPECT_EQ(of_range.longitudinal_m, double{0.1F});
+  EXPECT_EQ(of_range.lateral_m, double{0.1F * 2.0F});
+  EXPECT_EQ(of_range.yaw_rad, double{0.1F * 3.0F});
+  EXPECT_EQ(of_range.kept_longitudinal, double{0.1F * 4.0F});
+  EXPECT_EQ(errors.of_sample(7).lateral_m, 2.0);
+  EXPECT_TRUE(std::isinf(errors.of_range(8).yaw_rad)) << "not measured there";
+  EXPECT_TRUE(std::isinf(errors.of_range(130).yaw_rad)) << "no such site";
+}
+
 TEST(MapReaderColumns, AreRefusedWhereTheyAreDamaged) {
   const CompiledMap map = random_map({.seed = 4, .site_count = 130, .has_columns = true});
   std::vector<std::byte> file = encode_map(map);
-  const std::span<const std::byte> values = std::as_bytes(std::span(map.columns[1].values));
+  const std::vector<std::byte> values = encode_column(map.columns[1]);
   const auto found = std::search(file.begin(), file.end(), values.begin(), values.end());
   ASSERT_NE(found, file.end());
   *found ^= std::byte{1};

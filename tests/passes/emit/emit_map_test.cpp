@@ -14,6 +14,7 @@
 #include "formats/drive/unconstrained_stretches.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
+#include "formats/reader/site_errors.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/handmade_model.h"
 #include "tests/support/value_of.h"
@@ -155,6 +156,27 @@ TEST(EmitMap, HasNoSuchColumnsWhereScansConstrainAll) {
   EXPECT_TRUE(map.trajectory->unconstrained.empty());
 }
 
+TEST(EmitMap, KeepsTheErrorsByDirectionOfAVehicleThatTracks) {
+  Workshop workshop({.seed = 1});
+  MeasuredError& measured = workshop.measured;
+  measured.matching.localizer = workshop.model.card.localizer;
+  EXPECT_TRUE(value_of(workshop.emit()).columns.empty()) << "no tracking start was measured";
+  measured.tracking_offsets = {{0.2, 0.0, 0.0, 0.01}, {-0.2, 0.0, 0.0, -0.01}};
+  measured.tracking_ends.assign(measured.rows.size() * 2, {0.1F, 0.02F, 0.0F, 0.001F});
+  const CompiledMap map = value_of(workshop.emit());
+  EXPECT_EQ(map.measurement.tracking_offsets.size(), 2U);
+  EXPECT_EQ(map.measurement.tracking_looks, std::vector<Look>{measured.looks.back()});
+  ASSERT_EQ(map.columns.size(), 4U);
+  for (const SiteColumn& column : map.columns) {
+    const auto name = std::ranges::find(kTrackingRangeColumns, column.name);
+    EXPECT_NE(name, kTrackingRangeColumns.end()) << column.name;
+    if (column.name != "tracking_lateral_m") continue;
+    EXPECT_NEAR(column.values[3], 0.02, 0.001);
+  }
+  measured.reference = ErrorReference::kSimulated;
+  EXPECT_TRUE(value_of(workshop.emit()).columns.empty()) << "nothing was measured";
+}
+
 // The version in the heading of a definition: "## Sites (v2)"; 0 where there is no such heading.
 std::uint32_t version_in_text(const std::string& heading) {
   std::ifstream file(SIGHTLINE_DEFINITIONS);
@@ -171,6 +193,7 @@ TEST(EmitMap, SaysTheVersionsThatTheTextOfTheDefinitionsHas) {
   const CompiledMap map = value_of(workshop.emit());
   const std::map<std::string, std::string> headings = {
       {"choice-of-range", "Error model and choice of range"},
+      {"errors-by-direction", "Errors by direction"},
       {"factor-of-mapping-drive", "Factor from the mapping drive"},
       {"factors-of-the-paper", "Factors from the paper"},
       {"factors-of-virtual-scan", "Factors from a virtual scan"},
@@ -179,7 +202,8 @@ TEST(EmitMap, SaysTheVersionsThatTheTextOfTheDefinitionsHas) {
       {"measured-error", "Measured error"},
       {"ndt-map", "NDT map"},
       {"sites", "Sites"},
-      {"surface", "Surface"}};
+      {"surface", "Surface"},
+      {"tracking-starts", "Tracking starts"}};
   EXPECT_EQ(map.definitions.size(), headings.size());
   for (const NamedVersion& definition : map.definitions) {
     ASSERT_TRUE(headings.contains(definition.name)) << definition.name;

@@ -30,9 +30,11 @@ struct World {
   Sites sites;
 };
 
-World make_world() {
+// T_map_room: where the room is.
+World make_world(const Pose& T_map_room = Pose::Identity()) {
   World world;
-  world.map = ndt_from_points(room_points(1, 30000, 0.02), MapFrame{}, BuildNdtOptions{}, 1);
+  world.map = ndt_from_points(transformed(T_map_room, room_points(1, 30000, 0.02)), MapFrame{},
+                              BuildNdtOptions{}, 1);
   world.drive.name = "second";
   world.drive.sensor.T_vehicle_lidar.translation().z() = 0.5;
   world.drive.sensor.azimuth_step_deg = 1.5;  // about 4000 returns of 16 beams
@@ -51,11 +53,13 @@ World make_world() {
     info.recording_index = static_cast<std::uint32_t>(2 * i);
     info.stamp_ns = i;
     info.point_count = scan.points_m.size();
-    world.trajectory.poses.push_back({static_cast<std::uint32_t>(2 * i), i, T_map_vehicle});
+    world.trajectory.poses.push_back(
+        {static_cast<std::uint32_t>(2 * i), i, T_map_room * T_map_vehicle});
     Site site;
     site.s_m = i;
     site.T_map_vehicle = T_map_vehicle;
     site.T_map_vehicle.translation().y() = 0.0;
+    site.T_map_vehicle = T_map_room * site.T_map_vehicle;
     world.sites.sites.push_back(site);
   }
   world.drive.store = memory_scan_store(scans);
@@ -92,9 +96,13 @@ Result<MeasuredError> measure(const World& world, const MeasureErrorOptions& opt
   return of_ranges(measure_both(world, options, threads));
 }
 
+void forget_times(ErrorRow& row) {
+  row.mean_time_ms = row.max_time_ms = row.tracking_time_ms = 0.0;
+}
+
 std::vector<std::byte> bytes_without_times(ByFamily<MeasuredError> measured) {
   visit_families(measured, [](MeasuredError& of_family) {
-    for (ErrorRow& row : of_family.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    for (ErrorRow& row : of_family.rows) forget_times(row);
   });
   return to_bytes(measured);
 }
@@ -167,7 +175,7 @@ TEST(MeasureError, GivesTheSameBytesForAnyNumberOfThreads) {
   const World world = make_world();
   const auto bytes = [&](int threads) {
     Result<MeasuredError> measured = measure(world, two_ranges(), threads);
-    for (ErrorRow& row : measured->rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    for (ErrorRow& row : measured->rows) forget_times(row);
     return to_bytes(*measured);
   };
   const std::vector<std::byte> one = bytes(1);
@@ -266,6 +274,122 @@ TEST(MeasureError, StartsThatShareClimbsEndNearWhereEachEndsAlone) {
         << "a cut that depends on its start is its own";
   }
   EXPECT_TRUE(differs);
+}
+
+// Ends of a site's scan from these starts, each by itself.
+std::vector<AxisErrors> ends_alone(const World& world, const Localizer& own, const Look& look,
+                                   const std::vector<InitialOffset>& starts, std::size_t site) {
+  const Localizer sampling = localizer_for_samples(own, world.map);
+  LookMatcher matcher({own, sampling, world.drive.sensor, 1.0});
+  const Scan scan = *world.drive.store->read(site);
+  const Pose T_vehicle_map = world.trajectory.poses[site].T_map_vehicle.inverse(Eigen::Isometry);
+  matcher.take(scan, look);
+  std::vector<AxisErrors> ends;
+  for (const InitialOffset& start : starts) {
+    const Pose T_map_start = world.trajectory.poses[site].T_map_vehicle * start_pose(start);
+    const Pose end = T_vehicle_map * matcher.match(T_map_start).T_map_sensor;
+    ends.push_back({static_cast<float>(end.translation().x()),
+                    static_cast<float>(end.translation().y()),
+                    static_cast<float>(end.translation().z()),
+                    static_cast<float>(std::atan2(end(1, 0), end(0, 0)))});
+  }
+  return ends;
+}
+
+void expect_near(const AxisErrors& a, const AxisErrors& b, double within) {
+  EXPECT_NEAR(a.longitudinal_m, b.longitudinal_m, within);
+  EXPECT_NEAR(a.lateral_m, b.lateral_m, within);
+  EXPECT_NEAR(a.height_m, b.height_m, within);
+  EXPECT_NEAR(a.yaw_rad, b.yaw_rad, within);
+}
+
+TEST(MeasureError, KeepsTheEndOfEachTrackingStartAndTheFiguresOfTheOthers) {
+  const World world = make_world();
+  MeasureErrorOptions options = two_looks();
+  options.reference = ErrorReference::kKnownPose;
+  const ByFamily<MeasuredError> both = value_of(measure_both(world, options));
+  const MeasuredError& measured = *both.samples;
+  ASSERT_EQ(measured.tracking_offsets.size(), 5U);
+  const Localizer own = make_localizer(world.map, localizer_options(options.localizer));
+  for (std::size_t site = 0; site < world.sites.sites.size(); ++site) {
+    for (std::size_t look = 0; look < 2; ++look) {
+      const std::vector<AxisErrors> tracking =
+          ends_alone(world, own, options.looks[look], measured.tracking_offsets, site);
+      for (std::size_t k = 0; k < tracking.size(); ++k) {
+        expect_near(measured.tracking(site, look)[k], tracking[k], 1e-6);
+      }
+      // Mean and deviation in the plain way, of the twelve starts.
+      const std::vector<AxisErrors> ends =
+          ends_alone(world, own, options.looks[look], measured.offsets, site);
+      double sum_m = 0.0;
+      double squares_m2 = 0.0;
+      for (const AxisErrors& end : ends) {
+        sum_m += double{end.lateral_m};
+        squares_m2 += double{end.lateral_m} * double{end.lateral_m};
+      }
+      const double mean_m = sum_m / 12.0;
+      const DirectionErrors& directions = measured.row(site, look).directions;
+      EXPECT_NEAR(directions.mean.lateral_m, mean_m, 1e-6);
+      EXPECT_NEAR(directions.deviation.lateral_m,
+                  std::sqrt(std::max(0.0, squares_m2 / 12.0 - mean_m * mean_m)), 1e-5);
+    }
+  }
+}
+
+TEST(MeasureError, TrackingStartsDoNotChangeTheRows) {
+  const World world = make_world();
+  MeasureErrorOptions options = two_looks();
+  ByFamily<MeasuredError> with = value_of(measure_both(world, options));
+  options.tracking.count = 0;
+  const ByFamily<MeasuredError> without = value_of(measure_both(world, options));
+  visit_families(with, [](MeasuredError& of_family) {
+    for (ErrorRow& row : of_family.rows) {
+      EXPECT_GT(row.tracking_work, 0.0);
+      row.tracking_work = 0.0;
+    }
+    of_family.tracking_offsets.clear();
+    of_family.tracking_ends.clear();
+  });
+  EXPECT_EQ(bytes_without_times(with), bytes_without_times(without));
+}
+
+TEST(MeasureError, OfATurnedWorldIsTheSameInTheVehiclesAxes) {
+  MeasureErrorOptions options = two_ranges();
+  options.reference = ErrorReference::kKnownPose;
+  const MeasuredError measured = value_of(measure(make_world(), options));
+  Pose quarter_turn = Pose::Identity();
+  quarter_turn.linear() << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;  // cells stay cells
+  const MeasuredError turned = value_of(measure(make_world(quarter_turn), options));
+  ASSERT_EQ(turned.tracking_ends.size(), measured.tracking_ends.size());
+  for (std::size_t i = 0; i < turned.tracking_ends.size(); ++i) {
+    expect_near(turned.tracking_ends[i], measured.tracking_ends[i], 1e-3);
+  }
+  for (std::size_t i = 0; i < turned.rows.size(); ++i) {
+    expect_near(turned.rows[i].directions.mean, measured.rows[i].directions.mean, 1e-3);
+    expect_near(turned.rows[i].directions.deviation, measured.rows[i].directions.deviation, 1e-3);
+  }
+}
+
+TEST(MeasureError, KeepsTheWholeStartWhereThereIsNothingToMatch) {
+  MeasureErrorOptions options = two_ranges();
+  options.ranges_m = {1.0};
+  options.reference = ErrorReference::kKnownPose;
+  const MeasuredError measured = value_of(measure(make_world(), options));
+  for (std::size_t site = 0; site < 9; ++site) {
+    const DirectionErrors tracking =
+        direction_errors(measured.tracking_offsets, measured.tracking(site, 0));
+    for (const DirectionErrors& errors : {tracking, measured.row(site, 0).directions}) {
+      expect_near(errors.kept, {1.0F, 1.0F, 1.0F, 1.0F}, 1e-5);
+    }
+    EXPECT_NEAR(tracking.deviation.longitudinal_m, 0.141, 1e-6);
+    EXPECT_NEAR(tracking.deviation.yaw_rad, 0.5 * std::numbers::pi / 180.0, 1e-6);
+  }
+}
+
+TEST(MeasureError, RefusesFewerThanFiveTrackingStarts) {
+  MeasureErrorOptions options = two_ranges();
+  options.tracking.count = 4;
+  EXPECT_EQ(failure_of(measure(make_world(), options)).code, ErrorCode::kBadValue);
 }
 
 TEST(MeasureError, CountsSitesWithoutAScan) {
@@ -381,7 +505,7 @@ TEST(MeasureError, MakesOnlyThePartsAnewThatAChangeReaches) {
     PassContext ctx = kept.context();
     MeasuredError measured = *of_ranges(whole_rows(
         measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites)));
-    for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    for (ErrorRow& row : measured.rows) forget_times(row);
     return to_bytes(measured);
   };
   (void)run();
@@ -483,7 +607,7 @@ TEST(MeasureError, LocalizesByPclAtEveryTenthSiteFromThreeStartsForAnyNumberOfTh
   const Result<MeasuredError> three = measure(world, options, 3);
   ASSERT_TRUE(one.has_value() && three.has_value());
   const auto bytes_without_times = [](MeasuredError measured) {
-    for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    for (ErrorRow& row : measured.rows) forget_times(row);
     return to_bytes(measured);
   };
   EXPECT_EQ(bytes_without_times(*one), bytes_without_times(*three));

@@ -75,7 +75,9 @@ Result<ByFamily<MeasuredError>> simulated(const SimulateErrorOptions& options, i
 
 ByFamily<MeasuredError> without_times(ByFamily<MeasuredError> measured) {
   visit_families(measured, [](MeasuredError& of_family) {
-    for (ErrorRow& row : of_family.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    for (ErrorRow& row : of_family.rows) {
+      row.mean_time_ms = row.max_time_ms = row.tracking_time_ms = 0.0;
+    }
   });
   return measured;
 }

@@ -47,6 +47,12 @@ class LookPlan(Structure):
                 ("constant", c_double), ("doubt_above", c_double), ("second", Look)]
 
 
+class Errors(Structure):
+    """Errors by direction of a vehicle that tracks: sightline_errors."""
+    _fields_ = [("longitudinal_m", c_double), ("lateral_m", c_double), ("yaw_rad", c_double),
+                ("kept_longitudinal", c_double)]
+
+
 class Site(Structure):
     """A site, and the map's answer there for one limit: sightline_site."""
     _fields_ = [("position_world_m", c_double * 3), ("range_m", c_double), ("probability", c_double),
@@ -179,6 +185,7 @@ def reader():
         ("sightline_get_sites", c_int, c_void_p, c_size_t, c_void_p, c_size_t),
         ("sightline_column_count", c_size_t, c_void_p),
         ("sightline_get_column", c_int, c_void_p, c_size_t, POINTER(Column)),
+        ("sightline_get_errors", c_int, c_void_p, c_uint32, c_int, POINTER(Errors)),
         ("sightline_reader_version", c_char_p),
         ("sightline_error_name", c_char_p, c_int)])
 

@@ -107,6 +107,16 @@ class Map:
                 return column
         raise KeyError(f"the map has no column {name!r}, only {self.columns()}")
 
+    def errors(self, site, is_sample=False):
+        """Standard deviations of a tracking vehicle's matches at a site, infinite if not measured.
+
+        Of every return within the longest range, or of a look that takes a sample.
+        """
+        errors = c.Errors()
+        c.check(c.reader().sightline_get_errors(self._pointer(), site, 1 if is_sample else 0,
+                                                byref(errors)))
+        return errors
+
     def sites(self, limit=0):
         """Every site with the map's answer for limits_m[limit]: an array of sightline.Site."""
         sites = (c.Site * self.site_count)()

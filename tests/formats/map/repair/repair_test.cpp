@@ -7,6 +7,7 @@
 #include "formats/map/container/contents_layer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
+#include "formats/map/site_columns.h"
 #include "formats/reader/map_container.h"
 #include "map_generated.h"
 #include "tests/formats/map/random_map.h"
@@ -57,7 +58,7 @@ TEST(RecoverMap, OfAWholeFileGivesTheSameFile) {
 TEST(RecoverMap, LeavesOutADamagedColumnAndNothingElse) {
   const CompiledMap map = sample(1);
   std::vector<std::byte> file = encode_map(map);
-  const auto values = std::as_bytes(std::span(map.columns[1].values));
+  const std::vector<std::byte> values = encode_column(map.columns[1]);
   *std::search(file.begin(), file.end(), values.begin(), values.end()) ^= std::byte{1};
   const Recovered recovered = value_of(recover_map(file));
   ASSERT_EQ(recovered.map.columns.size(), 1U);
