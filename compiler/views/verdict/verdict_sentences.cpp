@@ -178,7 +178,7 @@ std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& 
   }
   if (limit.constant) text += compared(limit);
   if (score.kind != limit.recommended)
-    text += "; its " + subject(limit.recommended) + " was not judged";
+    text += "; its " + subject(limit.recommended) + " is judged by `evaluate`";
   const bool is_in_reason = limit.reason == why_unanswered(limit) &&
                             percent(limit.answered_share) == percent(limit.recommended_share);
   return is_in_reason ? text : text + "; " + answered_words(limit);
