@@ -45,7 +45,7 @@ def main(arguments):
     print(f"heading {T[0]:.17g} {T[4]:.17g}")
     print(f"score {match.score:.17g} iterations {match.iterations} points {match.point_count} "
           f"scored {match.scored_points}")
-    print(f"variance_m2 {c[0]:.17g} {c[7]:.17g} {c[14]:.17g}")
+    print(f"variance_m2 {c[0]:.17g} {c[7]:.17g} {c[14]:.17g} weak {match.weak}")
     return 1 if match.stop in (sightline.NO_POINTS, sightline.NO_OVERLAP) else 0
 
 

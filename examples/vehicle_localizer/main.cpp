@@ -62,9 +62,9 @@ void print(const MapLook& look, double probability, const sightline_match& match
   std::printf("heading %.17g %.17g\n", T[0], T[4]);
   std::printf("score %.17g iterations %d points %u scored %u\n", match.score, match.iterations,
               match.point_count, match.scored_points);
-  // How the score says that the error is spread: it ranks places and is no accuracy.
+  // Of a start of which nothing is known: a filter passes its own covariance.
   const double* c = match.covariance;
-  std::printf("variance_m2 %.17g %.17g %.17g\n", c[0], c[7], c[14]);
+  std::printf("variance_m2 %.17g %.17g %.17g weak %u\n", c[0], c[7], c[14], match.weak);
 }
 
 int localize(const std::string& map_path, const sightline_points& scan,

@@ -41,7 +41,7 @@ static void print(const sightline_look* look, const sightline_match* match) {
   printf("heading %.17g %.17g\n", T[0], T[4]);
   printf("score %.17g iterations %d points %u scored %u\n", match->score, match->iterations,
          match->point_count, match->scored_points);
-  printf("variance_m2 %.17g %.17g %.17g\n", c[0], c[7], c[14]);
+  printf("variance_m2 %.17g %.17g %.17g weak %u\n", c[0], c[7], c[14], match->weak);
 }
 
 /* How far the map says to look there; 50 m where it is a point cloud. */
@@ -92,7 +92,9 @@ int main(int argc, char** argv) {
   sightline_match match;
   float* numbers = read_scan(argv[2], &scan);
   int error = ask_look(argv[1], info.localizer, guess_m, argc == 8 ? atof(argv[7]) : 0.10, &look);
-  if (error == 0) error = sightline_localizer_match(localizer, &scan, T_world_guess, &look, &match);
+  if (error == 0) {
+    error = sightline_localizer_match(localizer, &scan, T_world_guess, &look, NULL, &match);
+  }
   if (error == 0) print(&look, &match);
   if (error != 0) fprintf(stderr, "SL%d %s\n", error, sightline_error_name(error));
   free(numbers);

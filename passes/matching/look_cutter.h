@@ -86,6 +86,8 @@ class LookMatcher {
 
   // Of the last match.
   [[nodiscard]] std::size_t point_count() const { return cut_.points_m.size(); }
+  // In the vehicle's frame; valid until the next match.
+  [[nodiscard]] std::span<const Eigen::Vector3d> points_m() const { return cut_.points_m; }
   [[nodiscard]] double taken_over_ms() const { return climbs_.taken_over_ms(); }  // SharedClimbs'
 
  private:

@@ -1,11 +1,13 @@
 #include "passes/vehicle/sightline_localizer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <mutex>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +17,8 @@
 #include "formats/drive/look.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_plan.h"
+#include "passes/matching/match_covariance.h"
+#include "passes/matching/structure_information.h"
 #include "passes/vehicle/vehicle_map.h"
 
 // Everything that a match needs memory for lies in a Workspace. A call takes a free one and gives
@@ -85,6 +89,7 @@ struct Workspace {
   Scan scan;
   LookMatcher matcher;
   LookMemory planned;
+  StructureObserver observer;
 };
 
 }  // namespace
@@ -99,6 +104,7 @@ struct sightline_localizer {
   sightline::VehicleMap map;  // its NDs are below
   sightline::Localizer own;
   sightline::Localizer samples;
+  sightline::StructureMap structures;
   std::vector<sightline_nd> nds;
   std::string kernel;
   mutable std::mutex mutex;
@@ -109,6 +115,7 @@ sightline_localizer::sightline_localizer(sightline::VehicleMap opened)
     : map(std::move(opened)),
       own(make_localizer(map.ndt, sightline::localizer_named(map.localizer, map.coarse_cells))),
       samples(localizer_for_samples(own, map.ndt, map.coarse_cells)),
+      structures(map.ndt),
       kernel(sightline::kernel_name(sightline::fastest_kernel())) {
   nds.reserve(map.ndt.nds.size());
   for (const sightline::Nd& nd : map.ndt.nds) nds.push_back(sightline::c_nd(nd, map.ndt.frame));
@@ -121,7 +128,7 @@ std::unique_ptr<sightline::Workspace> sightline_localizer::take_workspace() cons
     const sightline::LookMatching matching{own, samples, map.sensor, map.leaf_m,
                                            map.takes_every_return};
     return std::make_unique<sightline::Workspace>(sightline::Workspace{
-        {}, sightline::LookMatcher(matching), {sightline::LookCutter(map.leaf_m), {}}});
+        {}, sightline::LookMatcher(matching), {sightline::LookCutter(map.leaf_m), {}}, {}});
   }
   std::unique_ptr<sightline::Workspace> workspace = std::move(free.back());
   free.pop_back();
@@ -154,6 +161,31 @@ bool is_good(const sightline_points& scan) {
 
 constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
 
+struct MatchKnowledge {
+  Matrix6d start_covariance = unknown_start_covariance();
+  InformationScale scale = default_information_scale();
+};
+
+// Nothing where an option makes no sense.
+std::optional<MatchKnowledge> knowledge_of(const sightline_match_options* options) {
+  MatchKnowledge knowledge;
+  if (options == nullptr) return knowledge;
+  if (options->start_covariance != nullptr) {
+    const Eigen::Map<const Matrix6d> given(options->start_covariance);
+    if (!is_covariance(given)) return std::nullopt;
+    knowledge.start_covariance = 0.5 * (given + given.transpose());
+  }
+  for (const double number : {options->variance_factor, options->map_m, options->map_rad}) {
+    if (!(number >= 0.0 && std::isfinite(number))) return std::nullopt;
+  }
+  if (options->variance_factor > 0.0) knowledge.scale.variance_factor = options->variance_factor;
+  if (options->map_m > 0.0 || options->map_rad > 0.0) {
+    knowledge.scale.map_m = options->map_m;
+    knowledge.scale.map_rad = options->map_rad;
+  }
+  return knowledge;
+}
+
 // What a call answers that is refused.
 void put_start(const double T_world_start[12], sightline_match& answer) {
   answer = {};
@@ -161,31 +193,64 @@ void put_start(const double T_world_start[12], sightline_match& answer) {
   answer.stop = SIGHTLINE_NO_POINTS;
 }
 
+void put(const Matrix6d& symmetric, double numbers[36]) {
+  Eigen::Map<Matrix6d>(numbers, 6, 6) = symmetric;
+}
+
 void put(const MatchResult& found, const MapFrame& frame, sightline_match& answer) {
   put(rebase(found.T_map_sensor, frame, MapFrame{}), answer.T_world_vehicle);
-  const std::optional<Matrix6d> covariance = covariance_of(found);
-  Eigen::Map<Matrix6d>(answer.covariance, 6, 6) =  // symmetric
-      covariance.value_or(Matrix6d::Zero());
   answer.score = found.score;
   answer.nearest_voxel_likelihood = found.nearest_voxel_likelihood;
   answer.work = found.work;
   answer.iterations = found.iterations;
   answer.stop = static_cast<std::uint32_t>(found.stop);
   answer.scored_points = found.scored_points;
-  answer.has_covariance = covariance ? 1 : 0;
 }
 
+// Of a match of these points. Where none was matched, the pose is the start.
+void put_covariance(const MatchResult& found, std::span<const Eigen::Vector3d> points_m,
+                    const StructureMap& structures, const MatchKnowledge& knowledge,
+                    StructureObserver& observer, sightline_match& answer) {
+  const bool is_matched = found.scored_points > 0;
+  const StructureEvidence structure =
+      structure_evidence(structures, is_matched ? points_m : std::span<const Eigen::Vector3d>{},
+                         found.T_map_sensor, observer);
+  const Matrix6d information = match_information(structure, knowledge.scale);
+  put(information, answer.information);
+  put(is_matched ? match_covariance(information, knowledge.start_covariance)
+                 : knowledge.start_covariance,
+      answer.covariance);
+  answer.weak = weak_axes(information, found.T_map_sensor);
+}
+
+// What the calls share.
+struct MatchCall {
+  const sightline_localizer& localizer;
+  const sightline_points& scan;
+  const double* T_world_start;
+  const sightline_match_options* options;
+  sightline_match& answer;
+};
+
+// A match, and the points that were matched, in the workspace.
+struct MatchOfPoints {
+  MatchResult match;
+  std::span<const Eigen::Vector3d> points_m;
+};
+
 // Checks the other arguments and fills the answer. `use` matches the workspace's scan from
-// T_map_start and returns how many points it matched in how many looks.
+// T_map_start.
 template <class Use>
-int match_scan(const sightline_localizer& localizer, const sightline_points& scan,
-               const double T_world_start[12], sightline_match& answer, const Use& use) {
+int match_scan(const MatchCall& call, const Use& use) {
+  const auto& [localizer, scan, T_world_start, options, answer] = call;
   const MapFrame& frame = localizer.map.ndt.frame;
   const Pose T_world_given = pose_of(T_world_start);
   if (!is_rigid(T_world_given) || !is_good(scan)) return kBadArgument;
   const Pose T_map_start = rebase(T_world_given, MapFrame{}, frame);
   const double away_m = T_map_start.translation().cwiseAbs().maxCoeff();
   if (!(away_m < kMostCells * localizer.map.ndt.cell_m)) return kBadArgument;
+  const std::optional<MatchKnowledge> knowledge = knowledge_of(options);
+  if (!knowledge) return kBadArgument;
   try {
     std::unique_ptr<Workspace> workspace = localizer.take_workspace();
     std::vector<Eigen::Vector3d>& points_m = workspace->scan.points_m;
@@ -197,9 +262,12 @@ int match_scan(const sightline_localizer& localizer, const sightline_points& sca
       take_returns<float>(scan, points_m);
     }
     answer.dropped_count = static_cast<std::uint32_t>(scan.count - points_m.size());
-    const MatchResult found = use(*workspace, T_map_start, answer);
+    const MatchOfPoints found = use(*workspace, T_map_start, answer);
+    answer.point_count = static_cast<std::uint32_t>(found.points_m.size());
+    put(found.match, frame, answer);
+    put_covariance(found.match, found.points_m, localizer.structures, *knowledge,
+                   workspace->observer, answer);
     localizer.give_back(std::move(workspace));
-    put(found, frame, answer);
     return 0;
   } catch (const std::bad_alloc&) {
     put_start(T_world_start, answer);
@@ -259,7 +327,7 @@ void sightline_localizer_get_info(const sightline_localizer* localizer,
 
 int sightline_localizer_match(const sightline_localizer* localizer, const sightline_points* scan,
                               const double T_world_start[12], const sightline_look* look,
-                              sightline_match* match) {
+                              const sightline_match_options* options, sightline_match* match) {
   if (match == nullptr) return kBadArgument;
   put_start(T_world_start, *match);
   if (localizer == nullptr || scan == nullptr || T_world_start == nullptr || look == nullptr) {
@@ -267,23 +335,23 @@ int sightline_localizer_match(const sightline_localizer* localizer, const sightl
   }
   const Look chosen = look_of(*look);
   if (!validate(chosen)) return kBadArgument;
-  return match_scan(*localizer, *scan, T_world_start, *match,
-                    [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) {
-                      workspace.matcher.take(workspace.scan, chosen);
-                      const MatchResult found = workspace.matcher.match(T_map_start);
-                      answer.point_count =
-                          static_cast<std::uint32_t>(workspace.matcher.point_count());
-                      answer.look_count = 1;
-                      return found;
-                    });
+  return match_scan(
+      {*localizer, *scan, T_world_start, options, *match},
+      [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) -> MatchOfPoints {
+        workspace.matcher.take(workspace.scan, chosen);
+        answer.look_count = 1;
+        const MatchResult found = workspace.matcher.match(T_map_start);
+        return {found, workspace.matcher.points_m()};
+      });
 }
 
 int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_points* scan, const double T_world_start[12],
-                                   const sightline_look_plan* plan, sightline_match* match) {
+                                   const sightline_look_plan* plan,
+                                   const sightline_match_options* options, sightline_match* match) {
   if (plan == nullptr || plan->has_second == 0) {
     return sightline_localizer_match(localizer, scan, T_world_start,
-                                     plan == nullptr ? nullptr : &plan->first, match);
+                                     plan == nullptr ? nullptr : &plan->first, options, match);
   }
   if (match == nullptr) return kBadArgument;
   put_start(T_world_start, *match);
@@ -291,15 +359,14 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
   const LookPlan chosen = plan_of(*plan);
   if (!validate(chosen)) return kBadArgument;
   const PlannedLocalizer planned{localizer->samples, localizer->map.sensor, chosen};
-  return match_scan(*localizer, *scan, T_world_start, *match,
-                    [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) {
-                      const PlannedMatch found = localize_in_looks(
-                          planned, workspace.scan, {T_map_start, true}, workspace.planned);
-                      answer.point_count =
-                          static_cast<std::uint32_t>(workspace.planned.cut.points_m.size());
-                      answer.look_count = found.look_count;
-                      return found.match;
-                    });
+  return match_scan(
+      {*localizer, *scan, T_world_start, options, *match},
+      [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) -> MatchOfPoints {
+        const PlannedMatch found =
+            localize_in_looks(planned, workspace.scan, {T_map_start, true}, workspace.planned);
+        answer.look_count = found.look_count;
+        return {found.match, workspace.planned.cut.points_m};
+      });
 }
 
 const char* sightline_localizer_version(void) {

@@ -47,10 +47,32 @@ typedef struct sightline_points {
 #define SIGHTLINE_NO_POINTS 2u  /* the look takes none of this scan: the pose is the start */
 #define SIGHTLINE_NO_OVERLAP 3u /* no point has a part of the map near: the pose is the start */
 
+/* Bits of sightline_match.weak: motions along and about the vehicle's axes. */
+#define SIGHTLINE_WEAK_FORWARD 1u
+#define SIGHTLINE_WEAK_LEFT 2u
+#define SIGHTLINE_WEAK_UP 4u
+#define SIGHTLINE_WEAK_ROLL 8u
+#define SIGHTLINE_WEAK_PITCH 16u
+#define SIGHTLINE_WEAK_YAW 32u
+
+/* How wrong a match may be. All zeros: the start is unknown, and the numbers are those that
+ * schemas/definitions.md gives ("Covariance of a match"). Matrices have 36 numbers, row by row;
+ * order dx dy dz wx wy wz: the position of the vehicle and turns about it, world axes, m and rad.
+ */
+typedef struct sightline_match_options {
+  const double* start_covariance; /* of T_world_start; NULL: unknown */
+  double variance_factor; /* of a place: of errors that differ from cell to cell; 0: default */
+  double map_m;           /* and of those that all cells in view share, along each axis */
+  double map_rad;         /* about each axis; both 0: default */
+} sightline_match_options;
+
 typedef struct sightline_match {
   double T_world_vehicle[12];
-  /* Inverse of the score's Hessian, row by row; order dx dy dz wx wy wz, world axes, m and rad. It
-   * treats points as independent, so it ranks and is no accuracy. 0 without has_covariance. */
+  /* What scan and map constrain of this pose, whatever the start: the inverse of a covariance,
+   * singular where nothing constrains a motion. For a filter that supplied the start. */
+  double information[36];
+  /* Of this pose, given the start's. A weak motion keeps the variance of its start, and what a
+   * match may move it; of an unknown start that is 100 m and 1 rad. */
   double covariance[36];
   double score;
   double nearest_voxel_likelihood; /* mean over scored points of the largest single term */
@@ -61,7 +83,7 @@ typedef struct sightline_match {
   uint32_t scored_points; /* of these, that have a part of the map near */
   uint32_t dropped_count; /* points of the scan that are no returns */
   int32_t look_count;     /* 1; 2 where a plan's second look followed */
-  int32_t has_covariance; /* 1 or 0 */
+  uint32_t weak;          /* SIGHTLINE_WEAK_*: not constrained to 0.25 m or 0.02 rad */
   int32_t reserved;       /* 0 */
 } sightline_match;
 
@@ -104,19 +126,21 @@ void sightline_localizer_get_info(const sightline_localizer* localizer,
 /* The vehicle's pose by one look (see sightline_get_look; of a range alone range_m is set and all
  * else is 0) from a start that is about a metre and a few degrees off at most; with look->settles
  * from one that is nearly right. The answer to what can be matched is match->stop. Same points,
- * start, map and look give the same bits on every machine. Errors: bad-argument (a start that is no
- * rigid motion, or more than 2^29 cells from the map; a look that is none; too many points),
- * out-of-memory; then *match is 0 but for the pose, which is the start. */
+ * start, map and look give the same bits on every machine. `options` may be NULL. Errors:
+ * bad-argument (a start that is no rigid motion, or more than 2^29 cells from the map; a look that
+ * is none; a covariance that is not symmetric; too many points), out-of-memory; then *match is 0
+ * but for the pose, which is the start. */
 int sightline_localizer_match(const sightline_localizer* localizer, const sightline_points* scan,
                               const double T_world_start[12], const sightline_look* look,
-                              sightline_match* match);
+                              const sightline_match_options* options, sightline_match* match);
 
 /* The same by a plan (see sightline_get_look_plan) for a vehicle that tracks: T_world_start is
  * where it predicts itself, and the second look follows where the first one's match is doubted. A
  * plan without a second look is its first. */
 int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_points* scan, const double T_world_start[12],
-                                   const sightline_look_plan* plan, sightline_match* match);
+                                   const sightline_look_plan* plan,
+                                   const sightline_match_options* options, sightline_match* match);
 
 /* "0.1.0": of the library that answers. */
 const char* sightline_localizer_version(void);

@@ -73,26 +73,28 @@ class VehicleLocalizer {
     return Error{static_cast<ErrorCode>(code), message.data()};
   }
 
-  // Of what a match answers `stop` says whether anything could be matched. Error: bad-argument,
-  // out-of-memory.
+  // Of what a match answers `stop` says whether anything could be matched. `options`: what is known
+  // of the start. Error: bad-argument, out-of-memory.
   [[nodiscard]] Result<sightline_match> match(const sightline_points& scan,
-                                              const PoseRows& T_world_start,
-                                              const MapLook& look) const {
+                                              const PoseRows& T_world_start, const MapLook& look,
+                                              const sightline_match_options& options = {}) const {
     const sightline_look chosen = c_look(look);
     sightline_match answer;
-    return checked(
-        sightline_localizer_match(localizer_.get(), &scan, T_world_start.data(), &chosen, &answer),
-        answer);
+    return checked(sightline_localizer_match(localizer_.get(), &scan, T_world_start.data(), &chosen,
+                                             &options, &answer),
+                   answer);
   }
   // Every return within a range.
   [[nodiscard]] Result<sightline_match> match(const sightline_points& scan,
-                                              const PoseRows& T_world_start, double range_m) const {
-    return match(scan, T_world_start, MapLook{.range_m = range_m});
+                                              const PoseRows& T_world_start, double range_m,
+                                              const sightline_match_options& options = {}) const {
+    return match(scan, T_world_start, MapLook{.range_m = range_m}, options);
   }
   // By the map's plan, for a vehicle that tracks.
   [[nodiscard]] Result<sightline_match> match(const sightline_points& scan,
                                               const PoseRows& T_world_start,
-                                              const LookPlanAnswer& plan) const {
+                                              const LookPlanAnswer& plan,
+                                              const sightline_match_options& options = {}) const {
     sightline_look_plan chosen{};
     chosen.first = c_look(plan.first.look);
     chosen.has_second = plan.has_second ? 1 : 0;
@@ -102,7 +104,7 @@ class VehicleLocalizer {
     chosen.second = c_look(plan.second);
     sightline_match answer;
     return checked(sightline_localizer_match_plan(localizer_.get(), &scan, T_world_start.data(),
-                                                  &chosen, &answer),
+                                                  &chosen, &options, &answer),
                    answer);
   }
 
@@ -129,8 +131,8 @@ class VehicleLocalizer {
   static Result<sightline_match> checked(int code, const sightline_match& answer) {
     if (code == 0) return answer;
     return Error{static_cast<ErrorCode>(code),
-                 "the start is not a rigid motion or far from the map, the look is invalid, or "
-                 "there are too many points"};
+                 "the start is not a rigid motion or far from the map, the look or an option is "
+                 "invalid, or there are too many points"};
   }
 
   struct Close {

@@ -4,16 +4,12 @@
 #include <vector>
 
 #include "formats/geometry.h"
+#include "passes/matching/structure_information.h"
 #include "passes/trajectory/local/local_map.h"
 
 // Which motions of a scan in the plane a local map constrains; part of estimate-trajectory.
 
 namespace sightline {
-
-// A small motion in the plane, in the vehicle's axes: forward and left, m, and the turn about the
-// vehicle times kTurnArm_m, m. A turn then counts as what it moves surfaces at that distance.
-using PlanarMotion = Eigen::Vector3d;
-inline constexpr double kTurnArm_m = 10.0;
 
 // Three orthogonal motions, columns of length 1, the least constrained first, and the standard
 // deviation of a match in each ("Constraints of a match" in schemas/definitions.md, v1).
@@ -46,10 +42,6 @@ inline constexpr double kSparse_m = 0.0075;
 ScanConstraint scan_constraint(const LocalGrids& grids,
                                const std::vector<Eigen::Vector3d>& points_m,
                                const Pose& T_map_lidar, const Pose& T_lidar_vehicle);
-
-// Whether an ND is a surface, or an upright line, in this sense.
-bool is_surface(const Nd& nd);
-bool is_upright_line(const Nd& nd);
 
 // The motion in the plane from one pose of the vehicle to another one near it, and the pose after
 // such a motion. Height, roll and pitch stay.

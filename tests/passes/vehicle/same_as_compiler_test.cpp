@@ -22,10 +22,6 @@ void expect_same(const sightline_match& found, const MatchResult& expected, cons
   EXPECT_EQ(found.work, expected.work);
   EXPECT_EQ(found.stop, static_cast<unsigned>(expected.stop));
   EXPECT_EQ(found.scored_points, expected.scored_points);
-  const std::optional<Matrix6d> covariance = covariance_of(expected);
-  EXPECT_EQ(found.has_covariance != 0, covariance.has_value());
-  EXPECT_EQ(Matrix6d(Eigen::Map<const Matrix6d>(found.covariance)),
-            covariance.value_or(Matrix6d::Zero()));
 }
 
 Pose through_world(const Pose& T_map, const MapFrame& frame) {
@@ -75,8 +71,9 @@ TEST(SameAsCompiler, MatchesAsTheCompilerDoesToTheBit) {
         const Pose T_map_start = random_start(random);
         const PoseRows start = world_rows(T_map_start, frame);
         sightline_match match;
-        ASSERT_EQ(
-            sightline_localizer_match(opened.localizer, &points, start.data(), &wanted, &match), 0);
+        ASSERT_EQ(sightline_localizer_match(opened.localizer, &points, start.data(), &wanted,
+                                            nullptr, &match),
+                  0);
         expect_same(match, site->match(through_world(T_map_start, frame)), frame);
         EXPECT_EQ(match.point_count, site->point_count());
         EXPECT_EQ(match.look_count, 1);
@@ -111,9 +108,9 @@ TEST(SameAsCompiler, GoesByAPlanAsTheCompilerDoesToTheBit) {
     const Pose T_map_start = random_start(random);
     const PoseRows start = world_rows(T_map_start, frame);
     sightline_match match;
-    ASSERT_EQ(
-        sightline_localizer_match_plan(opened.localizer, &points, start.data(), &wanted, &match),
-        0);
+    ASSERT_EQ(sightline_localizer_match_plan(opened.localizer, &points, start.data(), &wanted,
+                                             nullptr, &match),
+              0);
     const PlannedMatch expected =
         localize_in_looks({compiler.of_samples, compiler.map.sensor, plan}, scan,
                           {through_world(T_map_start, frame), true}, memory);
@@ -124,8 +121,9 @@ TEST(SameAsCompiler, GoesByAPlanAsTheCompilerDoesToTheBit) {
     wanted.has_second = 0;
     sightline_match by_plan, by_look;
     const sightline_look first = c_look(plan.first);
-    sightline_localizer_match_plan(opened.localizer, &points, start.data(), &wanted, &by_plan);
-    sightline_localizer_match(opened.localizer, &points, start.data(), &first, &by_look);
+    sightline_localizer_match_plan(opened.localizer, &points, start.data(), &wanted, nullptr,
+                                   &by_plan);
+    sightline_localizer_match(opened.localizer, &points, start.data(), &first, nullptr, &by_look);
     EXPECT_EQ(bytes_of(by_plan), bytes_of(by_look));
   }
   EXPECT_GT(second_count, 0);
@@ -184,7 +182,8 @@ TEST(SameAsCompiler, MatchesInAPointCloudAsInTheNdsThatTheCompilerMakesOfIt) {
       T_map_start.translation() += Eigen::Vector3d(60.0, 20.0, 64.0);
       const PoseRows start = world_rows(T_map_start, frame);
       sightline_match match;
-      ASSERT_EQ(sightline_localizer_match(opened.localizer, &points, start.data(), &wanted, &match),
+      ASSERT_EQ(sightline_localizer_match(opened.localizer, &points, start.data(), &wanted, nullptr,
+                                          &match),
                 0);
       site->take(scan, look);
       expect_same(match, site->match(through_world(T_map_start, frame)), frame);

@@ -10,6 +10,7 @@
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/map/map_reader.h"
+#include "passes/matching/match_score.h"
 #include "tests/passes/vehicle/localized_room.h"
 
 namespace sightline {
@@ -36,8 +37,12 @@ TEST(SightlineLocalizer, TakesFloatsAndDoublesAndLeavesOutWhatIsNoReturn) {
   for (const Look& look : kLooks) {
     const sightline_look wanted = c_look(look);
     sightline_match a, b;
-    ASSERT_EQ(sightline_localizer_match(opened.localizer, &doubles, start.data(), &wanted, &a), 0);
-    ASSERT_EQ(sightline_localizer_match(opened.localizer, &floats, start.data(), &wanted, &b), 0);
+    ASSERT_EQ(
+        sightline_localizer_match(opened.localizer, &doubles, start.data(), &wanted, nullptr, &a),
+        0);
+    ASSERT_EQ(
+        sightline_localizer_match(opened.localizer, &floats, start.data(), &wanted, nullptr, &b),
+        0);
     EXPECT_EQ(a.dropped_count, 0u);
     EXPECT_EQ(b.dropped_count, wide.size() - scan.points_m.size());
     b.dropped_count = 0;
@@ -59,7 +64,7 @@ TEST(SightlineLocalizer, AnswersAlikeFromManyThreads) {
     for (const PoseRows& start : starts) {
       const sightline_look look = c_look(kLooks[found.size() % std::size(kLooks)]);
       sightline_match match;
-      sightline_localizer_match(opened.localizer, &points, start.data(), &look, &match);
+      sightline_localizer_match(opened.localizer, &points, start.data(), &look, nullptr, &match);
       found.push_back(match);
     }
     return found;
@@ -117,7 +122,7 @@ TEST(SightlineLocalizer, RefusesWhatIsNoStartAndNoLook) {
   const auto code = [&](const PoseRows& start, const sightline_look& look) {
     sightline_match match;
     const int result =
-        sightline_localizer_match(opened.localizer, &points, start.data(), &look, &match);
+        sightline_localizer_match(opened.localizer, &points, start.data(), &look, nullptr, &match);
     if (result != 0) {
       EXPECT_EQ(std::string_view(reinterpret_cast<const char*>(match.T_world_vehicle), 96),
                 std::string_view(reinterpret_cast<const char*>(start.data()), 96));
@@ -146,11 +151,96 @@ TEST(SightlineLocalizer, RefusesWhatIsNoStartAndNoLook) {
   }
   const sightline_points none = {nullptr, 0, 12, 0};
   sightline_match match;
-  EXPECT_EQ(sightline_localizer_match(opened.localizer, &none, good.data(), &look, &match), 0);
+  EXPECT_EQ(sightline_localizer_match(opened.localizer, &none, good.data(), &look, nullptr, &match),
+            0);
   EXPECT_EQ(match.stop, SIGHTLINE_NO_POINTS);
   const sightline_points too_many = {nullptr, std::size_t{1} << 31, 12, 0};
-  EXPECT_EQ(sightline_localizer_match(opened.localizer, &too_many, good.data(), &look, &match),
-            bad_argument);
+  EXPECT_EQ(
+      sightline_localizer_match(opened.localizer, &too_many, good.data(), &look, nullptr, &match),
+      bad_argument);
+}
+
+// A match in the room, and what is known of its start.
+struct RoomMatch {
+  explicit RoomMatch(const sightline_match_options* options = nullptr) {
+    const std::string path = written_room("searching");
+    const Opened opened(path);
+    const PoseRows start = world_rows(Pose::Identity(), read_map(path)->ndt.frame);
+    const Scan scan = float_scan(9, 3000);
+    const sightline_points points = points_of(scan);
+    const sightline_look look = c_look(kLooks[1]);
+    code =
+        sightline_localizer_match(opened.localizer, &points, start.data(), &look, options, &match);
+  }
+  [[nodiscard]] Matrix6d information() const {
+    return Eigen::Map<const Matrix6d>(match.information);
+  }
+  [[nodiscard]] Matrix6d covariance() const { return Eigen::Map<const Matrix6d>(match.covariance); }
+
+  sightline_match match{};
+  int code = 0;
+};
+
+TEST(SightlineLocalizer, ReturnsTheCovarianceOfItsPoseGivenTheStarts) {
+  const RoomMatch unknown;
+  ASSERT_EQ(unknown.code, 0);
+  EXPECT_EQ(unknown.match.weak, 0u);
+  EXPECT_EQ(unknown.information(), unknown.information().transpose());
+  // A room holds every motion, so the start's adds little.
+  EXPECT_LT((unknown.covariance() * unknown.information() - Matrix6d::Identity()).norm(), 1e-3);
+  for (int i = 0; i < 3; ++i) EXPECT_LT(std::sqrt(unknown.covariance()(i, i)), 0.05);
+  const Matrix6d small = 1e-6 * Matrix6d::Identity();
+  sightline_match_options options{};
+  options.start_covariance = small.data();
+  const RoomMatch known(&options);
+  EXPECT_EQ(known.information(), unknown.information());
+  for (int i = 0; i < 6; ++i) EXPECT_LT(known.covariance()(i, i), unknown.covariance()(i, i));
+}
+
+TEST(SightlineLocalizer, TakesTheErrorsOfAPlace) {
+  const RoomMatch usual;
+  sightline_match_options options{};
+  options.variance_factor = 4.0;
+  options.map_m = 0.2;
+  options.map_rad = 0.01;
+  const RoomMatch wrong(&options);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_GT(std::sqrt(wrong.covariance()(i, i)), 0.19);
+    EXPECT_LT(wrong.information()(i, i), usual.information()(i, i));
+  }
+}
+
+TEST(SightlineLocalizer, RefusesWhatIsNoCovariance) {
+  const int bad_argument = static_cast<int>(ErrorCode::kBadArgument);
+  Matrix6d matrix = Matrix6d::Identity();
+  sightline_match_options options{};
+  options.start_covariance = matrix.data();
+  EXPECT_EQ(RoomMatch(&options).code, 0);
+  matrix(0, 3) = 0.5;
+  EXPECT_EQ(RoomMatch(&options).code, bad_argument);
+  matrix = -Matrix6d::Identity();
+  EXPECT_EQ(RoomMatch(&options).code, bad_argument);
+  for (const double wrong : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    options = {};
+    options.map_m = wrong;
+    EXPECT_EQ(RoomMatch(&options).code, bad_argument);
+  }
+}
+
+TEST(SightlineLocalizer, WithoutAMatchTheCovarianceIsTheStarts) {
+  const Opened opened(written_room("searching"));
+  const sightline_points none = {nullptr, 0, 12, 0};
+  const PoseRows start = Pose::Identity().affine();
+  const sightline_look look = c_look(kLooks[1]);
+  const Matrix6d given = 0.04 * Matrix6d::Identity();
+  sightline_match_options options{};
+  options.start_covariance = given.data();
+  sightline_match match;
+  ASSERT_EQ(
+      sightline_localizer_match(opened.localizer, &none, start.data(), &look, &options, &match), 0);
+  EXPECT_EQ(Matrix6d(Eigen::Map<const Matrix6d>(match.covariance)), given);
+  EXPECT_TRUE(Matrix6d(Eigen::Map<const Matrix6d>(match.information)).isZero(0.0));
+  EXPECT_EQ(match.weak, 63u);
 }
 
 TEST(SightlineLocalizer, EveryPointerMayBeNull) {
@@ -180,11 +270,11 @@ TEST(SightlineLocalizer, EveryPointerMayBeNull) {
     sightline_match* to = missing == 4 ? nullptr : &match;
     const int expected = missing == 5 ? 0 : kBadArgument;
     EXPECT_EQ(sightline_localizer_match(localizer, from, T_world_start,
-                                        missing == 3 ? nullptr : &look, to),
+                                        missing == 3 ? nullptr : &look, nullptr, to),
               expected)
         << missing;
     EXPECT_EQ(sightline_localizer_match_plan(localizer, from, T_world_start,
-                                             missing == 3 ? nullptr : &plan, to),
+                                             missing == 3 ? nullptr : &plan, nullptr, to),
               expected)
         << missing;
   }

@@ -4,18 +4,20 @@
         look = town.look(position_world_m, limit_m=0.10)
     with sightline.Localizer("town.slmap") as localizer:          # or a .pcd
         match = localizer.match(points, T_world_start, look)      # points: n x 3 floats
-        match.T_world_vehicle, match.covariance
+        match.T_world_vehicle, match.covariance, match.information
 
 Over the C interfaces of libsightline-reader.so.0 and, for Localizer, libsightline-localizer.so.0. NDs
 and sites are arrays in the library's memory: of NumPy if it is installed, else of ctypes.
 """
 
 from ._interface import (CONVERGED, EXTRAPOLATED, FAR, ITERATION_LIMIT, NO_OVERLAP, NO_POINTS, NO_SITE,
-                         NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNKNOWN_LOCALIZER, UNMET, Column, Error, Look,
+                         NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNKNOWN_LOCALIZER, UNMET, WEAK_FORWARD,
+                         WEAK_LEFT, WEAK_PITCH, WEAK_ROLL, WEAK_UP, WEAK_YAW, Column, Error, Look,
                          LookPlan, Match, Nd, Promise, Range, Site)
 from .localizer import Localizer, pose
 from .map import Map
 
 __all__ = ["CONVERGED", "Column", "EXTRAPOLATED", "Error", "FAR", "ITERATION_LIMIT", "Localizer", "Look",
            "LookPlan", "Map", "Match", "NO_OVERLAP", "NO_POINTS", "NO_SITE", "NOT_VISIBLE", "Nd",
-           "Promise", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNKNOWN_LOCALIZER", "UNMET", "pose"]
+           "Promise", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNKNOWN_LOCALIZER", "UNMET",
+           "WEAK_FORWARD", "WEAK_LEFT", "WEAK_PITCH", "WEAK_ROLL", "WEAK_UP", "WEAK_YAW", "pose"]

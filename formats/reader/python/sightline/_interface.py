@@ -11,6 +11,7 @@ _FLAG_NAMES = {UNMET: "unmet", EXTRAPOLATED: "extrapolated", FAR: "far", TIGHTER
                STATIC: "static", UNKNOWN_LOCALIZER: "unknown_localizer", NOT_VISIBLE: "not_visible",
                SIMULATED: "simulated"}
 CONVERGED, ITERATION_LIMIT, NO_POINTS, NO_OVERLAP = 0, 1, 2, 3
+WEAK_FORWARD, WEAK_LEFT, WEAK_UP, WEAK_ROLL, WEAK_PITCH, WEAK_YAW = 1, 2, 4, 8, 16, 32
 NO_SITE = 0xFFFFFFFF
 
 
@@ -123,12 +124,19 @@ class Points(Structure):
                 ("is_double", c_int)]
 
 
+class MatchOptions(Structure):
+    """What is known of a start, and the errors of a place: sightline_match_options."""
+    _fields_ = [("start_covariance", POINTER(c_double)), ("variance_factor", c_double),
+                ("map_m", c_double), ("map_rad", c_double)]
+
+
 class Match(Structure):
     """The result of matching a scan: sightline_match."""
-    _fields_ = [("T_world_vehicle", c_double * 12), ("covariance", c_double * 36), ("score", c_double),
+    _fields_ = [("T_world_vehicle", c_double * 12), ("information", c_double * 36),
+                ("covariance", c_double * 36), ("score", c_double),
                 ("nearest_voxel_likelihood", c_double), ("work", c_uint64), ("iterations", c_int32),
                 ("stop", c_uint32), ("point_count", c_uint32), ("scored_points", c_uint32),
-                ("dropped_count", c_uint32), ("look_count", c_int32), ("has_covariance", c_int32), ("reserved", c_int32)]
+                ("dropped_count", c_uint32), ("look_count", c_int32), ("weak", c_uint32), ("reserved", c_int32)]
 
     @property
     def is_matched(self):
@@ -198,9 +206,9 @@ def localizer():
         ("sightline_localizer_close", None, c_void_p),
         ("sightline_localizer_get_info", None, c_void_p, POINTER(LocalizerInfo)),
         ("sightline_localizer_match", c_int, c_void_p, POINTER(Points), POINTER(c_double), POINTER(Look),
-         POINTER(Match)),
+         POINTER(MatchOptions), POINTER(Match)),
         ("sightline_localizer_match_plan", c_int, c_void_p, POINTER(Points), POINTER(c_double),
-         POINTER(LookPlan), POINTER(Match)),
+         POINTER(LookPlan), POINTER(MatchOptions), POINTER(Match)),
         ("sightline_localizer_version", c_char_p)])
 
 

@@ -18,11 +18,16 @@ def pose(position_m, quaternion_xyzw):
             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), position_m[2])
 
 
-def _rows(matrix):
-    """12 numbers of a 3 x 4 or 4 x 4 matrix, which may be flat."""
+def _flat(matrix):
     numbers = []
     for row in matrix:
         numbers.extend(row if hasattr(row, "__len__") else (row,))
+    return numbers
+
+
+def _rows(matrix):
+    """12 numbers of a 3 x 4 or 4 x 4 matrix, which may be flat."""
+    numbers = _flat(matrix)
     return c.doubles(numbers[:12] if len(numbers) == 16 else numbers, 12)
 
 
@@ -96,23 +101,31 @@ class Localizer:
         """The map's normal distributions: an array of sightline.Nd, in the library's memory."""
         return c.records(self._opened(self._nds))
 
-    def match(self, scan, T_world_start, look):
+    def match(self, scan, T_world_start, look, *, start_covariance=None, variance_factor=0.0, map_m=0.0,
+              map_rad=0.0):
         """The pose of the vehicle: a sightline.Match.
 
         scan: n rows of x, y, z and maybe more, in the sensor's frame: an array of NumPy, or a
         memoryview of two dimensions. T_world_start: 12 numbers (see pose), or a 3 x 4 or 4 x 4 matrix.
         look: of Map.look, Map.look_plan, Map.observation_range, or Look(range_m=...).
+        start_covariance: 6 x 6 or 36 numbers, in the order of Match.covariance; without it the start is
+        unknown. variance_factor, map_m, map_rad: of the errors of this place; 0: the defaults.
         """
         handle = self._opened(self._handle)
         points, memory = _points(scan)
         match = c.Match()
+        options = c.MatchOptions(None, variance_factor, map_m, map_rad)
+        if start_covariance is not None:
+            options.start_covariance = c.doubles(_flat(start_covariance), 36)
         arguments = (handle, byref(points), _rows(T_world_start))
         if isinstance(look, c.LookPlan):
-            code = c.localizer().sightline_localizer_match_plan(*arguments, byref(look), byref(match))
+            code = c.localizer().sightline_localizer_match_plan(*arguments, byref(look), byref(options),
+                                                                byref(match))
         else:
             if isinstance(look, c.Range):
                 look = c.Look(range_m=look.range_m)
-            code = c.localizer().sightline_localizer_match(*arguments, byref(look), byref(match))
+            code = c.localizer().sightline_localizer_match(*arguments, byref(look), byref(options),
+                                                           byref(match))
         del memory  # until here the library read it
         c.check(code)
         return match

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "formats/geometry.h"
+#include "formats/grid/cell_index.h"
+#include "passes/matching/match_score.h"
+#include "passes/matching/structure.h"
+
+// What a scan and a map constrain of a pose, whatever the start: the information of planes and
+// lines (Censi, "An accurate closed-form estimate of ICP's covariance", ICRA 2007; Tuna et al.,
+// "X-ICP", T-RO 2023, from which the limit on small components of normals comes).
+
+namespace sightline {
+
+// A small motion in the plane, in the vehicle's axes: forward and left, m, and the turn about the
+// vehicle times kTurnArm_m, m. A turn then counts as what it moves surfaces at that distance.
+using PlanarMotion = Eigen::Vector3d;
+inline constexpr double kTurnArm_m = 10.0;
+
+// The vehicle's axes, level: rows forward, left, up of the map's.
+Eigen::Matrix3d level_axes(const Pose& T_map_vehicle);
+
+// One observation: how far the points of a cell are from its surface or line, in one direction, and
+// its derivative by a motion (forward, left, up; turns about these).
+struct StructureObservation {
+  Vector6d by_motion = Vector6d::Zero();
+  double arm_m = 0.0;  // length of the derivative by turns
+  double residual_m = 0.0;
+  double weight_per_m2 = 0.0;
+};
+
+// Observes a scan: one observation for each direction of each structure that its points meet. Keeps
+// its memory from one scan to the next. One thread at a time.
+class StructureObserver {
+ public:
+  // For points of a vehicle at that pose; forgets the last scan.
+  void begin(const Pose& T_map_vehicle);
+
+  // A point of a cell. `structure_at()` returns the Structure of the cell, and is called for its
+  // first point. Points far from their surface are left out.
+  template <class StructureAt>
+  void add(const CellKey& cell, const Eigen::Vector3d& point_map_m,
+           const StructureAt& structure_at) {
+    const auto [number, is_new] = met_.insert(cell);
+    Met& met = met_.values()[number];
+    if (is_new) met.structure = structure_at();
+    if (met.structure.direction_count == 0) return;
+    const double off_m = met.structure.normal.dot(point_map_m - met.structure.mean_m);
+    if (std::abs(off_m) > met.structure.farthest_m) return;
+    if (met.count == 0.0) order_.push_back(number);
+    met.sum_m += axes_ * (point_map_m - centre_map_m_);
+    met.count += 1.0;
+  }
+
+  // In the order in which the structures were met. Valid until the next scan begins.
+  std::span<const StructureObservation> finish();
+
+  [[nodiscard]] const Eigen::Matrix3d& axes() const { return axes_; }
+
+ private:
+  // The points of a scan in one cell.
+  struct Met {
+    Structure structure;
+    Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();  // in the vehicle's axes
+    double count = 0.0;
+  };
+  void observe(const Met& met, const Eigen::Vector3d& direction, double variance_m2);
+
+  Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d centre_map_m_ = Eigen::Vector3d::Zero();
+  CellTable<Met> met_;
+  std::vector<std::uint32_t> order_;  // of those with points near
+  std::vector<StructureObservation> observations_;
+};
+
+// Three orthogonal motions in the plane, columns of length 1, the least constrained first, and the
+// information of each, 1/m^2: the lesser of that of all observations, height, roll and pitch
+// eliminated, and of those that clearly have a part of the motion.
+struct PlanarInformation {
+  Eigen::Matrix3d motions = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d information_per_m2 = Eigen::Vector3d::Zero();
+};
+PlanarInformation planar_information(std::span<const StructureObservation> observations);
+
+// What the observations of a scan are in sum. Map axes; order dx dy dz wx wy wz about the vehicle's
+// origin, as MatchScore's derivatives.
+struct StructureEvidence {
+  // Of all six motions, reduced so that of motions in the plane it is what planar_information()
+  // finds. Never below 0, singular where nothing constrains a motion.
+  Matrix6d information = Matrix6d::Zero();
+  // Minus the gradient of half the weighted sum of squared residuals, reduced in the same way.
+  Vector6d descent = Vector6d::Zero();
+};
+StructureEvidence structure_evidence(std::span<const StructureObservation> observations,
+                                     const Eigen::Matrix3d& level_axes);
+
+// The same of a matched scan: its points in the vehicle's frame, and where it was matched.
+// Allocates nothing once such scans were seen.
+StructureEvidence structure_evidence(const StructureMap& map,
+                                     std::span<const Eigen::Vector3d> points_m,
+                                     const Pose& T_map_vehicle, StructureObserver& memory);
+
+}  // namespace sightline
