@@ -102,6 +102,14 @@ std::string notices_text(const std::vector<Notice>& notices) {
   return text + " (--all explains them)";
 }
 
+// What positions in the map are relative to.
+std::string world_text(const CompiledMap& map) {
+  if (map.world != kLocalWorld) return map.world;
+  const bool is_estimated = map.trajectory && map.trajectory->source == PoseSource::kEstimated;
+  return is_estimated ? "starts at the first scan (no poses were given)"
+                      : "the coordinates of the recording's poses";
+}
+
 std::string facts_text(const InspectedMap& inspected) {
   const CompiledMap& map = inspected.map;
   const MapSummary& summary = inspected.summary;
@@ -115,8 +123,7 @@ std::string facts_text(const InspectedMap& inspected) {
                                        rows_of(summary, "ndt"), map.ndt.cell_m, summary.tile_count,
                                        map.factors.factors.empty() ? "stripped" : "included",
                                        map.model.bytes.empty() ? "stripped" : "included"));
-  text += field("world",
-                map.world == kLocalWorld ? "the coordinates of the recording's poses" : map.world);
+  text += field("world", world_text(map));
   text += field("drives", drives_text(map.measurement));
   if (map.trajectory) text += field("poses", poses_text(*map.trajectory));
   if (map.trajectory && !map.trajectory->unconstrained.empty()) {

@@ -9,18 +9,15 @@ import { drawMap } from "./map_view.js";
 import { followLinks, select, siteOfAddress } from "./selection.js";
 import { drawSitePanel } from "./site_panel.js";
 
-// The site whose range errs most on the drive that judged, else the one in the middle.
+// A typical site: its range errs like the median on the drive that judged; else the one in the middle.
 function firstSite(page) {
   if (!page.judged) return Math.floor(page.sites.count / 2);
   const ranges = page.ranges_m.length;
   const map = page.judged.rules.indexOf("map");
   const chosen = (i) => page.judged.chosen[map * page.judged.site.length + i];
-  let worst = 0;
-  page.judged.site.forEach((_, i) => {
-    const errs = (at) => page.judged.error_m[at * ranges + chosen(at)];
-    if (errs(i) > errs(worst)) worst = i;
-  });
-  return page.judged.site[worst];
+  const errs = (i) => page.judged.error_m[i * ranges + chosen(i)];
+  const order = Array.from(page.judged.site, (_, i) => i).sort((a, b) => errs(a) - errs(b) || a - b);
+  return page.judged.site[order[Math.floor(order.length / 2)]];
 }
 
 async function start() {
