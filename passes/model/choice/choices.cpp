@@ -181,12 +181,19 @@ void take_vote(LimitChoice& now) {
       drives_text(now.vote->drive_count, now.vote->standing.coverage, now.promise.limit_m);
 }
 
-// A static answer for a tighter limit may ask for less than the choice that a promise was made of.
+// The model's answers for a tighter limit were the cap of the calibration too. A static answer was
+// not, and may ask for less than the choice that a promise was made of. (Of sites unlike the
+// training a promise says nothing: choose_by_model.)
 void look_no_further_than_for_tighter(LimitChoice& now) {
   if (now.tighter == nullptr) return;
   const std::vector<std::uint8_t> before = now.choice.range_index;
   cap_by_tighter(*now.tighter, now.choice);
-  if (!now.promise.is_earned || before == now.choice.range_index) return;
+  bool takes_static = false;
+  for (std::size_t site = 0; site < before.size(); ++site) {
+    const bool is_static = (now.tighter->flags[site] & (kStatic | kExtrapolated)) == kStatic;
+    takes_static |= is_static && before[site] != now.choice.range_index[site];
+  }
+  if (!now.promise.is_earned || !takes_static) return;
   now.withdraw(withdrawn_statement(NoPromise::kTighterLimit));
 }
 
@@ -227,7 +234,8 @@ constexpr Rule kByProbability[] = {
     // Sites with history are chosen again at the vote's threshold, or all take one static answer:
     // no promise where that is cheaper and proven.
     take_vote,
-    // A site looks no further than for the next tighter limit: no promise if this changes any.
+    // A site looks no further than for the next tighter limit: no promise if this takes over a
+    // static answer.
     look_no_further_than_for_tighter,
     // In a map without scans, sites where no drive was measured are flagged kSimulatedAnswer; no
     // promise unless the model learnt from such maps.

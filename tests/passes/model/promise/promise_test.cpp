@@ -125,6 +125,20 @@ TEST(Promise, IsAboutTheAnsweredSitesAndStatesTheOthers) {
   EXPECT_NE(promise.statement.find("60 blocks allow 3."), std::string::npos) << promise.statement;
 }
 
+// The cap was part of the calibration.
+TEST(Promise, IsKeptWhereTheModelsAnswerForATighterLimitIsTakenOver) {
+  ErrorModel model = with_a_tunnel(60);
+  const std::size_t range_count = model.ranges.size();
+  for (std::size_t i = 0; i < model.measured_mean_m.size(); ++i) {
+    if (model.sites[i / range_count].block % 10 != 0) continue;
+    model.measured_mean_m[i] = model.out_of_fold.mean_m[i] = 0.2;
+    if (i % range_count >= 2) model.out_of_fold.within_probability[2 * i + 1] = 0.99;
+  }
+  const RangeTable table = value_of(choose(model, with(RiskControl::kConformal)));
+  EXPECT_EQ(table.reason(0, 1), Reason::kTighterLimit);
+  EXPECT_TRUE(table.promises[1].is_earned) << table.promises[1].statement;
+}
+
 TEST(Promise, OfAStricterAlphaIsAboutSitesThatALooserOneAnswersToo) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     for (const std::size_t block_count : {8u, 24u, 60u}) {
