@@ -140,7 +140,7 @@ void StructureObserver::begin(const Pose& T_map_vehicle) {
   observations_.clear();
 }
 
-// Structures lie far apart in memory: all are asked for before the first is needed.
+// Structures lie far apart in memory: all are prefetched before the first is needed.
 void StructureObserver::add_all(const StructureMap& map, std::span<const Eigen::Vector3d> points_m,
                                 const Pose& T_map_vehicle) {
   constexpr std::size_t kAhead = 12;

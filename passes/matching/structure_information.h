@@ -108,7 +108,7 @@ struct StructureEvidence {
 StructureEvidence structure_evidence(std::span<const StructureObservation> observations,
                                      const Eigen::Matrix3d& level_axes);
 
-// The same of a matched scan: its points in the vehicle's frame, and where it was matched.
+// Of a matched scan: its points in the vehicle's frame, and where it was matched.
 // Allocates nothing once such scans were seen.
 StructureEvidence structure_evidence(const StructureMap& map,
                                      std::span<const Eigen::Vector3d> points_m,
