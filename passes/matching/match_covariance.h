@@ -26,7 +26,7 @@ InformationScale default_information_scale();
 // match that contradicts the structures is that far off, or they are.
 Matrix6d match_information(const StructureEvidence& structure, const InformationScale& scale);
 
-// What is known of a start of which nothing is told: 100 m and 1 rad.
+// Of a start of unknown accuracy: 100 m and 1 rad.
 Matrix6d unknown_start_covariance();
 
 // Symmetric, finite, and no variance below 0.

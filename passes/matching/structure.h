@@ -83,8 +83,21 @@ class StructureMap {
   StructureMap() = default;
   explicit StructureMap(const NdtMap& map);
 
-  [[nodiscard]] const Structure* find(const CellKey& cell) const { return structures_.find(cell); }
+  static constexpr std::uint32_t kNone = CellIndex::kNone;
+  // Of the structure in a cell; kNone where there is none.
+  [[nodiscard]] std::uint32_t number_of(const CellKey& cell) const {
+    return structures_.number_of(cell);
+  }
+  [[nodiscard]] const Structure& at(std::uint32_t number) const {
+    return structures_.values()[number];
+  }
+  // Bring nearer what number_of() and at() look into.
   void prefetch(const CellKey& cell) const { structures_.prefetch(cell); }
+  void prefetch(std::uint32_t number) const {
+    const char* const begin = reinterpret_cast<const char*>(&at(number));
+    __builtin_prefetch(begin);
+    __builtin_prefetch(begin + sizeof(Structure) - 1);
+  }
   [[nodiscard]] double cell_m() const { return cell_m_; }
   [[nodiscard]] std::size_t size() const { return structures_.size(); }
 

@@ -50,15 +50,17 @@ Matrix6d known_without_surfaces() {
   return known;
 }
 
-// Of one motion, by the observations that clearly have a part of it.
-double clear_information(std::span<const StructureObservation> observations,
-                         const PlanarMotion& motion) {
-  double sum = 0.0;
+// Of three motions, columns, by the observations that clearly have a part of them.
+Eigen::Vector3d clear_information(std::span<const StructureObservation> observations,
+                                  const Eigen::Matrix3d& motions) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const StructureObservation& one : observations) {
     const PlanarMotion by_motion = planar(one);
-    const double part = by_motion.dot(motion);
     const double least = kLeastComponent * std::max(1.0, one.arm_m / kTurnArm_m);
-    if (std::abs(part) >= least) sum += one.weight_per_m2 * part * part;
+    for (int i = 0; i < 3; ++i) {
+      const double part = by_motion.dot(motions.col(i));
+      sum[i] += std::abs(part) >= least ? one.weight_per_m2 * part * part : 0.0;
+    }
   }
   return sum;
 }
@@ -84,11 +86,8 @@ Split split(std::span<const StructureObservation> observations) {
 }
 
 Eigen::Vector3d clear_part(const Split& parts, std::span<const StructureObservation> observations) {
-  Eigen::Vector3d clear_per_m2;
-  for (int i = 0; i < 3; ++i) {
-    const double clear = clear_information(observations, parts.in_plane.vectors.col(i));
-    clear_per_m2[i] = std::max(0.0, std::min(parts.in_plane.values[i], clear));
-  }
+  Eigen::Vector3d clear_per_m2 = clear_information(observations, parts.in_plane.vectors);
+  clear_per_m2 = clear_per_m2.cwiseMin(parts.in_plane.values).cwiseMax(0.0).eval();
   return clear_per_m2;
 }
 
@@ -139,6 +138,29 @@ void StructureObserver::begin(const Pose& T_map_vehicle) {
   met_.clear();
   order_.clear();
   observations_.clear();
+}
+
+// Structures lie far apart in memory: all are prefetched before the first is needed.
+void StructureObserver::add_all(const StructureMap& map, std::span<const Eigen::Vector3d> points_m,
+                                const Pose& T_map_vehicle) {
+  constexpr std::size_t kAhead = 12;
+  constexpr std::size_t kMostPoints = 512;
+  const std::size_t stride = 1 + points_m.size() / kMostPoints;
+  const std::size_t count = (points_m.size() + stride - 1) / stride;
+  points_map_m_.resize(count);
+  cells_.resize(count);
+  numbers_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) points_map_m_[i] = T_map_vehicle * points_m[i * stride];
+  cell_keys(points_map_m_, map.cell_m(), cells_);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i + kAhead < count) map.prefetch(cells_[i + kAhead]);
+    numbers_[i] = map.number_of(cells_[i]);
+    if (numbers_[i] != StructureMap::kNone) map.prefetch(numbers_[i]);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (numbers_[i] == StructureMap::kNone) continue;
+    add(cells_[i], points_map_m_[i], [&]() -> const Structure& { return map.at(numbers_[i]); });
+  }
 }
 
 // The points of a cell share its normal, so their mean derivative is that of their mean.
@@ -198,14 +220,7 @@ StructureEvidence structure_evidence(const StructureMap& map,
                                      std::span<const Eigen::Vector3d> points_m,
                                      const Pose& T_map_vehicle, StructureObserver& memory) {
   memory.begin(T_map_vehicle);
-  for (const Eigen::Vector3d& point_m : points_m) {
-    const Eigen::Vector3d point_map_m = T_map_vehicle * point_m;
-    const CellKey cell = cell_key(point_map_m, map.cell_m());
-    memory.add(cell, point_map_m, [&]() -> Structure {
-      const Structure* const found = map.find(cell);
-      return found == nullptr ? Structure{} : *found;
-    });
-  }
+  memory.add_all(map, points_m, T_map_vehicle);
   return structure_evidence(memory.finish(), memory.axes());
 }
 

@@ -56,6 +56,12 @@ class StructureObserver {
     met.count += 1.0;
   }
 
+  // Points in the vehicle's frame, at most 512 of them, evenly spread in their order: more would
+  // count neighbours as independent. Those in no structure of the map are left out. They must be
+  // within 2^31 cells of the origin.
+  void add_all(const StructureMap& map, std::span<const Eigen::Vector3d> points_m,
+               const Pose& T_map_vehicle);
+
   // In the order in which the structures were met. Valid until the next scan begins.
   std::span<const StructureObservation> finish();
 
@@ -75,6 +81,10 @@ class StructureObserver {
   CellTable<Met> met_;
   std::vector<std::uint32_t> order_;  // of those with points near
   std::vector<StructureObservation> observations_;
+  // Of the points that are added at once.
+  std::vector<Eigen::Vector3d> points_map_m_;
+  std::vector<CellKey> cells_;
+  std::vector<std::uint32_t> numbers_;
 };
 
 // Three orthogonal motions in the plane, columns of length 1, the least constrained first, and the
@@ -98,7 +108,7 @@ struct StructureEvidence {
 StructureEvidence structure_evidence(std::span<const StructureObservation> observations,
                                      const Eigen::Matrix3d& level_axes);
 
-// The same of a matched scan: its points in the vehicle's frame, and where it was matched.
+// Of a matched scan: its points in the vehicle's frame, and where it was matched.
 // Allocates nothing once such scans were seen.
 StructureEvidence structure_evidence(const StructureMap& map,
                                      std::span<const Eigen::Vector3d> points_m,

@@ -125,7 +125,7 @@ class Points(Structure):
 
 
 class MatchOptions(Structure):
-    """What is known of a start, and the errors of a place: sightline_match_options."""
+    """The covariance of a start, and the errors of a place: sightline_match_options."""
     _fields_ = [("start_covariance", POINTER(c_double)), ("variance_factor", c_double),
                 ("map_m", c_double), ("map_rad", c_double)]
 
