@@ -9,7 +9,7 @@
 
 // What in a map constrains a match: surfaces along their normals, upright lines (poles, trunks)
 // across their axes. Rings on the ground and along walls, ends of cells and foliage do not
-// ("Constraints of a match" in schemas/definitions.md, v1).
+// ("Constraints of a match" and "Covariance of a match" in schemas/definitions.md).
 
 namespace sightline {
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "formats/base/units.h"
-#include "passes/trajectory/local/scan_constraint.h"
 
 namespace sightline {
 namespace {
@@ -30,12 +29,6 @@ constexpr std::size_t kMostFirstSteps = 4;
 constexpr double kShortestStepsFrom_m = 20.0;
 // A match this far from the given step is compared with it by the last scan alone.
 constexpr double kFarFromGiven_m = 0.5;
-// In a sparse place, a match farther from the forecast is not believed.
-constexpr double kNearForecast_m = 0.5;
-// A local map of fewer scans constrains matches less than the place does.
-constexpr double kThinMap_m = 10.0;
-// The standard deviation of a step that was only forecast.
-constexpr double kNoConstraint_m = 100.0;
 
 // How far from the predicted pose a scan is searched for: at the start, when the speed is not
 // known, and where matching failed.
@@ -269,84 +262,6 @@ bool Follower::fits_given_better(const ReadScan& scan, const Pose& T_map_matched
   const std::optional<double> matched = before.overlap(upright_m, T_map_matched);
   const std::optional<double> given = before.overlap(upright_m, T_map_given);
   return matched && given && *given > *matched + kClearly;
-}
-
-ScanStep Follower::step_to_scan(std::size_t k, const Pose& T_map_lidar) const {
-  return {drive_->scans[k - 1].stamp_ns, drive_->scans[k].stamp_ns, T_map_before(), T_map_lidar};
-}
-
-// The pose without any match: by the given step, else at the last speed that scans constrained, or
-// at that of the vehicle's own sensors.
-std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
-  if (has_given_step(k)) {
-    const Pose step = (*given_)[k - 1]->inverse() * *(*given_)[k];
-    return Forecasted{tidied(T_map_before() * step), Forecast::kGiven, 0.0};
-  }
-  const std::optional<SpeedForecast::Way> way = speed_.way(step_to_scan(k, T_map_before()));
-  if (!way && !steady_.is_known()) return std::nullopt;
-  Pose step = steady_.is_known() ? steady_.step(step_ns(k)) : Pose::Identity();
-  if (!way) return Forecasted{tidied(T_map_before() * step), Forecast::kSteady, kSteadyShare};
-  step.translation() = way->moved_m;
-  return Forecasted{tidied(T_map_before() * step), way->source, way->share, way->sigma_m};
-}
-
-// A matched pose; what the scan does not constrain of it is as forecast. A match there
-// is where the rings of this scan meet those of the last ones.
-Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
-                                  const Pose& T_map_matched) const {
-  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
-  const ScanConstraint constraint =
-      scan_constraint(map_.grids(), scan.thinned.to_match_m, T_map_matched, T_lidar_vehicle);
-  Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}, {}};
-  const std::optional<Forecasted> by_forecast = forecast(k);
-  if (!by_forecast) return to;
-  const bool is_measured = is_map_thick() && (by_forecast->source == Forecast::kWheels ||
-                                              by_forecast->source == Forecast::kInertial);
-  const double most_m = has_given_step(k) || is_measured ? kWeakBesideGiven_m : kWeak_m;
-  if (is_measured) to.constraint.weak = constraint.weak_axes(most_m);
-  const Pose T_map_vehicle = T_map_matched * T_lidar_vehicle;
-  const PlanarMotion off = planar_motion(T_map_vehicle, by_forecast->T_map_lidar * T_lidar_vehicle);
-  Eigen::Matrix3d weak_part = constraint.weak_part(most_m);
-  if (is_measured && to.constraint.weak[0] == 0.0) {
-    to.off_measured_m = -off.x();
-    if (constraint.has_weak(kSparse_m) && way_check_.refutes(-off.x(), by_forecast->way_sigma_m)) {
-      to.constraint.weak[0] = 1.0;
-      weak_part.setZero();
-      weak_part(0, 0) = 1.0;
-    }
-  }
-  if (to.constraint.weak.isZero(0.0) && !constraint.has_weak(most_m)) return to;
-  to.constraint.forecast = by_forecast->source;
-  to.constraint.way_share = by_forecast->way_share;
-  to.constraint.forecast_motions = weak_part;
-  const PlanarMotion weak = weak_part * off;
-  to.T_map_lidar = tidied(moved_in_plane(T_map_vehicle, weak) * drive_->sensor.T_vehicle_lidar);
-  return to;
-}
-
-bool Follower::is_map_thick() const {
-  return odometry.driven_m.back() - piece_began_m_ >= kThinMap_m;
-}
-
-// Whether few surfaces held the last scan, and its motion may go on: then neither an overlap nor a
-// wide search is evidence, and a piece begun here would know less.
-bool Follower::is_sparse(std::size_t k) const {
-  if (is_jump(k) || odometry.constraint.back().sigma_m <= kSparse_m) return false;
-  return steady_.is_known() || (is_map_thick() && forecast(k).has_value());
-}
-
-// In a sparse place: where the match ends near the forecast, as placed(); else the forecast alone.
-Follower::Placed Follower::placed_or_carried(std::size_t k, const ReadScan& scan,
-                                             const Found& found) const {
-  const Forecasted by_forecast = *forecast(k);
-  if (found.match.is_good()) {
-    const Placed to = placed(k, scan, found.match.T_map_lidar);
-    if (planar_motion(to.T_map_lidar, by_forecast.T_map_lidar).norm() < kNearForecast_m) return to;
-  }
-  return {by_forecast.T_map_lidar,
-          {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source,
-           Eigen::Matrix3d::Identity(), by_forecast.way_share},
-          {}};
 }
 
 void Follower::follow_alone(std::size_t k, const ReadScan& scan) {

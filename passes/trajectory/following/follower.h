@@ -15,8 +15,12 @@
 #include "passes/trajectory/local/estimate_options.h"
 #include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
+#include "passes/trajectory/local/scan_constraint.h"
 
 namespace sightline {
+
+// The standard deviation of a step that was only forecast.
+inline constexpr double kNoConstraint_m = 100.0;
 
 // Running means over the latest scans: a scan far below them was matched in a wrong place.
 struct RunningAverage {
@@ -109,6 +113,18 @@ class Follower {
   };
   [[nodiscard]] ScanStep step_to_scan(std::size_t k, const Pose& T_map_lidar) const;
   [[nodiscard]] std::optional<Forecasted> forecast(std::size_t k) const;
+  [[nodiscard]] PlanarMotion forecast_sigma_m(const Forecasted& by_forecast) const;
+  [[nodiscard]] Pose with_forecast(const Pose& T_map_lidar, const Forecasted& by_forecast,
+                                   const Eigen::Matrix3d& weak_part) const;
+  [[nodiscard]] bool is_alarm(std::size_t k, const Pose& T_map_forecast,
+                              const Pose& T_map_fitted) const;
+  // A match, and the standard deviation from which on its motions are fitted instead.
+  struct FitAbove {
+    const ScanConstraint& by_match;
+    double sigma_m = 0.0;
+  };
+  [[nodiscard]] Placed fitted(std::size_t k, const ReadScan& scan, const Pose& T_map_matched,
+                              const Forecasted& by_forecast, const FitAbove& few) const;
   [[nodiscard]] Placed placed(std::size_t k, const ReadScan& scan, const Pose& T_map_matched) const;
   [[nodiscard]] bool is_map_thick() const;
   [[nodiscard]] bool is_sparse(std::size_t k) const;

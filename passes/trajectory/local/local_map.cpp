@@ -50,14 +50,14 @@ std::vector<CellPart> parts_of(const CellTable<CellMoments>& cells) {
   return parts;
 }
 
-std::vector<CellPart> fine_parts(const std::vector<Eigen::Vector3d>& points_m) {
+std::vector<CellPart> parts_of(const std::vector<Eigen::Vector3d>& points_m, double cell_m) {
   std::vector<CellKey> keys(points_m.size());
-  cell_keys(points_m, kFineCell_m, keys);
+  cell_keys(points_m, cell_m, keys);
   std::vector<CellRun> runs(keys.size());
   runs.resize(find_runs(keys, runs));
   CellTable<CellMoments> cells;
   cells.add(runs, [&](CellMoments& moments, const CellRun& run) {
-    const Eigen::Vector3d centre_m = cell_centre_m(run.key, kFineCell_m);
+    const Eigen::Vector3d centre_m = cell_centre_m(run.key, cell_m);
     for (const Eigen::Vector3d& point_m : std::span(points_m).subspan(run.begin, run.count)) {
       moments.add(point_m - centre_m);
     }
@@ -85,6 +85,9 @@ std::vector<CellPart> coarse_parts(const std::vector<CellPart>& fine) {
 
 // All points that were added were removed again.
 bool is_empty(const CellMoments& moments) { return !(moments.count > 0.5); }
+
+// A lorry that is passed slowly fills a cell for 3 m of way.
+constexpr double kLasting_m = 5.0;
 
 // Columns with returns above each other, and the least height between these. A kerb is lower, and a
 // road that climbs by half rises less in a column.
@@ -121,12 +124,21 @@ Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
   return information_per_m2(nd, kThinnest_m);
 }
 
-void RollingCells::add(const std::vector<CellPart>& parts, double sign) {
+void RollingCells::add(const std::vector<CellPart>& parts, double sign, double way_m) {
+  if (sign > 0.0) {
+    if (cells_.empty()) first_m_ = way_m;
+    last_m_ = way_m;
+  }
   for (const CellPart& part : parts) {
     const std::uint32_t number = index_.add(part.key);
     if (number == cells_.size()) cells_.emplace_back().key = part.key;
-    cells_[number].moments.add(part.moments, sign);
-    cells_[number].is_changed = true;
+    Cell& cell = cells_[number];
+    if (sign > 0.0) {
+      if (is_empty(cell.moments)) cell.first_m = way_m;
+      cell.last_m = way_m;
+    }
+    cell.moments.add(part.moments, sign);
+    cell.is_changed = true;
   }
 }
 
@@ -143,7 +155,7 @@ void RollingCells::finish() {
     if (!std::exchange(cell.is_changed, false)) continue;
     cell.is_valid = false;
     if (cell.moments.count < kLeastPoints) {
-      grid_.take_away(cell.key);
+      if (has_grid_) grid_.take_away(cell.key);
       continue;
     }
     full.push_back(i);
@@ -154,11 +166,13 @@ void RollingCells::finish() {
     Cell& cell = cells_[full[i]];
     cell.nd = nds[i];
     cell.is_valid = cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2;
-    if (!cell.is_valid) grid_.take_away(cell.key);
+    if (!cell.is_valid && has_grid_) grid_.take_away(cell.key);
   }
-  std::erase_if(nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
-  grid_.put(nds, surface_information_per_m2);
-  grid_.finish();
+  if (has_grid_) {
+    std::erase_if(nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+    grid_.put(nds, surface_information_per_m2);
+    grid_.finish();
+  }
   // Renumbering all cells takes longer than skipping a few empty ones.
   if (4 * empty_count <= cells_.size()) return;
   std::erase_if(cells_, [](const Cell& cell) { return is_empty(cell.moments); });
@@ -181,18 +195,25 @@ const Nd* RollingCells::nd(const CellKey& key) const {
   return &cells_[number].nd;
 }
 
+bool RollingCells::is_lasting(const CellKey& key) const {
+  const std::uint32_t number = index_.find(key);
+  if (number == CellIndex::kNone) return false;
+  const Cell& cell = cells_[number];
+  return cell.last_m - cell.first_m >= std::min(kLasting_m, 0.5 * (last_m_ - first_m_));
+}
+
 LocalGrids::LocalGrids() : coarse_(kCoarseCell_m), fine_(kFineCell_m) { finish(); }
 
 GriddedPoints gridded(const std::vector<Eigen::Vector3d>& points_m) {
   GriddedPoints points;
-  points.fine = fine_parts(points_m);
+  points.fine = parts_of(points_m, kFineCell_m);
   points.coarse = coarse_parts(points.fine);
   return points;
 }
 
-void LocalGrids::add(const GriddedPoints& points, double sign) {
-  coarse_.add(points.coarse, sign);
-  fine_.add(points.fine, sign);
+void LocalGrids::add(const GriddedPoints& points, double sign, double way_m) {
+  coarse_.add(points.coarse, sign, way_m);
+  fine_.add(points.fine, sign, way_m);
 }
 
 void LocalGrids::finish() {
@@ -227,14 +248,33 @@ void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_m
   std::vector<Eigen::Vector3d> points_map_m;
   points_map_m.reserve(points_m.size());
   for (const Eigen::Vector3d& point_m : points_m) points_map_m.push_back(T_map_lidar * point_m);
-  scans_.push_back({driven_m, gridded(points_map_m)});
-  grids_.add(scans_.back().points, 1.0);
+  scans_.push_back({driven_m, gridded(points_map_m), {}});
+  scans_.back().points_map_m = std::move(points_map_m);
+  grids_.add(scans_.back().points, 1.0, driven_m);
   while (scans_.front().driven_m < driven_m - reach_m_) {
     grids_.add(scans_.front().points, -1.0);
     scans_.pop_front();
   }
   grids_.finish();
   T_map_last_ = T_map_lidar;
+}
+
+const RollingCells& LocalMap::details() const {
+  auto& [cells, parts] = details_;
+  const double first_m = scans_.front().driven_m;
+  bool is_changed = false;
+  for (; !parts.empty() && parts.front().first < first_m; parts.pop_front()) {
+    cells.add(parts.front().second, -1.0, parts.front().first);
+    is_changed = true;
+  }
+  for (const KeyScan& scan : scans_) {
+    if (!parts.empty() && scan.driven_m <= parts.back().first) continue;
+    parts.emplace_back(scan.driven_m, parts_of(scan.points_map_m, kDetailCell_m));
+    cells.add(parts.back().second, 1.0, scan.driven_m);
+    is_changed = true;
+  }
+  if (is_changed) cells.finish();
+  return cells;
 }
 
 std::vector<Eigen::Vector3d> upright_points(const std::vector<Eigen::Vector3d>& points_m,

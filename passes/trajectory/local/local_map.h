@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "formats/geometry.h"
@@ -23,6 +24,8 @@ namespace sightline {
 // it.
 Eigen::Matrix3d surface_information_per_m2(const Nd& nd);
 
+inline constexpr double kDetailCell_m = 0.5;
+
 // The moments of some points in one cell.
 struct CellPart {
   CellKey key;
@@ -33,16 +36,22 @@ struct CellPart {
 // points.
 class RollingCells {
  public:
-  explicit RollingCells(double cell_m) : cell_m_(cell_m), grid_(cell_m) {}
+  // `has_grid`: whether its NDs are matched to.
+  explicit RollingCells(double cell_m, bool has_grid = true)
+      : cell_m_(cell_m), has_grid_(has_grid), grid_(cell_m) {}
 
-  // Sign 1 adds points, -1 removes points that were added before.
-  void add(const std::vector<CellPart>& parts, double sign);
+  // Sign 1 adds points, -1 removes points that were added before. `way_m`: of the drive, where they
+  // were measured.
+  void add(const std::vector<CellPart>& parts, double sign, double way_m);
   // To be called after the last change: updates the NDs of cells that changed.
   void finish();
   [[nodiscard]] const MatchGrid& grid() const { return grid_.grid(); }
   [[nodiscard]] NdtMap nds() const;
   // The valid ND of a cell, or nullptr.
   [[nodiscard]] const Nd* nd(const CellKey& key) const;
+  // Whether a cell got points along 5 m of way, or along half of that of all cells where that is
+  // shorter: what drives beside the vehicle fills a cell for a moment.
+  [[nodiscard]] bool is_lasting(const CellKey& key) const;
   [[nodiscard]] double cell_m() const { return cell_m_; }
 
  private:
@@ -52,9 +61,14 @@ class RollingCells {
     Nd nd;
     bool is_changed = true;
     bool is_valid = false;  // the ND
+    double first_m = 0.0;   // of the way
+    double last_m = 0.0;
   };
 
   double cell_m_;
+  bool has_grid_;
+  double first_m_ = 0.0;  // of the way, of all points
+  double last_m_ = 0.0;
   std::vector<Cell> cells_;  // by their number in the index
   CellIndex index_;
   RollingMatchGrid grid_;
@@ -75,6 +89,7 @@ class LocalGrids {
   // With walls as thin as measured, for the last centimetre. Made on first use: scans that given
   // poses lead to do not need it. Safe from several threads.
   [[nodiscard]] const MatchGrid& sharp() const;
+  [[nodiscard]] const RollingCells& fine_cells() const { return fine_; }
   // The ND of 1 m of a cell, and the one that holds a point; nullptr where there is none. Valid
   // until the grids change.
   [[nodiscard]] const Nd* fine_nd(const CellKey& key) const { return fine_.nd(key); }
@@ -82,8 +97,9 @@ class LocalGrids {
     return fine_.nd(cell_key(point_map_m, fine_.cell_m()));
   }
 
-  // Sign 1 adds points, -1 removes them; finish() is called after the last change.
-  void add(const GriddedPoints& points, double sign);
+  // Sign 1 adds points, measured at `way_m` of the drive, -1 removes them; finish() is called after
+  // the last change.
+  void add(const GriddedPoints& points, double sign, double way_m = 0.0);
   void finish();
 
  private:
@@ -113,15 +129,24 @@ class LocalMap {
     return is_key_step(T_map_last_, T_map_lidar);
   }
   [[nodiscard]] const LocalGrids& grids() const { return grids_; }
+  // NDs of the same scans in cells of 0.5 m. Computed on request: most places need none.
+  [[nodiscard]] const RollingCells& details() const;
 
  private:
   struct KeyScan {
     double driven_m = 0.0;
     GriddedPoints points;
+    std::vector<Eigen::Vector3d> points_map_m;
+  };
+  // Parts of the scans that are in the cells of 0.5 m, by the way at each.
+  struct Details {
+    RollingCells cells;
+    std::deque<std::pair<double, std::vector<CellPart>>> parts;
   };
   double reach_m_;
   std::deque<KeyScan> scans_;
   LocalGrids grids_;
+  mutable Details details_{RollingCells(kDetailCell_m, false), {}};
   Pose T_map_last_ = Pose::Identity();
 };
 

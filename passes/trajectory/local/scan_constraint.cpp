@@ -1,19 +1,64 @@
 #include "passes/trajectory/local/scan_constraint.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "formats/base/portable_math.h"
+#include "formats/symmetric_eigen.h"
 
-// Scores, overlaps and residuals measure agreement instead: in a smooth tunnel they are best where
-// a scan's rings meet the rings of the last one, however far the vehicle moved.
+// The information of a match, from the planes and lines that its points meet (Censi, "An accurate
+// closed-form estimate of ICP's covariance", ICRA 2007; Tuna et al., "X-ICP", T-RO 2023, from which
+// the limit on small components of normals comes). Scores, overlaps and residuals measure agreement
+// instead: in a smooth tunnel they are best where a scan's rings meet the rings of the last one,
+// however far the vehicle moved.
 
 namespace sightline {
+namespace {
+
+// What is known of height, roll and pitch without any surface.
+constexpr double kHeight_m = 1.0;
+constexpr double kTilt_rad = 0.1;
+
+// Of motions in the plane, 1/m^2, with height, roll and pitch eliminated (Schur complement).
+Eigen::Matrix3d planar_information(const std::vector<MetSurface>& surfaces) {
+  Matrix6d sum = Matrix6d::Zero();
+  sum(3, 3) = 1.0 / (kHeight_m * kHeight_m);
+  sum(4, 4) = sum(5, 5) = 1.0 / (kTilt_rad * kTilt_rad);
+  for (const MetSurface& one : surfaces) {
+    sum += one.weight_per_m2 * one.by_motion * one.by_motion.transpose();
+  }
+  const Eigen::Matrix3d others = sum.bottomRightCorner<3, 3>();
+  const Eigen::Matrix3d both = sum.bottomLeftCorner<3, 3>();
+  return sum.topLeftCorner<3, 3>() - both.transpose() * others.llt().solve(both);
+}
+
+// Of one motion, by the surfaces that clearly hold it.
+double clear_information(const std::vector<MetSurface>& surfaces, const PlanarMotion& motion,
+                         HoldRule rule) {
+  double sum = 0.0;
+  for (const MetSurface& one : surfaces) {
+    const double part = one.part(motion);
+    if (rule == HoldRule::kClear ? one.clearly_holds(motion) : one.holds(motion))
+      sum += one.weight_per_m2 * part * part;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<PlanarMotion> ScanConstraint::weak_motions(double most_m) const {
+  std::vector<PlanarMotion> weak;
+  for (int i = 0; i < 3; ++i) {
+    if (sigma_m[i] > most_m) weak.emplace_back(motions.col(i));
+  }
+  return weak;
+}
 
 Eigen::Matrix3d ScanConstraint::weak_part(double most_m) const {
   Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (sigma_m[i] > most_m) projector += motions.col(i) * motions.col(i).transpose();
+  for (const PlanarMotion& motion : weak_motions(most_m)) {
+    projector += motion * motion.transpose();
   }
   return projector;
 }
@@ -26,26 +71,18 @@ Eigen::Vector3d ScanConstraint::weak_axes(double most_m) const {
   return square.cwiseSqrt();
 }
 
-ScanConstraint scan_constraint(const LocalGrids& grids,
-                               const std::vector<Eigen::Vector3d>& points_m,
-                               const Pose& T_map_lidar, const Pose& T_lidar_vehicle) {
+ScanConstraint scan_constraint(const std::vector<MetSurface>& surfaces, HoldRule rule) {
   constexpr double kLeast_per_m2 = 1e-4;  // 100 m
-  StructureObserver observer;
-  observer.begin(T_map_lidar * T_lidar_vehicle);
-  const auto nd_at = [&](const CellKey& key) { return grids.fine_nd(key); };
-  for (const Eigen::Vector3d& point_m : points_m) {
-    const Eigen::Vector3d point_map_m = T_map_lidar * point_m;
-    const Nd* const nd = grids.fine_nd_at(point_map_m);
-    if (nd == nullptr) continue;
-    observer.add(nd->key, point_map_m, [&] { return structure_of(*nd, nd_at); });
-  }
-  const PlanarInformation found = planar_information(observer.finish());
-  ScanConstraint constraint;
-  constraint.motions = found.motions;
+  const SymmetricEigen<3> eigen = symmetric_eigen<3>(planar_information(surfaces));
+  ScanConstraint found;
   for (int i = 0; i < 3; ++i) {
-    constraint.sigma_m[i] = 1.0 / std::sqrt(std::max(kLeast_per_m2, found.information_per_m2[i]));
+    const PlanarMotion motion = eigen.vectors.col(i);
+    const double clear_per_m2 = clear_information(surfaces, motion, rule);
+    found.motions.col(i) = motion;
+    found.sigma_m[i] =
+        1.0 / std::sqrt(std::max({kLeast_per_m2, std::min(eigen.values[i], clear_per_m2)}));
   }
-  return constraint;
+  return found;
 }
 
 PlanarMotion planar_motion(const Pose& T_map_from, const Pose& T_map_to) {
@@ -62,15 +99,9 @@ PlanarMotion planar_motion(const Pose& T_map_from, const Pose& T_map_to) {
 }
 
 Pose moved_in_plane(const Pose& T_map_vehicle, const PlanarMotion& motion) {
-  const Eigen::Vector3d forward = T_map_vehicle.linear().col(0);
-  const double length = std::max(portable_hypot(forward.x(), forward.y()), 1e-9);
-  const Eigen::Vector3d ahead(forward.x() / length, forward.y() / length, 0.0);
-  const Eigen::Vector3d left(-ahead.y(), ahead.x(), 0.0);
-  Pose moved = T_map_vehicle;
-  moved.translation() += motion.x() * ahead + motion.y() * left;
-  moved.linear() =
-      rotation_matrix({Eigen::Vector3d::UnitZ(), motion.z() / kTurnArm_m}) * T_map_vehicle.linear();
-  return moved;
+  LevelMotion level = LevelMotion::Zero();
+  level.head<3>() = motion;
+  return moved_level(T_map_vehicle, level);
 }
 
 }  // namespace sightline

@@ -4,15 +4,14 @@
 #include <vector>
 
 #include "formats/geometry.h"
-#include "passes/matching/structure_information.h"
-#include "passes/trajectory/local/local_map.h"
+#include "passes/trajectory/local/met_surfaces.h"
 
 // Which motions of a scan in the plane a local map constrains; part of estimate-trajectory.
 
 namespace sightline {
 
 // Three orthogonal motions, columns of length 1, the least constrained first, and the standard
-// deviation of a match in each ("Constraints of a match" in schemas/definitions.md, v1).
+// deviation of a match in each ("Constraints of a match" in schemas/definitions.md, v2).
 struct ScanConstraint {
   Eigen::Matrix3d motions = Eigen::Matrix3d::Identity();
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
@@ -21,6 +20,8 @@ struct ScanConstraint {
   [[nodiscard]] bool has_weak(double most_m) const { return sigma_m[0] > most_m; }
   // By axis, forward, left and turn: how much of it is weak, 0 to 1.
   [[nodiscard]] Eigen::Vector3d weak_axes(double most_m) const;
+  // The weak motions.
+  [[nodiscard]] std::vector<PlanarMotion> weak_motions(double most_m) const;
   // Projects a motion onto its weak part.
   [[nodiscard]] Eigen::Matrix3d weak_part(double most_m) const;
 };
@@ -33,15 +34,16 @@ inline constexpr double kWeak_m = 0.02;
 // From here on few surfaces hold a scan: overlaps and wide searches are no evidence.
 inline constexpr double kSparse_m = 0.0075;
 
-// By the surfaces of the fine grid that the points meet at this pose. A surface constrains motions
-// along its normal, an upright line (a pole or a trunk) those across it. Rings on the ground and
-// along walls, ends of cells, and motions that a normal is within 10 degrees of being square to
-// count as nothing: a vehicle that stands and one that slides measure the same rings. One
-// observation a cell; height, roll and pitch are eliminated. `points_m` in the sensor's frame; map
-// z is up.
-ScanConstraint scan_constraint(const LocalGrids& grids,
-                               const std::vector<Eigen::Vector3d>& points_m,
-                               const Pose& T_map_lidar, const Pose& T_lidar_vehicle);
+// Which surfaces count for a motion: those that hold it, or that clearly do (MetSurface).
+enum class HoldRule { kAll, kClear };
+
+// By the surfaces that a scan meets at its pose (met_surfaces). A surface constrains motions along
+// its normal, an upright line those across it. Rings on the ground and along walls, ends of cells,
+// and motions that a normal is within 10 degrees, or three standard deviations of its own, of being
+// square to count as nothing: a vehicle that stands and one that slides measure the same rings. One
+// observation a cell; height, roll and pitch are eliminated.
+ScanConstraint scan_constraint(const std::vector<MetSurface>& surfaces,
+                               HoldRule rule = HoldRule::kAll);
 
 // The motion in the plane from one pose of the vehicle to another one near it, and the pose after
 // such a motion. Height, roll and pitch stay.

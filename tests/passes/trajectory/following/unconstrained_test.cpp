@@ -188,6 +188,38 @@ TEST(Unconstrained, ATunnelKeepsItsLengthWhichIsSaid) {
               0.2 * stretches.back().sigma_m.value());
 }
 
+// The rear of a lorry that drives ahead, a little slower or faster, is all that is seen along the
+// way.
+TEST(Unconstrained, ATunnelKeepsItsLengthBehindALorry) {
+  const TestDrive alone = tunnel_drive(120, 1.2);
+  const BoxWorld tube = bare_street();
+  std::vector<Scan> scans = scans_of(alone.drive);
+  std::vector<Pose> poses;
+  Random random(11);
+  for (std::size_t k = 0; k < scans.size(); ++k) {
+    poses.push_back(alone.truth.poses[k].T_map_vehicle);
+    const double x_m = poses[k].translation().x();
+    if (x_m < 20.0) continue;
+    const double gap_m = 9.0 + 2.0 * std::cos(0.05 * (x_m - 20.0));
+    BoxWorld world = tube;
+    world.boxes.push_back({{x_m + gap_m, 1.5, 0.9}, {x_m + gap_m + 12.0, 4.0, 3.9}});
+    scans[k] = scan_world(world, poses[k] * alone.drive.sensor.T_vehicle_lidar, 0.5);
+    for (Eigen::Vector3d& point_m : scans[k].points_m) {
+      point_m *= 1.0 + 0.01 * random.normal() / point_m.norm();
+    }
+  }
+  TestDrive test = drive_of(std::move(scans), poses);
+  test.drive.sensor = alone.drive.sensor;
+  TestContext ctx(2);
+  const Trajectory found = value_of(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_LT(largest_error_m(found, test.truth), 0.05 * 119 * 1.2);
+  const std::vector<UnconstrainedStretch> stretches = unconstrained_stretches(found);
+  ASSERT_FALSE(stretches.empty());
+  double way_m = 0.0;
+  for (const UnconstrainedStretch& stretch : stretches) way_m += stretch.way_m;
+  EXPECT_GT(way_m, 40.0);
+}
+
 TEST(Unconstrained, GivenPosesOfATunnelStayWithoutAWarning) {
   TestDrive test = tunnel_drive(80, 1.2);
   for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {

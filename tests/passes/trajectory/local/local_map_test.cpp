@@ -68,6 +68,59 @@ TEST(LocalGrids, KnowNothingOfPointsThatWent) {
   }
 }
 
+// A wall 5 m to the left of a sensor that moves along it.
+std::vector<Eigen::Vector3d> wall_beside(double x_m) {
+  std::vector<Eigen::Vector3d> points_m;
+  for (int i = -30; i < 30; ++i) {
+    for (int j = 0; j < 6; ++j) points_m.emplace_back(0.2 * i - 0.05 * x_m, 5.1, 0.3 * j - 0.9);
+  }
+  return points_m;
+}
+
+TEST(LocalMap, HasTheSameScansInDetail) {
+  LocalMap asked_often(10.0);
+  LocalMap asked_once(10.0);
+  for (double x_m = 0.0; x_m < 30.0; x_m += 1.0) {
+    Pose T_map_lidar = Pose::Identity();
+    T_map_lidar.translation().x() = x_m;
+    asked_often.add(wall_beside(x_m), T_map_lidar, x_m);
+    asked_once.add(wall_beside(x_m), T_map_lidar, x_m);
+    if (x_m > 3.0) {
+      EXPECT_EQ(asked_often.details().cell_m(), kDetailCell_m);
+    }
+  }
+  std::size_t count = 0;
+  for (std::int32_t x = 0; x < 80; ++x) {
+    const CellKey key{x, 10, 0};
+    const Nd* often = asked_often.details().nd(key);
+    const Nd* once = asked_once.details().nd(key);
+    ASSERT_EQ(often == nullptr, once == nullptr) << x;
+    if (often == nullptr) continue;
+    ++count;
+    EXPECT_EQ(often->point_count, once->point_count);
+    EXPECT_NEAR((often->mean_m - once->mean_m).norm(), 0.0, 1e-9);
+  }
+  EXPECT_GT(count, 20U);
+}
+
+TEST(RollingCells, AreLastingWherePointsCameAlongFiveMetres) {
+  RollingCells cells(1.0);
+  const std::vector<Eigen::Vector3d> wall_m = wall_beside(0.0);
+  std::vector<Eigen::Vector3d> lorry_m;
+  for (const Eigen::Vector3d& point_m : wall_m) {
+    lorry_m.push_back(point_m - 8.0 * Eigen::Vector3d::UnitY());
+  }
+  for (double way_m = 0.0; way_m < 20.0; way_m += 1.0) {
+    cells.add(gridded(wall_m).fine, 1.0, way_m);
+    if (way_m > 7.0 && way_m < 12.0) cells.add(gridded(lorry_m).fine, 1.0, way_m);
+  }
+  cells.finish();
+  EXPECT_TRUE(cells.is_lasting({0, 5, 0}));
+  ASSERT_NE(cells.nd({0, -3, 0}), nullptr);
+  EXPECT_FALSE(cells.is_lasting({0, -3, 0}));
+  EXPECT_FALSE(cells.is_lasting({0, 0, 0}));
+}
+
 const Eigen::Matrix3d kLevel = Eigen::Matrix3d::Identity();
 
 std::vector<Eigen::Vector3d> wall_and_ground() {

@@ -35,9 +35,10 @@ ScanConstraint constraint_in(const BoxWorld& world, std::size_t scans_before = 1
       map_m.push_back(T_map_lidar * point_m);
     }
   }
-  return scan_constraint(local_grids(map_m), read_thinned(test.drive, scans_before)->to_match_m,
-                         poses.back() * test.drive.sensor.T_vehicle_lidar,
-                         test.drive.sensor.T_vehicle_lidar.inverse());
+  return scan_constraint(met_surfaces(local_grids(map_m),
+                                      read_thinned(test.drive, scans_before)->to_match_m,
+                                      poses.back() * test.drive.sensor.T_vehicle_lidar,
+                                      test.drive.sensor.T_vehicle_lidar.inverse()));
 }
 
 BoxWorld with(BoxWorld world, const std::vector<TestBox>& boxes) {

@@ -1,0 +1,172 @@
+#include <cmath>
+
+#include "formats/base/units.h"
+#include "passes/trajectory/following/follower.h"
+#include "passes/trajectory/local/scan_constraint.h"
+#include "passes/trajectory/local/structure_fit.h"
+
+// What a scan does not constrain of its pose, and what is used instead.
+
+namespace sightline {
+namespace {
+
+// In a sparse place, a match farther from the forecast is not believed.
+constexpr double kNearForecast_m = 0.5;
+// A local map of fewer scans constrains matches less than the place does.
+constexpr double kThinMap_m = 10.0;
+// Of a step at constant speed: a fixed part of its standard deviation, and that across the road and
+// of the heading as a share of the step.
+constexpr double kLeastForecast_m = 0.003;
+constexpr double kAsideShare = 0.1;
+// Cars brake and accelerate less; a fit to few surfaces is accurate to about the first.
+constexpr double kFitNoise_m = 0.02;
+constexpr double kMostAcceleration_m_s2 = 6.0;
+
+// Above this standard deviation of a match, few surfaces hold it, and it is off by centimetres: in
+// curves of car parks it is up to 9 mm, where a match is right to millimetres.
+constexpr double kFewSurfaces_m = 0.01;
+
+}  // namespace
+
+ScanStep Follower::step_to_scan(std::size_t k, const Pose& T_map_lidar) const {
+  return {drive_->scans[k - 1].stamp_ns, drive_->scans[k].stamp_ns, T_map_before(), T_map_lidar};
+}
+
+// The pose without any match: by the given step, else at the last speed that scans constrained, or
+// at that of the vehicle's own sensors.
+std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
+  if (has_given_step(k)) {
+    const Pose step = (*given_)[k - 1]->inverse() * *(*given_)[k];
+    return Forecasted{tidied(T_map_before() * step), Forecast::kGiven, 0.0};
+  }
+  const std::optional<SpeedForecast::Way> way = speed_.way(step_to_scan(k, T_map_before()));
+  if (!way && !steady_.is_known()) return std::nullopt;
+  Pose step = steady_.is_known() ? steady_.step(step_ns(k)) : Pose::Identity();
+  if (!way) return Forecasted{tidied(T_map_before() * step), Forecast::kSteady, kSteadyShare};
+  step.translation() = way->moved_m;
+  return Forecasted{tidied(T_map_before() * step), way->source, way->share, way->sigma_m};
+}
+
+// Standard deviations of a step that is forecast.
+PlanarMotion Follower::forecast_sigma_m(const Forecasted& by_forecast) const {
+  const double step_m =
+      (by_forecast.T_map_lidar.translation() - T_map_before().translation()).norm();
+  const double aside_m = kLeastForecast_m + kAsideShare * step_m;
+  return {kLeastForecast_m + by_forecast.way_share * step_m, aside_m, aside_m};
+}
+
+// Moves a pose to what was forecast of the motions that scans do not constrain.
+Pose Follower::with_forecast(const Pose& T_map_lidar, const Forecasted& by_forecast,
+                             const Eigen::Matrix3d& weak_part) const {
+  const Pose& T_vehicle_lidar = drive_->sensor.T_vehicle_lidar;
+  const Pose T_lidar_vehicle = T_vehicle_lidar.inverse();
+  const Pose T_map_vehicle = T_map_lidar * T_lidar_vehicle;
+  const PlanarMotion off = planar_motion(T_map_vehicle, by_forecast.T_map_lidar * T_lidar_vehicle);
+  const PlanarMotion weak = weak_part * off;
+  return moved_in_plane(T_map_vehicle, weak) * T_vehicle_lidar;
+}
+
+// Whether a fit along the road needs a change of speed that no vehicle has.
+bool Follower::is_alarm(std::size_t k, const Pose& T_map_forecast, const Pose& T_map_fitted) const {
+  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
+  const double time_s = static_cast<double>(step_ns(k)) / static_cast<double>(kSecond_ns);
+  const double change_m =
+      planar_motion(T_map_forecast * T_lidar_vehicle, T_map_fitted * T_lidar_vehicle).x();
+  return std::abs(change_m) > kFitNoise_m + kMostAcceleration_m_s2 * time_s * time_s;
+}
+
+// A scan that few surfaces hold, by those and by the forecast. A match there is where the rings of
+// this scan meet those of the last ones.
+Follower::Placed Follower::fitted(std::size_t k, const ReadScan& scan, const Pose& T_map_matched,
+                                  const Forecasted& by_forecast, const FitAbove& few) const {
+  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
+  const RollingCells* const grids[] = {&map_.details(), &map_.grids().fine_cells()};
+  const std::vector<Eigen::Vector3d>& points_m = scan.thinned.to_map_m;
+  Eigen::Matrix3d weak_part = few.by_match.weak_part(few.sigma_m);
+  FitStart start{with_forecast(T_map_matched, by_forecast, weak_part),
+                 few.by_match.weak_motions(few.sigma_m), forecast_sigma_m(by_forecast)};
+  Placed to{tidied(fit_structure(grids, points_m, start, T_lidar_vehicle)), {}, {}};
+  const ScanConstraint constraint = scan_constraint(
+      met_surfaces(grids, points_m, to.T_map_lidar, T_lidar_vehicle), HoldRule::kClear);
+  to.constraint.sigma_m = constraint.sigma_m[0];
+  if (is_alarm(k, start.T_map_lidar, to.T_map_lidar)) {
+    to.T_map_lidar = tidied(start.T_map_lidar);
+    to.constraint.weak = few.by_match.weak_axes(few.sigma_m);
+  } else {
+    to.constraint.weak = constraint.weak_axes(kWeak_m);
+    weak_part = constraint.weak_part(kWeak_m);
+  }
+  if (to.constraint.weak.isZero(0.0)) return to;
+  to.constraint.forecast = by_forecast.source;
+  to.constraint.way_share = by_forecast.way_share;
+  to.constraint.forecast_motions = weak_part;
+  return to;
+}
+
+// A matched pose; what the scan does not constrain of it is as forecast.
+Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
+                                  const Pose& T_map_matched) const {
+  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
+  const ScanConstraint constraint = scan_constraint(
+      met_surfaces(map_.grids(), scan.thinned.to_match_m, T_map_matched, T_lidar_vehicle));
+  Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}, {}};
+  const std::optional<Forecasted> by_forecast = forecast(k);
+  if (!by_forecast) return to;
+  if (by_forecast->source == Forecast::kSteady) {
+    const bool jumps = is_alarm(k, by_forecast->T_map_lidar, T_map_matched);
+    const double few_m = jumps ? kSparse_m : kFewSurfaces_m;
+    if (constraint.has_weak(few_m)) {
+      const FitAbove above{constraint, few_m};
+      return fitted(k, scan, T_map_matched, *by_forecast, above);
+    }
+  }
+  const bool is_measured = is_map_thick() && (by_forecast->source == Forecast::kWheels ||
+                                              by_forecast->source == Forecast::kInertial);
+  const double most_m = has_given_step(k) || is_measured ? kWeakBesideGiven_m : kWeak_m;
+  if (is_measured) to.constraint.weak = constraint.weak_axes(most_m);
+  const double off_m =
+      planar_motion(T_map_matched * T_lidar_vehicle, by_forecast->T_map_lidar * T_lidar_vehicle)
+          .x();
+  Eigen::Matrix3d weak_part = constraint.weak_part(most_m);
+  if (is_measured && to.constraint.weak[0] == 0.0) {
+    to.off_measured_m = -off_m;
+    if (constraint.has_weak(kSparse_m) && way_check_.refutes(-off_m, by_forecast->way_sigma_m)) {
+      to.constraint.weak[0] = 1.0;
+      weak_part.setZero();
+      weak_part(0, 0) = 1.0;
+    }
+  }
+  if (to.constraint.weak.isZero(0.0) && !constraint.has_weak(most_m)) return to;
+  to.constraint.forecast = by_forecast->source;
+  to.constraint.way_share = by_forecast->way_share;
+  to.constraint.forecast_motions = weak_part;
+  to.T_map_lidar = tidied(with_forecast(T_map_matched, *by_forecast, weak_part));
+  return to;
+}
+
+bool Follower::is_map_thick() const {
+  return odometry.driven_m.back() - piece_began_m_ >= kThinMap_m;
+}
+
+// Whether few surfaces held the last scan, and its motion may go on: then neither an overlap nor a
+// wide search is evidence, and a piece begun here would know less.
+bool Follower::is_sparse(std::size_t k) const {
+  if (is_jump(k) || odometry.constraint.back().sigma_m <= kSparse_m) return false;
+  return steady_.is_known() || (is_map_thick() && forecast(k).has_value());
+}
+
+// In a sparse place: where the match ends near the forecast, as placed(); else the forecast alone.
+Follower::Placed Follower::placed_or_carried(std::size_t k, const ReadScan& scan,
+                                             const Found& found) const {
+  const Forecasted by_forecast = *forecast(k);
+  if (found.match.is_good()) {
+    const Placed to = placed(k, scan, found.match.T_map_lidar);
+    if (planar_motion(to.T_map_lidar, by_forecast.T_map_lidar).norm() < kNearForecast_m) return to;
+  }
+  return {by_forecast.T_map_lidar,
+          {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source,
+           Eigen::Matrix3d::Identity(), by_forecast.way_share},
+          {}};
+}
+
+}  // namespace sightline
