@@ -17,7 +17,10 @@ Result<void> validate_beside(const ByFamily<MeasuredError>& first,
   if (!is_of_one_map) {
     return invalid_drive(drive, "its sites or looks differ from those of the first drive");
   }
-  if (drive.ranges.tracking_offsets.size() != first.ranges.tracking_offsets.size()) {
+  // Drives that an earlier map contains have none.
+  const std::size_t starts = drive.ranges.tracking_offsets.size();
+  const std::size_t first_starts = first.ranges.tracking_offsets.size();
+  if (starts != first_starts && starts != 0 && first_starts != 0) {
     return invalid_drive(drive, "its tracking starts differ from those of the first drive");
   }
   const LocalizerProfile& localizer = drive.ranges.matching.localizer;

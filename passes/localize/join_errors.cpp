@@ -51,10 +51,23 @@ void take_site(const MeasuredError& from, std::size_t site, MeasuredError& to) {
   to.scan_of_site[site] = from.scan_of_site[site];
   for (std::size_t look = 0; look < from.looks.size(); ++look) {
     to.rows[to.shape().index(site, look)] = from.row(site, look);
+    if (to.tracking_offsets.empty()) continue;
     const std::span<const AxisErrors> tracking = from.tracking(site, look);
     const std::size_t first = to.shape().index(site, look) * tracking.size();
     std::ranges::copy(tracking, to.tracking_ends.begin() + static_cast<std::ptrdiff_t>(first));
   }
+}
+
+// Tracking starts are kept where every drive was measured from them.
+void keep_shared_tracking(const MeasuredDrives& measured, ByFamily<MeasuredError>& pooled) {
+  const auto has_none = [](const ByFamily<MeasuredError>& drive) {
+    return drive.ranges.tracking_offsets.empty();
+  };
+  if (std::ranges::none_of(measured.drives, has_none)) return;
+  visit_families(pooled, [](MeasuredError& of_family) {
+    of_family.tracking_offsets.clear();
+    of_family.tracking_ends.clear();
+  });
 }
 
 // The first drive from `turn` on, in a circle, that was measured at the site; none: their count.
@@ -93,6 +106,7 @@ Result<ByFamily<MeasuredError>> pool_errors(PassContext&, const NoOptions&,
   for (std::size_t i = 1; i < measured.drives.size(); ++i) {
     pooled.ranges.drive += ", " + measured.drives[i].ranges.drive;
   }
+  keep_shared_tracking(measured, pooled);
   std::size_t turn = 0;
   for (std::size_t site = 0; site < pooled.ranges.scan_of_site.size(); ++site) {
     const std::size_t speaker = speaker_at(measured, turn, site);

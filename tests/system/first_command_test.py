@@ -23,7 +23,7 @@ class FirstCommand(unittest.TestCase):
         self.assertIn(str(town / "town.slmap"), lines[-2])
         self.assertIn(str((town / "town.html").resolve()), lines[-1])
         self.assertRegex(run.stdout,
-                         r"A vehicle at -?\d+ m, -?\d+ m needs the LiDAR points within \d+ m; a sample of \d+ points is enough")
+                         r"A vehicle at -?\d+ m, -?\d+ m needs the LiDAR points within \d+ m, or \d+ points chosen from \d+ of the scan")
         self.assertIn("<html", (town / "town.html").read_text(encoding="utf-8")[:200])
         for step in range(1, 6):
             self.assertIn(f"[{step}/5] ", run.stderr)

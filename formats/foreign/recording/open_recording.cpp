@@ -171,11 +171,18 @@ Result<PointCloudFile> read_contained(const Recording& recording, const ScanInFi
   return with_returns(std::move(cloud), path.string(), concat("scan ", scan.index));
 }
 
+Result<PointCloudFile> with_remedy(Result<PointCloudFile> cloud) {
+  if (cloud || cloud.error().code != ErrorCode::kEmptyScan) return cloud;
+  Error error = cloud.error();
+  error.message += "; remove it from the folder, and its row from the poses";
+  return error;
+}
+
 Result<PointCloudFile> read_alone(const Recording& recording, const ScanInFile& scan) {
   const std::filesystem::path path = recording.file_of(scan);
   SIGHTLINE_ASSIGN(const FileContent file, read_file_content(path));
   if (xxh3(file.bytes()) != scan.content_xxh3) return changed(path);
-  return parse_point_cloud(file.bytes(), path, recording.columns);
+  return with_remedy(parse_point_cloud(file.bytes(), path, recording.columns));
 }
 
 Result<PointCloudFile> read_checked(const Recording& recording, const ScanInFile& scan) {
@@ -290,11 +297,7 @@ Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t 
   SIGHTLINE_CHECK(index < recording.scans.size());
   const RecordedScan& scan = recording.scans[index];
   if (!recording.container) {
-    Result<PointCloudFile> cloud = read_point_cloud(recording.file_of(scan), recording.columns);
-    if (cloud || cloud.error().code != ErrorCode::kEmptyScan) return cloud;
-    Error error = cloud.error();
-    error.message += "; remove it from the folder, and its row from the poses";
-    return error;
+    return with_remedy(read_point_cloud(recording.file_of(scan), recording.columns));
   }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(scan.index));
   return recording.container->parse(bytes, scan.index);

@@ -128,6 +128,23 @@ TEST(PoolErrors, LetsTheDrivesSpeakInTurn) {
   }
 }
 
+// As those that an earlier map contains.
+TEST(PoolErrors, ForgetsTrackingStartsWhereADriveHasNone) {
+  DrivenPlace place = place_driven_often(1, 2, kSmall);
+  MeasuredError& tracked = place.drives[0];
+  tracked.tracking_offsets.resize(3);
+  tracked.tracking_ends.resize(3 * tracked.rows.size());
+  const MeasuredDrives measured{{place.drives.begin(), place.drives.end()}, {0, 1}, 2};
+  ASSERT_TRUE(validate(measured).has_value());
+  const MeasuredError pooled = value_of(of_ranges(pool_errors(TestContext(), {}, measured)));
+  EXPECT_TRUE(validate(pooled).has_value());
+  EXPECT_TRUE(pooled.tracking_offsets.empty());
+  place.drives[1].tracking_offsets.resize(2);
+  place.drives[1].tracking_ends.resize(2 * tracked.rows.size());
+  const MeasuredDrives others{{place.drives.begin(), place.drives.end()}, {0, 1}, 2};
+  EXPECT_FALSE(validate(others).has_value()) << "from other starts";
+}
+
 TEST(PoolErrors, RefusesWhereNoDriveIsLeft) {
   EXPECT_EQ(failure_of(pool_errors(TestContext(), {}, {{}, {}, 2})).code, ErrorCode::kNoOverlap);
 }

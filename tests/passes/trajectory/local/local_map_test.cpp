@@ -78,22 +78,22 @@ std::vector<Eigen::Vector3d> wall_beside(double x_m) {
 }
 
 TEST(LocalMap, HasTheSameScansInDetail) {
-  LocalMap asked_often(10.0);
-  LocalMap asked_once(10.0);
+  LocalMap read_often(10.0);
+  LocalMap read_once(10.0);
   for (double x_m = 0.0; x_m < 30.0; x_m += 1.0) {
     Pose T_map_lidar = Pose::Identity();
     T_map_lidar.translation().x() = x_m;
-    asked_often.add(wall_beside(x_m), T_map_lidar, x_m);
-    asked_once.add(wall_beside(x_m), T_map_lidar, x_m);
+    read_often.add(wall_beside(x_m), T_map_lidar, x_m);
+    read_once.add(wall_beside(x_m), T_map_lidar, x_m);
     if (x_m > 3.0) {
-      EXPECT_EQ(asked_often.details().cell_m(), kDetailCell_m);
+      EXPECT_EQ(read_often.details().cell_m(), kDetailCell_m);
     }
   }
   std::size_t count = 0;
   for (std::int32_t x = 0; x < 80; ++x) {
     const CellKey key{x, 10, 0};
-    const Nd* often = asked_often.details().nd(key);
-    const Nd* once = asked_once.details().nd(key);
+    const Nd* often = read_often.details().nd(key);
+    const Nd* once = read_once.details().nd(key);
     ASSERT_EQ(often == nullptr, once == nullptr) << x;
     if (often == nullptr) continue;
     ++count;
