@@ -278,10 +278,12 @@ int sightline_get_column(const sightline_map* map, size_t index, sightline_colum
 
 int sightline_get_errors(const sightline_map* map, uint32_t site, int is_sample,
                          sightline_errors* errors) {
+  if (errors == nullptr) return kBadArgument;
   const auto set = [&](const PoseErrors& from) {
     *errors = {from.longitudinal_m, from.lateral_m, from.yaw_rad, from.kept_longitudinal};
   };
   set({});
+  if (map == nullptr) return kBadArgument;
   try {
     const std::scoped_lock lock(map->kept.mutex);
     if (!map->kept.errors) {

@@ -310,6 +310,7 @@ TEST(CInterface, EveryPointerMayBeNull) {
   sightline_get_info(map, &info);
   EXPECT_EQ(sightline_get_sites(map, 0, nullptr, info.site_count), kBadArgument);
   EXPECT_EQ(sightline_get_column(map, 0, nullptr), kBadArgument);
+  EXPECT_EQ(sightline_get_errors(map, 0, 0, nullptr), kBadArgument);
   sightline_close(map);
   sightline_close(nullptr);
 }
@@ -339,6 +340,9 @@ TEST(CInterface, WithoutAMapTheLongestRangeIsInfinite) {
   EXPECT_EQ(sightline_get_sites(nullptr, 0, nullptr, 0), kBadArgument);
   EXPECT_EQ(sightline_column_count(nullptr), 0u);
   EXPECT_EQ(sightline_get_column(nullptr, 0, &column), kBadArgument);
+  sightline_errors errors;
+  EXPECT_EQ(sightline_get_errors(nullptr, 0, 0, &errors), kBadArgument);
+  EXPECT_EQ(errors.longitudinal_m, std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

@@ -122,6 +122,15 @@ class Map(unittest.TestCase):
         with self.assertRaises(ValueError):
             self.map.look((0, 0, 0), 0.1)
 
+    def test_errors_are_those_of_the_columns(self):
+        names = ("longitudinal_m", "lateral_m", "yaw_rad", "kept_longitudinal")
+        for is_sample, prefix in ((False, "tracking_"), (True, "tracking_sample_")):
+            columns = {name: self.map.column(prefix + name).values for name in names}
+            for site in range(self.map.site_count):
+                errors = self.map.errors(site, is_sample)
+                for name, column in columns.items():
+                    self.assertEqual(getattr(errors, name), column[site], (site, name))
+
     def test_names_the_flags_of_an_answer(self):
         far = self.map.observation_range((1e5, 0, 0), 0.1)
         self.assertEqual(far.flag_names, ["far"])

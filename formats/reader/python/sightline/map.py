@@ -113,7 +113,7 @@ class Map:
         Of every return within the longest range, or of a look that takes a sample.
         """
         errors = c.Errors()
-        c.check(c.reader().sightline_get_errors(self._pointer(), site, 1 if is_sample else 0,
+        c.check(c.reader().sightline_get_errors(self._open(), site, 1 if is_sample else 0,
                                                 byref(errors)))
         return errors
 
