@@ -15,10 +15,10 @@
 #include "formats/base/copy_message.h"
 #include "formats/base/version.h"
 #include "formats/drive/look.h"
+#include "passes/matching/covariance/match_covariance.h"
+#include "passes/matching/covariance/structure_information.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_plan.h"
-#include "passes/matching/match_covariance.h"
-#include "passes/matching/structure_information.h"
 #include "passes/vehicle/vehicle_map.h"
 
 // Everything that a match needs memory for lies in a Workspace. A call takes a free one and gives

@@ -164,6 +164,17 @@ inline std::vector<Scan> scans_of(const Drive& drive) {
   return scans;
 }
 
+// The drive with returns that are off by Gaussian noise of so much along their rays.
+inline void add_noise(double sigma_m, Random& random, TestDrive& test) {
+  std::vector<Scan> scans = scans_of(test.drive);
+  for (Scan& scan : scans) {
+    for (Eigen::Vector3d& point_m : scan.points_m) {
+      point_m *= 1.0 + sigma_m * random.normal() / point_m.norm();
+    }
+  }
+  test.drive.store = memory_scan_store(std::move(scans));
+}
+
 inline TestDrive scaled(TestDrive test, double scale) {
   std::vector<Scan> scans = scans_of(test.drive);
   for (Scan& scan : scans) {

@@ -129,7 +129,8 @@ class LocalMap {
     return is_key_step(T_map_last_, T_map_lidar);
   }
   [[nodiscard]] const LocalGrids& grids() const { return grids_; }
-  // NDs of the same scans in cells of 0.5 m. Computed on request: most places need none.
+  // NDs of the same scans in cells of 0.5 m. Computed on request, since most places need none: not
+  // safe from several threads. Valid until the map changes.
   [[nodiscard]] const RollingCells& details() const;
 
  private:

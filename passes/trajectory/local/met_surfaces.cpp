@@ -5,20 +5,18 @@
 
 #include "formats/base/portable_math.h"
 #include "formats/grid/cell_index.h"
-#include "passes/matching/structure.h"
+#include "passes/matching/covariance/structure.h"
 
 namespace sightline {
 namespace {
 
-// Error of a surface that does not average out over its points, and noise of a return.
+// Error of a surface that does not average out over its points.
 constexpr double kSurface_m = 0.03;
-constexpr double kNoise_m = 0.02;
 // Points farther from their surface belong to something else.
 constexpr double kFarthest_m = 0.25;
-// An axis holds a motion by more than so many standard deviations of its own noise, and at least
-// this much: sin(10 degrees), below which errors of the map's poses bend surfaces.
+// An axis holds a motion by more than so many standard deviations of its own noise, and at least by
+// kLeastComponent, below which errors of the map's poses bend surfaces.
 constexpr double kClearSigmas = 3.0;
-constexpr double kLeastPart = 0.17;
 // What several objects fill, or one that moves, is thicker.
 constexpr double kThin_m = 0.06;
 
@@ -45,7 +43,7 @@ bool ends_surface_in(const RollingCells& cells, const Nd& line) {
 // the axis's own deviation over that of the other one and the number of returns.
 Eigen::Matrix3d axis_covariance(const Nd& nd, int axis) {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  const double across_m2 = nd.eigenvalues_m2[axis] + kNoise_m * kNoise_m;
+  const double across_m2 = nd.eigenvalues_m2[axis] + kReturnNoise_m * kReturnNoise_m;
   for (int other = 0; other < 3; ++other) {
     if (other == axis) continue;
     const Eigen::Vector3d towards = nd.eigenvectors.col(other);
@@ -104,7 +102,8 @@ class Meeting {
     one.distance_m = normal_map.dot(met.sum_map_m) / met.count;
     const double surface_m = kSurface_m / cells_.cell_m();  // so that the sum over a wall is one
     one.weight_per_m2 =
-        1.0 / (surface_m * surface_m + (nd.eigenvalues_m2[axis] + kNoise_m * kNoise_m) / met.count);
+        1.0 / (surface_m * surface_m +
+               (nd.eigenvalues_m2[axis] + kReturnNoise_m * kReturnNoise_m) / met.count);
     one.deviation_m = std::sqrt(nd.eigenvalues_m2[axis]);
     one.is_lasting = cells_.is_lasting(nd.key);
     one.axis_covariance = axes_ * axis_covariance(nd, axis) * axes_.transpose();
@@ -123,7 +122,7 @@ class Meeting {
 bool MetSurface::holds(const PlanarMotion& motion) const {
   const double arm =
       portable_hypot(by_motion[2] * kTurnArm_m, portable_hypot(by_motion[4], by_motion[5]));
-  return std::abs(part(motion)) >= kLeastPart * std::max(1.0, arm / kTurnArm_m);
+  return std::abs(part(motion)) >= kLeastComponent * std::max(1.0, arm / kTurnArm_m);
 }
 
 bool MetSurface::clearly_holds(const PlanarMotion& motion) const {

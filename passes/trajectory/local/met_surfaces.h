@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/geometry.h"
-#include "passes/matching/structure_information.h"
+#include "passes/matching/covariance/structure_information.h"
 #include "passes/trajectory/local/local_map.h"
 
 // The surfaces of a local map that a scan meets, and which motions each observes; part of

@@ -16,15 +16,11 @@
 namespace sightline {
 namespace {
 
-// What is known of height, roll and pitch without any surface.
-constexpr double kHeight_m = 1.0;
-constexpr double kTilt_rad = 0.1;
-
 // Of motions in the plane, 1/m^2, with height, roll and pitch eliminated (Schur complement).
 Eigen::Matrix3d planar_information(const std::vector<MetSurface>& surfaces) {
   Matrix6d sum = Matrix6d::Zero();
-  sum(3, 3) = 1.0 / (kHeight_m * kHeight_m);
-  sum(4, 4) = sum(5, 5) = 1.0 / (kTilt_rad * kTilt_rad);
+  sum(3, 3) = 1.0 / (kFreeHeight_m * kFreeHeight_m);
+  sum(4, 4) = sum(5, 5) = 1.0 / (kFreeTilt_rad * kFreeTilt_rad);
   for (const MetSurface& one : surfaces) {
     sum += one.weight_per_m2 * one.by_motion * one.by_motion.transpose();
   }

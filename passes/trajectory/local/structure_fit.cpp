@@ -17,9 +17,6 @@ constexpr int kMostSteps = 8;
 constexpr double kLastStep_m = 2e-4;
 // Distances larger than this count less (Cauchy).
 constexpr double kRobust_m = 0.1;
-// What is known of height, roll and pitch without any surface.
-constexpr double kHeight_m = 1.0;
-constexpr double kTilt_rad = 0.1;
 
 struct Equations {
   Matrix6d information = Matrix6d::Zero();
@@ -48,7 +45,7 @@ void add_forecast(const FitStart& start, const LevelMotion& moved, Equations& eq
     const double variance_m2 = motion.cwiseProduct(start.sigma_m).squaredNorm();
     equations.add(by_motion, by_motion.dot(moved), 1.0 / variance_m2);
   }
-  const double sigmas[] = {kHeight_m, kTilt_rad, kTilt_rad};
+  const double sigmas[] = {kFreeHeight_m, kFreeTilt_rad, kFreeTilt_rad};
   for (int i = 0; i < 3; ++i) {
     const LevelMotion by_motion = LevelMotion::Unit(3 + i);
     equations.add(by_motion, moved[3 + i], 1.0 / (sigmas[i] * sigmas[i]));

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "formats/drive/look.h"
+#include "passes/matching/covariance/match_covariance.h"
+#include "passes/matching/covariance/structure_information.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
-#include "passes/matching/match_covariance.h"
-#include "passes/matching/structure_information.h"
 #include "tests/bench/integrity/integrity_world.h"
 #include "tests/bench/integrity/pose_filter.h"
 

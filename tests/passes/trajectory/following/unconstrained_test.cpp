@@ -133,13 +133,7 @@ TestDrive tunnel_drive(std::size_t count, double step_m, double later_share = 1.
     x_m += x_m < 50.0 ? step_m : later_share * step_m;
   }
   TestDrive test = drive_through(world, poses, 0.5);
-  std::vector<Scan> scans = scans_of(test.drive);
-  for (Scan& scan : scans) {
-    for (Eigen::Vector3d& point_m : scan.points_m) {
-      point_m *= 1.0 + 0.01 * random.normal() / point_m.norm();
-    }
-  }
-  test.drive.store = memory_scan_store(std::move(scans));
+  add_noise(0.01, random, test);
   return test;
 }
 

@@ -21,12 +21,7 @@ ScanConstraint constraint_in(const BoxWorld& world, std::size_t scans_before = 1
     poses.push_back(pose_at(static_cast<double>(i), 0.3, 0.02));
   }
   TestDrive test = drive_through(world, poses, 0.5);
-  std::vector<Scan> scans = scans_of(test.drive);
-  for (Scan& scan : scans) {
-    for (Eigen::Vector3d& point_m : scan.points_m)
-      point_m *= 1.0 + 0.01 * random.normal() / point_m.norm();
-  }
-  test.drive.store = memory_scan_store(std::move(scans));
+  add_noise(0.01, random, test);
   std::vector<Eigen::Vector3d> map_m;
   for (std::size_t k = 0; k < scans_before; ++k) {
     const Pose T_map_lidar = poses[k] * test.drive.sensor.T_vehicle_lidar;

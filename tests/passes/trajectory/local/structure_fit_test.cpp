@@ -34,13 +34,7 @@ Place place_in(const BoxWorld& world) {
     poses.push_back(pose_at(static_cast<double>(i), 0.3, 0.02));
   }
   TestDrive test = drive_through(world, poses, 0.5);
-  std::vector<Scan> scans = scans_of(test.drive);
-  for (Scan& scan : scans) {
-    for (Eigen::Vector3d& point_m : scan.points_m) {
-      point_m *= 1.0 + 0.01 * random.normal() / point_m.norm();
-    }
-  }
-  test.drive.store = memory_scan_store(std::move(scans));
+  add_noise(0.01, random, test);
   Place place;
   const Pose& T_vehicle_lidar = test.drive.sensor.T_vehicle_lidar;
   for (std::size_t k = 0; k < kScansOfMap; ++k) {

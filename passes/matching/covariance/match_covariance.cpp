@@ -1,4 +1,4 @@
-#include "passes/matching/match_covariance.h"
+#include "passes/matching/covariance/match_covariance.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

@@ -1,4 +1,4 @@
-#include "passes/matching/structure_information.h"
+#include "passes/matching/covariance/structure_information.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "formats/geometry.h"
+#include "passes/matching/covariance/structure_information.h"
 #include "passes/matching/match_score.h"
-#include "passes/matching/structure_information.h"
 
 // How wrong the pose of a match may be ("Covariance of a match" in schemas/definitions.md, v1).
 // Matrices in map axes; order dx dy dz wx wy wz about the vehicle's origin, m and rad.

@@ -1,4 +1,4 @@
-#include "passes/matching/structure.h"
+#include "passes/matching/covariance/structure.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "passes/matching/structure_information.h"
+#include "passes/matching/covariance/structure_information.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -8,13 +8,6 @@
 
 namespace sightline {
 namespace {
-
-constexpr double kNoise_m = 0.02;  // of a return
-// A normal's component below this along a motion is noise: sin(10 degrees).
-constexpr double kLeastComponent = 0.17;
-// What is known of height, roll and pitch without any surface.
-constexpr double kHeight_m = 1.0;
-constexpr double kTilt_rad = 0.1;
 
 PlanarMotion planar(const StructureObservation& one) {
   return {one.by_motion[0], one.by_motion[1], one.by_motion[5] / kTurnArm_m};
@@ -45,8 +38,8 @@ Matrix6d sum_of(std::span<const StructureObservation> observations, Matrix6d sum
 
 Matrix6d known_without_surfaces() {
   Matrix6d known = Matrix6d::Zero();
-  known(3, 3) = 1.0 / (kHeight_m * kHeight_m);
-  known(4, 4) = known(5, 5) = 1.0 / (kTilt_rad * kTilt_rad);
+  known(3, 3) = 1.0 / (kFreeHeight_m * kFreeHeight_m);
+  known(4, 4) = known(5, 5) = 1.0 / (kFreeTilt_rad * kFreeTilt_rad);
   return known;
 }
 
@@ -173,7 +166,7 @@ void StructureObserver::observe(const Met& met, const Eigen::Vector3d& direction
   one.residual_m = normal.dot(arm_m) - direction.dot(met.structure.mean_m - centre_map_m_);
   one.arm_m = one.by_motion.tail<3>().norm();
   one.weight_per_m2 =
-      1.0 / (met.structure.shared_m2 + (variance_m2 + kNoise_m * kNoise_m) / met.count);
+      1.0 / (met.structure.shared_m2 + (variance_m2 + kReturnNoise_m * kReturnNoise_m) / met.count);
   observations_.push_back(one);
 }
 
@@ -186,11 +179,6 @@ std::span<const StructureObservation> StructureObserver::finish() {
     observe(met, met.structure.normal, met.structure.normal_m2);
   }
   return observations_;
-}
-
-PlanarInformation planar_information(std::span<const StructureObservation> observations) {
-  const Split parts = split(observations);
-  return {parts.in_plane.vectors, clear_part(parts, observations)};
 }
 
 // With L the matrix that eliminates the other motions, L (M + known) L^T = diag(S, D). A

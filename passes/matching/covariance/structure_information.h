@@ -7,8 +7,8 @@
 
 #include "formats/geometry.h"
 #include "formats/grid/cell_index.h"
+#include "passes/matching/covariance/structure.h"
 #include "passes/matching/match_score.h"
-#include "passes/matching/structure.h"
 
 // What a scan and a map constrain of a pose, whatever the start: the information of planes and
 // lines (Censi, "An accurate closed-form estimate of ICP's covariance", ICRA 2007; Tuna et al.,
@@ -20,6 +20,14 @@ namespace sightline {
 // vehicle times kTurnArm_m, m. A turn then counts as what it moves surfaces at that distance.
 using PlanarMotion = Eigen::Vector3d;
 inline constexpr double kTurnArm_m = 10.0;
+
+// Noise of a return.
+inline constexpr double kReturnNoise_m = 0.02;
+// A normal's component below this along a motion is noise: sin(10 degrees).
+inline constexpr double kLeastComponent = 0.17;
+// Standard deviations of height, roll and pitch without any surface.
+inline constexpr double kFreeHeight_m = 1.0;
+inline constexpr double kFreeTilt_rad = 0.1;
 
 // The vehicle's axes, level: rows forward, left, up of the map's.
 Eigen::Matrix3d level_axes(const Pose& T_map_vehicle);
@@ -87,20 +95,12 @@ class StructureObserver {
   std::vector<std::uint32_t> numbers_;
 };
 
-// Three orthogonal motions in the plane, columns of length 1, the least constrained first, and the
-// information of each, 1/m^2: the lesser of that of all observations, height, roll and pitch
-// eliminated, and of those that clearly have a part of the motion.
-struct PlanarInformation {
-  Eigen::Matrix3d motions = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d information_per_m2 = Eigen::Vector3d::Zero();
-};
-PlanarInformation planar_information(std::span<const StructureObservation> observations);
-
 // What the observations of a scan are in sum. Map axes; order dx dy dz wx wy wz about the vehicle's
 // origin, as MatchScore's derivatives.
 struct StructureEvidence {
-  // Of all six motions, reduced so that of motions in the plane it is what planar_information()
-  // finds. Never below 0, singular where nothing constrains a motion.
+  // Of all six motions. Along each eigenvector of that of motions in the plane (height, roll and
+  // pitch eliminated) it is at most that of the observations that clearly have a part of the
+  // motion. Never below 0, singular where nothing constrains a motion.
   Matrix6d information = Matrix6d::Zero();
   // Minus the gradient of half the weighted sum of squared residuals, reduced in the same way.
   Vector6d descent = Vector6d::Zero();

@@ -1,4 +1,4 @@
-#include "passes/matching/match_covariance.h"
+#include "passes/matching/covariance/match_covariance.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
