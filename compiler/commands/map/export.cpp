@@ -135,7 +135,7 @@ Result<void> export_map(const ExportFlags& flags) {
     return write_pcd_binary(flags.answers.output, means_of(map.ndt), flags.if_exists());
   }
   if (flags.format == "ply") {
-    const auto write = [&](const ByteSink& sink) { return write_nd_ellipsoids(map.ndt, sink); };
+    const auto write = [&](const ByteSink& sink) { return write_nd_gaussians(map.ndt, sink); };
     return write_file_atomically(flags.answers.output, write, flags.if_exists());
   }
   if (flags.format == "geojson") {
@@ -316,7 +316,7 @@ Verb export_verb() {
       "annotation of each site; csv is a folder of tables; cells is a table of the reader's "
       "answers in the cells of a grid; lanelet2 is the Lanelet2 map --lanes (Autoware's "
       "lanelet2_map.osm) with the answers along each lanelet; ply contains the NDs as coloured "
-      "ellipsoids (CloudCompare); pcd contains their means, with the number of points as "
+      "Gaussians (viewers of Gaussian splats; CloudCompare shows points); pcd contains their means, with the number of points as "
       "intensity.\n\n"
       "From a configuration (.yaml): autoware is a map directory of 20 m squares; pcd and ply "
       "contain its points; octomap is the space that rays found free or occupied (.bt: octovis, "

@@ -36,8 +36,11 @@ double rounded_deg(double value) { return std::round(value * 1e9) / 1e9; }
 
 using Properties = std::vector<std::pair<std::string, SiteProperty>>;
 
+// Without a dot, which SQL and expressions of QGIS read as another name.
 std::string within(const CompiledMap& map, std::size_t limit) {
-  return concat("_within_", format_double(map.ranges.promises[limit].limit_m), "_m");
+  std::string limit_cm = format_double(std::round(map.ranges.promises[limit].limit_m * 1e5) / 1e3);
+  std::ranges::replace(limit_cm, '.', '_');
+  return concat("_within_", limit_cm, "_cm");
 }
 
 void add_look(const CompiledMap& map, std::size_t site, std::size_t limit, Properties& properties) {

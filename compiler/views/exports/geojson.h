@@ -16,13 +16,13 @@
 namespace sightline {
 
 // What a GIS gets of a site: its number, run and place along it, and for each limit
-// ("..._within_0.1_m") range, probability, error, flags and, where a map has them, the look; then
+// ("..._within_10_cm") range, probability, error, flags and, where a map has them, the look; then
 // the map's columns. The same names in the same order at every site of a map.
 using SiteProperty = std::variant<bool, std::int64_t, double, std::string>;
 std::vector<std::pair<std::string, SiteProperty>> site_properties(const CompiledMap& map,
                                                                   std::size_t site);
 
-// "range_m_within_0.1_m"
+// "range_m_within_10_cm"
 std::string range_property(const CompiledMap& map, std::size_t limit);
 
 // A position as GeoJSON wants it: longitude and latitude in degrees, to nine decimals, and altitude

@@ -9,6 +9,7 @@
 
 #include "compiler/views/exports/geojson.h"
 #include "compiler/views/picture/raster.h"
+#include "formats/annotation/range_rule.h"
 #include "formats/base/bytes.h"
 #include "formats/text/table.h"
 
@@ -236,7 +237,7 @@ void add_sites(const CompiledMap& map, const Positions& positions, const Crs& cr
     marks += ", ?";
   }
   create_layer({"sites", "POINT", columns,
-                qgis_range_style(range_property(map, 0), ranges_of(map.ranges.looks))},
+                qgis_range_style("marker", range_property(map, 0), ranges_of(map.ranges.looks))},
                crs, bounds, database);
   const std::string sql = concat("INSERT INTO sites (", names, ") VALUES (", marks, ")");
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -246,19 +247,36 @@ void add_sites(const CompiledMap& map, const Positions& positions, const Crs& cr
   }
 }
 
+// A line for each stretch of one answer, which begins where the one before ends; a run's last site
+// belongs to the stretch before it.
 void add_route(const CompiledMap& map, const Positions& positions, const Crs& crs,
                const Eigen::AlignedBox2d& bounds, Database& database) {
-  create_layer({"route", "LINESTRING", ", run INTEGER", qgis_line_style()}, crs, bounds, database);
+  const std::string range = range_property(map, 0);
+  create_layer({"route", "LINESTRING",
+                concat(", run INTEGER, ", quoted_name(range), " DOUBLE, unmet BOOLEAN"),
+                qgis_range_style("line", range, ranges_of(map.ranges.looks))},
+               crs, bounds, database);
   const std::vector<Site>& sites = map.sites.sites;
-  for (std::size_t begin = 0; begin < sites.size();) {
-    std::size_t end = begin;
-    while (end < sites.size() && sites[end].run == sites[begin].run) ++end;
-    const Positions line(positions.begin() + static_cast<std::ptrdiff_t>(begin),
-                         positions.begin() + static_cast<std::ptrdiff_t>(end));
+  const auto answer = [&](std::size_t i) { return answer_of(map.ranges, map.predicted, i, 0); };
+  const auto is_unmet = [&](std::size_t i) { return (answer(i).flags & kUnmet) != 0; };
+  const auto is_alike = [&](std::size_t i, std::size_t k) {
+    return answer(i).look.range_m == answer(k).look.range_m && is_unmet(i) == is_unmet(k);
+  };
+  for (std::size_t begin = 0; begin + 1 < sites.size();) {
+    std::size_t end = begin + 1;
+    while (end + 1 < sites.size() && sites[end].run == sites[begin].run && is_alike(end, begin)) {
+      ++end;
+    }
+    const bool is_of_run = sites[end].run == sites[begin].run;
+    const std::size_t last = is_of_run ? end : end - 1;
     // A line has two points at least.
-    if (line.size() > 1) {
-      database.insert("INSERT INTO route (geom, run) VALUES (?, ?)",
-                      {geometry(line, /*is_line=*/true, crs.id), std::int64_t{sites[begin].run}});
+    if (last > begin) {
+      const Positions line(positions.begin() + static_cast<std::ptrdiff_t>(begin),
+                           positions.begin() + static_cast<std::ptrdiff_t>(last) + 1);
+      database.insert(concat("INSERT INTO route (geom, run, ", quoted_name(range),
+                             ", unmet) VALUES (?, ?, ?, ?)"),
+                      {geometry(line, /*is_line=*/true, crs.id), std::int64_t{sites[begin].run},
+                       answer(begin).look.range_m, std::int64_t{is_unmet(begin) ? 1 : 0}});
     }
     begin = end;
   }
@@ -283,6 +301,24 @@ std::string symbol(const std::string& type, const std::string& name, const std::
 
 std::string rgba(const Colour& colour) {
   return fmt::format("{},{},{},255", colour.red, colour.green, colour.blue);
+}
+
+std::string circle_symbol(const std::string& name, const std::string& colour) {
+  return symbol("marker", name, "SimpleMarker",
+                {{"name", "circle"},
+                 {"color", colour},
+                 {"outline_style", "no"},
+                 {"size", "2"},
+                 {"size_unit", "MM"}});
+}
+
+std::string line_symbol(const std::string& name, const std::string& colour) {
+  return symbol("line", name, "SimpleLine",
+                {{"line_color", colour},
+                 {"line_style", "solid"},
+                 {"line_width", "1.2"},
+                 {"line_width_unit", "MM"},
+                 {"capstyle", "round"}});
 }
 
 std::string document(const std::string& renderer) {
@@ -311,38 +347,22 @@ Result<std::vector<std::byte>> to_geopackage(const CompiledMap& map, const World
   return database.bytes();
 }
 
-std::string qgis_range_style(const std::string& attribute, const std::vector<double>& ranges_m) {
+std::string qgis_range_style(const std::string& type, const std::string& attribute,
+                             const std::vector<double>& ranges_m) {
   std::string categories;
   std::string symbols;
   for (std::size_t i = 0; i < ranges_m.size(); ++i) {
     const std::string range = format_double(ranges_m[i]);
     const std::string name = std::to_string(i);
+    const std::string colour = rgba(range_colour_on_paper(i, ranges_m.size()));
     categories += fmt::format(
         "<category value=\"{0}\" label=\"{0} m\" symbol=\"{1}\" render=\"true\"/>\n", range, name);
-    symbols += symbol("marker", name, "SimpleMarker",
-                      {{"name", "circle"},
-                       {"color", rgba(range_colour_on_paper(i, ranges_m.size()))},
-                       {"outline_style", "no"},
-                       {"size", "2"},
-                       {"size_unit", "MM"}});
+    symbols += type == "line" ? line_symbol(name, colour) : circle_symbol(name, colour);
   }
   return document(
       concat("<renderer-v2 type=\"categorizedSymbol\" attr=\"", attribute,
              "\" symbollevels=\"0\" enableorderby=\"0\" forceraster=\"0\">\n<categories>\n",
              categories, "</categories>\n<symbols>\n", symbols, "</symbols>\n</renderer-v2>\n"));
-}
-
-std::string qgis_line_style() {
-  return document(
-      concat("<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\" "
-             "forceraster=\"0\">\n<symbols>\n",
-             symbol("line", "0", "SimpleLine",
-                    {{"line_color", "120,120,120,255"},
-                     {"line_style", "solid"},
-                     {"line_width", "0.6"},
-                     {"line_width_unit", "MM"},
-                     {"capstyle", "round"}}),
-             "</symbols>\n</renderer-v2>\n"));
 }
 
 }  // namespace sightline

@@ -1,19 +1,19 @@
 #include "compiler/views/exports/octomap.h"
 
 #include <octomap/OcTree.h>
-#include <octomap/Pointcloud.h>
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 
 #include "compiler/views/exports/export_frame.h"
+#include "compiler/views/exports/voxel_evidence.h"
 #include "formats/base/bytes.h"
 #include "formats/base/parallel.h"
 #include "formats/text/table.h"
 
-// Rays take nearly all of the time and do not depend on each other: the voxels that a scan speaks
-// of are found for several scans at once, and the tree is then updated scan by scan, in their
-// order.
+// OctoMap gives the grid, the rays and the file. The voxels of several scans are found at once,
+// their evidence is summed by blocks, and the tree is built once, from what it comes to.
 
 namespace sightline {
 namespace {
@@ -25,103 +25,215 @@ octomap::point3d to_octomap(const Eigen::Vector3d& p_m) {
   return {static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())};
 }
 
-// What one scan says of the voxels: none is in both.
-struct ScanVoxels {
-  octomap::KeySet free = octomap::KeySet();
-  octomap::KeySet occupied = octomap::KeySet();
-};
+CellKey to_cell(const octomap::OcTreeKey& key) { return {key[0], key[1], key[2]}; }
 
-// Finds the voxels of scans, with a tree of its own that stays empty: OctoMap's rays need a tree's
-// grid and write into its buffers.
-class ScanLooker {
+Error too_far(const Eigen::Vector3d& p_m, double voxel_m) {
+  std::ostringstream text;
+  text << "found a point at " << p_m.transpose() << " m; an octree of voxels of " << voxel_m
+       << " m reaches " << 32768.0 * voxel_m << " m from its origin: use larger voxels (--leaf)";
+  return Error{ErrorCode::kBadValue, text.str()};
+}
+
+// The voxels of one scan, as OctoMap's computeUpdate() finds them.
+class ScanCaster {
  public:
-  ScanLooker(const SurfacePointReader& reader, const SurfacePoints& surface,
-             const OctomapOptions& options)
-      : reader_(reader),
-        surface_(surface),
-        options_(options),
-        frame_(octomap_frame(surface.frame, options.voxel_m)),
-        grid_(options.voxel_m) {}
+  // Of a tree only the grid is used, and its buffers.
+  explicit ScanCaster(const OctomapOptions& options)
+      : max_range_m_(options.max_range_m), grid_(options.voxel_m) {}
 
-  Result<ScanVoxels> look(std::size_t part) {
-    SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> standing_m, reader_.standing(part));
-    SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> moving_m, reader_.moving(part));
-    const Eigen::Vector3d& shift_m = frame_.shift_m;
-    for (Eigen::Vector3d& end_m : standing_m) end_m += shift_m;
-    for (Eigen::Vector3d& end_m : moving_m) end_m += shift_m;
-    const Eigen::Vector3d origin_m = surface_.scans[part].T_map_lidar.translation() + shift_m;
-    if (!reaches(origin_m)) return too_far(origin_m);
-    octomap::Pointcloud ends;
-    ends.reserve(standing_m.size());
-    for (const Eigen::Vector3d& end_m : standing_m) {
-      if (!reaches(end_m)) return too_far(end_m);
-      ends.push_back(to_octomap(end_m));
-    }
-    ScanVoxels found;
-    grid_.computeUpdate(ends, to_octomap(origin_m), found.free, found.occupied,
-                        options_.max_range_m);
-    for (const Eigen::Vector3d& end_m : moving_m) {
-      if (!reaches(end_m)) return too_far(end_m);
-      add_way_to(end_m, origin_m, found);
-    }
-    return found;
+  void begin(const Eigen::Vector3d& origin_m) {
+    blocks_.clear();
+    origin_m_ = origin_m;
   }
+
+  // The voxel of a point; nothing where the grid ends.
+  [[nodiscard]] std::optional<CellKey> voxel_of(const Eigen::Vector3d& p_m) const {
+    octomap::OcTreeKey key;
+    if (!grid_.coordToKeyChecked(to_octomap(p_m), key)) return std::nullopt;
+    return to_cell(key);
+  }
+
+  // The end of the ray is occupied, or, beyond the range, its beginning is free.
+  void add_return(const Eigen::Vector3d& end_m) {
+    const octomap::point3d origin = to_octomap(origin_m_);
+    const octomap::point3d way = to_octomap(end_m) - origin;
+    if (way.norm() <= max_range_m_) {
+      free_way(to_octomap(end_m));
+      if (const std::optional<CellKey> voxel = voxel_of(end_m)) {
+        at(*voxel).occupied |= std::uint64_t{1} << voxel_bit(*voxel);
+      }
+    } else {
+      free_way(origin + way.normalized() * static_cast<float>(max_range_m_));
+    }
+  }
+
+  // The way to what moved is free.
+  void add_moving(const Eigen::Vector3d& end_m) {
+    const Eigen::Vector3d way_m = end_m - origin_m_;
+    const double shortened = std::min(1.0, max_range_m_ / way_m.norm());
+    free_way(to_octomap(origin_m_ + shortened * way_m));
+  }
+
+  [[nodiscard]] const ScanBlocks& blocks() const { return blocks_; }
 
  private:
-  [[nodiscard]] bool reaches(const Eigen::Vector3d& p_m) const {
-    octomap::OcTreeKey key;
-    return grid_.coordToKeyChecked(to_octomap(p_m), key);
-  }
-
-  [[nodiscard]] Error too_far(const Eigen::Vector3d& p_m) const {
-    std::ostringstream text;
-    text << "found a point at " << p_m.transpose() << " m; an octree of voxels of "
-         << options_.voxel_m << " m reaches " << 32768.0 * options_.voxel_m
-         << " m from its origin: use larger voxels (--leaf)";
-    return Error{ErrorCode::kBadValue, text.str()};
-  }
-
-  void add_way_to(const Eigen::Vector3d& end_m, const Eigen::Vector3d& origin_m,
-                  ScanVoxels& found) {
-    const Eigen::Vector3d way_m = end_m - origin_m;
-    const double shortened = std::min(1.0, options_.max_range_m / way_m.norm());
-    octomap::KeyRay ray;
-    grid_.computeRayKeys(to_octomap(origin_m), to_octomap(origin_m + shortened * way_m), ray);
-    for (const octomap::OcTreeKey& key : ray) {
-      if (found.occupied.count(key) == 0) found.free.insert(key);
+  void free_way(const octomap::point3d& end) {
+    grid_.computeRayKeys(to_octomap(origin_m_), end, ray_);
+    for (const octomap::OcTreeKey& key : ray_) {
+      const CellKey voxel = to_cell(key);
+      at(voxel).free |= std::uint64_t{1} << voxel_bit(voxel);
     }
   }
 
-  const SurfacePointReader& reader_;
-  const SurfacePoints& surface_;
-  const OctomapOptions& options_;
-  OctomapFrame frame_;
+  // Most voxels of a ray are in the block of the one before.
+  ScanVoxels& at(const CellKey& voxel) {
+    const CellKey block = voxel_block(voxel);
+    if (blocks_.empty() || block != last_block_) {
+      last_block_ = block;
+      last_number_ = blocks_.insert(block).number;
+    }
+    return blocks_.values()[last_number_];
+  }
+
+  double max_range_m_;
   octomap::OcTree grid_;
+  octomap::KeyRay ray_;
+  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+  ScanBlocks blocks_;
+  CellKey last_block_;
+  std::uint32_t last_number_ = 0;
 };
 
-Result<void> insert_scans(const SurfacePoints& surface, const OctomapOptions& options,
-                          octomap::OcTree& tree) {
-  const SurfacePointReader reader(surface);
-  for (std::size_t first = 0; first < surface.scans.size(); first += kScansAtOnce) {
-    const std::size_t count = std::min(kScansAtOnce, surface.scans.size() - first);
-    std::vector<Result<ScanVoxels>> found(count, ScanVoxels{});
-    parallel_for(count, options.threads, [&](std::size_t i) {
-      found[i] = ScanLooker(reader, surface, options).look(first + i);
-    });
-    for (const Result<ScanVoxels>& scan : found) {
-      if (!scan) return scan.error();
-      for (const octomap::OcTreeKey& key : scan->free) tree.updateNode(key, false);
-      for (const octomap::OcTreeKey& key : scan->occupied) tree.updateNode(key, true);
+// Finds the voxels of a part.
+Result<void> cast_scan(const SurfacePointReader& reader, std::size_t part, double voxel_m,
+                       const Eigen::Vector3d& origin_m, const Eigen::Vector3d& shift_m,
+                       ScanCaster& caster) {
+  SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> standing_m, reader.standing(part));
+  SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> moving_m, reader.moving(part));
+  caster.begin(origin_m);
+  for (std::vector<Eigen::Vector3d>* points_m : {&standing_m, &moving_m}) {
+    for (Eigen::Vector3d& end_m : *points_m) {
+      end_m += shift_m;
+      if (!caster.voxel_of(end_m)) return too_far(end_m, voxel_m);
     }
   }
+  for (const Eigen::Vector3d& end_m : standing_m) caster.add_return(end_m);
+  for (const Eigen::Vector3d& end_m : moving_m) caster.add_moving(end_m);
   return {};
 }
 
-// As OctoMap's writeBinary does, which prints on the way: the tree in its most likely state,
-// pruned, after the head that its reader asks for.
-std::vector<std::byte> to_bytes(const OctomapFrame& frame, octomap::OcTree& tree) {
-  tree.toMaxLikelihood();
+// Where the sensor was, in the octree's frame and in its voxels.
+struct Origins {
+  std::vector<Eigen::Vector3d> positions_m;
+  std::vector<CellKey> voxels;
+};
+
+Result<Origins> sensor_origins(const SurfacePoints& surface, const OctomapOptions& options) {
+  const Eigen::Vector3d shift_m = octomap_frame(surface.frame, options.voxel_m).shift_m;
+  const ScanCaster grid(options);
+  Origins origins;
+  for (const PlacedScan& scan : surface.scans) {
+    origins.positions_m.emplace_back(scan.T_map_lidar.translation() + shift_m);
+    const std::optional<CellKey> voxel = grid.voxel_of(origins.positions_m.back());
+    if (!voxel) return too_far(origins.positions_m.back(), options.voxel_m);
+    origins.voxels.push_back(*voxel);
+  }
+  return origins;
+}
+
+RayModel default_model() {
+  const octomap::OcTree tree(1.0);
+  return {tree.getProbHitLog(), tree.getProbMissLog(), tree.getClampingThresMinLog(),
+          tree.getClampingThresMaxLog(), tree.getOccupancyThresLog()};
+}
+
+Result<std::vector<SeenBlock>> see_scans(const SurfacePoints& surface,
+                                         const OctomapOptions& options) {
+  const SurfacePointReader reader(surface);
+  const Eigen::Vector3d shift_m = octomap_frame(surface.frame, options.voxel_m).shift_m;
+  SIGHTLINE_ASSIGN(const Origins origins, sensor_origins(surface, options));
+  VoxelEvidence evidence(origins.voxels, options.max_range_m / options.voxel_m + 2.0,
+                         default_model());
+  std::vector<ScanCaster> casters(std::min(kScansAtOnce, surface.scans.size()),
+                                  ScanCaster(options));
+  for (std::size_t first = 0; first < surface.scans.size(); first += kScansAtOnce) {
+    const std::size_t count = std::min(kScansAtOnce, surface.scans.size() - first);
+    std::vector<Result<void>> cast(count);
+    parallel_for(count, options.threads, [&](std::size_t i) {
+      cast[i] = cast_scan(reader, first + i, options.voxel_m, origins.positions_m[first + i],
+                          shift_m, casters[i]);
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      SIGHTLINE_TRY(cast[i]);
+      evidence.add(casters[i].blocks());
+    }
+  }
+  return evidence.take();
+}
+
+// Builds a tree in its most likely state. Nodes of equal children have none.
+class TreeOfBlocks {
+ public:
+  // Blocks are two levels of nodes.
+  explicit TreeOfBlocks(octomap::OcTree& tree) : tree_(tree), depth_(tree.getTreeDepth() - 2) {}
+
+  void add(const SeenBlock& block) {
+    octomap::OcTreeNode* node = node_of(block.key);
+    if (is_uniform(block.known, block.occupied, ~std::uint64_t{0})) {
+      return set(*node, (block.occupied & 1) != 0);
+    }
+    for (unsigned octant = 0; octant < 8; ++octant) {
+      const std::uint64_t known = block.known >> (8 * octant) & 0xff;
+      if (known == 0) continue;
+      add_octant(known, block.occupied >> (8 * octant) & 0xff, *tree_.createNodeChild(node, octant));
+    }
+  }
+
+ private:
+  static bool is_uniform(std::uint64_t known, std::uint64_t occupied, std::uint64_t all) {
+    return known == all && (occupied == 0 || occupied == all);
+  }
+
+  void set(octomap::OcTreeNode& node, bool is_occupied) const {
+    node.setLogOdds(is_occupied ? tree_.getClampingThresMaxLog() : tree_.getClampingThresMinLog());
+  }
+
+  void add_octant(std::uint64_t known, std::uint64_t occupied, octomap::OcTreeNode& node) {
+    if (is_uniform(known, occupied, 0xff)) return set(node, occupied != 0);
+    for (unsigned voxel = 0; voxel < 8; ++voxel) {
+      if ((known >> voxel & 1) == 0) continue;
+      set(*tree_.createNodeChild(&node, voxel), (occupied >> voxel & 1) != 0);
+    }
+  }
+
+  octomap::OcTreeNode* node_of(const CellKey& block) {
+    octomap::OcTreeNode* node = tree_.getRoot();
+    for (unsigned level = depth_; level-- > 0;) {
+      const auto child = static_cast<unsigned>(
+          child_of_parent({block.x >> level, block.y >> level, block.z >> level}));
+      node = tree_.nodeChildExists(node, child) ? tree_.getNodeChild(node, child)
+                                                : tree_.createNodeChild(node, child);
+    }
+    return node;
+  }
+
+  octomap::OcTree& tree_;
+  unsigned depth_;
+};
+
+void build(const std::vector<SeenBlock>& blocks, octomap::OcTree& tree) {
+  // Only setting a node makes a root.
+  const octomap::OcTreeKey any(0, 0, 0);
+  tree.setNodeValue(any, 0.0F, true);
+  tree.deleteNode(any);
+  TreeOfBlocks nodes(tree);
+  for (const SeenBlock& block : blocks) nodes.add(block);
   tree.prune();
+}
+
+// As OctoMap's writeBinary does, which prints on the way: the pruned tree after the head that its
+// reader asks for.
+std::vector<std::byte> to_bytes(const OctomapFrame& frame, const octomap::OcTree& tree) {
   std::ostringstream stream;
   stream << "# Octomap OcTree binary file\n"
          << "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
@@ -151,12 +263,11 @@ Result<std::vector<std::byte>> octomap_bt(const SurfacePoints& surface,
   if (!(options.voxel_m > 0.0 && options.max_range_m > 0.0)) {
     return Error{ErrorCode::kBadValue, "the voxel edge and the range must be above 0 m"};
   }
+  SIGHTLINE_ASSIGN(const std::vector<SeenBlock> blocks, see_scans(surface, options));
+  if (blocks.empty()) return Error{ErrorCode::kEmptyMap, "found no returns in the scans"};
   octomap::OcTree tree(options.voxel_m);
-  SIGHTLINE_TRY(insert_scans(surface, options, tree));
-  if (tree.size() > 0) {
-    return to_bytes(octomap_frame(surface.frame, options.voxel_m), tree);
-  }
-  return Error{ErrorCode::kEmptyMap, "found no returns in the scans"};
+  build(blocks, tree);
+  return to_bytes(octomap_frame(surface.frame, options.voxel_m), tree);
 }
 
 }  // namespace sightline

@@ -18,13 +18,13 @@ Result<std::vector<Eigen::Vector3d>> thinned_points(const SurfacePoints& surface
 // PLY of points (binary, double x y z), as they are.
 std::vector<std::byte> points_ply(const std::vector<Eigen::Vector3d>& points_m);
 
-inline constexpr std::size_t kEllipsoidVertices = 42;
-inline constexpr std::size_t kEllipsoidFaces = 80;
+inline constexpr std::size_t kGaussianBytes = 59;
 
-// Binary PLY of a triangle mesh in the frame of exports, m: an ellipsoid at two standard deviations
-// for each ND, in the map's order, made of an icosahedron divided once. Colour is the ND's class:
-// line orange, plane blue, volume grey. It is ten times as large as the map, so it comes in pieces.
-// Errors: those of the sink.
-Result<void> write_nd_ellipsoids(const NdtMap& map, const ByteSink& sink);
+// Binary PLY of the NDs as Gaussians, in the map's order and in the frame of exports: mean x y z
+// (m), scale_0..2 (natural logarithms of the standard deviations along its axes, m), rot_0..3
+// (quaternion w x y z from its axes to the frame), f_dc_0..2, opacity and red green blue (its
+// class: line orange, plane blue, volume grey). Viewers of Gaussian splats draw it; others read
+// coloured points. kGaussianBytes an ND. Errors: those of the sink.
+Result<void> write_nd_gaussians(const NdtMap& map, const ByteSink& sink);
 
 }  // namespace sightline

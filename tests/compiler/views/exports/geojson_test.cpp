@@ -28,13 +28,16 @@ TEST(GeoJson, AgreesWithTheDumpAtEverySite) {
     const Json& properties = feature["properties"];
     const std::vector<Cell>& row = table.rows[sites];
     EXPECT_EQ(properties["site"], sites);
-    for (const char* name : {"range_m_within_0.1_m", "p_within_0.1_m", "range_m_within_0.25_m"}) {
-      EXPECT_EQ(properties[name], std::get<double>(row[column(name)])) << name;
+    for (const auto& [name, dumped] :
+         {std::pair{"range_m_within_10_cm", "range_m_within_0.1_m"},
+          std::pair{"p_within_10_cm", "p_within_0.1_m"},
+          std::pair{"range_m_within_25_cm", "range_m_within_0.25_m"}}) {
+      EXPECT_EQ(properties[name], std::get<double>(row[column(dumped)])) << name;
     }
     const auto flags = std::get<std::int64_t>(row[column("flags_within_0.25_m")]);
-    EXPECT_EQ(properties["unmet_within_0.25_m"], (flags & kUnmet) != 0);
-    EXPECT_EQ(properties["reason_within_0.25_m"], name_of(map.ranges.reason(sites, 1)));
-    EXPECT_EQ(properties["extrapolated_within_0.25_m"], (flags & kExtrapolated) != 0);
+    EXPECT_EQ(properties["unmet_within_25_cm"], (flags & kUnmet) != 0);
+    EXPECT_EQ(properties["reason_within_25_cm"], name_of(map.ranges.reason(sites, 1)));
+    EXPECT_EQ(properties["extrapolated_within_25_cm"], (flags & kExtrapolated) != 0);
     const Eigen::Vector3d p_world_m =
         map.sites.sites[sites].p_map_m + map.sites.frame.origin_world_m;
     EXPECT_EQ(feature["geometry"]["coordinates"][0], p_world_m.x());

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "compiler/views/exports/geojson.h"
+#include "formats/annotation/range_rule.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/value_of.h"
 
@@ -46,7 +47,6 @@ TEST(GeoPackage, HoldsEverySiteAndRunWithWhatTheMapSays) {
   EXPECT_EQ(opened.value("PRAGMA application_id"), "1196444487");
   EXPECT_EQ(opened.value("PRAGMA integrity_check"), "ok");
   EXPECT_EQ(opened.value("SELECT count(*) FROM sites"), std::to_string(map.sites.sites.size()));
-  EXPECT_EQ(opened.value("SELECT count(*) FROM route"), "2");
   EXPECT_EQ(opened.value("SELECT srs_id FROM gpkg_geometry_columns WHERE table_name = 'sites'"),
             "-1");
   EXPECT_EQ(opened.value("SELECT count(*) FROM layer_styles WHERE useAsDefault"), "2");
@@ -81,12 +81,39 @@ TEST(GeoPackage, NamesTheZoneOfItsCoordinates) {
   EXPECT_EQ(y_m, map.sites.sites[0].p_map_m.y() + map.sites.frame.origin_world_m.y() + 5.4e6);
 }
 
+// Stretches of a run meet; together they are the run.
+TEST(GeoPackage, CutsTheRouteWhereTheAnswerChanges) {
+  const CompiledMap map = random_map({.seed = 5});
+  const Opened opened(value_of(to_geopackage(map, World{})));
+  const std::vector<Site>& sites = map.sites.sites;
+  std::size_t stretches = 0;
+  std::size_t steps = 0;
+  for (std::size_t i = 0; i + 1 < sites.size(); ++i) {
+    if (sites[i + 1].run != sites[i].run) continue;
+    ++steps;
+    const Answer here = answer_of(map.ranges, map.predicted, i, 0);
+    const bool begins = i == 0 || sites[i - 1].run != sites[i].run;
+    const Answer before = begins ? here : answer_of(map.ranges, map.predicted, i - 1, 0);
+    const bool is_alike = here.look.range_m == before.look.range_m &&
+                          ((here.flags ^ before.flags) & kUnmet) == 0;
+    stretches += begins || !is_alike ? 1 : 0;
+  }
+  EXPECT_GT(stretches, 2u);
+  EXPECT_EQ(opened.value("SELECT count(*) FROM route"), std::to_string(stretches));
+  // 13 bytes before the number of points, 24 bytes each.
+  EXPECT_EQ(opened.value("SELECT sum((length(geom) - 17) / 24 - 1) FROM route"),
+            std::to_string(steps));
+  EXPECT_EQ(opened.value("SELECT count(DISTINCT run) FROM route"), "2");
+  EXPECT_EQ(opened.value("SELECT range_m_within_10_cm FROM route ORDER BY fid LIMIT 1"),
+            opened.value("SELECT range_m_within_10_cm FROM sites WHERE site = 0"));
+}
+
 TEST(QgisStyle, HasAClassForEveryRange) {
-  const std::string style = qgis_range_style("range_m_within_0.1_m", {10.0, 20.0, 50.0});
+  const std::string style = qgis_range_style("line", "range_m_within_10_cm", {10.0, 20.0, 50.0});
   for (const char* value : {"value=\"10\"", "value=\"20\"", "value=\"50\""}) {
     EXPECT_NE(style.find(value), std::string::npos) << value;
   }
-  EXPECT_NE(style.find("attr=\"range_m_within_0.1_m\""), std::string::npos);
+  EXPECT_NE(style.find("attr=\"range_m_within_10_cm\""), std::string::npos);
 }
 
 }  // namespace

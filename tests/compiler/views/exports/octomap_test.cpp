@@ -161,6 +161,32 @@ TEST(Octomap, OccupiesOnlyWhereReturnsLieAndFreesOnlyWhereRaysPass) {
   EXPECT_GT(static_cast<double>(occupied_returns), 0.8 * static_cast<double>(returns));
 }
 
+// A drive of 150 m with a range of 30 m, which leaves tiles behind, and comes back to the first.
+TEST(Octomap, IsTheTreeOfInsertPointCloudScanByScan) {
+  SurfacePoints surface = street(11, 12.0);
+  for (std::size_t i = 0; i < surface.scans.size(); ++i) {
+    const double way_m = i < 10 ? 16.0 * static_cast<double>(i) : 0.0;
+    surface.scans[i].T_map_lidar.translation().x() = way_m + 0.046875;
+  }
+  octomap::OcTree tree(kVoxel_m);
+  const SurfacePointReader reader(surface);
+  for (std::size_t part = 0; part < reader.part_count(); ++part) {
+    octomap::Pointcloud ends;
+    for (const Eigen::Vector3d& end_m : value_of(reader.standing(part))) {
+      ends.push_back(to_octomap(end_m));
+    }
+    tree.insertPointCloud(ends, to_octomap(surface.scans[part].T_map_lidar.translation()),
+                          kRange_m);
+  }
+  std::ostringstream expected;
+  tree.writeBinaryConst(expected);
+  const octomap::OcTree ours = read_back(exported(surface));
+  std::ostringstream found;
+  ours.writeBinaryConst(found);
+  EXPECT_GT(ours.size(), 10'000u);
+  EXPECT_TRUE(found.str() == expected.str());
+}
+
 TEST(Octomap, IsTheTreeThatOctomapsOwnToolsMakeOfTheScans) {
   if (run_command("command -v log2graph graph2tree bt2vrml").status != 0) {
     GTEST_SKIP() << "there is no graph2tree (Debian package octomap-tools)";
