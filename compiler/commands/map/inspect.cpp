@@ -11,6 +11,7 @@
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/describe_site.h"
 #include "compiler/views/text/map_summary_text.h"
+#include "compiler/views/text/size_table.h"
 #include "compiler/views/verdict/verdict_text.h"
 #include "formats/map/map_reader.h"
 
@@ -22,13 +23,14 @@ struct InspectFlags {
   std::string evaluation;  // JSON of evaluate; empty: none
   int site = -1;           // below 0: the map as a whole
   bool prints_all = false;
+  bool prints_sizes = false;
   ResultFlags result;
 };
 
 Result<void> inspect_model(const InspectFlags& flags) {
-  if (flags.site >= 0 || !flags.evaluation.empty()) {
+  if (flags.site >= 0 || !flags.evaluation.empty() || flags.prints_sizes) {
     return Error{ErrorCode::kBadArgument,
-                 "--site and --evaluation belong to a map (.slmap); this file is a model",
+                 "--site, --size and --evaluation belong to a map (.slmap); this file is a model",
                  flags.file};
   }
   SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, read_model(flags.file));
@@ -47,6 +49,16 @@ Result<void> inspect_site(const InspectFlags& flags) {
   return put_result(flags.result, text);
 }
 
+Result<void> inspect_sizes(const InspectFlags& flags) {
+  if (flags.result.is_json()) {
+    return Error{ErrorCode::kBadArgument,
+                 "--size has no JSON: `sightline verify MAP --format json` has the sizes"};
+  }
+  SIGHTLINE_ASSIGN(const CheckedMap checked, read_map_without_nds(flags.file));
+  return put_result(flags.result,
+                    size_table(checked.summary, route_length_m(checked.map.sites)));
+}
+
 // The summary, or all that there is to say, behind the same verdict.
 Result<std::string> text_of(const InspectFlags& flags, const InspectedMap& inspected) {
   if (!flags.prints_all) return summary_text(inspected);
@@ -60,6 +72,7 @@ Result<std::string> text_of(const InspectFlags& flags, const InspectedMap& inspe
 
 Result<void> inspect_map(const InspectFlags& flags) {
   if (flags.site >= 0) return inspect_site(flags);
+  if (flags.prints_sizes) return inspect_sizes(flags);
   SIGHTLINE_ASSIGN(const CheckedMap checked, read_map_without_nds(flags.file));
   SIGHTLINE_ASSIGN(const std::optional<EvaluationFigures> figures,
                    figures_in(flags.evaluation, checked.map));
@@ -93,6 +106,7 @@ Verb inspect_verb() {
                    "sightline inspect town.slmap --evaluation evaluation.json",
                    "sightline inspect town.slmap --all        # promises, histograms, model, sizes",
                    "sightline inspect town.slmap --site 40    # why is the range long here?",
+                   "sightline inspect town.slmap --size       # what are its bytes?",
                    "sightline inspect city.slmodel            # what was it trained on?"};
   verb.positionals = {
       {.name = "FILE", .help = "The map (.slmap) or model (.slmodel)", .target = &flags->file}};
@@ -105,6 +119,9 @@ Verb inspect_verb() {
                  .value = "FILE",
                  .help = "The JSON of `sightline evaluate` for this map, for the verdict",
                  .target = &flags->evaluation},
+                {.names = "--size",
+                 .help = "Print instead what the bytes of the map are, for each km of route",
+                 .target = &flags->prints_sizes},
                 {.names = "--all",
                  .help = "Print also promises, histograms, the model card and sizes",
                  .target = &flags->prints_all}};
