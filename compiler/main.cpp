@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <unistd.h>
 #include <cerrno>
 #include <csignal>
@@ -17,6 +18,7 @@
 #include "compiler/commands/commands.h"
 #include "compiler/pipeline/process_cost.h"
 #include "formats/base/files/atomic_file.h"
+#include "formats/base/files/file_system_gap.h"
 
 namespace sightline {
 namespace {
@@ -26,6 +28,9 @@ void say(std::string_view text) { (void)!::write(STDERR_FILENO, text.data(), tex
 
 constexpr std::string_view kOutOfMemory =
     "SL8005 out-of-memory: not enough memory; fewer threads or shorter drives take less\n";
+constexpr std::string_view kNoThread =
+    "SL8005 out-of-memory: the system starts no further thread (a limit of processes, or an old "
+    "container runtime); --threads 1 needs none\n";
 constexpr std::string_view kShrank =
     "SL8002 cannot-read: a file became shorter while it was read\n";
 
@@ -34,26 +39,33 @@ constexpr std::string_view kShrank =
   ::_exit(exit_status(code));
 }
 
+struct Meaning {
+  ErrorCode code{};
+  std::string_view text = {};
+};
+constexpr Meaning kMemory{ErrorCode::kOutOfMemory, kOutOfMemory};
+constexpr Meaning kThread{ErrorCode::kOutOfMemory, kNoThread};
+
 // What an exception of the standard library means, if it is none of our own mistakes. A length that
 // no vector can have is a request for memory as well.
-std::optional<ErrorCode> meaning_of(const std::exception_ptr& exception) {
+std::optional<Meaning> meaning_of(const std::exception_ptr& exception) {
   if (!exception) return {};
   try {
     std::rethrow_exception(exception);
   } catch (const std::bad_alloc&) {
-    return ErrorCode::kOutOfMemory;
+    return kMemory;
   } catch (const std::length_error&) {
-    return ErrorCode::kOutOfMemory;
+    return kMemory;
   } catch (const std::filesystem::filesystem_error&) {
-    return ErrorCode::kCannotRead;
+    return Meaning{ErrorCode::kCannotRead};
   } catch (const std::system_error& error) {
     const int number = error.code().value();
-    if (number == EAGAIN || number == ENOMEM) return ErrorCode::kOutOfMemory;
+    if (number == ENOMEM) return kMemory;
+    if (number == EAGAIN || number == EPERM) return kThread;
     return {};
   } catch (const std::runtime_error& error) {
     // What oneTBB throws on a thread of its own that can have no further one.
-    if (std::string_view(error.what()).starts_with("pthread_create"))
-      return ErrorCode::kOutOfMemory;
+    if (std::string_view(error.what()).starts_with("pthread_create")) return kThread;
     return {};
   } catch (...) {
     return {};
@@ -64,9 +76,8 @@ std::terminate_handler usual_terminate = std::abort;
 
 // An exception on a thread of a library, or out of a function that must not throw.
 [[noreturn]] void on_terminate() {
-  if (meaning_of(std::current_exception()) == ErrorCode::kOutOfMemory) {
-    leave(kOutOfMemory, ErrorCode::kOutOfMemory);
-  }
+  const std::optional<Meaning> meaning = meaning_of(std::current_exception());
+  if (meaning && !meaning->text.empty()) leave(meaning->text, meaning->code);
   usual_terminate();  // says what it was, and aborts
   std::abort();
 }
@@ -75,16 +86,26 @@ void on_bus_error(int /*signal*/) { leave(kShrank, ErrorCode::kCannotRead); }
 
 int report_exception() {
   const std::exception_ptr exception = std::current_exception();
-  const std::optional<ErrorCode> code = meaning_of(exception);
-  if (code == ErrorCode::kOutOfMemory) {
-    say(kOutOfMemory);
-    return exit_status(*code);
+  const std::optional<Meaning> meaning = meaning_of(exception);
+  if (!meaning) std::rethrow_exception(exception);
+  if (!meaning->text.empty()) {
+    say(meaning->text);
+    return exit_status(meaning->code);
   }
-  if (!code) std::rethrow_exception(exception);
   try {
     std::rethrow_exception(exception);
   } catch (const std::filesystem::filesystem_error& error) {
-    return report_error({*code, error.code().message(), error.path1().string()});
+    return report_error({meaning->code, error.code().message(), error.path1().string()});
+  }
+}
+
+// A file that is opened while one of the standard descriptors is closed would get its number, and
+// what is printed would go into it.
+void open_standard_descriptors() {
+  for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
+    if (::fcntl(descriptor, F_GETFD) >= 0) continue;
+    // The lowest free number is this one. Where there is no /dev/null, a folder holds it.
+    if (::open("/dev/null", O_RDWR) < 0) (void)::open("/", O_RDONLY);
   }
 }
 
@@ -123,7 +144,9 @@ int run_guarded(const std::function<int()>& body) {
 }  // namespace sightline
 
 int main(int argc, char** argv) {
+  sightline::open_standard_descriptors();
   sightline::return_freed_memory();
+  sightline::receive_gaps(sightline::print_warning);
   return sightline::run_guarded([&] {
     return sightline::run_command_line(sightline::sightline_program(), {argv + 1, argv + argc});
   });

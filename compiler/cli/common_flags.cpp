@@ -5,9 +5,12 @@
 #include <cerrno>
 #include <chrono>
 #include <memory>
+#include <string_view>
+#include <variant>
 
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/file_kind.h"
+#include "formats/base/thread_limit.h"
 
 namespace sightline {
 namespace {
@@ -72,6 +75,16 @@ void add_verbosity_flags(Verb& verb) {
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
     if (flags->is_verbose) log_cost("sightline " + name, wall.count());
     return status;
+  };
+}
+
+void add_thread_limit(Verb& verb) {
+  const auto flag = std::ranges::find(verb.flags, "--threads", &long_name);
+  if (flag == verb.flags.end()) return;
+  int* const threads = std::get<int*>(flag->target);
+  verb.run = [threads, run = std::move(verb.run)] {
+    const ThreadLimit limit(*threads);
+    return run();
   };
 }
 
@@ -152,6 +165,10 @@ Result<void> try_output(const std::filesystem::path& path, IfExists if_exists) {
   }
   if (::access(folder.c_str(), W_OK | X_OK) != 0) {
     return write_failure(path, "no file can be written in " + folder.string(), errno);
+  }
+  const long longest = ::pathconf(folder.c_str(), _PC_NAME_MAX);
+  if (longest > 0 && path.filename().native().size() > static_cast<std::size_t>(longest)) {
+    return write_failure(path, "the output cannot have this name", ENAMETOOLONG);
   }
   return {};
 }

@@ -24,6 +24,8 @@ Flag verbose_flag(bool& is_verbose);
 // What a verb lacks of -q and -v; both set the verbosity of the console, and a -v that is added
 // here logs what the verb took.
 void add_verbosity_flags(Verb& verb);
+// The verb runs on the threads of its flag --threads; without the flag, on usable_threads().
+void add_thread_limit(Verb& verb);
 Flag threads_flag(int& threads);
 Flag time_passes_flag(bool& time_passes);
 Flag json_progress_flag(int& descriptor);

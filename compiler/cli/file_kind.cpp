@@ -119,6 +119,15 @@ std::string hint_of_missing(const fs::path& path) {
   return near.empty() ? "" : concat("; did you mean ", (path.parent_path() / near).string(), "?");
 }
 
+// What a checkout holds in the place of a file that Git LFS keeps elsewhere.
+bool is_lfs_pointer(const Error& error) {
+  const ErrorClass kind = error_class(error.code);
+  if (kind != ErrorClass::kCorrupt && kind != ErrorClass::kInput) return false;
+  constexpr std::string_view kBeginning = "version https://git-lfs";
+  const Result<std::string> beginning = read_beginning(error.file, kBeginning.size());
+  return beginning && *beginning == kBeginning;
+}
+
 }  // namespace
 
 bool holds_many_scans(const fs::path& path) {
@@ -152,6 +161,11 @@ Error explain_wrong_file(Error error) {
   if (error.code == ErrorCode::kFileNotFound) {
     error.message += hint_of_missing(error.file);
     return error;
+  }
+  if (error.code != ErrorCode::kGitLfsPointer && is_lfs_pointer(error)) {
+    return {ErrorCode::kGitLfsPointer,
+            "the file is a Git LFS pointer, not the data; run `git lfs pull` in its checkout",
+            error.file};
   }
   const std::optional<FileKind> kind = kind_of_file(error.file);
   if (!kind || !may_be_mistaken(error, *kind)) return error;

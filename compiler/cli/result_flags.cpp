@@ -33,7 +33,7 @@ Result<void> try_result(const ResultFlags& flags) {
 
 Result<void> put_result(const ResultFlags& flags, const std::string& result) {
   if (flags.output.empty()) {
-    print_data(result);
+    flags.format == "text" ? print_text(result) : print_data(result);
     return {};
   }
   SIGHTLINE_TRY(write_file_atomically(flags.output, result, if_exists(flags.is_forced)));

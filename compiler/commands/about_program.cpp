@@ -10,6 +10,7 @@
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
+#include "formats/text/json_text.h"
 
 // Verbs about the program itself: its passes and its command line.
 
@@ -71,7 +72,7 @@ std::string passes_json(const Plan& plan) {
                     {"output", plan.artifact({step.output}).name},
                     {"options", std::move(options)}});
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 Result<void> run_passes(const PassesFlags& flags) {

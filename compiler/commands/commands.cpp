@@ -9,6 +9,7 @@
 #include "formats/base/version.h"
 #include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
+#include "formats/text/json_text.h"
 #include "passes/matching/kernel_score.h"
 
 namespace sightline {
@@ -19,6 +20,7 @@ void add_group(Program& program, const std::string& group, const std::vector<Ver
     program.verbs.push_back(verb);
     program.verbs.back().group = group;
     add_verbosity_flags(program.verbs.back());
+    add_thread_limit(program.verbs.back());
   }
 }
 
@@ -61,7 +63,7 @@ std::string version_json(const Program& program) {
     std::ranges::replace(fact.name, ' ', '_');
     json[fact.name] = fact.value;
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string line(std::string name, const std::string& value) {

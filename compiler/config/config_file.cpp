@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "compiler/pipeline/option_yaml.h"
+#include "formats/text/json_text.h"
 
 namespace sightline {
 namespace {
@@ -166,7 +167,7 @@ std::string to_json_schema(const std::vector<ConfigSection>& sections) {
     if (!section.word.empty()) one["type"].push_back("string");
     root["properties"][section.name] = std::move(one);
   }
-  return root.dump(2) + "\n";
+  return json_text(root);
 }
 
 std::vector<std::string> place_names(const std::vector<std::string>& files) {

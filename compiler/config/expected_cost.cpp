@@ -2,16 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <thread>
 
 #include "compiler/pipeline/schedule.h"
+#include "formats/base/machine.h"
+#include "formats/base/parallel.h"
 #include "formats/drive/scan_stores.h"
 #include "formats/foreign/recording/recording.h"
+#include "formats/text/json_text.h"
 #include "formats/text/numbers.h"
 #include "formats/text/table.h"
 #include "passes/map/places/field_limits.h"
@@ -105,14 +106,7 @@ double cpu_s(const Cost& cost, const Size& size) {
   return cost.scan_s * size.scans + (cost.million_points_s + unposed_s) * size.million_points;
 }
 
-// Free memory of this machine; infinity where it is unknown.
-double free_memory_mib() {
-  std::ifstream file("/proc/meminfo");
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("MemAvailable:")) return std::stod(line.substr(13)) / 1024.0;
-  }
-  return std::numeric_limits<double>::infinity();
-}
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
 
 double free_disk_mib(std::filesystem::path folder) {
   std::error_code failure;
@@ -122,7 +116,7 @@ double free_disk_mib(std::filesystem::path folder) {
   }
   const std::filesystem::space_info space =
       std::filesystem::space(folder.empty() ? "." : folder, failure);
-  if (failure) return std::numeric_limits<double>::infinity();
+  if (failure) return kUnknown;
   return static_cast<double>(space.available) / 1048576.0;
 }
 
@@ -155,7 +149,7 @@ std::string text_of(const ExpectedPlaces& places) {
   return concat("time    about ", time_text(places.cpu_s), " of one core for ", places.count,
                 " places, measured at ", places.tried_count, " of them\n",
                 room_line("memory  ", memory_of_places_mib(static_cast<double>(places.count)),
-                          free_memory_mib()));
+                          free_memory_mib().value_or(kUnknown)));
 }
 
 }  // namespace
@@ -164,9 +158,7 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
                            const RunOptions& options, const CompileConfig& config,
                            const ArtifactSet& artifacts) {
   ExpectedCost cost;
-  cost.threads = options.threads > 0
-                     ? options.threads
-                     : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  cost.threads = threads_each(options.threads, 1);
   const std::map<std::string, Size> sizes = sizes_of(plan, artifacts);
   Size mapping;
   for (const auto& [role, size] : sizes) {
@@ -223,7 +215,7 @@ std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache
   if (cost.drives.empty()) return text + kOfPlaces;
   text += concat("time    about ", time_text(wall_s), " on ", cost.threads, " threads, ",
                  time_text(0.4 * wall_s), " to ", time_text(2.5 * wall_s), "\n");
-  text += room_line("memory  ", cost.memory_mib, free_memory_mib());
+  text += room_line("memory  ", cost.memory_mib, free_memory_mib().value_or(kUnknown));
   if (cache_directory.empty()) return text + "disk    only the map: the cache is off\n";
   return concat(text, room_line("disk    ", cost.cache_mib, free_disk_mib(cache_directory)),
                 "        in ", cache_directory.string(), "\n");
@@ -249,7 +241,7 @@ std::string to_json(const ExpectedCost& cost) {
                       {"tried", cost.places->tried_count},
                       {"cpu_s", cost.places->cpu_s}};
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace sightline

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/version.h"
+#include "formats/text/json_text.h"
 
 namespace sightline {
 namespace {
@@ -73,7 +74,7 @@ std::string provenance_json(const CompileConfig& config,
     json["inputs"][card.role + "/recording"] = to_hex(card.digest);
   }
   for (const StepReport& report : reports) json["passes"].push_back(pass_json(report));
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace sightline

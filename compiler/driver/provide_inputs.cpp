@@ -17,6 +17,8 @@
 #include "formats/foreign/recording/same_recording.h"
 #include "formats/foreign/text/outside_errors_file.h"
 #include "formats/map/map_reader.h"
+#include "formats/text/table.h"
+#include "passes/emit/emit_map.h"
 
 namespace sightline {
 namespace {
@@ -62,6 +64,24 @@ Result<void> provide_recording(const RecordingInput& input, const CachedDigests&
   const Digest digest = recording->digest;
   artifacts.provide(input.sensor, recording->sensor);
   artifacts.provide(input.recording, std::move(*recording), digest);
+  return {};
+}
+
+// Coordinates that are as large are in another unit than metres, or of a system that has a name.
+Result<void> check_near(const RecordingInput& input, const ArtifactSet& artifacts) {
+  constexpr double kFarthest_m = 1e7;
+  for (const RecordedScan& scan : artifacts.get(input.recording).scans) {
+    if (!scan.T_world_vehicle) continue;
+    const Eigen::Vector3d p_world_m = scan.T_world_vehicle->translation();
+    if (p_world_m.cwiseAbs().maxCoeff() <= kFarthest_m) continue;
+    return Error{ErrorCode::kMissingKey,
+                 concat("annotation.world is missing: a pose of ", input.role, " is at ",
+                        format_double(p_world_m.x()), ", ", format_double(p_world_m.y()), ", ",
+                        format_double(p_world_m.z()),
+                        " m, more than 10 000 km from the origin; name the coordinate system, or "
+                        "write metres"),
+                 input.options.poses};
+  }
   return {};
 }
 
@@ -199,6 +219,8 @@ Result<void> provide_drive(const EvaluatePlan& evaluate,
 
 Result<void> provide_drives(const CompilePlan& compile,
                             const std::filesystem::path& cache_directory, ArtifactSet& artifacts) {
+  const EmitMapOptions emit = compile.plan.options(kEmitMap);
+  SIGHTLINE_TRY(check_options(emit));
   // The files that are read in no time come first: a mistake in them is reported at once.
   SIGHTLINE_TRY(provide_outside(compile.outside, artifacts));
   SIGHTLINE_TRY(provide_finished(compile, artifacts));
@@ -207,6 +229,9 @@ Result<void> provide_drives(const CompilePlan& compile,
   const std::shared_ptr<ScanMemory> memory = new_scan_memory();
   for (const RecordingInput& input : compile.recordings) {
     SIGHTLINE_TRY(provide_recording(input, digests, memory, artifacts));
+    if (emit.world == kLocalWorld) {
+      SIGHTLINE_TRY(check_near(input, artifacts));
+    }
   }
   SIGHTLINE_TRY(check_named_once(compile, artifacts));
   artifacts.provide(compile.cards, recording_cards(compile, artifacts));

@@ -10,6 +10,7 @@
 #include "compiler/gate/rules/rules.h"
 #include "compiler/pipeline/option_yaml.h"
 #include "formats/foreign/text/text_lines.h"
+#include "formats/text/json_text.h"
 #include "formats/text/numbers.h"
 #include "passes/pass/options.h"
 
@@ -386,7 +387,7 @@ std::string gate_settings_schema() {
       {"type", Json::array({"object", "null"})},
       {"additionalProperties", false},
       {"properties", properties}};
-  return schema.dump(2);
+  return json_text(schema, -1);
 }
 
 }  // namespace sightline

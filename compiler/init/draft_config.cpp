@@ -10,18 +10,16 @@
 #include <utility>
 
 #include "compiler/init/look_at_drive.h"
+#include "formats/base/printable.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/grid/point_grid.h"
+#include "formats/text/quoted_text.h"
 
 namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_number(const std::string& value) {
-  return !value.empty() && value.find_first_not_of("-.0123456789") == std::string::npos;
-}
 
 // The text of a configuration with comments, and paths as they are seen from its folder.
 class YamlText {
@@ -30,8 +28,9 @@ class YamlText {
   explicit YamlText(fs::path folder) : folder_(std::move(folder)) {}
 
   // Broken into lines of at most 100 characters.
-  void comment(const std::string& text, const std::string& indent = "") {
+  void comment(const std::string& words, const std::string& indent = "") {
     constexpr std::size_t kWidth = 100;
+    const std::string text = one_line(words);  // a name of a file could go on as keys
     std::string line = indent + "#";
     std::size_t begin = 0;
     while (begin < text.size()) {
@@ -49,27 +48,13 @@ class YamlText {
   void comment_once(const std::string& text, const std::string& indent) {
     if (said_.insert(text).second) comment(text, indent);
   }
-  void line(const std::string& text) { text_ += text + "\n"; }
+  void line(const std::string& text) { text_ += one_line(text) + "\n"; }
 
   // Beneath the file's folder relative, elsewhere absolute: then file and recordings may each move.
   [[nodiscard]] std::string path(const fs::path& absolute) const {
     const fs::path relative = absolute.lexically_relative(folder_);
     const bool is_beneath = !relative.empty() && *relative.begin() != "..";
     return is_beneath ? relative.string() : absolute.string();
-  }
-  // A plain scalar where YAML reads it back as it stands.
-  static std::string scalar(const std::string& value) {
-    const auto is_plain = [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/' || c == '+';
-    };
-    const bool may_begin = !value.empty() && value.front() != '-';
-    if ((may_begin || is_number(value)) && std::ranges::all_of(value, is_plain)) return value;
-    std::string quoted = "\"";
-    for (const char c : value) {
-      if (c == '"' || c == '\\') quoted += '\\';
-      quoted += c;
-    }
-    return quoted + "\"";
   }
   [[nodiscard]] const std::string& text() const { return text_; }
 
@@ -203,12 +188,12 @@ std::string length_text(const FoundDrive& drive) {
 void write_other_sensors(const Drives& drives, YamlText& yaml) {
   std::vector<std::string> others;
   for (const FoundDrive& drive : drives.same_vehicle) {
-    others.push_back("scans: " + YamlText::scalar(yaml.path(drive.scans)));
+    others.push_back("scans: " + yaml_scalar(yaml.path(drive.scans)));
   }
   const FoundDrive& first = drives.drives.front();
   for (const std::string& topic : first.other_topics) {
-    others.push_back(concat("scans: ", YamlText::scalar(yaml.path(first.scans)),
-                            ", topic: ", YamlText::scalar(topic)));
+    others.push_back(
+        concat("scans: ", yaml_scalar(yaml.path(first.scans)), ", topic: ", yaml_scalar(topic)));
   }
   if (others.empty()) return;
   yaml.line("");
@@ -224,11 +209,11 @@ void write_other_sensors(const Drives& drives, YamlText& yaml) {
 void write_drive(const FoundDrive& drive, const std::string& role, YamlText& yaml) {
   yaml.line(role + ":");
   yaml.comment(concat(drive.contents, length_text(drive), "."), "  ");
-  yaml.line("  scans: " + YamlText::scalar(yaml.path(drive.scans)));
+  yaml.line("  scans: " + yaml_scalar(yaml.path(drive.scans)));
   for (const GuessedKey& guess : drive.keys) {
     if (!guess.reason.empty()) yaml.comment_once(concat(guess.key, ": ", guess.reason, "."), "  ");
     yaml.line(concat("  ", guess.key, ": ",
-                     YamlText::scalar(is_path(guess) ? yaml.path(guess.value) : guess.value)));
+                     yaml_scalar(is_path(guess) ? yaml.path(guess.value) : guess.value)));
   }
 }
 

@@ -1,5 +1,8 @@
 #include "compiler/init/find_scans.h"
 
+#include <linux/magic.h>
+#include <sys/vfs.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,7 +41,16 @@ struct Listing {
   std::vector<fs::path> folders;
 };
 
+// What the kernel shows as files (/proc, /sys) is no recording, and by its links everything is below
+// it.
+bool is_of_kernel(const fs::path& folder) {
+  struct statfs system {};
+  if (::statfs(folder.c_str(), &system) != 0) return false;
+  return system.f_type == PROC_SUPER_MAGIC || system.f_type == SYSFS_MAGIC;
+}
+
 Result<Listing> list_folder(const fs::path& folder) {
+  if (is_of_kernel(folder)) return Listing();
   std::error_code failure;
   fs::directory_iterator entry(folder, failure);
   Listing listing;

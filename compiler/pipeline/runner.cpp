@@ -56,6 +56,15 @@ class Runner {
     return work_missing(missing);
   }
 
+  // Before hours of work rather than after its first step. Errors: cannot-write.
+  Result<void> check_cache() {
+    const Result<void> writable = cache_.check_writable();
+    if (writable || options_.must_store) return writable;
+    has_failed_to_store_ = true;
+    if (observer_.warning) observer_.warning("cache", cannot_store_text(writable.error()));
+    return {};
+  }
+
   Result<StepReport> run(const Scheduled& scheduled) {
     StepReport report;
     report.name = step_of(scheduled).name;
@@ -127,7 +136,7 @@ class Runner {
       if (!made) return named(made.error(), step.name);
       output = *made;
     }
-    SIGHTLINE_TRY(cache_.store_record(step.name, scheduled.key.record));
+    SIGHTLINE_TRY(heeded(cache_.store_record(step.name, scheduled.key.record), step, report));
     const ArtifactType* type = report.from_cache ? &form : step.output_type;
     artifacts_.put({step.output}, {type, output, scheduled.key.key});
     return {};
@@ -224,7 +233,18 @@ class Runner {
     return step.reattach(*artifact, inputs);
   }
 
-  Result<std::shared_ptr<const void>> make(const Scheduled& scheduled, StepReport& report) const {
+  // A cache that cannot be written (read-only, another user's, full) costs the next run time, not
+  // this one its map.
+  Result<void> heeded(const Result<void>& stored, const PassStep& step, StepReport& report) {
+    if (stored || options_.must_store || stored.error().code == ErrorCode::kOutOfMemory) {
+      return stored;
+    }
+    if (!std::exchange(has_failed_to_store_, true))
+      note(step, report, cannot_store_text(stored.error()));
+    return {};
+  }
+
+  Result<std::shared_ptr<const void>> make(const Scheduled& scheduled, StepReport& report) {
     const PassStep& step = step_of(scheduled);
     const StepKey& key = scheduled.key;
     SIGHTLINE_ASSIGN(const Inputs inputs, inputs_of(step));
@@ -264,12 +284,12 @@ class Runner {
     };
     SIGHTLINE_ASSIGN(std::shared_ptr<const void> output, step.run(ctx, inputs));
     SIGHTLINE_TRY(step.output_type->check(output.get()));
-    SIGHTLINE_TRY(cache_.store_warnings(step.name, key.key, said));
+    SIGHTLINE_TRY(heeded(cache_.store_warnings(step.name, key.key, said), step, report));
     if (cache_.is_enabled() && scheduled.is_kept) {
       const auto write = [&](const ByteSink& sink) {
         return step.output_type->write(output.get(), sink);
       };
-      SIGHTLINE_TRY(cache_.store(step.name, key.key, write));
+      SIGHTLINE_TRY(heeded(cache_.store(step.name, key.key, write), step, report));
     }
     return output;
   }
@@ -292,6 +312,7 @@ class Runner {
   ArtifactSet& artifacts_;
   std::vector<Scheduled> list_;
   ArtifactCache cache_;
+  bool has_failed_to_store_ = false;
 };
 
 Result<void> check_names(const Plan& plan, const RunOptions& options) {
@@ -337,6 +358,13 @@ Result<void> print_if_asked(const PassStep& step, const RunOptions& options,
 
 }  // namespace
 
+std::string cannot_store_text(const Error& error) {
+  return concat(
+      "the cache cannot be written, so the next run computes the same again; --cache FOLDER names "
+      "another one, --no-cache uses none: ",
+      to_string(error));
+}
+
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
                       const RunOptions& options, const RunObserver& observer,
                       ArtifactSet& artifacts, std::vector<StepReport>& reports) {
@@ -346,6 +374,7 @@ Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
   check_inputs(plan, list, artifacts);
   Runner runner(plan, options, observer, artifacts, std::move(list), std::move(cache));
   SIGHTLINE_TRY(runner.check_may_run());
+  SIGHTLINE_TRY(runner.check_cache());
   for (std::size_t i = 0; i < runner.list().size(); ++i) {
     const Scheduled& scheduled = runner.list()[i];
     const PassStep& step = runner.step_of(scheduled);

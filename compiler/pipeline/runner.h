@@ -13,6 +13,9 @@ namespace sightline {
 // The reason of a step whose output is not in the cache, and which no step that runs takes.
 inline constexpr std::string_view kNotNeeded = "not needed";
 
+// What a cache that cannot be written means for a run, and what to do.
+std::string cannot_store_text(const Error& error);
+
 // What happened to one step.
 struct StepReport {
   std::string name;
@@ -41,6 +44,7 @@ struct RunObserver {
 // wanted is added; the rest is loaded when a step takes it and freed after its last use. `reports`
 // gets one for each step that `wanted` depends on, with the warnings of the run that made it. The
 // first failure ends the run; its Error names the pass in `place` unless the pass named a place.
+// A cache that cannot be written is a warning, once, unless options.must_store.
 // Errors: unknown-pass (print_after or stop_after), work-missing (steps that may not run and are
 // not in the cache), those of passes and the cache.
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,

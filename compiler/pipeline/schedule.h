@@ -41,6 +41,9 @@ struct RunOptions {
   std::string stop_after;                 // name of a step; empty: to the end
   // Else what is wanted is made and stored, and let go after its last use like all that is not.
   bool keeps_wanted = true;
+  // Whether the run is of use only through what it stores: then a failure to store ends it. Else it
+  // is a warning, the first time, and the run continues.
+  bool must_store = false;
   // Where several processes share the work: what this one takes first.
   WorkShare share;
   // Whether a step may run; what may not has to be in the cache. Empty: all may.

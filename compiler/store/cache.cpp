@@ -2,7 +2,9 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <set>
 #include <span>
@@ -262,6 +264,17 @@ Result<void> ArtifactCache::store_record(const std::string& pass, const std::str
   if (!is_enabled()) return {};
   return write_file_atomically(directory_ / (file_stem(pass) + ".last"), record,
                                IfExists::kReplace);
+}
+
+Result<void> ArtifactCache::check_writable() const {
+  if (!is_enabled()) return {};
+  std::error_code failure;
+  std::filesystem::path folder = std::filesystem::absolute(directory_, failure);
+  while (folder.has_relative_path() && !std::filesystem::exists(folder, failure)) {
+    folder = folder.parent_path();
+  }
+  if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
+  return write_failure(directory_, "no file can be made in " + folder.string(), errno);
 }
 
 Result<void> write_sealed(const ObjectName& name, const WriteInto& content, const ByteSink& sink) {

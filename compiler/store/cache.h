@@ -98,6 +98,9 @@ class ArtifactCache {
 
   [[nodiscard]] bool is_enabled() const { return !directory_.empty(); }
 
+  // Whether files can be made in its folder, or the folder itself. Errors: cannot-write.
+  [[nodiscard]] Result<void> check_writable() const;
+
  private:
   ArtifactCache() = default;
   std::filesystem::path directory_;

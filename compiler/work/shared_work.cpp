@@ -9,6 +9,7 @@
 #include "compiler/store/cache.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/version.h"
+#include "formats/text/json_text.h"
 #include "formats/text/quoted_text.h"
 #include "passes/pass/pass.h"
 
@@ -303,7 +304,7 @@ std::string to_json(const std::vector<StepState>& states) {
                     {"parts_there", state.parts_there},
                     {"parts", state.parts}});
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string to_json(const PlanFile& plan) {
@@ -314,7 +315,7 @@ std::string to_json(const PlanFile& plan) {
   for (const PlannedRecording& recording : plan.recordings) {
     json["recordings"].push_back({{"role", recording.role}, {"digest", recording.digest}});
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
@@ -328,8 +329,8 @@ Result<PlanFile> read_plan_file(const std::filesystem::path& plan) {
   const Json& version = json["sightline_plan"];
   if (!version.is_number_integer() || version.get<std::int64_t>() != kVersion) {
     return Error{ErrorCode::kFutureVersion,
-                 concat("found a plan of version ", version.dump(), ", this program reads version ",
-                        kVersion),
+                 concat("found a plan of version ", json_text(version, -1),
+                        ", this program reads version ", kVersion),
                  file.string()};
   }
   Fields fields(json);

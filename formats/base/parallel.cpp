@@ -1,12 +1,14 @@
 #include "formats/base/parallel.h"
 
 #include <algorithm>
-#include <thread>
+
+#include "formats/base/thread_limit.h"
 
 #ifdef __SANITIZE_THREAD__
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <thread>
 #else
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -34,8 +36,7 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
       next = count;
     }
   };
-  const std::size_t wanted =
-      threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+  const auto wanted = static_cast<std::size_t>(threads_each(threads, 1));
   std::vector<std::thread> helpers;
   for (std::size_t i = 1; i < std::min(wanted, count); ++i) helpers.emplace_back(work);
   work();
@@ -85,7 +86,7 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
 }
 
 int threads_each(int threads, std::size_t count) {
-  const int all = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
+  const int all = threads > 0 ? threads : usable_threads();
   return std::max(1, all / static_cast<int>(std::clamp<std::size_t>(count, 1, 1024)));
 }
 

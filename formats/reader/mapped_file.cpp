@@ -1,6 +1,7 @@
 #include "formats/reader/mapped_file.h"
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <system_error>
@@ -10,13 +11,23 @@
 namespace sightline {
 namespace {
 
-Result<std::span<const std::byte>> map_file(const RegularFile& file, const std::string& path) {
-  if (file.size == 0) return std::span<const std::byte>();
-  void* data = ::mmap(nullptr, file.size, PROT_READ, MAP_PRIVATE, file.descriptor.number(), 0);
-  if (data != MAP_FAILED) return std::span(static_cast<const std::byte*>(data), file.size);
-  const int number = errno;
-  return Error{number == ENOMEM ? ErrorCode::kOutOfMemory : ErrorCode::kCannotRead,
-               std::generic_category().message(number), path};
+Error failure(int number, const std::string& path) {
+  return {number == ENOMEM ? ErrorCode::kOutOfMemory : ErrorCode::kCannotRead,
+          std::generic_category().message(number), path};
+}
+
+Result<void> read_into(std::span<std::byte> memory, const RegularFile& file,
+                       const std::string& path) {
+  while (!memory.empty()) {
+    const ssize_t count = ::read(file.descriptor.number(), memory.data(), memory.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return failure(errno, path);
+    if (count == 0) {
+      return Error{ErrorCode::kCannotRead, "the file became shorter while it was read", path};
+    }
+    memory = memory.subspan(static_cast<std::size_t>(count));
+  }
+  return {};
 }
 
 }  // namespace
@@ -27,13 +38,21 @@ MappedFile::~MappedFile() {
 
 Result<MappedFile> MappedFile::open(const std::string& path, Use use) {
   SIGHTLINE_ASSIGN(const RegularFile file, open_regular_file(path));
-  const Result<std::span<const std::byte>> bytes = map_file(file, path);
-  if (!bytes) return bytes.error();
-  if (use == Use::kHereAndThere && !bytes->empty()) {
-    // Advice only: where it is not taken, more is read than is needed.
-    (void)::madvise(const_cast<std::byte*>(bytes->data()), bytes->size(), MADV_RANDOM);
-  }
-  return MappedFile(*bytes);
+  if (file.size == 0) return MappedFile();
+  const bool is_copied = use == Use::kCopied;
+  const int access = is_copied ? PROT_READ | PROT_WRITE : PROT_READ;
+  const int kind = is_copied ? MAP_PRIVATE | MAP_ANONYMOUS : MAP_PRIVATE;
+  void* data =
+      ::mmap(nullptr, file.size, access, kind, is_copied ? -1 : file.descriptor.number(), 0);
+  if (data == MAP_FAILED) return failure(errno, path);
+  const std::span<std::byte> memory(static_cast<std::byte*>(data), file.size);
+  MappedFile mapped{std::span<const std::byte>(memory)};
+  // Advice only: where it is not taken, more is read than is needed.
+  if (use == Use::kHereAndThere) (void)::madvise(data, file.size, MADV_RANDOM);
+  if (!is_copied) return mapped;
+  SIGHTLINE_TRY(read_into(memory, file, path));
+  (void)::mprotect(data, file.size, PROT_READ);
+  return mapped;
 }
 
 }  // namespace sightline

@@ -9,10 +9,13 @@
 
 namespace sightline {
 
-// A whole file as read-only memory (mmap, MAP_PRIVATE): pages are read when they are touched.
+// A whole file as read-only memory (mmap, MAP_PRIVATE): pages are read when they are touched,
+// unless the file is copied.
 class MappedFile {
  public:
-  enum class Use { kThroughout, kHereAndThere };  // the latter reads no page that is not touched
+  // kHereAndThere reads no page that is not touched. kCopied reads all at once, into memory that no
+  // other program changes.
+  enum class Use { kThroughout, kHereAndThere, kCopied };
   // Anything but a regular file is refused at once, also a pipe without a writer.
   // Errors: file-not-found, cannot-open, cannot-read, out-of-memory.
   static Result<MappedFile> open(const std::string& path, Use use = Use::kThroughout);

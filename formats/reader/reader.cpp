@@ -150,7 +150,17 @@ Result<MapReader> MapReader::open(std::span<const std::byte> bytes,
 }
 
 Result<MapReader> MapReader::open(const std::string& path, std::string_view callers_localizer) {
-  SIGHTLINE_ASSIGN(MappedFile file, MappedFile::open(path, MappedFile::Use::kHereAndThere));
+  return open_file(path, MappedFile::Use::kHereAndThere, callers_localizer);
+}
+
+Result<MapReader> MapReader::open_in_memory(const std::string& path,
+                                            std::string_view callers_localizer) {
+  return open_file(path, MappedFile::Use::kCopied, callers_localizer);
+}
+
+Result<MapReader> MapReader::open_file(const std::string& path, MappedFile::Use use,
+                                       std::string_view callers_localizer) {
+  SIGHTLINE_ASSIGN(MappedFile file, MappedFile::open(path, use));
   const std::span<const std::byte> bytes = file.bytes();
   Result<MapReader> reader = open(std::move(file), bytes, callers_localizer);
   if (reader) return reader;

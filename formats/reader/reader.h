@@ -176,7 +176,11 @@ class MapReader {
   // checks a whole file, once when it arrives. Errors: file-not-found, cannot-open, cannot-read,
   // and those of open_front() and LookUp::open().
   static Result<MapReader> open(const std::string& path, std::string_view callers_localizer);
-  // The same on bytes that outlive the reader and start at a multiple of 8.
+  // Reads the whole file into memory first, for systems that cannot promise that no file is written
+  // in place: what happens to it later changes nothing. Errors: the same, and out-of-memory.
+  static Result<MapReader> open_in_memory(const std::string& path,
+                                          std::string_view callers_localizer);
+  // On bytes that outlive the reader and start at a multiple of 8.
   static Result<MapReader> open(std::span<const std::byte> bytes,
                                 std::string_view callers_localizer);
 
@@ -233,6 +237,8 @@ class MapReader {
   // The section of columns_[number], which has a value of so many bytes for each site.
   [[nodiscard]] Result<std::span<const std::byte>> column_bytes(std::size_t number) const;
   [[nodiscard]] Result<MapErrors::Column> stepped_column(std::string_view name) const;
+  static Result<MapReader> open_file(const std::string& path, MappedFile::Use use,
+                                     std::string_view callers_localizer);
   static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes,
                                 std::string_view callers_localizer);
   [[nodiscard]] std::optional<std::size_t> limit_for(double limit_m) const;

@@ -95,12 +95,11 @@ sightline_look c_look(const LookAnswer& answer) {
           answer.site};
 }
 
-}  // namespace
+// MapReader::open or MapReader::open_in_memory.
+using Opener = Result<MapReader> (*)(const std::string&, std::string_view);
 
-extern "C" {
-
-int sightline_open(const char* path, const char* localizer, sightline_map** map, char* message,
-                   size_t message_size) {
+int open_by(Opener opener, const char* path, const char* localizer, sightline_map** map,
+            char* message, size_t message_size) {
   copy_message("", message, message_size);
   if (map != nullptr) *map = nullptr;
   if (map == nullptr || path == nullptr) {
@@ -108,8 +107,7 @@ int sightline_open(const char* path, const char* localizer, sightline_map** map,
     return kBadArgument;
   }
   try {
-    Result<MapReader> reader =
-        MapReader::open(std::string(path), localizer == nullptr ? "" : localizer);
+    Result<MapReader> reader = opener(path, localizer == nullptr ? "" : localizer);
     if (reader) {
       const std::string parameters(reader->info().localizer_parameters);
       *map = new sightline_map{std::move(*reader), parameters};
@@ -121,6 +119,20 @@ int sightline_open(const char* path, const char* localizer, sightline_map** map,
     copy_message("out of memory", message, message_size);
     return static_cast<int>(ErrorCode::kOutOfMemory);
   }
+}
+
+}  // namespace
+
+extern "C" {
+
+int sightline_open(const char* path, const char* localizer, sightline_map** map, char* message,
+                   size_t message_size) {
+  return open_by(&MapReader::open, path, localizer, map, message, message_size);
+}
+
+int sightline_open_in_memory(const char* path, const char* localizer, sightline_map** map,
+                             char* message, size_t message_size) {
+  return open_by(&MapReader::open_in_memory, path, localizer, map, message, message_size);
 }
 
 void sightline_close(sightline_map* map) { delete map; }

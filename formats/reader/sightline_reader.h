@@ -9,7 +9,8 @@
  * What is pointed to is filled as on any failure; without a map the longest range is INFINITY.
  *
  * The file is read where it lies (mmap). Replace a map by renaming a new file over it, never in
- * place: a file that is shortened while it is open ends the process (SIGBUS). */
+ * place: a file that is shortened while it is open ends the process (SIGBUS). Where that cannot be
+ * promised, sightline_open_in_memory reads the whole file first. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -130,6 +131,10 @@ typedef struct sightline_promise {
  * (cut to message_size, always terminated), which may be NULL. */
 int sightline_open(const char* path, const char* localizer, sightline_map** map, char* message,
                    size_t message_size);
+
+/* The same, but reads the whole file into memory: what happens to it later changes nothing. */
+int sightline_open_in_memory(const char* path, const char* localizer, sightline_map** map,
+                             char* message, size_t message_size);
 
 /* NULL is fine. */
 void sightline_close(sightline_map* map);

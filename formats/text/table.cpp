@@ -5,17 +5,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "formats/base/printable.h"
+#include "formats/text/json_text.h"
 #include "formats/text/quoted_text.h"
 
 namespace sightline {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// A name need not be UTF-8; what is none of it is replaced.
-std::string json_text(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 Json json_value(const Cell& cell) {
   return std::visit([](const auto& value) { return Json(value); }, cell);  // not finite: null
@@ -34,7 +31,7 @@ std::string joined(const std::vector<T>& items, std::string_view separator, Form
 std::string to_csv(const Table& table) {
   std::string text;
   for (const auto& [name, value] : table.facts)
-    text += concat("# ", name, ": ", cell_text(value), "\n");
+    text += concat("# ", one_line(name), ": ", one_line(cell_text(value)), "\n");
   text += joined(table.columns, ",", csv_field) + "\n";
   for (const std::vector<Cell>& row : table.rows) {
     text += joined(row, ",", [](const Cell& cell) { return csv_field(cell_text(cell)); }) + "\n";
@@ -47,19 +44,20 @@ std::string to_json(const Table& table) {
   Json facts = Json::object();
   for (const auto& [name, value] : table.facts) facts[name] = json_value(value);
   std::string text =
-      concat("{\"name\": ", json_text(table.name), ", \"facts\": ", json_text(facts));
-  text += concat(",\n \"columns\": ", json_text(table.columns), ",\n \"rows\": [");
+      concat("{\"name\": ", json_text(table.name, -1), ", \"facts\": ", json_text(facts, -1));
+  text += concat(",\n \"columns\": ", json_text(table.columns, -1), ",\n \"rows\": [");
   text += joined(table.rows, ",", [](const std::vector<Cell>& row) {
     Json cells = Json::array();
     for (const Cell& cell : row) cells.push_back(json_value(cell));
-    return "\n  " + json_text(cells);
+    return "\n  " + json_text(cells, -1);
   });
   return text + "]}\n";
 }
 
 std::string to_aligned_text(const Table& table) {
   std::string text;
-  for (const auto& [name, value] : table.facts) text += concat(name, ": ", cell_text(value), "\n");
+  for (const auto& [name, value] : table.facts)
+    text += concat(one_line(name), ": ", one_line(cell_text(value)), "\n");
   TextGrid grid = {table.columns};
   for (const std::vector<Cell>& row : table.rows) {
     std::vector<std::string>& line = grid.emplace_back();
@@ -104,9 +102,11 @@ Result<TableFormat> parse_table_format(std::string_view name) {
                concat("unknown format '", name, "', expected csv, json or text")};
 }
 
-std::string aligned(const TextGrid& grid, FirstColumn first) {
+std::string aligned(const TextGrid& cells, FirstColumn first) {
+  TextGrid grid = cells;
   std::vector<std::size_t> widths;
-  for (const std::vector<std::string>& row : grid) {
+  for (std::vector<std::string>& row : grid) {
+    for (std::string& cell : row) cell = one_line(cell);
     widths.resize(std::max(widths.size(), row.size()), 0);
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   }

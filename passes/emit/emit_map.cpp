@@ -85,14 +85,6 @@ bool is_printable(const std::string& text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
 }
 
-Result<void> check_options(const EmitMapOptions& options) {
-  if (!is_printable(options.version) ||
-      (!options.map_id.empty() && !is_printable(options.map_id))) {
-    return Error{ErrorCode::kBadValue, "version and map_id must be printable ASCII without spaces"};
-  }
-  return {};
-}
-
 Result<void> check_measured(const EmitMapInputs& inputs) {
   const StoredTable<MeasuredError>& measured = inputs.measured.ranges;
   if (measured.row_count() == inputs.sites.sites.size() &&
@@ -299,6 +291,18 @@ Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inpu
 }
 
 }  // namespace
+
+Result<void> check_options(const EmitMapOptions& options) {
+  const auto refused = [](const char* key, const std::string& found) {
+    return Error{ErrorCode::kBadValue, concat("emit-map.", key, ": found '", found,
+                                              "', expected printable ASCII without spaces")};
+  };
+  if (!is_printable(options.version)) return refused("version", options.version);
+  if (!options.map_id.empty() && !is_printable(options.map_id)) {
+    return refused("map_id", options.map_id);
+  }
+  return {};
+}
 
 std::vector<OptionField> option_fields(EmitMapOptions& options) {
   return {

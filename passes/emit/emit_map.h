@@ -38,6 +38,9 @@ struct EmitMapOptions {
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
 
+// Before hours of work. Errors: bad-value (version or id empty or not printable).
+Result<void> check_options(const EmitMapOptions& options);
+
 // What the passes before made.
 struct EmitMapInputs {
   const PackedNds& nds;

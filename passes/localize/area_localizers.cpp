@@ -2,10 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <thread>
 #include <utility>
 #include <vector>
 
+#include "formats/base/parallel.h"
 #include "passes/matching/localizer.h"
 
 namespace sightline {
@@ -35,8 +35,7 @@ constexpr double kStray_m = 2.0 * kFarthestFound_m + 16.0;
 AreaLocalizers::AreaLocalizers(const TiledNds& nds, const Options& options)
     : nds_(nds),
       options_(options),
-      most_(options.threads > 0 ? static_cast<std::size_t>(options.threads)
-                                : std::max(1U, std::thread::hardware_concurrency())) {}
+      most_(static_cast<std::size_t>(threads_each(options.threads, 1))) {}
 
 Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
   const double reach_m =

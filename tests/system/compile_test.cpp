@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -124,11 +125,11 @@ TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
   const std::string command = "compile " + config() + " --cache " + (folder / "cache").string() +
                               " -o " + (folder / "map.slmap").string();
   // The signal comes as soon as the trajectory is in the cache.
-  const ProgramResult stopped = run_command(
-      std::string(SIGHTLINE_PROGRAM) + " " + command + " & pid=$!; while ! ls " +
-      (folder / "cache").string() +
-      "/estimate-trajectory-*.sla >/dev/null 2>&1; do sleep 0.05; done; kill -INT $pid; wait $pid");
-  EXPECT_EQ(stopped.status, 75) << stopped.err;
+  const ProgramResult stopped = run_command(std::string(SIGHTLINE_PROGRAM) + " " + command +
+                                            " & pid=$!; while ! ls " + (folder / "cache").string() +
+                                            "/estimate-trajectory-*.sla >/dev/null 2>&1; do sleep "
+                                            "0.05; done; kill -TERM $pid; wait $pid");
+  EXPECT_EQ(stopped.status, 128 + SIGTERM) << stopped.err;
   EXPECT_NE(stopped.err.find("SL7001 interrupted"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder / "map.slmap"));
   const ProgramResult resumed = run_successfully(command + " --explain");

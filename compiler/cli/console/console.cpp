@@ -1,6 +1,5 @@
 #include "compiler/cli/console/console.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -11,13 +10,11 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -26,12 +23,20 @@
 namespace sightline {
 namespace {
 
-// Whether text on this file descriptor may have colours: it is a terminal, and NO_COLOR is absent
-// or empty (no-color.org).
+// Whether the file descriptor is a terminal that moves its cursor and has colours: one whose kind
+// (TERM) is not known can only print lines.
+bool is_able_terminal(int descriptor) {
+  const char* const kind = std::getenv("TERM");
+  const std::string_view name = kind == nullptr ? "" : kind;
+  return !name.empty() && name != "dumb" && ::isatty(descriptor) == 1;
+}
+
+// Whether text on this file descriptor may have colours: such a terminal, and NO_COLOR is absent or
+// empty (no-color.org).
 bool allows_color(int descriptor) {
   const char* const no_color = std::getenv("NO_COLOR");
   const bool is_forbidden = no_color != nullptr && no_color[0] != '\0';
-  return !is_forbidden && ::isatty(descriptor) == 1;
+  return !is_forbidden && is_able_terminal(descriptor);
 }
 
 // In the order of Tone, and what ends each.
@@ -79,11 +84,27 @@ std::size_t terminal_width() {
   return is_known ? size.ws_col : 80;
 }
 
-// The moving line. Redrawn at most ten times a second, wiped before anything else is printed.
+std::shared_ptr<spdlog::logger> logger() {
+  static const std::shared_ptr<spdlog::logger> kLogger = [] {
+    const spdlog::color_mode mode =
+        allows_color(STDERR_FILENO) ? spdlog::color_mode::automatic : spdlog::color_mode::never;
+    std::shared_ptr<spdlog::logger> made = spdlog::stderr_color_mt("sightline", mode);
+    made->set_pattern("%^%l%$ %v");
+    return made;
+  }();
+  return kLogger;
+}
+
+enum class ProgressForm { kNone, kMovingLine, kLines };
+
+// On a terminal a moving line, redrawn at most ten times a second and wiped before anything else is
+// printed; else, in a log, a line of its own now and then, so that a long pass is not silent.
 class ProgressLine {
  public:
-  ProgressLine(bool is_shown, std::vector<double> expected_s)
-      : is_shown_(is_shown), remaining_(std::move(expected_s)) {}
+  ProgressLine(ProgressForm form, double line_every_s, std::vector<double> expected_s)
+      : form_(form),
+        pause_s_(form == ProgressForm::kLines ? line_every_s : 0.1),
+        remaining_(std::move(expected_s)) {}
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -94,9 +115,9 @@ class ProgressLine {
   }
 
   void update(std::size_t done, std::size_t total) {
-    if (!is_shown_ || total == 0) return;
+    if (form_ == ProgressForm::kNone || total == 0) return;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (seconds_since(drawn_) < 0.1) return;
+    if (seconds_since(drawn_) < pause_s_) return;
     drawn_ = Clock::now();
     std::string line = concat(head_, "  ", done, "/", total);
     if (done > 0) {
@@ -106,6 +127,7 @@ class ProgressLine {
       const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s);
       if (run_s && *run_s > left_s) line += concat(", ", clock_text(*run_s), " of the whole run");
     }
+    if (form_ == ProgressForm::kLines) return logger()->info("{}", line);
     draw(line);
   }
 
@@ -122,11 +144,12 @@ class ProgressLine {
 
  private:
   void draw(const std::string& line) const {
-    if (!is_shown_) return;
+    if (form_ != ProgressForm::kMovingLine) return;
     std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminal_width() - 1).c_str());
   }
 
-  const bool is_shown_;
+  const ProgressForm form_;
+  const double pause_s_;  // between two lines
   std::mutex mutex_;
   RemainingTime remaining_;
   std::string head_;
@@ -134,108 +157,24 @@ class ProgressLine {
   Clock::time_point drawn_;
 };
 
-std::shared_ptr<spdlog::logger> logger() {
-  static const std::shared_ptr<spdlog::logger> kLogger = [] {
-    const spdlog::color_mode mode =
-        allows_color(STDERR_FILENO) ? spdlog::color_mode::automatic : spdlog::color_mode::never;
-    std::shared_ptr<spdlog::logger> made = spdlog::stderr_color_mt("sightline", mode);
-    made->set_pattern("%^%l%$ %v");
-    return made;
-  }();
-  return kLogger;
-}
-
 // Where the output of a step comes from.
 std::string_view origin(const StepReport& report) {
   if (!report.from_cache) return "done";
   return report.reason == kNotNeeded ? kNotNeeded : "from the cache";
 }
 
+// Says what is kept, and dies of the signal, so that a shell sees it and ends its loop.
 template <bool kHasCache>
-void on_interrupt(int /*signal*/) {
+void on_interrupt(int signal) {
   constexpr std::string_view kText =
       kHasCache ? "\nSL7001 interrupted: finished passes are in the cache; the same command "
                   "continues from there\n"
                 : "\nSL7001 interrupted: nothing is kept without a cache; leave out --no-cache to "
                   "continue from finished passes\n";
   (void)!::write(STDERR_FILENO, kText.data(), kText.size());
-  ::_exit(exit_status(ErrorCode::kInterrupted));
+  (void)std::signal(signal, SIG_DFL);
+  (void)::raise(signal);  // comes when this handler has returned
 }
-
-using Json = nlohmann::ordered_json;
-
-double rounded(double seconds) { return std::round(seconds * 1000.0) / 1000.0; }
-
-class JsonLines {
- public:
-  JsonLines(int descriptor, std::vector<double> expected_s)
-      : descriptor_(descriptor), remaining_(std::move(expected_s)) {}
-
-  void start(std::size_t step, std::size_t steps, const std::string& name) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    pass_ = {{"pass", name}, {"step", step + 1}, {"steps", steps}};
-    remaining_.start(step);
-    begin_ = Clock::now();
-    reported_ = {};
-    reported_done_ = 0;
-    write("started", {});
-  }
-  void update(std::size_t done, std::size_t total) {
-    constexpr auto kPause = std::chrono::milliseconds(200);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const Clock::time_point now = Clock::now();
-    if (done < reported_done_) return;  // a thread that counted earlier and came later
-    if (done < total && now - reported_ < kPause) return;
-    reported_ = now;
-    reported_done_ = done;
-    const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
-    Json rest = {{"done", done}, {"total", total}, {"elapsed_s", rounded(elapsed_s)}};
-    if (done > 0) {
-      const double left_s = remaining_.of_step_s(elapsed_s, done, total);
-      rest["remaining_s"] = rounded(left_s);
-      if (const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s)) {
-        rest["run_remaining_s"] = rounded(*run_s);
-      }
-    }
-    write("progress", rest);
-  }
-  // `event`: "warning" or "information".
-  void say(const char* event, const std::string& pass, const std::string& message) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    put({{"event", event}, {"pass", pass}, {"message", message}});
-  }
-  void finish(const StepReport& report) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    remaining_.finish(report);
-    write("finished", {{"wall_s", rounded(report.wall_s)},
-                       {"cpu_s", rounded(report.cpu_s)},
-                       {"peak_memory_mib", std::round(report.peak_memory_mib)},
-                       {"from_cache", report.from_cache}});
-  }
-
- private:
-  void write(const char* event, const Json& rest) {
-    Json line = {{"event", event}};
-    line.update(pass_);
-    if (!rest.is_null()) line.update(rest);
-    put(line);
-  }
-  void put(const Json& line) {
-    if (is_broken_) return;
-    // A name that is no UTF-8 must not end the run.
-    const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-    is_broken_ = ::write(descriptor_, text.data(), text.size()) < 0;
-  }
-
-  const int descriptor_;
-  std::mutex mutex_;
-  RemainingTime remaining_;
-  Json pass_ = Json::object();
-  Clock::time_point begin_;
-  Clock::time_point reported_;
-  std::size_t reported_done_ = 0;
-  bool is_broken_ = false;
-};
 
 template <class... Arguments>
 std::function<void(Arguments...)> both(std::function<void(Arguments...)> first,
@@ -248,11 +187,14 @@ std::function<void(Arguments...)> both(std::function<void(Arguments...)> first,
 
 }  // namespace
 
-RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s) {
+RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s,
+                             double line_every_s) {
   const bool is_quiet = verbosity == Verbosity::kQuiet;
   const bool is_verbose = verbosity == Verbosity::kVerbose;
-  const auto line = std::make_shared<ProgressLine>(!is_quiet && ::isatty(STDERR_FILENO) == 1,
-                                                   std::move(expected_s));
+  const ProgressForm form = is_quiet                          ? ProgressForm::kNone
+                            : is_able_terminal(STDERR_FILENO) ? ProgressForm::kMovingLine
+                                                              : ProgressForm::kLines;
+  const auto line = std::make_shared<ProgressLine>(form, line_every_s, std::move(expected_s));
   RunObserver observer;
   observer.started = [line, is_verbose](std::size_t step, std::size_t steps,
                                         const std::string& name) {
@@ -262,12 +204,12 @@ RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s
   observer.progress = [line](std::size_t done, std::size_t total) { line->update(done, total); };
   observer.warning = [line](const std::string& pass, const std::string& message) {
     line->wipe();
-    logger()->warn("{}: {}", pass, printable(message));
+    logger()->warn("{}: {}", pass, log_text(message));
   };
   observer.information = [line, is_quiet](const std::string& pass, const std::string& message) {
     if (is_quiet) return;
     line->wipe();
-    logger()->info("{}: {}", pass, printable(message));
+    logger()->info("{}: {}", pass, log_text(message));
   };
   observer.finished = [line, is_quiet, is_verbose](const StepReport& report) {
     line->finish(report);
@@ -295,10 +237,10 @@ std::string toned(Tone tone, std::string_view text) {
 
 void print_note(const std::string& line) {
   if (verbosity() == Verbosity::kQuiet) return;
-  std::fputs((printable(line) + "\n").c_str(), stderr);
+  std::fputs((log_text(line) + "\n").c_str(), stderr);
 }
 
-void print_warning(const std::string& text) { logger()->warn("{}", printable(text)); }
+void print_warning(const std::string& text) { logger()->warn("{}", log_text(text)); }
 
 void log_cost(const std::string& command, double wall_s) {
   rusage used{};
@@ -309,7 +251,7 @@ void log_cost(const std::string& command, double wall_s) {
 
 void print_text(std::string_view text) {
   const bool has_tones = allows_color(STDOUT_FILENO);
-  const std::string shown = has_tones ? printable_between_tones(text) : printable(text);
+  const std::string shown = has_tones ? printable_between_tones(text) : log_text(text);
   (void)std::fwrite(shown.data(), 1, shown.size(), stdout);
 }
 
@@ -319,7 +261,9 @@ void print_data(std::string_view data) {
 }
 
 int report_error(const Error& error) {
-  logger()->error("{}", printable(to_string(error)));
+  Error shown = error;
+  shown.file = one_line(error.file);
+  logger()->error("{}", log_text(to_string(shown)));
   return exit_status(error.code);
 }
 
@@ -348,34 +292,10 @@ std::string explanation(const std::vector<StepReport>& reports) {
 
 void explain_interruption(bool has_cache) {
   const auto handler = has_cache ? &on_interrupt<true> : &on_interrupt<false>;
-  std::signal(SIGINT, handler);
-  std::signal(SIGTERM, handler);
-}
-
-RunObserver json_observer(int descriptor, std::vector<double> expected_s) {
-  std::signal(SIGPIPE, SIG_IGN);
-  const auto lines = std::make_shared<JsonLines>(descriptor, std::move(expected_s));
-  RunObserver observer;
-  observer.started = [lines](std::size_t step, std::size_t steps, const std::string& name) {
-    lines->start(step, steps, name);
-  };
-  observer.progress = [lines](std::size_t done, std::size_t total) { lines->update(done, total); };
-  observer.warning = [lines](const std::string& pass, const std::string& message) {
-    lines->say("warning", pass, message);
-  };
-  observer.information = [lines](const std::string& pass, const std::string& message) {
-    lines->say("information", pass, message);
-  };
-  observer.finished = [lines](const StepReport& report) { lines->finish(report); };
-  return observer;
-}
-
-Result<void> check_progress_descriptor(int descriptor) {
-  const int mode = ::fcntl(descriptor, F_GETFL);
-  if (mode >= 0 && (mode & O_ACCMODE) != O_RDONLY) return {};
-  return Error{ErrorCode::kBadArgument,
-               concat("file descriptor ", descriptor, " is not open for writing"), "",
-               "--json-progress"};
+  for (const int signal : {SIGINT, SIGTERM}) {
+    // What the caller ignores stays ignored, as with nohup and in the background of a script.
+    if (std::signal(signal, SIG_IGN) != SIG_IGN) std::signal(signal, handler);
+  }
 }
 
 RunObserver both(RunObserver first, RunObserver second) {

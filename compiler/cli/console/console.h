@@ -42,12 +42,14 @@ void print_warning(const std::string& text);
 // "info sightline gate took 0.8 s and 210 MiB of memory" on stderr; the memory is the most so far.
 void log_cost(const std::string& command, double wall_s);
 
-// Reports a run on stderr; when that is a terminal, unless quiet, with a moving line that has the
-// share done and the time that remains; of the whole run too where `expected_s` names the seconds
-// that each of its steps is expected to take. `printed` tables go to stdout as CSV.
-RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s = {});
+// Reports a run on stderr; unless quiet, with the share done and the time that remains; of the
+// whole run too where `expected_s` names the seconds that each of its steps is expected to take: on
+// a terminal in a moving line, else (and where TERM is unknown or dumb) in a line every so many
+// seconds. `printed` tables go to stdout as CSV.
+RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s = {},
+                             double line_every_s = 30.0);
 
-// On stdout, with what could steer a terminal escaped (printable()), except the colours of toned():
+// On stdout, with what could steer a terminal escaped (log_text()), except the colours of toned():
 // for words out of files.
 void print_text(std::string_view text);
 // On stdout as it is, unless that is a terminal: then as print_text().
@@ -62,8 +64,8 @@ std::string time_table(const std::vector<StepReport>& reports);
 // Why each step ran or did not, for --explain.
 std::string explanation(const std::vector<StepReport>& reports);
 
-// From here on Ctrl-C prints whether finished passes are kept and ends with the status of an
-// incomplete run; unfinished files are removed by the next run.
+// From here on Ctrl-C prints whether finished passes are kept, and the process dies of the signal;
+// unfinished files are removed by the next run. A signal that was ignored at the start stays so.
 void explain_interruption(bool has_cache);
 
 // Reports a run on a file descriptor as one JSON object a line, for programs that show progress:

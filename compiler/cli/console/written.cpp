@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "compiler/cli/console/console.h"
+#include "formats/base/printable.h"
 
 namespace sightline {
 
@@ -20,7 +21,7 @@ std::string written_line(const std::filesystem::path& file, const std::string& a
   if (!std::filesystem::is_regular_file(file, failure)) return "";
   const std::uintmax_t size = std::filesystem::file_size(file, failure);
   if (failure) return "";
-  const std::string line = fmt::format("Wrote {} ({})", file.string(), size_text(size));
+  const std::string line = fmt::format("Wrote {} ({})", one_line(file.string()), size_text(size));
   return about.empty() ? line + "\n" : fmt::format("{}: {}\n", line, about);
 }
 

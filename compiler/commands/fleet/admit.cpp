@@ -8,6 +8,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/release/record_text.h"
 #include "formats/release/signatures.h"
+#include "formats/text/json_text.h"
 
 namespace sightline {
 namespace {
@@ -103,7 +104,7 @@ Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
   const Result<RootRecord> root = next_root(trusted, next.text, next.signatures);
   if (!root) return in_file(root.error(), flags.next_root);
   const Json json = {{"root", json_of(*root)}};
-  return put_result(flags.result, flags.result.is_json() ? json.dump(2) + "\n" : encode(*root));
+  return put_result(flags.result, flags.result.is_json() ? json_text(json) : encode(*root));
 }
 
 Result<void> admit(const AdmitFlags& flags) {
@@ -128,7 +129,7 @@ Result<void> admit(const AdmitFlags& flags) {
   const FetchPlan fetch = plan_fetch(flags.present, *record);
   const Json json = {{"release", json_of(*record)}, {"fetch", json_of(fetch)}};
   return put_result(flags.result, flags.result.is_json()
-                                      ? json.dump(2) + "\n"
+                                      ? json_text(json)
                                       : concat(encode(*record), "fetch ", to_text(fetch), "\n"));
 }
 

@@ -7,6 +7,7 @@
 #include "compiler/cli/result_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/store/prune.h"
+#include "formats/text/json_text.h"
 
 namespace sightline {
 namespace {
@@ -46,7 +47,7 @@ std::string to_json(const CacheFlags& flags, const CacheContents& contents) {
     json["unused_bytes"] = contents.unused_bytes;
   }
   // A path need not be UTF-8.
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 Result<void> look(const CacheFlags& flags) {

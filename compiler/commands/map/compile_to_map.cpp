@@ -23,6 +23,7 @@
 #include "compiler/pipeline/process_cost.h"
 #include "compiler/pipeline/runner.h"
 #include "compiler/pipeline/schedule.h"
+#include "compiler/store/cache.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
 #include "compiler/views/text/map_summary_text.h"
@@ -38,6 +39,10 @@
 namespace sightline {
 namespace {
 
+std::string provenance_beside(const std::string& map) {
+  return map.empty() ? "" : map + ".provenance.json";
+}
+
 // Before hours of work rather than after them.
 Result<void> check_outputs(const CompileFlags& flags) {
   if (flags.output.empty() && flags.run.stop_after.empty() && !flags.is_dry) {
@@ -45,7 +50,7 @@ Result<void> check_outputs(const CompileFlags& flags) {
   }
   SIGHTLINE_TRY(try_output(flags.depfile, IfExists::kReplace));
   SIGHTLINE_TRY(try_output(flags.poses, if_exists(flags.is_forced)));
-  return try_output(flags.output, if_exists(flags.is_forced));
+  return try_outputs_of_map(flags.output, if_exists(flags.is_forced));
 }
 
 std::filesystem::path poses_beside(const std::string& map) {
@@ -57,7 +62,7 @@ Result<void> write_outputs(const std::string& output, IfExists if_exists, const 
   const WriteInto write = [&](const ByteSink& file) { return map.bytes.visit(file); };
   SIGHTLINE_TRY(write_file_atomically(output, write, if_exists));
   // A stale provenance beside a new map would be worse than replacing one.
-  return write_file_atomically(output + ".provenance.json", provenance, IfExists::kReplace);
+  return write_file_atomically(provenance_beside(output), provenance, IfExists::kReplace);
 }
 
 Result<void> write_poses(const std::filesystem::path& file, IfExists if_exists,
@@ -217,6 +222,10 @@ Result<std::optional<ExpectedPlaces>> try_places(const CompilePlan& compile,
 Result<void> estimate_cost(const CompileFlags& flags, const CompileConfig& config,
                            const CompilePlan& compile, const ArtifactSet& artifacts) {
   const RunOptions options = run_options(flags.run, config);
+  const ArtifactCache cache = ArtifactCache::to_look_at(options.cache_directory);
+  if (const Result<void> writable = cache.check_writable(); !writable) {
+    print_warning(cannot_store_text(writable.error()));
+  }
   ExpectedCost cost =
       expected_cost(compile.plan, reported_artifacts(compile), options, config, artifacts);
   SIGHTLINE_ASSIGN(cost.places, try_places(compile, options, artifacts));
@@ -278,6 +287,11 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
     files.names_evaluation = !config.evaluation.scans.empty();
   }
   return print_summary(flags.summary, files, compile, artifacts);
+}
+
+Result<void> try_outputs_of_map(const std::string& output, IfExists if_exists) {
+  SIGHTLINE_TRY(try_output(output, if_exists));
+  return try_output(provenance_beside(output), IfExists::kReplace);
 }
 
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,

@@ -45,7 +45,9 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
 Result<void> write_compiled(const std::string& output, IfExists if_exists,
                             const CompileConfig& config, const CompilePlan& compile,
                             const ArtifactSet& artifacts, const std::vector<StepReport>& reports);
-// Whether the poses could be written there; before hours of work.
+// Whether the map and its provenance could be written there; before hours of work.
+Result<void> try_outputs_of_map(const std::string& output, IfExists if_exists);
+// Whether the poses could.
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,
                               const CompilePlan& compile);
 // Of a map that was written: its path, size and extent, the verdict, the promise, the next command.

@@ -10,6 +10,8 @@
 #include "compiler/work/shared_work.h"
 #include "formats/base/files/atomic_file.h"
 #include "formats/base/hash.h"
+#include "formats/base/printable.h"
+#include "formats/text/quoted_text.h"
 
 namespace sightline {
 namespace {
@@ -47,11 +49,23 @@ std::string next_steps(const PlanFlags& flags) {
   const std::string shares = std::to_string(flags.shares);
   std::string text = "\nNext, run the stages in this order, their shares on any machines:\n";
   for (const Stage stage : kWorkStages) {
-    text += concat("  sightline cluster work ", flags.output, " --stage ", stage_name(stage));
+    text += concat("  sightline cluster work ", command_word(flags.output), " --stage ",
+                   stage_name(stage));
     if (is_shared(stage)) text += concat(" --share K/", shares, "    # K = 1 to ", shares);
     text += "\n";
   }
-  return concat(text, "  sightline cluster link ", flags.output, " -o map.slmap\n");
+  return concat(text, "  sightline cluster link ", command_word(flags.output), " -o map.slmap\n");
+}
+
+// What engines read ends at a line end, and the rest of a name would be a command of its own.
+Result<void> check_names_of_scripts(const PlanFlags& flags) {
+  for (const std::string& name : {std::filesystem::absolute(flags.output).string(), flags.map}) {
+    if (one_line(name) == name) continue;
+    return Error{ErrorCode::kBadArgument,
+                 "a path in a script has no line ends or other control characters; choose another",
+                 name};
+  }
+  return {};
 }
 
 Result<void> plan(const PlanFlags& flags) {
@@ -68,6 +82,7 @@ Result<void> plan(const PlanFlags& flags) {
     }
     return {};
   }
+  SIGHTLINE_TRY(check_names_of_scripts(flags));
   EngineJob job;
   job.program = std::filesystem::read_symlink("/proc/self/exe");
   job.plan = std::filesystem::absolute(flags.output).lexically_normal();

@@ -47,6 +47,7 @@ Result<void> work(const WorkFlags& flags) {
   options.threads = flags.run.threads;
   options.share = flags.share;
   options.keeps_wanted = false;  // others take it from the store
+  options.must_store = true;
   std::vector<AnyWire> others = outputs_of(work.compile, stage);
   const std::vector<AnyWire> own = share_of(others, flags.share);
   std::erase_if(others,
@@ -93,7 +94,7 @@ struct LinkFlags {
 };
 
 Result<void> link(const LinkFlags& flags) {
-  SIGHTLINE_TRY(try_output(flags.output, if_exists(flags.is_forced)));
+  SIGHTLINE_TRY(try_outputs_of_map(flags.output, if_exists(flags.is_forced)));
   const std::string output = std::filesystem::absolute(flags.output).string();
   SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
   SIGHTLINE_TRY(try_poses_output(output, if_exists(flags.is_forced), work.compile));

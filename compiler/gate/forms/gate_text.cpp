@@ -5,6 +5,7 @@
 
 #include "compiler/gate/rules/rules.h"
 #include "compiler/views/verdict/verdict_text.h"
+#include "formats/base/printable.h"
 #include "formats/text/quoted_text.h"
 #include "formats/text/table.h"
 
@@ -12,8 +13,8 @@ namespace sightline {
 namespace {
 
 std::string map_line(const std::string& what, const GateMapCard& card) {
-  return concat(what, card.file, " (map ", card.map_id, ", version ", card.version, ", release ",
-                card.release, ")\n");
+  return concat(what, one_line(card.file), " (map ", one_line(card.map_id), ", version ",
+                one_line(card.version), ", release ", card.release, ")\n");
 }
 
 template <class Wanted>
@@ -48,22 +49,6 @@ std::string gate_counts(const GateReport& report) {
     if (each.count > 0) text += concat(", ", each.count, each.count == 1 ? each.one : each.many);
   }
   return text;
-}
-
-std::string cell(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (c == '|') {
-      safe += "\\|";
-    } else if (c == '\n' || c == '\r') {
-      safe += ' ';
-    } else if (c == '<') {
-      safe += "&lt;";
-    } else {
-      safe += c;
-    }
-  }
-  return safe;
 }
 
 std::string place_of(const Check& check) {
@@ -102,8 +87,9 @@ std::string row(const Check& check) {
   const std::string allowed = check.allowed ? in_words(*check.allowed, check.unit) : "";
   return concat("| ", severity_name(check.severity), " | `", check.rule, "` | ", limit, " | ",
                 place_of(check), " | ", in_words(check.found, check.unit), " | ", allowed, " | ",
-                cell(check.message),
-                (check.exception.empty() ? "" : "; excepted: " + cell(check.exception)), " |\n");
+                markdown_text(check.message),
+                (check.exception.empty() ? "" : "; excepted: " + markdown_text(check.exception)),
+                " |\n");
 }
 
 std::string table(const std::string& rows) {
@@ -126,24 +112,6 @@ std::string rows_of(const GateReport& report, Verdict verdict) {
   }
   return rows;
 }
-
-// What a workflow command would take for its own syntax, as %XX.
-std::string escaped(const std::string& text, std::string_view reserved) {
-  static constexpr const char* kDigits = "0123456789ABCDEF";
-  std::string safe;
-  for (const char c : text) {
-    if (reserved.find(c) == std::string_view::npos) {
-      safe += c;
-      continue;
-    }
-    const auto byte = static_cast<unsigned char>(c);
-    safe += {'%', kDigits[byte / 16], kDigits[byte % 16]};
-  }
-  return safe;
-}
-
-std::string in_message(const std::string& text) { return escaped(text, "%\r\n"); }
-std::string in_property(const std::string& text) { return escaped(text, "%\r\n:,"); }
 
 std::string name_of(const Check& check) {
   return check.limit_m ? concat(check.rule, " within ", format_double(*check.limit_m), " m")
@@ -261,10 +229,11 @@ std::string to_summary(const GateReport& report) {
 }
 
 std::string to_markdown(const GateReport& report) {
-  std::string text = concat("### sightline gate: ", (report.passes() ? "passed" : "failed"),
-                            "\n\n`", report.map.file, "` (version ", cell(report.map.version),
-                            ", release ", report.map.release, ")");
-  if (report.old_map) text += concat(" against `", report.old_map->file, "`");
+  std::string text =
+      concat("### sightline gate: ", (report.passes() ? "passed" : "failed"), "\n\n`",
+             markdown_code(report.map.file), "` (version ", markdown_text(report.map.version),
+             ", release ", report.map.release, ")");
+  if (report.old_map) text += concat(" against `", markdown_code(report.old_map->file), "`");
   text += concat(": ", report.violations(Severity::kError), " errors, ",
                  report.violations(Severity::kWarning), " warnings, ",
                  report.violations(Severity::kNote), " notes.\n\n", to_markdown(report.verdict));
@@ -281,9 +250,10 @@ std::string to_github(const GateReport& report) {
   for (const Check& check : report.checks) {
     if (check.verdict != Verdict::kViolated) continue;
     const bool is_of_old = check.place && check.place->is_of_old && report.old_map;
-    text += concat("::", kCommands[static_cast<std::size_t>(check.severity)],
-                   " file=", in_property(is_of_old ? report.old_map->file : report.map.file),
-                   ",title=", in_property(check.rule), "::", in_message(check.message), "\n");
+    text +=
+        concat("::", kCommands[static_cast<std::size_t>(check.severity)],
+               " file=", github_property(is_of_old ? report.old_map->file : report.map.file),
+               ",title=", github_property(check.rule), "::", github_message(check.message), "\n");
   }
   const char* verdict = report.passes() ? "::notice title=sightline gate::passed"
                                         : "::error title=sightline gate::failed";

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/annotation/range_rule.h"
+#include "formats/text/json_text.h"
 
 namespace sightline {
 namespace {
@@ -74,7 +75,7 @@ Result<std::string> to_geojson(const CompiledMap& map, const World& world) {
     all["crs"] = {{"type", "name"}, {"properties", {{"name", kLocalCrsWkt}}}};
   }
   all["features"] = std::move(features);
-  return all.dump() + "\n";
+  return json_text(all, -1) + "\n";
 }
 
 Result<GeoPosition> geo_position(const World& world, const Eigen::Vector3d& p_world_m) {

@@ -4,6 +4,7 @@
 
 #include "compiler/views/exports/geojson.h"
 #include "compiler/views/text/weakness_text.h"
+#include "formats/text/json_text.h"
 
 namespace sightline {
 namespace {
@@ -111,7 +112,7 @@ std::string to_json(const Weakness& weakness, const Sites& sites) {
     }
     json["stretches"].push_back(std::move(stretch));
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 Result<std::string> to_geojson(const Weakness& weakness, const Sites& sites, const World& world) {
@@ -136,7 +137,7 @@ Result<std::string> to_geojson(const Weakness& weakness, const Sites& sites, con
           feature({{"type", "Point"}, {"coordinates", position}}, "advice", place));
     }
   }
-  return json.dump() + "\n";
+  return json_text(json, -1) + "\n";
 }
 
 }  // namespace sightline

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/base/printable.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {
@@ -16,7 +17,7 @@ std::string percent_of(std::size_t part, std::size_t whole) {
 }
 
 std::string field(const char* name, const std::string& value) {
-  return fmt::format("  {:22} {}\n", name, value);
+  return fmt::format("  {:22} {}\n", name, one_line(value));
 }
 
 // Share of the sites with answers from simulated scans; empty if there are none.
@@ -32,7 +33,7 @@ std::string describe_map(const CompiledMap& map) {
   const std::size_t runs =
       map.sites.sites.empty() ? 0 : map.sites.sites.back().run + std::size_t{1};
   return concat(
-      "map ", map.map_id, "\n",
+      "map ", one_line(map.map_id), "\n",
       field("version", fmt::format("{}, release {}", map.version, map.release)),
       field("written by", map.writer),
       field("frame", fmt::format("world minus ({:.15g}, {:.15g}, {:.15g}) m", origin_m.x(),

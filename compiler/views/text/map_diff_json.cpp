@@ -3,6 +3,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "formats/text/json_text.h"
+
 namespace sightline {
 namespace {
 
@@ -189,7 +191,7 @@ std::string to_json(const MapDiff& diff) {
   }
   for (const SiteDiff& site : diff.sites) json["sites"].push_back(site_json(site, limits_m));
   // Names come from the maps: bytes that are no UTF-8 are replaced, not a reason to fail.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 Result<std::string> to_geojson(const MapDiff& diff, const World& world) {
@@ -211,7 +213,7 @@ Result<std::string> to_geojson(const MapDiff& diff, const World& world) {
                                 {"geometry", std::move(geometry)},
                                 {"properties", std::move(properties)}});
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json, -1) + "\n";
 }
 
 }  // namespace sightline

@@ -7,6 +7,7 @@
 
 #include "compiler/views/verdict/verdict_text.h"
 #include "formats/text/numbers.h"
+#include "formats/text/quoted_text.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -337,22 +338,12 @@ std::string text_of(const Section& section) {
   return text;
 }
 
-// A cell of a Markdown table; what people wrote may hold its signs.
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (std::string_view("|\\`*_<>[]").find(c) != std::string_view::npos) safe += '\\';
-    safe += c == '\n' || c == '\r' ? ' ' : c;
-  }
-  return safe;
-}
-
 std::string markdown_table(const TextGrid& grid) {
   std::string text;
   for (std::size_t row = 0; row < grid.size(); ++row) {
     text += "|";
     for (std::size_t i = 0; i < grid[0].size(); ++i) {
-      text += concat(" ", (i < grid[row].size() ? escaped(grid[row][i]) : ""), " |");
+      text += concat(" ", (i < grid[row].size() ? markdown_text(grid[row][i]) : ""), " |");
     }
     text += "\n";
     if (row > 0) continue;
@@ -385,8 +376,8 @@ std::string summary_text(const MapDiff& diff) {
 std::string to_markdown(const MapDiff& diff) {
   std::string text = concat("### Map diff: ", headline(diff), "\n");
   for (const Section& section : sections_of(diff)) {
-    text += concat("\n**", escaped(section.title), "**\n\n", markdown_table(section.grid));
-    if (!section.remark.empty()) text += concat("\n", escaped(section.remark), "\n");
+    text += concat("\n**", markdown_text(section.title), "**\n\n", markdown_table(section.grid));
+    if (!section.remark.empty()) text += concat("\n", markdown_text(section.remark), "\n");
   }
   return text;
 }

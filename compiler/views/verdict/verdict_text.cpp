@@ -5,6 +5,8 @@
 #include <sstream>
 #include <utility>
 
+#include "formats/base/printable.h"
+#include "formats/text/quoted_text.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -16,22 +18,6 @@ using Json = nlohmann::ordered_json;
 const char* sign_of(MapVerdict verdict) {
   static constexpr const char* kSigns[] = {"\U0001F7E2", "\U0001F7E1", "\U0001F534", "\u26AA"};
   return kSigns[static_cast<std::size_t>(verdict)];
-}
-
-// Texts of a map may contain what Markdown takes for its own syntax.
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (c == '<') {
-      safe += "&lt;";
-    } else if (c == '\n' || c == '\r') {
-      safe += ' ';
-    } else {
-      if (std::string_view("\\`*_[]|").find(c) != std::string_view::npos) safe += '\\';
-      safe += c;
-    }
-  }
-  return safe;
 }
 
 std::string_view name_of(Evidence evidence) {
@@ -156,9 +142,10 @@ std::string to_text(const MapJudgement& judgement) {
 }
 
 std::string to_markdown(const MapJudgement& judgement) {
-  std::string text = concat("**Verdict: ", sign_of(judgement.verdict), " ",
-                            word_of(judgement.verdict), "**", escaped(verdict_rest(judgement)));
-  if (!judgement.promise.empty()) text += " " + escaped(judgement.promise);
+  std::string text =
+      concat("**Verdict: ", sign_of(judgement.verdict), " ", word_of(judgement.verdict), "**",
+             markdown_text(verdict_rest(judgement)));
+  if (!judgement.promise.empty()) text += " " + markdown_text(judgement.promise);
   return text + "\n";
 }
 
@@ -179,14 +166,10 @@ Json to_json(const MapJudgement& judgement) {
   return json;
 }
 
-std::string json_text(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
   std::string all;
   std::string line;
-  for (const std::string& word : words_of(text)) {
+  for (const std::string& word : words_of(printable(text))) {
     if (!line.empty() && line.size() + 1 + word.size() > width) {
       all += line + "\n";
       line = std::string(indent, ' ') + word;

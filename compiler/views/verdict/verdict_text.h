@@ -4,6 +4,7 @@
 #include <string>
 
 #include "compiler/views/verdict/verdict.h"
+#include "formats/text/json_text.h"
 
 // The verdict in the forms in which people and programs read it. All have the same words.
 
@@ -21,10 +22,6 @@ std::string to_markdown(const MapJudgement& judgement);
 
 // As "verdict" in schemas/verdict.schema.json.
 nlohmann::ordered_json to_json(const MapJudgement& judgement);
-
-// JSON on several lines, with its end. Bytes that are not UTF-8, as a map's names may contain, are
-// replaced.
-std::string json_text(const nlohmann::ordered_json& json);
 
 // Breaks paragraphs at spaces so that no line is longer, as far as words allow. Further lines of a
 // paragraph begin with `indent` spaces. Widths count bytes.

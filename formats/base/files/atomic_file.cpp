@@ -11,6 +11,7 @@
 #include <new>
 #include <set>
 
+#include "formats/base/files/file_system_gap.h"
 #include "formats/base/files/regular_file.h"
 #include "formats/base/files/temporary_name.h"
 
@@ -31,6 +32,13 @@ Error output_exists(const fs::path& path) {
 Error out_of_memory(const fs::path& path, std::uint64_t size) {
   return {ErrorCode::kOutOfMemory, concat("not enough memory for the file's ", size, " bytes"),
           path.string()};
+}
+
+// Whether the path is a mount point, as a file is that a container got from outside.
+bool is_mounted(const fs::path& path) {
+  struct statx status {};
+  if (::statx(AT_FDCWD, path.c_str(), AT_SYMLINK_NOFOLLOW, STATX_TYPE, &status) != 0) return false;
+  return (status.stx_attributes & status.stx_attributes_mask & STATX_ATTR_MOUNT_ROOT) != 0;
 }
 
 // An unfinished file beside the target. Gone with its owner unless it was kept.
@@ -64,14 +72,49 @@ Result<UnfinishedFile> create_beside(const fs::path& target, const fs::path& fol
   return write_failure(target, "cannot create the file", number);
 }
 
+Result<void> make_folder(const fs::path& folder) {
+  std::error_code failure;
+  std::error_code ignored;
+  fs::create_directories(folder, failure);
+  if (!failure || fs::is_directory(folder, ignored)) return {};
+  return write_failure(folder, "cannot make the folder", failure.value());
+}
+
+// The file that is replaced keeps its mode and group, and its owner where root replaces it. Where
+// another group may not be given, that of the new file gets no more rights than all others have.
+// What only its owner may read (0600) never becomes readable by more.
+void keep_rights(const fs::path& replaced, const Descriptor& file, int most) {
+  struct stat old {};
+  struct stat made {};
+  if (::lstat(replaced.c_str(), &old) != 0 || !S_ISREG(old.st_mode)) return;
+  if (::fstat(file.number(), &made) != 0) return;
+  mode_t mode = old.st_mode & 0777;
+  if (old.st_uid != made.st_uid) (void)::fchown(file.number(), old.st_uid, old.st_gid);
+  if (old.st_gid != made.st_gid && ::fchown(file.number(), uid_t(-1), old.st_gid) != 0) {
+    mode = (mode & 0707) | ((mode & 0007) << 3);
+  }
+  if (most == 0600) mode &= 0600;
+  (void)::fchmod(file.number(), mode);
+}
+
 // Between the check and the rename another process may have written the file.
 int put_in_place(const fs::path& from, const fs::path& to, IfExists if_exists) {
   if (if_exists == IfExists::kRefuse) {
     if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
-    // Some file systems cannot do that: then what the check saw must do.
-    if (errno != EINVAL && errno != ENOSYS) return errno;
+    const int number = errno;
+    if (!is_gap(FileSystemGap::kRenameWithoutReplacing, number)) return number;
+    // Then what the check saw must do.
+    report_gap(FileSystemGap::kRenameWithoutReplacing, to.string(), number);
   }
   return ::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
+}
+
+Result<void> sync_file(const Descriptor& file, const fs::path& path) {
+  if (::fsync(file.number()) == 0) return {};
+  const int number = errno;
+  if (!is_gap(FileSystemGap::kSync, number)) return write_failure(path, "cannot sync", number);
+  report_gap(FileSystemGap::kSync, path.string(), number);
+  return {};
 }
 
 // After the rename: the directory entry itself reaches the disk. Some file systems cannot sync a
@@ -126,11 +169,21 @@ Error write_failure(const fs::path& path, const std::string& what, int number) {
 
 Result<void> check_output(const fs::path& path, IfExists if_exists) {
   struct stat status {};
-  if (::lstat(path.c_str(), &status) != 0) return {};  // other failures show when it is written
+  if (::lstat(path.c_str(), &status) != 0) {
+    if (errno == ENAMETOOLONG)
+      return write_failure(path, "the output cannot have this name", errno);
+    return {};  // other failures show when it is written
+  }
   if (!S_ISREG(status.st_mode)) {
     return Error{ErrorCode::kCannotWrite,
                  "the output is a link, folder, pipe or device; only a regular file is replaced. "
                  "Remove it or choose another name",
+                 path.string()};
+  }
+  if (is_mounted(path)) {
+    return Error{ErrorCode::kCannotWrite,
+                 "a file is mounted here, which cannot be replaced; mount its folder instead, or "
+                 "choose another name",
                  path.string()};
   }
   if (if_exists == IfExists::kRefuse) return output_exists(path);
@@ -141,17 +194,17 @@ Result<void> write_file_atomically(const fs::path& path, const WriteInto& write,
                                    FileAccess access) {
   SIGHTLINE_TRY(check_output(path, if_exists));
   const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  std::error_code failure;
-  fs::create_directories(folder, failure);
+  SIGHTLINE_TRY(make_folder(folder));
   remove_leftovers_once(folder);
   const int mode = access == FileAccess::kOwner ? 0600 : 0644;
   SIGHTLINE_ASSIGN(UnfinishedFile file, create_beside(path, folder, mode));
+  if (if_exists == IfExists::kReplace) keep_rights(path, file.descriptor, mode);
   SIGHTLINE_TRY(write([&](std::span<const std::byte> piece) -> Result<void> {
     const int number = write_all(file.descriptor, piece);
     if (number != 0) return write_failure(path, "cannot write", number);
     return {};
   }));
-  if (::fsync(file.descriptor.number()) != 0) return write_failure(path, "cannot sync", errno);
+  SIGHTLINE_TRY(sync_file(file.descriptor, path));
   if (const int number = file.descriptor.close(); number != 0) {
     return write_failure(path, "cannot close", number);
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "formats/text/quoted_text.h"
+
 // A library of XML writes a document anew, with its own quotes and blanks. Where elements begin and
 // end is all that is asked for here; whether the document is one, a library has been asked before.
 
@@ -142,14 +144,6 @@ Span whole_lines(std::string_view text, Span span) {
   return {span.begin - indent->size(), next + 1};
 }
 
-std::string escaped(std::string_view value) {
-  std::string text;
-  for (const char c : value) {
-    text += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-  }
-  return text;
-}
-
 // Writes lines in the manner of a document.
 struct Manner {
   std::string indent;  // of a child of <osm>
@@ -168,7 +162,7 @@ struct Manner {
   [[nodiscard]] std::string tags(const OsmTags& tags) const {
     std::string lines;
     for (const auto& [key, value] : tags) {
-      lines += line(2, concat("tag k=\"", escaped(key), "\" v=\"", escaped(value), "\"/"));
+      lines += line(2, concat("tag k=\"", xml_text(key), "\" v=\"", xml_text(value), "\"/"));
     }
     return lines;
   }
@@ -177,7 +171,7 @@ struct Manner {
     all.emplace_back(kAddedBy);
     std::string lines = line(1, element.head);
     for (const std::string& ref : element.refs) {
-      lines += line(2, concat("nd ref=\"", escaped(ref), "\"/"));
+      lines += line(2, concat("nd ref=\"", xml_text(ref), "\"/"));
     }
     return lines + tags(all) + line(1, "/" + element.head.substr(0, element.head.find(' ')));
   }

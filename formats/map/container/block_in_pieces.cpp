@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/base/zstd_memory.h"
 #include "formats/reader/map_layout.h"
 
 namespace sightline {
@@ -40,7 +41,7 @@ void set_level(std::uint64_t raw_size, ZSTD_CCtx* packer) {
 
 // One frame. `raw` is not empty.
 Result<StoredBytes> packed(const StoredBytes& raw) {
-  const std::unique_ptr<ZSTD_CCtx, PackerDeleter> packer(ZSTD_createCCtx());
+  const std::unique_ptr<ZSTD_CCtx, PackerDeleter> packer(with_memory(ZSTD_createCCtx()));
   set_level(raw.size(), packer.get());
   ZSTD_CCtx_setPledgedSrcSize(packer.get(), raw.size());
   // zstd packs the same bytes in another way where it is handed them in other pieces.
@@ -76,7 +77,7 @@ Result<void> visit_unpacked_zstd(const StoredBytes& stored, std::uint64_t raw_si
   const auto beginning = std::min<std::uint64_t>(stored.size(), kLongestHead);
   SIGHTLINE_ASSIGN(const std::vector<std::byte> head, stored.read(0, beginning));
   SIGHTLINE_TRY(check_packed_size(head, stored.size(), raw_size));
-  const std::unique_ptr<ZSTD_DStream, UnpackerDeleter> unpacker(ZSTD_createDStream());
+  const std::unique_ptr<ZSTD_DStream, UnpackerDeleter> unpacker(with_memory(ZSTD_createDStream()));
   std::vector<std::byte> room(ZSTD_DStreamOutSize());
   std::size_t left = 1;  // of the frame; 0 at its end
   std::uint64_t found = 0;
@@ -86,7 +87,7 @@ Result<void> visit_unpacked_zstd(const StoredBytes& stored, std::uint64_t raw_si
     while (in.pos < in.size || is_full) {
       if (left == 0 && in.pos < in.size) return unreadable_block();  // bytes behind the frame
       ZSTD_outBuffer out{room.data(), room.size(), 0};
-      left = ZSTD_decompressStream(unpacker.get(), &out, &in);
+      left = with_memory(ZSTD_decompressStream(unpacker.get(), &out, &in));
       found += out.pos;
       if (ZSTD_isError(left) != 0 || found > raw_size) return unreadable_block();
       SIGHTLINE_TRY(sink(std::span(room).first(out.pos)));

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "formats/base/bytes.h"
+#include "formats/base/zstd_memory.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"
 
@@ -107,7 +108,8 @@ StoredBlock pack(std::span<const std::byte> raw) {
   // Memory that is not written to takes none: of a large block little is.
   const std::size_t room = ZSTD_compressBound(raw.size());
   const auto packed = std::make_unique_for_overwrite<std::byte[]>(room);
-  const std::size_t size = ZSTD_compress(packed.get(), room, raw.data(), raw.size(), kPackLevel);
+  const std::size_t size =
+      with_memory(ZSTD_compress(packed.get(), room, raw.data(), raw.size(), kPackLevel));
   if (ZSTD_isError(size) == 0 && is_worth_packing(raw.size(), size)) {
     block.codec = BlockCodec::kZstd;
     block.bytes.assign(packed.get(), packed.get() + size);
@@ -140,7 +142,8 @@ Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
                                            std::uint64_t raw_size) {
   SIGHTLINE_TRY(check_packed_size(stored, stored.size(), raw_size));
   std::vector<std::byte> raw(raw_size);
-  const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size());
+  const std::size_t size =
+      with_memory(ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size()));
   if (ZSTD_isError(size) != 0 || size != raw_size) return unreadable_block();
   return raw;
 }

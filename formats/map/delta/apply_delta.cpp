@@ -98,6 +98,14 @@ Result<ApplyReport> make_part(const OpenedDelta& delta, const fs::path& map, con
   return report;
 }
 
+// Kept, where a later attempt may continue: the system failed, not the delta.
+Result<ApplyReport> make_part_or_discard(const OpenedDelta& delta, const fs::path& map,
+                                         const fs::path& part, PartFile& file) {
+  Result<ApplyReport> made = make_part(delta, map, part, file);
+  if (!made && error_class(made.error().code) != ErrorClass::kSystem) file.discard();
+  return made;
+}
+
 Result<void> refuse_link(const fs::path& map) {
   struct stat status {};
   if (::lstat(map.c_str(), &status) != 0) {
@@ -154,7 +162,7 @@ Result<ApplyReport> report_done(const OpenedDelta& delta, const fs::path& map, c
 Result<ApplyReport> apply_locked(const OpenedDelta& delta, const fs::path& map, PartFile& part) {
   const Result<void> base = check_base(delta, map);
   if (!base) return report_done(delta, map, base.error());
-  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(map), part));
+  SIGHTLINE_ASSIGN(ApplyReport report, make_part_or_discard(delta, map, part_path(map), part));
   SIGHTLINE_TRY(put_in_place(part_path(map), map));
   return report;
 }
@@ -183,7 +191,7 @@ Result<ApplyReport> apply_delta_to(const fs::path& delta_path, const fs::path& m
   }
   SIGHTLINE_TRY(check_base(delta, map));
   SIGHTLINE_ASSIGN(PartFile part, PartFile::open(part_path(out)));
-  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(out), part));
+  SIGHTLINE_ASSIGN(ApplyReport report, make_part_or_discard(delta, map, part_path(out), part));
   SIGHTLINE_TRY(rename_file(part_path(out), out));
   return report;
 }

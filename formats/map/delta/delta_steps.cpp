@@ -11,6 +11,7 @@
 #include <string>
 
 #include "formats/base/check.h"
+#include "formats/base/zstd_memory.h"
 #include "formats/map/delta/delta_format.h"
 
 namespace sightline {
@@ -130,16 +131,15 @@ std::uint32_t zstd_version() { return ZSTD_versionNumber(); }
 
 std::vector<std::byte> pack_delta(std::span<const std::byte> raw,
                                   std::span<const std::byte> prefix) {
-  const std::unique_ptr<ZSTD_CCtx, FreeCompressor> context(ZSTD_createCCtx());
-  SIGHTLINE_CHECK(context != nullptr);
+  const std::unique_ptr<ZSTD_CCtx, FreeCompressor> context(with_memory(ZSTD_createCCtx()));
   const int window_log = std::clamp(static_cast<int>(std::bit_width(raw.size() + prefix.size())),
                                     kSmallestWindowLog, kLargestWindowLog);
   SIGHTLINE_CHECK(is_good(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel)));
   SIGHTLINE_CHECK(is_good(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, window_log)));
   SIGHTLINE_CHECK(is_good(ZSTD_CCtx_refPrefix(context.get(), prefix.data(), prefix.size())));
   std::vector<std::byte> packed(ZSTD_compressBound(raw.size()));
-  const std::size_t size =
-      ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
+  const std::size_t size = with_memory(
+      ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size()));
   SIGHTLINE_CHECK(is_good(size));
   packed.resize(size);
   return packed;
@@ -151,14 +151,13 @@ Result<std::vector<std::byte>> unpack_delta(std::span<const std::byte> packed,
     return Error{ErrorCode::kBadDelta,
                  "a frame does not unpack to " + std::to_string(size) + " bytes"};
   }
-  const std::unique_ptr<ZSTD_DCtx, FreeDecompressor> context(ZSTD_createDCtx());
-  SIGHTLINE_CHECK(context != nullptr);
+  const std::unique_ptr<ZSTD_DCtx, FreeDecompressor> context(with_memory(ZSTD_createDCtx()));
   SIGHTLINE_CHECK(
       is_good(ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindowLog)));
   SIGHTLINE_CHECK(is_good(ZSTD_DCtx_refPrefix(context.get(), prefix.data(), prefix.size())));
   std::vector<std::byte> raw(size);
-  const std::size_t made =
-      ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
+  const std::size_t made = with_memory(
+      ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size()));
   if (!is_good(made) || made != size) {
     return Error{ErrorCode::kBadDelta, "zstd cannot unpack a frame"};
   }
@@ -172,8 +171,8 @@ std::uint64_t content_size(std::span<const std::byte> packed) {
 
 std::vector<std::byte> pack_anew(std::span<const std::byte> raw, std::uint32_t level) {
   std::vector<std::byte> packed(ZSTD_compressBound(raw.size()));
-  const std::size_t size =
-      ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), static_cast<int>(level));
+  const std::size_t size = with_memory(
+      ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), static_cast<int>(level)));
   SIGHTLINE_CHECK(is_good(size));
   packed.resize(size);
   return packed;

@@ -10,8 +10,14 @@
 #include <cstring>
 #include <utility>
 
+#include "formats/base/files/file_system_gap.h"
+
 namespace sightline {
 namespace {
+
+// A link would let any program that may write to the folder choose another file to be overwritten;
+// a pipe would wait for ever.
+constexpr int kFlags = O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
 
 Error failure(ErrorCode code, const std::filesystem::path& path, const char* what, int number) {
   const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
@@ -31,7 +37,7 @@ bool is_still_called(const std::filesystem::path& path, const struct stat& file)
 PartFile::PartFile(PartFile&& other) noexcept
     : path_(std::move(other.path_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
-      is_locked_(other.is_locked_),
+      is_own_(other.is_own_),
       offset_(other.offset_),
       kept_(other.kept_),
       is_comparing_(other.is_comparing_),
@@ -40,16 +46,13 @@ PartFile::PartFile(PartFile&& other) noexcept
 PartFile::~PartFile() {
   if (descriptor_ < 0) return;
   struct stat status {};
-  const bool is_empty = is_locked_ && ::fstat(descriptor_, &status) == 0 && status.st_size == 0;
+  const bool is_empty = is_own_ && ::fstat(descriptor_, &status) == 0 && status.st_size == 0;
   if (is_empty && is_still_called(path_, status)) (void)::unlink(path_.c_str());
   ::close(descriptor_);
 }
 
 Result<PartFile> PartFile::open(const std::filesystem::path& path) {
-  // A link would let any program that may write to the folder choose another file to be
-  // overwritten; a pipe would wait for ever.
-  const int descriptor =
-      ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644);
+  const int descriptor = ::open(path.c_str(), kFlags, 0644);
   if (descriptor < 0) return failure(ErrorCode::kCannotOpen, path, "cannot open", errno);
   PartFile file(path, descriptor);
   struct stat status {};
@@ -58,13 +61,27 @@ Result<PartFile> PartFile::open(const std::filesystem::path& path) {
                  path.string()};
   }
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    return failure(ErrorCode::kCannotOpen, path, "another process is using it", errno);
+    const int number = errno;
+    if (is_gap(FileSystemGap::kLock, number)) return open_anew(path, number);
+    return failure(ErrorCode::kCannotOpen, path, "another process is using it", number);
   }
   if (!is_still_called(path, status)) {
     return Error{ErrorCode::kCannotOpen, "another process has just finished it; try again",
                  path.string()};
   }
-  file.is_locked_ = true;
+  file.is_own_ = true;
+  return file;
+}
+
+// Without locks another process may hold the file that is there, and would write into it even when
+// it has become the map: this one takes no file but a new one.
+Result<PartFile> PartFile::open_anew(const std::filesystem::path& path, int number) {
+  report_gap(FileSystemGap::kLock, path.string(), number);
+  (void)::unlink(path.c_str());
+  const int descriptor = ::open(path.c_str(), kFlags | O_EXCL, 0644);
+  if (descriptor < 0) return failure(ErrorCode::kCannotOpen, path, "cannot open", errno);
+  PartFile file(path, descriptor);
+  file.is_own_ = true;
   return file;
 }
 
@@ -110,9 +127,15 @@ Result<void> PartFile::finish() {
   if (::ftruncate(descriptor_, static_cast<off_t>(offset_)) != 0) {
     return failure(ErrorCode::kCannotWrite, path_, "cannot shorten", errno);
   }
-  if (::fsync(descriptor_) != 0)
-    return failure(ErrorCode::kCannotWrite, path_, "cannot sync", errno);
+  if (::fsync(descriptor_) == 0) return {};
+  const int number = errno;
+  if (!is_gap(FileSystemGap::kSync, number)) {
+    return failure(ErrorCode::kCannotWrite, path_, "cannot sync", number);
+  }
+  report_gap(FileSystemGap::kSync, path_.string(), number);
   return {};
 }
+
+void PartFile::discard() { (void)::ftruncate(descriptor_, 0); }
 
 }  // namespace sightline

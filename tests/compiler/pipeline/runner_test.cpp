@@ -228,6 +228,42 @@ TEST_F(Runner, LeavesForeignFilesInTheCacheAlone) {
   EXPECT_EQ(*read_text_file(mine), "precious");
 }
 
+// A file in the place of the cache's folder stands for one that cannot be written.
+TEST_F(Runner, GoesOnWithoutACacheThatCannotBeWrittenAndSaysSoOnce) {
+  std::ofstream(folder_ / "file") << "x";
+  options_.cache_directory = folder_ / "file" / "cache";
+  std::vector<std::string> warnings;
+  observer_.warning = [&](const std::string& /*pass*/, const std::string& message) {
+    if (message.find("cache") != std::string::npos) warnings.push_back(message);
+  };
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("--no-cache"), std::string::npos) << warnings[0];
+  options_.must_store = true;
+  EXPECT_EQ(code_of(run(2)), ErrorCode::kCannotWrite);
+}
+
+// Only when the first object is stored it turns out that this cannot be done.
+TEST_F(Runner, GoesOnWhereStoringFailsMeanwhile) {
+  std::vector<std::string> warnings;
+  observer_.started = [&](std::size_t, std::size_t, const std::string&) {
+    std::filesystem::remove_all(folder_);
+    std::ofstream(folder_) << "x";  // no folder any more
+  };
+  observer_.warning = [&](const std::string& /*pass*/, const std::string& message) {
+    if (message.find("cache") != std::string::npos) warnings.push_back(message);
+  };
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+  EXPECT_EQ(warnings.size(), 1U);
+  std::filesystem::remove(folder_);
+  std::filesystem::create_directories(folder_);
+  options_.must_store = true;
+  EXPECT_EQ(code_of(run(3)), ErrorCode::kCannotWrite);
+  std::filesystem::remove(folder_);
+}
+
 TEST_F(Runner, StopsAndPrintsWhereItIsAsked) {
   std::vector<std::string> printed;
   observer_.printed = [&](const std::string& pass, const Table& table) {

@@ -30,6 +30,38 @@ TEST(Printable, EscapesWhatIsNoUtf8) {
   EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "half of a pair";
 }
 
+TEST(Printable, EscapesOtherLineEndsAndMarksOfDirection) {
+  EXPECT_EQ(printable("a\u2028b\u2029"), "a\\xe2\\x80\\xa8b\\xe2\\x80\\xa9");
+  EXPECT_EQ(printable("\u061c\u200e\u200f"), "\\xd8\\x9c\\xe2\\x80\\x8e\\xe2\\x80\\x8f");
+  EXPECT_EQ(printable("\u2013 \u2026"), "\u2013 \u2026");
+}
+
+TEST(OneLine, EscapesWhatWouldBeginALine) {
+  EXPECT_EQ(one_line("a\n::error::b\tc"), "a\\x0a::error::b\\x09c");
+  EXPECT_EQ(one_line("Zürich 東京"), "Zürich 東京");
+}
+
+TEST(LogText, HasNoCommandsOfContinuousIntegration) {
+  EXPECT_EQ(log_text("::error file=a::b"), "\\x3a:error file=a::b");
+  EXPECT_EQ(log_text("a\n  ::set-output name=x::y\n"), "a\n  \\x3a:set-output name=x::y\n");
+  EXPECT_EQ(log_text("a ##[error]b"), "a \\x23#[error]b");
+  EXPECT_EQ(log_text("std::vector :: a\n:b\n\x1b"), "std::vector :: a\n:b\n\\x1b");
+  EXPECT_EQ(log_text("\n\n::a"), "\n\n\\x3a:a");
+}
+
+TEST(PrintableJson, EscapesInTheWayOfJson) {
+  EXPECT_EQ(printable_json("{\n \"a\": \"東\u202e\u2028\u0085\x7f\"\n}"),
+            "{\n \"a\": \"東\\u202e\\u2028\\u0085\\u007f\"\n}");
+  EXPECT_EQ(printable_json("{\"a\": 1}"), "{\"a\": 1}");
+}
+
+TEST(Utf8Text, ReplacesWhatIsNone) {
+  EXPECT_EQ(utf8_text("a\xff"
+                      "b\xc3"),
+            "a\ufffdb\ufffd");
+  EXPECT_EQ(utf8_text("Zürich"), "Zürich");
+}
+
 TEST(Printable, LeavesNoControlCharacterOfAnyTwoBytes) {
   for (int a = 0; a < 256; ++a) {
     for (int b = 0; b < 256; ++b) {

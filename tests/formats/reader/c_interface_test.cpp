@@ -244,6 +244,25 @@ TEST(CInterface, KnowsNothingForALocalizerWhoseErrorsWereNotMeasured) {
   }
 }
 
+TEST(CInterface, OpensAMapInMemory) {
+  const std::string path = written_map(encode_map(random_map({.seed = 3})), "c_memory.slmap");
+  sightline_map* mapped = nullptr;
+  sightline_map* copied = nullptr;
+  ASSERT_EQ(sightline_open(path.c_str(), "annealed", &mapped, nullptr, 0), 0);
+  ASSERT_EQ(sightline_open_in_memory(path.c_str(), "annealed", &copied, nullptr, 0), 0);
+  sightline_info expected;
+  sightline_info found;
+  sightline_get_info(mapped, &expected);
+  sightline_get_info(copied, &found);
+  EXPECT_STREQ(found.map_id, expected.map_id);
+  EXPECT_EQ(found.site_count, expected.site_count);
+  sightline_close(mapped);
+  sightline_close(copied);
+  EXPECT_EQ(sightline_open_in_memory("/nowhere.slmap", nullptr, &copied, nullptr, 0), 2001);
+  EXPECT_EQ(copied, nullptr);
+  EXPECT_EQ(sightline_open_in_memory(nullptr, nullptr, nullptr, nullptr, 0), 1001);
+}
+
 TEST(CInterface, TellsWhyAMapCannotBeOpened) {
   sightline_map* map = reinterpret_cast<sightline_map*>(1);
   char message[40];

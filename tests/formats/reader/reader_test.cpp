@@ -587,6 +587,23 @@ TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
   ::close(descriptor);
 }
 
+// A file that is shortened in place under a reader would end the process (SIGBUS).
+TEST(MapReader, InMemoryOutlivesItsFile) {
+  const CompiledMap map = random_map({.seed = 9});
+  const std::vector<std::byte> file = encode_map(map);
+  const int descriptor = ::memfd_create("map", MFD_CLOEXEC);
+  ASSERT_GE(descriptor, 0);
+  ASSERT_EQ(::write(descriptor, file.data(), file.size()), static_cast<ssize_t>(file.size()));
+  const std::string path = "/proc/self/fd/" + std::to_string(descriptor);
+  const MapReader reader = value_of(MapReader::open_in_memory(path, "annealed"));
+  ASSERT_EQ(::ftruncate(descriptor, 0), 0);
+  EXPECT_EQ(reader.observation_range(world(map, map.sites.sites[7].p_map_m), 0.1)->site, 7u);
+  EXPECT_EQ(value_of(reader.sites(0)).size(), map.sites.sites.size());
+  ::close(descriptor);
+  EXPECT_EQ(failure_of(MapReader::open_in_memory("/nowhere.slmap", "annealed")).code,
+            ErrorCode::kFileNotFound);
+}
+
 TEST(MapReader, OutlivesBeingMoved) {
   const CompiledMap map = random_map({.seed = 8});
   const std::vector<std::byte> file = encode_map(map);

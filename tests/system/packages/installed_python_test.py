@@ -9,6 +9,7 @@ import array
 import ctypes
 import math
 import os
+import shutil
 import struct
 import subprocess
 import tempfile
@@ -109,6 +110,15 @@ class Map(unittest.TestCase):
                 for axis, name in enumerate(("p_x_m", "p_y_m", "p_z_m")):
                     self.assertEqual(site["position_world_m"][axis],
                                      row[name][0] + self.map.origin_world_m[axis])
+
+    def test_in_memory_outlives_its_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = shutil.copy(MAP, folder)
+            copied = sightline.Map(path, in_memory=True)
+            os.truncate(path, 0)
+            self.assertEqual(copied.map_id, self.map.map_id)
+            self.assertEqual(list(copied.sites(0)["range_m"]) if numpy else [site.range_m for site in copied.sites(0)],
+                             list(self.map.sites(0)["range_m"]) if numpy else [site.range_m for site in self.map.sites(0)])
 
     def test_refuses_with_the_name_of_the_error(self):
         with self.assertRaises(sightline.Error) as caught:

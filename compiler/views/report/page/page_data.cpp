@@ -10,6 +10,7 @@
 #include "compiler/views/report/page/packed.h"
 #include "compiler/views/report/page/pictures.h"
 #include "compiler/views/text/describe_site.h"
+#include "formats/base/printable.h"
 #include "formats/symmetric_eigen.h"
 
 namespace sightline {
@@ -22,7 +23,8 @@ PageJson json_of(const Eigen::Vector3d& p_m) {
 // JSON that may stand in a page: "<" could end the script that it is in. Names need not be UTF-8.
 std::string page_text(const PageJson& json) {
   std::string text;
-  for (const char c : json.dump(-1, ' ', false, PageJson::error_handler_t::replace)) {
+  for (const char c :
+       printable_json(json.dump(-1, ' ', false, PageJson::error_handler_t::replace))) {
     if (c == '<') {
       text += "\\u003c";
     } else {

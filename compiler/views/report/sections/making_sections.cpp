@@ -8,6 +8,7 @@
 #include "compiler/views/report/sections/sections.h"
 #include "formats/base/hash.h"
 #include "formats/base/units.h"
+#include "formats/text/json_text.h"
 
 namespace sightline {
 namespace {
@@ -143,7 +144,7 @@ Result<Json> provenance_of(const ReportSources& sources) {
 }
 
 std::string text_of(const Json& value) {
-  return value.is_string() ? value.get<std::string>() : value.dump();
+  return value.is_string() ? value.get<std::string>() : json_text(value, -1);
 }
 
 double number_of(const Json& object, const char* name) {

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "formats/base/check.h"
+#include "formats/base/zstd_memory.h"
 
 namespace sightline {
 namespace {
@@ -20,6 +21,7 @@ bool unpack_bz2(std::span<const std::byte> packed, std::span<std::byte> unpacked
   auto* source = const_cast<char*>(reinterpret_cast<const char*>(packed.data()));
   const int status = BZ2_bzBuffToBuffDecompress(reinterpret_cast<char*>(unpacked.data()), &size,
                                                 source, static_cast<unsigned>(packed.size()), 0, 0);
+  if (status == BZ_MEM_ERROR) throw std::bad_alloc();
   return status == BZ_OK && size == unpacked.size();
 }
 
@@ -43,8 +45,8 @@ bool unpack_lz4(std::span<const std::byte> packed, std::span<std::byte> unpacked
 }
 
 bool unpack_zstd(std::span<const std::byte> packed, std::span<std::byte> unpacked) {
-  return ZSTD_decompress(unpacked.data(), unpacked.size(), packed.data(), packed.size()) ==
-         unpacked.size();
+  return with_memory(ZSTD_decompress(unpacked.data(), unpacked.size(), packed.data(),
+                                     packed.size())) == unpacked.size();
 }
 
 bool unpack(BagCompression compression, std::span<const std::byte> packed,

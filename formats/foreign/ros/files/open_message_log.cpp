@@ -1,12 +1,12 @@
 #include "formats/foreign/ros/files/open_message_log.h"
 
-#include <sstream>
+#include <yaml-cpp/yaml.h>
+
 #include <tuple>
 #include <utility>
 
 #include "formats/base/files/regular_file.h"
 #include "formats/foreign/ros/files/bag_chunks.h"
-#include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
 namespace {
@@ -16,33 +16,33 @@ using Bytes = std::vector<std::byte>;
 
 // The file that makes a folder a recording of ros2 bag.
 constexpr std::string_view kBagMetadata = "metadata.yaml";
-constexpr std::string_view kFirstKey = "rosbag2_bagfile_information:";
+constexpr std::string_view kFirstKey = "rosbag2_bagfile_information";
 
-// rosbag2 writes its metadata as YAML in blocks, one value a line. Two of them are needed here, so
-// lines are read and no YAML is parsed.
 struct BagMetadata {
   std::vector<std::string> files;
   std::string compression_format;
 };
 
-BagMetadata parse(const std::string& text) {
-  constexpr std::string_view kAround = " \t\r\"'";
+// Metadata that ros2 bag writes, or that another program wrote in any style of YAML. Aliases are
+// followed where a value is needed, so that they cannot make the text endless.
+BagMetadata metadata_in(const YAML::Node& root) {
   BagMetadata metadata;
-  std::istringstream lines(text);
-  bool are_files = false;
-  for (std::string line; std::getline(lines, line);) {
-    const std::string_view words = trimmed(line, kAround);
-    const auto value_of = [&](std::string_view key, std::string& value) {
-      if (words.starts_with(key)) value = trimmed(words.substr(key.size()), kAround);
-    };
-    if (are_files && words.starts_with("- ")) {
-      metadata.files.emplace_back(trimmed(words.substr(2), kAround));
-      continue;
-    }
-    are_files = words == "relative_file_paths:";
-    value_of("compression_format:", metadata.compression_format);
+  const YAML::Node bag = root[std::string(kFirstKey)];
+  const YAML::Node format = bag["compression_format"];
+  if (format.IsScalar()) metadata.compression_format = format.Scalar();
+  for (const YAML::Node& name : bag["relative_file_paths"]) {
+    if (name.IsScalar() && !name.Scalar().empty()) metadata.files.push_back(name.Scalar());
   }
   return metadata;
+}
+
+Result<BagMetadata> parse(const std::string& text, const fs::path& file) {
+  try {
+    return metadata_in(YAML::Load(text));
+  } catch (const YAML::Exception& exception) {
+    return Error{ErrorCode::kMalformedHeader, "not the metadata of a bag: " + exception.msg,
+                 file.string(), concat("line ", exception.mark.line + 1)};
+  }
 }
 
 Result<void> check_compression(const BagMetadata& metadata, const fs::path& file) {
@@ -97,7 +97,7 @@ Result<std::vector<fs::path>> files_of_rosbag2(const fs::path& folder) {
   constexpr std::size_t kMostBytes = 1U << 24U;
   const fs::path file = folder / kBagMetadata;
   SIGHTLINE_ASSIGN(const std::string text, read_beginning(file.string(), kMostBytes));
-  const BagMetadata metadata = parse(text);
+  SIGHTLINE_ASSIGN(const BagMetadata metadata, parse(text, file));
   if (metadata.files.empty()) {
     return Error{ErrorCode::kMalformedHeader, "found no relative_file_paths", file.string()};
   }

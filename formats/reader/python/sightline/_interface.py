@@ -181,6 +181,7 @@ def _declare(library, functions):
 def reader():
     return _declare(ctypes.CDLL("libsightline-reader.so.0"), [
         ("sightline_open", c_int, c_char_p, c_char_p, POINTER(c_void_p), c_char_p, c_size_t),
+        ("sightline_open_in_memory", c_int, c_char_p, c_char_p, POINTER(c_void_p), c_char_p, c_size_t),
         ("sightline_close", None, c_void_p),
         ("sightline_get_info", None, c_void_p, POINTER(MapInfo)),
         ("sightline_get_promise", c_int, c_void_p, c_size_t, POINTER(Promise)),

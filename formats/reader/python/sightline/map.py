@@ -10,14 +10,16 @@ from . import _interface as c
 class Map:
     """A compiled map open for looking up, for a vehicle that localizes with the localizer named.
 
-    Errors are sightline.Error. Safe to use from several threads at once.
+    Errors are sightline.Error. Safe to use from several threads at once. A map must be replaced by
+    renaming a new file over it, never in place; with in_memory the whole file is read first, and what
+    happens to it later changes nothing.
     """
 
-    def __init__(self, path, localizer="searching"):
+    def __init__(self, path, localizer="searching", in_memory=False):
         library = c.reader()
         name = None if localizer is None else localizer.encode()
-        self._handle = c.Handle(library.sightline_open, library.sightline_close,
-                                (os.fsencode(path), name))
+        opener = library.sightline_open_in_memory if in_memory else library.sightline_open
+        self._handle = c.Handle(opener, library.sightline_close, (os.fsencode(path), name))
         info = c.MapInfo()
         library.sightline_get_info(self._handle, byref(info))
         self.map_id = info.map_id.decode()

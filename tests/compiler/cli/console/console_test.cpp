@@ -97,6 +97,29 @@ TEST(Toned, LeavesTextAsItIsWhereStdoutIsNoTerminal) {
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "bad \\x1b[31mred\\x1b[0m\n");
 }
 
+// stderr is no terminal here.
+TEST(ConsoleObserver, PrintsTheProgressOfALongPassInALogNowAndThen) {
+  const auto logged = [](double line_every_s, Verbosity verbosity) {
+    ::testing::internal::CaptureStderr();
+    const RunObserver observer = console_observer(verbosity, {}, line_every_s);
+    observer.started(0, 2, "build-ndt");
+    for (std::size_t i = 1; i <= 4; ++i) observer.progress(i, 4);
+    return ::testing::internal::GetCapturedStderr();
+  };
+  const std::string text = logged(0.0, Verbosity::kNormal);
+  EXPECT_THAT(text, HasSubstr("info [1/2] build-ndt  2/4  0:00 left\n"));
+  EXPECT_THAT(text, Not(HasSubstr("\033")));
+  EXPECT_EQ(logged(0.0, Verbosity::kQuiet), "");
+  EXPECT_EQ(logged(30.0, Verbosity::kNormal), "");
+}
+
+TEST(ReportError, PrintsAPathOnOneLineAndNoCommandOfALog) {
+  ::testing::internal::CaptureStderr();
+  report_error({ErrorCode::kCannotOpen, "no\n::error::b", "a\n::error::c"});
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(),
+              HasSubstr("a\\x0a::error::c: no\n\\x3a:error::b\n"));
+}
+
 TEST(Verbosity, SilencesNotesAndNoWarnings) {
   ::testing::internal::CaptureStderr();
   set_verbosity(Verbosity::kQuiet);

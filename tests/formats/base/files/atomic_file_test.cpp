@@ -83,6 +83,37 @@ TEST_F(AtomicFile, OfASecretIsReadableByItsOwnerAlone) {
   EXPECT_EQ(std::filesystem::status(path).permissions(), std::filesystem::perms(0600));
 }
 
+TEST_F(AtomicFile, KeepsTheModeOfTheFileThatItReplaces) {
+  namespace fs = std::filesystem;
+  const fs::path path = folder_ / "shared";
+  for (const unsigned mode : {0664U, 0600U, 0640U, 0666U}) {
+    fs::remove(path);
+    ASSERT_TRUE(write_file_atomically(path, std::string_view("old"), IfExists::kRefuse));
+    fs::permissions(path, fs::perms(mode));
+    ASSERT_TRUE(write_file_atomically(path, std::string_view("new"), IfExists::kReplace));
+    EXPECT_EQ(fs::status(path).permissions(), fs::perms(mode));
+    // A secret is never readable by more than its owner.
+    ASSERT_TRUE(write_file_atomically(path, std::string_view("secret"), IfExists::kReplace,
+                                      FileAccess::kOwner));
+    EXPECT_EQ(fs::status(path).permissions(), fs::perms(0600));
+  }
+}
+
+TEST_F(AtomicFile, CannotHaveANameThatIsTooLong) {
+  const std::filesystem::path path = folder_ / std::string(300, 'n');
+  EXPECT_EQ(failure_of(check_output(path, IfExists::kReplace)).code, ErrorCode::kCannotWrite);
+  EXPECT_TRUE(check_output(folder_ / "short", IfExists::kReplace));
+}
+
+TEST_F(AtomicFile, NamesTheFolderThatCannotBeMade) {
+  ASSERT_TRUE(write_file_atomically(folder_ / "file", std::string_view("x"), IfExists::kRefuse));
+  const std::filesystem::path folder = folder_ / "file" / "below";
+  const Error error =
+      failure_of(write_file_atomically(folder / "map", std::string_view("x"), IfExists::kRefuse));
+  EXPECT_EQ(error.code, ErrorCode::kCannotWrite);
+  EXPECT_EQ(error.file, folder.string());
+}
+
 TEST_F(AtomicFile, ThatMemoryCannotHoldIsRefusedByName) {
   const std::filesystem::path path = folder_ / "hole";
   ASSERT_TRUE(write_file_atomically(path, std::string_view(""), IfExists::kRefuse));

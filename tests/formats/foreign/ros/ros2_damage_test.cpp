@@ -200,6 +200,28 @@ TEST_F(BagFolder, NamesWhatIsMissingOrPackedAsAWhole) {
       ErrorCode::kUnsupportedFormat);
 }
 
+TEST_F(BagFolder, MayDescribeItselfInAnyStyleOfYaml) {
+  folder_.write("drive_0.db3", content_of("drive.db3"));
+  for (const char* metadata :
+       {"rosbag2_bagfile_information: {relative_file_paths: [drive_0.db3], version: 5}\n",
+        "{\"rosbag2_bagfile_information\": {\"relative_file_paths\": [\"drive_0.db3\"]}}",
+        "rosbag2_bagfile_information:\n  relative_file_paths: # one\n  - 'drive_0.db3'\n",
+        "rosbag2_bagfile_information:\n  relative_file_paths:\n    - >-\n      drive_0.db3\n"}) {
+    EXPECT_EQ(error_of(metadata).message, "") << metadata;
+  }
+  EXPECT_EQ(error_of("rosbag2_bagfile_information: {relative_file_paths: [a.db3], "
+                     "compression_format: lz4}")
+                .code,
+            ErrorCode::kUnsupportedFormat);
+  const Error broken = error_of("rosbag2_bagfile_information: {relative_file_paths: [\n");
+  EXPECT_EQ(broken.code, ErrorCode::kMalformedHeader);
+  EXPECT_THAT(broken.place, HasSubstr("line "));
+  for (const char* none : {"rosbag2_bagfile_information: 5\n", "- rosbag2_bagfile_information\n",
+                           "rosbag2_bagfile_information: {relative_file_paths: {a: b}}\n"}) {
+    EXPECT_EQ(error_of(none).code, ErrorCode::kMalformedHeader) << none;
+  }
+}
+
 TEST_F(BagFolder, MayMixFilesOfBothKinds) {
   folder_.write("a.db3", content_of("drive.db3"));
   folder_.write("b.mcap", content_of("zstd.mcap"));

@@ -336,6 +336,18 @@ TEST_F(Delta, ToAMapWhoseLayersDoNotHaveTheirDigestsIsRefused) {
   expect_map(base_, "left alone");
 }
 
+TEST_F(Delta, ThatIsRefusedAtItsEndLeavesNoPart) {
+  const Bytes whole = encode_map(random_map({.seed = 6, .site_count = 1, .nd_count = 200}));
+  Digest other = verify_map(whole)->root_digest;
+  other[0] ^= 1;
+  expect_refused(base_, delta_to(base_, whole, other), ErrorCode::kDigestMismatch);
+  EXPECT_FALSE(fs::exists(part_path(map_)));
+  const fs::path out = folder_ / "out.slmap";
+  EXPECT_FALSE(apply_delta_to(delta_, map_, out));
+  EXPECT_FALSE(fs::exists(part_path(out)));
+  EXPECT_FALSE(fs::exists(out));
+}
+
 TEST_F(Delta, IsNotReadFromAnythingButARegularFile) {
   write(map_, base_);
   for (const char* endless : {"/dev/zero", "/dev/urandom", "/"}) {
