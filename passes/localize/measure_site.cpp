@@ -73,9 +73,8 @@ ErrorRow measure_row(const std::vector<InitialOffset>& starts, const ReferencedS
   std::vector<double> errors_m;
   std::vector<AxisErrors> ends;
   for (const InitialOffset& start : starts) {
-    const auto [result, time_ms] = match_timed(cut_ms, localizer, [&] {
-      return localizer.match(T_map_reference * start_pose(start));
-    });
+    const auto [result, time_ms] = match_timed(
+        cut_ms, localizer, [&] { return localizer.match(T_map_reference * start_pose(start)); });
     add_run(result, scan, count, row);
     ends.push_back(axes_of(from_reference(result, scan)));
     row.mean_time_ms += time_ms / count;
@@ -99,8 +98,7 @@ void measure_tracking(const MatchStarts& starts, const ReferencedScan& scan, dou
   ErrorRow& row = rows.rows.back();
   const auto count = static_cast<double>(starts.tracking.size());
   KnownStart known;
-  known.covariance =
-      tracking_covariance(starts.tracking_pattern, scan.T_map_reference.linear());
+  known.covariance = tracking_covariance(starts.tracking_pattern, scan.T_map_reference.linear());
   for (const InitialOffset& start : starts.tracking) {
     known.T_map_vehicle = scan.T_map_reference * start_pose(start);
     const auto [result, time_ms] =
@@ -129,8 +127,7 @@ class OwnSiteLocalizer : public SiteLocalizer {
   MatchResult match(const Pose& T_map_start) override { return matcher_.match(T_map_start); }
   MatchResult match_known(const KnownStart& start) override {
     SIGHTLINE_CHECK(structures_ != nullptr);
-    MatchResult result =
-        matcher_.match(start.T_map_vehicle, search_of_start_m(start.covariance));
+    MatchResult result = matcher_.match(start.T_map_vehicle, search_of_start_m(start.covariance));
     result.T_map_sensor = end_of_match(result, matcher_.scan(), &start, *structures_,
                                        default_information_scale(), observer_)
                               .estimate.T_map_vehicle;

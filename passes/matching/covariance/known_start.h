@@ -42,8 +42,8 @@ struct MatchEnd {
 };
 
 // `scan`: as it was matched. `start`: null where its covariance is unknown; the estimate is then
-// where the match ended. Of a match without any scored point it is the start. Allocates nothing once
-// such scans were seen.
+// where the match ended. Of a match without any scored point it is the start. Allocates nothing
+// once such scans were seen.
 MatchEnd end_of_match(const MatchResult& found, const ScanForMatch& scan, const KnownStart* start,
                       const StructureMap& map, const InformationScale& scale,
                       StructureObserver& memory);

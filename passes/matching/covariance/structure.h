@@ -98,7 +98,9 @@ class StructureMap {
   }
   [[nodiscard]] const Structure& at(std::uint32_t number) const { return structures_[number]; }
   // Bring nearer what these look into.
-  void prefetch_record(std::int32_t record) const { __builtin_prefetch(&numbers_[static_cast<std::size_t>(record)]); }
+  void prefetch_record(std::int32_t record) const {
+    __builtin_prefetch(&numbers_[static_cast<std::size_t>(record)]);
+  }
   void prefetch(std::uint32_t number) const {
     const char* const begin = reinterpret_cast<const char*>(&at(number));
     __builtin_prefetch(begin);

@@ -199,8 +199,7 @@ PlanarUpdate without_start(const LoopMatch& match, const PlanarPose& start,
   PlanarUpdate update;
   const Eigen::Matrix3d all = match.covariance.inverse();
   update.information = all - start_covariance.inverse();
-  update.information =
-      (0.5 * (update.information + update.information.transpose())).eval();
+  update.information = (0.5 * (update.information + update.information.transpose())).eval();
   update.pull = all * difference(match.returned, start);
   return update;
 }
@@ -218,9 +217,10 @@ LoopMatch match_of_known_start(WorldLocalizer& localizer, const KnownStart& star
   result.information = planar_part(end.information);
   result.returned = planar_pose(end.estimate.T_map_vehicle);
   result.covariance = planar_block(end.estimate.covariance);
-  result.update = without_start(result, planar_pose(start.T_map_vehicle),
-                                planar_block(start.covariance));
-  sample = sample_of(found, start.T_map_vehicle, T_map_true, localizer.structure(found.T_map_sensor));
+  result.update =
+      without_start(result, planar_pose(start.T_map_vehicle), planar_block(start.covariance));
+  sample =
+      sample_of(found, start.T_map_vehicle, T_map_true, localizer.structure(found.T_map_sensor));
   sample.point_count = static_cast<std::uint32_t>(localizer.point_count());
   return result;
 }
@@ -279,8 +279,7 @@ MatchResult WorldLocalizer::match(const Pose& T_map_start, double search_m) {
 MatchEnd WorldLocalizer::end(const MatchResult& found, const KnownStart& start,
                              const InformationScale& scale) {
   const double begin_s = cpu_s();
-  const MatchEnd end =
-      end_of_match(found, matcher_.scan(), &start, structures_, scale, observer_);
+  const MatchEnd end = end_of_match(found, matcher_.scan(), &start, structures_, scale, observer_);
   information_s_ += cpu_s() - begin_s;
   return end;
 }

@@ -74,7 +74,7 @@ struct MatchSample {
 struct LoopStep {
   std::string kind;
   bool is_matched = false;
-  bool is_constrained[3] = {true, true, true};  // in truth, by axis
+  bool is_constrained[3] = {true, true, true};               // in truth, by axis
   Eigen::Vector3d match_error = Eigen::Vector3d::Zero();     // without the start, where it is known
   Eigen::Vector3d returned_error = Eigen::Vector3d::Zero();  // of the returned pose
   Eigen::Vector3d start_error = Eigen::Vector3d::Zero();

@@ -90,8 +90,7 @@ void PoseFilter::update(const PlanarPose& pose, const Eigen::Matrix3d& informati
   update_from_here(information * off, information);
 }
 
-void PoseFilter::update_from_here(const Eigen::Vector3d& pull,
-                                  const Eigen::Matrix3d& information) {
+void PoseFilter::update_from_here(const Eigen::Vector3d& pull, const Eigen::Matrix3d& information) {
   // (P^-1 + H^T I H)^-1 = (1 + P H^T I H)^-1 P, which needs no inverse of I.
   Covariance sum = Covariance::Identity();
   sum.leftCols<3>() += covariance_.leftCols<3>() * information;

@@ -11,6 +11,7 @@
 
 #include "passes/localize/pcl/pcl_ndt.h"
 #include "passes/map/build_ndt.h"
+#include "passes/matching/covariance/known_start.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"
 #include "passes/matching/scan_preparation.h"
@@ -298,9 +299,9 @@ std::vector<AxisErrors> ends_alone(const World& world, const Localizer& own, con
       const KnownStart known{
           T_map_start,
           tracking_covariance(*pattern, world.trajectory.poses[site].T_map_vehicle.linear())};
-      const MatchResult found =
-          matcher.match(T_map_start, 3.0 * std::sqrt(known.covariance.topLeftCorner<2, 2>().norm() /
-                                                     std::numbers::sqrt2));
+      const MatchResult found = matcher.match(
+          T_map_start,
+          3.0 * std::sqrt(known.covariance.topLeftCorner<2, 2>().norm() / std::numbers::sqrt2));
       T_map_end = end_of_match(found, matcher.scan(), &known, structures,
                                default_information_scale(), memory)
                       .estimate.T_map_vehicle;
@@ -331,9 +332,8 @@ TEST(MeasureError, KeepsTheEndOfEachTrackingStartAndTheFiguresOfTheOthers) {
   const Localizer own = make_localizer(world.map, localizer_options(options.localizer));
   for (std::size_t site = 0; site < world.sites.sites.size(); ++site) {
     for (std::size_t look = 0; look < 2; ++look) {
-      const std::vector<AxisErrors> tracking =
-          ends_alone(world, own, options.looks[look], measured.tracking_offsets, site,
-                     &options.tracking);
+      const std::vector<AxisErrors> tracking = ends_alone(
+          world, own, options.looks[look], measured.tracking_offsets, site, &options.tracking);
       for (std::size_t k = 0; k < tracking.size(); ++k) {
         expect_near(measured.tracking(site, look)[k], tracking[k], 1e-6);
       }

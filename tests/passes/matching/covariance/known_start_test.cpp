@@ -90,8 +90,7 @@ struct Walls {
     const BoxWorld walls{
         {{{-200.0, 6.7, 0.0}, {200.0, 8.0, 6.0}}, {{-200.0, -8.0, 0.0}, {200.0, -6.7, 6.0}}}};
     const Pose sensor = lidar_at(0.0, 0.0, 0.0);
-    std::vector<Eigen::Vector3d> points_m =
-        scan_world(walls, T_map_vehicle * sensor, 1.0).points_m;
+    std::vector<Eigen::Vector3d> points_m = scan_world(walls, T_map_vehicle * sensor, 1.0).points_m;
     for (Eigen::Vector3d& point_m : points_m) point_m = sensor * point_m;
     return points_m;
   }
@@ -114,8 +113,7 @@ TEST(EndOfMatch, KeepsTheStartAlongWallsAndMovesAcrossThem) {
   matcher.take(scan, every_return(40.0));
   KnownStart start{pose_at(0.25, 0.45, 0.0), Matrix6d::Zero()};
   start.covariance.diagonal() << 0.02, 0.02, 0.0025, 1e-4, 1e-4, 1e-4;
-  const MatchResult found =
-      matcher.match(start.T_map_vehicle, search_of_start_m(start.covariance));
+  const MatchResult found = matcher.match(start.T_map_vehicle, search_of_start_m(start.covariance));
   const MatchEnd known = end_of_match(found, matcher.scan(), &start, walls.structures,
                                       default_information_scale(), memory);
   const Eigen::Vector3d end_m = known.estimate.T_map_vehicle.translation();
