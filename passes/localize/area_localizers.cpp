@@ -48,6 +48,7 @@ Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
   }
   made.own = make_localizer(near, localizer_options(options_.kind, options_.coarse_cells));
   made.of_samples = localizer_for_samples(made.own, near, options_.coarse_cells);
+  made.structures = StructureMap(near, made.own.levels.back().grid);
   return made;
 }
 

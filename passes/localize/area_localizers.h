@@ -14,6 +14,7 @@
 #include "formats/drive/trajectory.h"
 #include "formats/grid/cell_key.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/matching/covariance/structure.h"
 #include "passes/matching/localizer.h"
 #include "passes/pass/tile_digests.h"
 
@@ -24,6 +25,7 @@ namespace sightline {
 struct AreaLocalizer {
   Localizer own;
   Localizer of_samples;
+  StructureMap structures;
   NdtMap for_pcl;
 };
 

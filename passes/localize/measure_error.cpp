@@ -56,7 +56,8 @@ class Localizing {
 
   // Refers to the area.
   [[nodiscard]] std::unique_ptr<SiteLocalizer> localizer_in(const AreaLocalizer& area) const {
-    return make_site_localizer({choice_, sensor_, area.for_pcl, area.own, area.of_samples});
+    return make_site_localizer(
+        {choice_, sensor_, area.for_pcl, area.own, area.of_samples, &area.structures});
   }
 
  private:

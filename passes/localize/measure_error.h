@@ -56,7 +56,7 @@ MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m);
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site (or
 // every site_step-th) the nearest scan is cut at every range and by every look, matched from
 // every start and compared with the reference, as defined in schemas/definitions.md ("Measured
-// error", v3; "Tracking starts", v1; "Errors by direction", v1). `trajectory` is that of
+// error", v3; "Tracking starts", v2; "Errors by direction", v1). `trajectory` is that of
 // `localization_drive`, in any frame of the same world. Sites without a scan near are counted in a
 // warning and keep rows of zeros; another warning names the scans that have no known poses to
 // measure against. pcl-ndt needs has_pcl_ndt(). Errors: mismatched-inputs (trajectory and drive, or
@@ -69,7 +69,7 @@ Result<ByFamily<StoredTable<MeasuredError>>> measure_error(PassContext& ctx,
                                                            const Trajectory& trajectory,
                                                            const TiledNds& nds, const Sites& sites);
 inline constexpr Pass kMeasureError =
-    Pass{"measure-error", 15, "measured", "Localization error of a drive", &measure_error}
+    Pass{"measure-error", 16, "measured", "Localization error of a drive", &measure_error}
         .in(Stage::kSites)
         .with({.scan_s = 0.018});
 

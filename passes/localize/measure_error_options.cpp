@@ -12,7 +12,8 @@ StartPattern starts_of(const MeasureErrorOptions& options) {
 }
 
 MatchStarts match_starts_of(const MeasureErrorOptions& options) {
-  return {initial_offsets(starts_of(options)), tracking_offsets(options.tracking)};
+  return {initial_offsets(starts_of(options)), tracking_offsets(options.tracking),
+          options.tracking};
 }
 
 int site_step_of(const MeasureErrorOptions& options) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/check.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 #include "formats/base/statistics.h"
@@ -56,10 +57,10 @@ struct TimedMatch {
   MatchResult result;
   double time_ms = 0.0;
 };
-TimedMatch match_timed(const InitialOffset& start, const ReferencedScan& scan, double cut_ms,
-                       SiteLocalizer& localizer) {
+template <class Match>
+TimedMatch match_timed(double cut_ms, const SiteLocalizer& localizer, const Match& match) {
   const double begin_ms = thread_cpu_ms();
-  const MatchResult result = localizer.match(scan.T_map_reference * start_pose(start));
+  const MatchResult result = match();
   return {result, cut_ms + thread_cpu_ms() - begin_ms + localizer.taken_over_ms()};
 }
 
@@ -72,7 +73,8 @@ ErrorRow measure_row(const std::vector<InitialOffset>& starts, const ReferencedS
   std::vector<double> errors_m;
   std::vector<AxisErrors> ends;
   for (const InitialOffset& start : starts) {
-    const auto [result, time_ms] = match_timed(start, scan, cut_ms, localizer);
+    const auto [result, time_ms] = match_timed(
+        cut_ms, localizer, [&] { return localizer.match(T_map_reference * start_pose(start)); });
     add_run(result, scan, count, row);
     ends.push_back(axes_of(from_reference(result, scan)));
     row.mean_time_ms += time_ms / count;
@@ -91,12 +93,16 @@ ErrorRow measure_row(const std::vector<InitialOffset>& starts, const ReferencedS
 }
 
 // All tracking starts at the look taken last. Appends their ends.
-void measure_tracking(const std::vector<InitialOffset>& starts, const ReferencedScan& scan,
-                      double cut_ms, SiteLocalizer& localizer, MeasuredRows& rows) {
+void measure_tracking(const MatchStarts& starts, const ReferencedScan& scan, double cut_ms,
+                      SiteLocalizer& localizer, MeasuredRows& rows) {
   ErrorRow& row = rows.rows.back();
-  const auto count = static_cast<double>(starts.size());
-  for (const InitialOffset& start : starts) {
-    const auto [result, time_ms] = match_timed(start, scan, cut_ms, localizer);
+  const auto count = static_cast<double>(starts.tracking.size());
+  KnownStart known;
+  known.covariance = tracking_covariance(starts.tracking_pattern, scan.T_map_reference.linear());
+  for (const InitialOffset& start : starts.tracking) {
+    known.T_map_vehicle = scan.T_map_reference * start_pose(start);
+    const auto [result, time_ms] =
+        match_timed(cut_ms, localizer, [&] { return localizer.match_known(known); });
     row.tracking_work += static_cast<double>(result.work) / count;
     row.tracking_time_ms += time_ms / count;
     rows.tracking_ends.push_back(axes_of(from_reference(result, scan)));
@@ -114,15 +120,26 @@ class OwnSiteLocalizer : public SiteLocalizer {
  public:
   explicit OwnSiteLocalizer(const SiteLocalizerInputs& inputs)
       : matcher_({inputs.own, inputs.of_samples, inputs.sensor, inputs.choice.leaf_m,
-                  inputs.choice.takes_every_return, /*shares_climbs=*/true}) {}
+                  inputs.choice.takes_every_return, /*shares_climbs=*/true}),
+        structures_(inputs.structures) {}
   void go_to(const Eigen::Vector3d& /*p_map_m*/, std::uint64_t /*seed*/) override {}
   void take(const Scan& scan, const Look& look) override { matcher_.take(scan, look); }
   MatchResult match(const Pose& T_map_start) override { return matcher_.match(T_map_start); }
+  MatchResult match_known(const KnownStart& start) override {
+    SIGHTLINE_CHECK(structures_ != nullptr);
+    MatchResult result = matcher_.match(start.T_map_vehicle, search_of_start_m(start.covariance));
+    result.T_map_sensor = end_of_match(result, matcher_.scan(), &start, *structures_,
+                                       default_information_scale(), observer_)
+                              .estimate.T_map_vehicle;
+    return result;
+  }
   [[nodiscard]] std::size_t point_count() const override { return matcher_.point_count(); }
   [[nodiscard]] double taken_over_ms() const override { return matcher_.taken_over_ms(); }
 
  private:
   LookMatcher matcher_;
+  const StructureMap* structures_;
+  StructureObserver observer_;
 };
 
 // The range is ours: what lies beyond it was not looked at.
@@ -180,7 +197,7 @@ void measure_scan(const MatchStarts& starts, const std::vector<Look>& looks,
     localizer.take(scan.scan, look);
     const double cut_ms = thread_cpu_ms() - begin_ms;
     rows.rows.push_back(measure_row(starts.acquiring, scan, cut_ms, localizer));
-    measure_tracking(starts.tracking, scan, cut_ms, localizer, rows);
+    measure_tracking(starts, scan, cut_ms, localizer, rows);
   }
 }
 

@@ -12,6 +12,7 @@
 #include "formats/drive/trajectory.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/localize/tracking_starts.h"
+#include "passes/matching/covariance/known_start.h"
 #include "passes/matching/localizer.h"
 
 namespace sightline {
@@ -28,6 +29,9 @@ class SiteLocalizer {
   virtual void take(const Scan& scan, const Look& look) = 0;
   // Of the scan taken last; T_map_sensor is the vehicle's pose.
   virtual MatchResult match(const Pose& T_map_start) = 0;
+  // The same, given the start's covariance, as a vehicle does that tracks: PoseEstimate's pose. PCL
+  // takes none.
+  virtual MatchResult match_known(const KnownStart& start) { return match(start.T_map_vehicle); }
   // Of the last match.
   [[nodiscard]] virtual std::size_t point_count() const = 0;
   // CPU time of what the last match took over from an earlier start of the scan, which a vehicle
@@ -51,6 +55,7 @@ struct SiteLocalizerInputs {
   const NdtMap& map;
   const Localizer& own;
   const Localizer& of_samples;
+  const StructureMap* structures = nullptr;  // for match_known() of this program's localizers
 };
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
 

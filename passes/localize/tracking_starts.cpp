@@ -29,6 +29,16 @@ std::vector<InitialOffset> tracking_offsets(const TrackingPattern& pattern) {
   return offsets;
 }
 
+Matrix6d tracking_covariance(const TrackingPattern& pattern, const Eigen::Matrix3d& vehicle_axes) {
+  const double turn_rad = pattern.yaw_deg * kRadPerDeg;
+  const Eigen::Vector3d deviations_m(pattern.horizontal_m, pattern.horizontal_m, pattern.height_m);
+  const Eigen::Matrix3d scaled = vehicle_axes * deviations_m.asDiagonal();
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.topLeftCorner<3, 3>() = scaled * scaled.transpose();
+  covariance.bottomRightCorner<3, 3>().diagonal().setConstant(turn_rad * turn_rad);
+  return covariance;
+}
+
 Result<void> validate(const TrackingPattern& pattern) {
   if (pattern.count == 0 || pattern.count >= kFewest) return {};
   return Error{ErrorCode::kBadValue, concat("found ", pattern.count,

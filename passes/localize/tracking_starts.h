@@ -4,6 +4,7 @@
 
 #include "formats/annotation/direction_errors.h"
 #include "formats/base/result.h"
+#include "passes/matching/match_score.h"
 
 namespace sightline {
 
@@ -16,14 +17,19 @@ struct TrackingPattern {
   double yaw_deg = 0.5;
 };
 
-// "Tracking starts" in schemas/definitions.md, v1: the same at every site. They have exactly these
+// "Tracking starts" in schemas/definitions.md, v2: the same at every site. They have exactly these
 // standard deviations about a mean of 0, and their axes are uncorrelated.
 std::vector<InitialOffset> tracking_offsets(const TrackingPattern& pattern);
+
+// Of such a start, in map axes, for a vehicle with these axes; roll and pitch have the standard
+// deviation of the yaw.
+Matrix6d tracking_covariance(const TrackingPattern& pattern, const Eigen::Matrix3d& vehicle_axes);
 
 // Where each scan is matched from, relative to its reference.
 struct MatchStarts {
   std::vector<InitialOffset> acquiring;  // whose runs make the rows of a measured error
   std::vector<InitialOffset> tracking;   // may be none
+  TrackingPattern tracking_pattern;      // their covariance is given to the matcher
 };
 
 // Error: bad-value (1 to 4 starts, whose axes would be correlated).

@@ -159,7 +159,8 @@ MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose&
   if (how.is_annealed) stop_where_points_rest(scan, std::span(levels).first(count));
   const std::span<const MatchLevel> all = std::span(levels).first(count);
   if (how.search_m <= 0.0) return match(all, scan, T_map_start, options);
-  const OptimumSearch search{all, how.search_m, how.loose_below, options};
+  const double search_m = std::min(how.search_m, options.search_m);
+  const OptimumSearch search{all, search_m, how.loose_below, options};
   return search_optimum(search, T_map_start, scan, shared);
 }
 

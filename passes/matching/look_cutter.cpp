@@ -206,15 +206,15 @@ void LookMatcher::take(const Scan& scan, const Look& look) {
                              {look.range_m, matching_.leaf_m, matching_.takes_every_return});
 }
 
-MatchResult LookMatcher::match(const Pose& T_map_start) {
+MatchResult LookMatcher::match(const Pose& T_map_start, double search_m) {
   SharedClimbs* const shared = matching_.shares_climbs && !look_.is_by_normals ? &climbs_ : nullptr;
   if (takes_every_return(look_)) {
-    return localize(matching_.own, cut_, T_map_start, {}, shared);
+    return localize(matching_.own, cut_, T_map_start, {.search_m = search_m}, shared);
   }
   if (look_.is_by_normals) {
     cutter_.finish(matching_.of_samples, matching_.sensor, T_map_start, cut_);
   }
-  const MatchOptions options{.stop_step_m = kSampleStop_m};
+  const MatchOptions options{.stop_step_m = kSampleStop_m, .search_m = search_m};
   return look_.mode == LookMode::kSettle
              ? settle(matching_.of_samples, cut_, T_map_start, options)
              : localize(matching_.of_samples, cut_, T_map_start, options, shared);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -81,13 +82,15 @@ class LookMatcher {
   // depend on the start: then match() cuts the rest.
   void take(const Scan& scan, const Look& look);
 
-  // Of the scan taken last; T_map_sensor is the vehicle's pose.
-  MatchResult match(const Pose& T_map_start);
+  // Of the scan taken last; T_map_sensor is the vehicle's pose. Another optimum is looked for no
+  // farther than `search_m` from the start, where the localizer would look farther.
+  MatchResult match(const Pose& T_map_start,
+                    double search_m = std::numeric_limits<double>::infinity());
 
   // Of the last match.
   [[nodiscard]] std::size_t point_count() const { return cut_.points_m.size(); }
-  // In the vehicle's frame; valid until the next match.
-  [[nodiscard]] std::span<const Eigen::Vector3d> points_m() const { return cut_.points_m; }
+  // As it was matched, in the vehicle's frame; valid until the next match.
+  [[nodiscard]] const ScanForMatch& scan() const { return cut_; }
   [[nodiscard]] double taken_over_ms() const { return climbs_.taken_over_ms(); }  // SharedClimbs'
 
  private:

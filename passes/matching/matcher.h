@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -19,6 +20,9 @@ struct MatchOptions {
   double stop_step_m = 0.005;  // ends when a step is below both
   double stop_step_rad = 1e-4;
   int max_iterations = 35;
+  // A searching localizer looks for another optimum no farther than this from the start, where its
+  // own limit is larger.
+  double search_m = std::numeric_limits<double>::infinity();
   MatchKernel kernel = MatchKernel::kFastest;
 };
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,8 +15,7 @@
 #include "formats/base/copy_message.h"
 #include "formats/base/version.h"
 #include "formats/drive/look.h"
-#include "passes/matching/covariance/match_covariance.h"
-#include "passes/matching/covariance/structure_information.h"
+#include "passes/matching/covariance/known_start.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_plan.h"
 #include "passes/vehicle/vehicle_map.h"
@@ -115,7 +114,7 @@ sightline_localizer::sightline_localizer(sightline::VehicleMap opened)
     : map(std::move(opened)),
       own(make_localizer(map.ndt, sightline::localizer_named(map.localizer, map.coarse_cells))),
       samples(localizer_for_samples(own, map.ndt, map.coarse_cells)),
-      structures(map.ndt),
+      structures(map.ndt, own.levels.back().grid),
       kernel(sightline::kernel_name(sightline::fastest_kernel())) {
   nds.reserve(map.ndt.nds.size());
   for (const sightline::Nd& nd : map.ndt.nds) nds.push_back(sightline::c_nd(nd, map.ndt.frame));
@@ -162,7 +161,7 @@ bool is_good(const sightline_points& scan) {
 constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
 
 struct MatchKnowledge {
-  Matrix6d start_covariance = unknown_start_covariance();
+  std::optional<Matrix6d> start_covariance;
   InformationScale scale = default_information_scale();
 };
 
@@ -197,8 +196,7 @@ void put(const Matrix6d& symmetric, double numbers[36]) {
   Eigen::Map<Matrix6d>(numbers, 6, 6) = symmetric;
 }
 
-void put(const MatchResult& found, const MapFrame& frame, sightline_match& answer) {
-  put(rebase(found.T_map_sensor, frame, MapFrame{}), answer.T_world_vehicle);
+void put(const MatchResult& found, sightline_match& answer) {
   answer.score = found.score;
   answer.nearest_voxel_likelihood = found.nearest_voxel_likelihood;
   answer.work = found.work;
@@ -207,20 +205,17 @@ void put(const MatchResult& found, const MapFrame& frame, sightline_match& answe
   answer.scored_points = found.scored_points;
 }
 
-// Of a match of these points. Where none was matched, the pose is the start.
-void put_covariance(const MatchResult& found, std::span<const Eigen::Vector3d> points_m,
-                    const StructureMap& structures, const MatchKnowledge& knowledge,
-                    StructureObserver& observer, sightline_match& answer) {
-  const bool is_matched = found.scored_points > 0;
-  const StructureEvidence structure =
-      structure_evidence(structures, is_matched ? points_m : std::span<const Eigen::Vector3d>{},
-                         found.T_map_sensor, observer);
-  const Matrix6d information = match_information(structure, knowledge.scale);
-  put(information, answer.information);
-  put(is_matched ? match_covariance(information, knowledge.start_covariance)
-                 : knowledge.start_covariance,
-      answer.covariance);
-  answer.weak = weak_axes(information, found.T_map_sensor);
+void put(const MatchEnd& end, const MapFrame& frame, sightline_match& answer) {
+  put(rebase(end.estimate.T_map_vehicle, frame, MapFrame{}), answer.T_world_vehicle);
+  put(end.information, answer.information);
+  put(end.estimate.covariance, answer.covariance);
+  answer.weak = end.weak;
+}
+
+// What is known of the start, if anything is.
+std::optional<KnownStart> start_of(const MatchKnowledge& knowledge, const Pose& T_map_start) {
+  if (!knowledge.start_covariance) return std::nullopt;
+  return KnownStart{T_map_start, *knowledge.start_covariance};
 }
 
 // What the calls share.
@@ -232,14 +227,19 @@ struct MatchCall {
   sightline_match& answer;
 };
 
-// A match, and the points that were matched, in the workspace.
-struct MatchOfPoints {
+// A match, and the scan that was matched, in the workspace.
+struct MatchOfScan {
   MatchResult match;
-  std::span<const Eigen::Vector3d> points_m;
+  const ScanForMatch& scan;
 };
 
-// Checks the other arguments and fills the answer. `use` matches the workspace's scan from
-// T_map_start.
+// Where a match of the workspace's scan begins, and how far it looks for another optimum.
+struct MatchBegin {
+  Pose T_map_start = Pose::Identity();
+  double search_m = std::numeric_limits<double>::infinity();
+};
+
+// Checks the other arguments and fills the answer. `use` matches the workspace's scan.
 template <class Use>
 int match_scan(const MatchCall& call, const Use& use) {
   const auto& [localizer, scan, T_world_start, options, answer] = call;
@@ -262,11 +262,15 @@ int match_scan(const MatchCall& call, const Use& use) {
       take_returns<float>(scan, points_m);
     }
     answer.dropped_count = static_cast<std::uint32_t>(scan.count - points_m.size());
-    const MatchOfPoints found = use(*workspace, T_map_start, answer);
-    answer.point_count = static_cast<std::uint32_t>(found.points_m.size());
-    put(found.match, frame, answer);
-    put_covariance(found.match, found.points_m, localizer.structures, *knowledge,
-                   workspace->observer, answer);
+    const std::optional<KnownStart> start = start_of(*knowledge, T_map_start);
+    MatchBegin begin{.T_map_start = T_map_start};
+    if (start) begin.search_m = search_of_start_m(start->covariance);
+    const MatchOfScan found = use(*workspace, begin, answer);
+    answer.point_count = static_cast<std::uint32_t>(found.scan.points_m.size());
+    put(found.match, answer);
+    put(end_of_match(found.match, found.scan, start ? &*start : nullptr, localizer.structures,
+                     knowledge->scale, workspace->observer),
+        frame, answer);
     localizer.give_back(std::move(workspace));
     return 0;
   } catch (const std::bad_alloc&) {
@@ -337,11 +341,11 @@ int sightline_localizer_match(const sightline_localizer* localizer, const sightl
   if (!validate(chosen)) return kBadArgument;
   return match_scan(
       {*localizer, *scan, T_world_start, options, *match},
-      [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) -> MatchOfPoints {
+      [&](Workspace& workspace, const MatchBegin& begin, sightline_match& answer) -> MatchOfScan {
         workspace.matcher.take(workspace.scan, chosen);
         answer.look_count = 1;
-        const MatchResult found = workspace.matcher.match(T_map_start);
-        return {found, workspace.matcher.points_m()};
+        const MatchResult found = workspace.matcher.match(begin.T_map_start, begin.search_m);
+        return {found, workspace.matcher.scan()};
       });
 }
 
@@ -358,14 +362,15 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
   if (localizer == nullptr || scan == nullptr || T_world_start == nullptr) return kBadArgument;
   const LookPlan chosen = plan_of(*plan);
   if (!validate(chosen)) return kBadArgument;
-  const PlannedLocalizer planned{localizer->samples, localizer->map.sensor, chosen};
+  PlannedLocalizer planned{localizer->samples, localizer->map.sensor, chosen};
   return match_scan(
       {*localizer, *scan, T_world_start, options, *match},
-      [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) -> MatchOfPoints {
-        const PlannedMatch found =
-            localize_in_looks(planned, workspace.scan, {T_map_start, true}, workspace.planned);
+      [&](Workspace& workspace, const MatchBegin& begin, sightline_match& answer) -> MatchOfScan {
+        planned.options.search_m = begin.search_m;
+        const PlannedMatch found = localize_in_looks(planned, workspace.scan,
+                                                     {begin.T_map_start, true}, workspace.planned);
         answer.look_count = found.look_count;
-        return {found.match, workspace.planned.cut.points_m};
+        return {found.match, workspace.planned.cut};
       });
 }
 

@@ -60,7 +60,9 @@ typedef struct sightline_points {
  * order dx dy dz wx wy wz: the position of the vehicle and turns about it, world axes, m and rad.
  */
 typedef struct sightline_match_options {
-  const double* start_covariance; /* of T_world_start; NULL: unknown */
+  /* Of T_world_start; NULL: unknown. Where it is given, the pose is the most probable one: a motion
+   * that scan and map do not constrain keeps its start, and the search is limited by it. */
+  const double* start_covariance;
   double variance_factor; /* of a place: of errors that differ from cell to cell; 0: default */
   double map_m;           /* and of those that all cells in view share, along each axis */
   double map_rad;         /* about each axis; both 0: default */
@@ -68,11 +70,13 @@ typedef struct sightline_match_options {
 
 typedef struct sightline_match {
   double T_world_vehicle[12];
-  /* What scan and map constrain of this pose, whatever the start: the inverse of a covariance,
-   * singular where nothing constrains a motion. For a filter that supplied the start. */
+  /* What scan and map constrain of the pose, whatever the start: the inverse of a covariance,
+   * singular where nothing constrains a motion. A filter that supplied the start adds this to its
+   * own information, and information times the measured step from the start, which is
+   * covariance^-1 (pose - start). */
   double information[36];
-  /* Of this pose, given the start's. A weak motion keeps the variance of its start, and what a
-   * match may move it; of an unknown start that is 100 m and 1 rad. */
+  /* Of this pose, given the start's: (information + start_covariance^-1)^-1. An unknown start has
+   * 100 m and 1 rad. */
   double covariance[36];
   double score;
   double nearest_voxel_likelihood; /* mean over scored points of the largest single term */

@@ -8,6 +8,8 @@ namespace {
 
 constexpr double kWeak_m = 0.25;
 constexpr double kWeak_rad = 0.02;
+constexpr double kUnknown_m = 100.0;
+constexpr double kUnknown_rad = 1.0;
 constexpr double kWander_m = 0.6;
 constexpr double kWander_rad = 0.01;
 
@@ -19,7 +21,7 @@ Matrix6d diagonal(double m2, double rad2) {
 
 }  // namespace
 
-InformationScale default_information_scale() { return {1.0, 0.010, 0.0003}; }
+InformationScale default_information_scale() { return {0.5, 0.008, 0.0003}; }
 
 bool is_covariance(const Matrix6d& matrix) {
   const double size = matrix.cwiseAbs().maxCoeff();
@@ -46,21 +48,18 @@ Matrix6d match_information(const StructureEvidence& structure, const Information
   return result - pull * pull.transpose() / more;
 }
 
-Matrix6d unknown_start_covariance() { return diagonal(1e4, 1.0); }
-
 // (I + P^-1)^-1 = (1 + P I)^-1 P.
-Matrix6d match_covariance(const Matrix6d& information, const Matrix6d& start) {
-  const Matrix6d without = start + diagonal(kWander_m * kWander_m, kWander_rad * kWander_rad);
-  Matrix6d sum = without * information;
+Matrix6d covariance_of_unknown_start(const Matrix6d& information) {
+  const Matrix6d start = diagonal(kUnknown_m * kUnknown_m, kUnknown_rad * kUnknown_rad);
+  Matrix6d sum = start * information;
   sum.diagonal().array() += 1.0;
   const Eigen::PartialPivLU<Matrix6d> factors(sum);
   Matrix6d result;
-  for (int i = 0; i < 6; ++i) result.col(i) = factors.solve(without.col(i));
+  for (int i = 0; i < 6; ++i) result.col(i) = factors.solve(start.col(i));
   return 0.5 * (result + result.transpose());
 }
 
-std::uint32_t weak_axes(const Matrix6d& information, const Pose& T_map_vehicle) {
-  const Matrix6d covariance = match_covariance(information, unknown_start_covariance());
+std::uint32_t weak_axes(const Matrix6d& covariance, const Pose& T_map_vehicle) {
   std::uint32_t bits = 0;
   for (int i = 0; i < 6; ++i) {
     const int first = i < 3 ? 0 : 3;

@@ -1,6 +1,7 @@
 #include "passes/matching/covariance/structure.h"
 
 #include <cmath>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -38,7 +39,8 @@ bool ends_surface(const Nd& line, const Nd& beside) {
   return std::abs(normal.dot(line.mean_m - beside.mean_m)) < kOnSurface_m;
 }
 
-StructureMap::StructureMap(const NdtMap& map) : cell_m_(map.cell_m) {
+StructureMap::StructureMap(const NdtMap& map, std::shared_ptr<const MatchGrid> grid)
+    : grid_(std::move(grid)), numbers_(grid_->cells.size() + 1, kNone) {
   CellIndex index;
   index.reserve(map.nds.size());
   for (const Nd& nd : map.nds) index.add(nd.key);
@@ -48,8 +50,14 @@ StructureMap::StructureMap(const NdtMap& map) : cell_m_(map.cell_m) {
   };
   for (const Nd& nd : map.nds) {
     const Structure structure = map_structure_of(nd, nd_at);
-    if (structure.direction_count > 0) structures_.insert(nd.key, structure);
+    const std::int32_t record = record_of_cell(*grid_, nd.key);
+    if (structure.direction_count == 0 || record == 0) continue;
+    numbers_[static_cast<std::size_t>(record)] = static_cast<std::uint32_t>(structures_.size());
+    structures_.push_back(structure);
   }
 }
+
+StructureMap::StructureMap(const NdtMap& map)
+    : StructureMap(map, std::make_shared<const MatchGrid>(make_match_grid(map))) {}
 
 }  // namespace sightline

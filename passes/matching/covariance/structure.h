@@ -3,9 +3,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
 
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/matching/grid/match_grid.h"
 
 // What in a map constrains a match: surfaces along their normals, upright lines (poles, trunks)
 // across their axes. Rings on the ground and along walls, ends of cells and foliage do not
@@ -23,16 +27,17 @@ bool is_thick_surface(const Nd& nd);
 // Whether a line is the end of the surface `beside` it, cut off by its cell.
 bool ends_surface(const Nd& line, const Nd& beside);
 
-// The directions in which the points of one ND are measured.
-struct Structure {
+// The directions in which the points of one ND are measured. What each point needs comes first, in
+// one line of the cache.
+struct alignas(64) Structure {
   Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // the shortest axis
-  Eigen::Vector3d across = Eigen::Vector3d::UnitX();  // of a line: its other axis across it
-  double normal_m2 = 0.0;                             // variances of the points along these
+  double farthest_m = 0.25;  // off the surface: points farther off belong to something else
+  int direction_count = 0;   // 0: constrains nothing; 1: a surface; 2: a line
+  double normal_m2 = 0.0;    // variances of the points along these
   double across_m2 = 0.0;
   double shared_m2 = 0.03 * 0.03;  // variance of errors that do not average out over points
-  double farthest_m = 0.25;        // off the surface: points farther off belong to something else
-  int direction_count = 0;         // 0: constrains nothing; 1: a surface; 2: a line
+  Eigen::Vector3d across = Eigen::Vector3d::UnitX();  // of a line: its other axis across it
 };
 
 // Of an ND. `nd_at(CellKey)` returns the ND of a cell, a pointer that is null where there is none.
@@ -61,7 +66,7 @@ Structure structure_of(const Nd& nd, const NdAt& nd_at) {
 }
 
 // Of an ND of a map of several scans, whose ground is no rings ("Covariance of a match" in
-// schemas/definitions.md, v1). Cells of one pole share its error. A cell with more than one
+// schemas/definitions.md). Cells of one pole share its error. A cell with more than one
 // surface, as ground and a guard rail, is a surface that is as wrong as it is thick.
 template <class NdAt>
 Structure map_structure_of(const Nd& nd, const NdAt& nd_at) {
@@ -76,34 +81,38 @@ Structure map_structure_of(const Nd& nd, const NdAt& nd_at) {
   return structure;
 }
 
-// The structures of a map, by cell; NDs that constrain nothing are left out. Costs time and memory
-// in proportion to the number of NDs.
+// The structures of a map; NDs that constrain nothing are left out. Costs time and memory in
+// proportion to the number of NDs.
 class StructureMap {
  public:
   StructureMap() = default;
+  // `grid`: of the NDs of `map`, as the last level of a localizer.
+  StructureMap(const NdtMap& map, std::shared_ptr<const MatchGrid> grid);
+  // With a grid of its own.
   explicit StructureMap(const NdtMap& map);
 
-  static constexpr std::uint32_t kNone = CellIndex::kNone;
-  // Of the structure in a cell; kNone where there is none.
-  [[nodiscard]] std::uint32_t number_of(const CellKey& cell) const {
-    return structures_.number_of(cell);
+  static constexpr std::uint32_t kNone = 0xffffffffU;
+  // Of the structure in the cell with that record, 0 and up; kNone where there is none.
+  [[nodiscard]] std::uint32_t number_of_record(std::int32_t record) const {
+    return numbers_[static_cast<std::size_t>(record)];
   }
-  [[nodiscard]] const Structure& at(std::uint32_t number) const {
-    return structures_.values()[number];
+  [[nodiscard]] const Structure& at(std::uint32_t number) const { return structures_[number]; }
+  // Bring nearer what these look into.
+  void prefetch_record(std::int32_t record) const {
+    __builtin_prefetch(&numbers_[static_cast<std::size_t>(record)]);
   }
-  // Bring nearer what number_of() and at() look into.
-  void prefetch(const CellKey& cell) const { structures_.prefetch(cell); }
   void prefetch(std::uint32_t number) const {
     const char* const begin = reinterpret_cast<const char*>(&at(number));
     __builtin_prefetch(begin);
-    __builtin_prefetch(begin + sizeof(Structure) - 1);
+    __builtin_prefetch(begin + 64);
   }
-  [[nodiscard]] double cell_m() const { return cell_m_; }
+  [[nodiscard]] const MatchGrid& grid() const { return *grid_; }
   [[nodiscard]] std::size_t size() const { return structures_.size(); }
 
  private:
-  double cell_m_ = 2.0;
-  CellTable<Structure> structures_;
+  std::shared_ptr<const MatchGrid> grid_;
+  std::vector<std::uint32_t> numbers_;  // by record
+  std::vector<Structure> structures_;   // in the order of the NDs
 };
 
 }  // namespace sightline

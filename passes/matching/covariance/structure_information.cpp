@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 #include "formats/base/portable_math.h"
 #include "formats/symmetric_eigen.h"
@@ -18,22 +19,6 @@ Vector6d ordered_derivative(const StructureObservation& one) {
   Vector6d ordered;
   ordered << planar(one), one.by_motion.segment<3>(2);
   return ordered;
-}
-
-Vector6d descent_of(std::span<const StructureObservation> observations) {
-  Vector6d descent = Vector6d::Zero();
-  for (const StructureObservation& one : observations) {
-    descent -= one.weight_per_m2 * one.residual_m * ordered_derivative(one);
-  }
-  return descent;
-}
-
-Matrix6d sum_of(std::span<const StructureObservation> observations, Matrix6d sum) {
-  for (const StructureObservation& one : observations) {
-    const Vector6d ordered = ordered_derivative(one);
-    sum += one.weight_per_m2 * ordered * ordered.transpose();
-  }
-  return sum;
 }
 
 Matrix6d known_without_surfaces() {
@@ -61,6 +46,7 @@ Eigen::Vector3d clear_information(std::span<const StructureObservation> observat
 // The sum of observations, split into motions in the plane and others.
 struct Split {
   Matrix6d sum = Matrix6d::Zero();  // with what is known without surfaces
+  Vector6d descent = Vector6d::Zero();
   // Minus the motion in the plane's derivative by the others: the Schur complement's factor.
   Eigen::Matrix3d followed = Eigen::Matrix3d::Zero();
   SymmetricEigen<3> in_plane;
@@ -68,7 +54,13 @@ struct Split {
 
 Split split(std::span<const StructureObservation> observations) {
   Split parts;
-  parts.sum = sum_of(observations, known_without_surfaces());
+  parts.sum = known_without_surfaces();
+  for (const StructureObservation& one : observations) {
+    const Vector6d ordered = ordered_derivative(one);
+    const Vector6d weighted = one.weight_per_m2 * ordered;
+    parts.sum.noalias() += weighted * ordered.transpose();
+    parts.descent -= one.residual_m * weighted;
+  }
   const Eigen::Matrix3d others = parts.sum.bottomRightCorner<3, 3>();
   const Eigen::Matrix3d both = parts.sum.bottomLeftCorner<3, 3>();
   parts.followed = others.llt().solve(both);
@@ -125,58 +117,84 @@ Eigen::Matrix3d level_axes(const Pose& T_map_vehicle) {
   return axes;
 }
 
-void StructureObserver::begin(const Pose& T_map_vehicle) {
+void StructureObserver::begin(const StructureMap& map, const Pose& T_map_vehicle) {
+  map_ = &map;
   axes_ = level_axes(T_map_vehicle);
   centre_map_m_ = T_map_vehicle.translation();
   met_.clear();
-  order_.clear();
   observations_.clear();
+  if (place_of_.size() < map.size()) place_of_.resize(map.size(), 0);
 }
 
-// Structures lie far apart in memory: all are prefetched before the first is needed.
-void StructureObserver::add_all(const StructureMap& map, std::span<const Eigen::Vector3d> points_m,
-                                const Pose& T_map_vehicle) {
-  constexpr std::size_t kAhead = 12;
-  constexpr std::size_t kMostPoints = 512;
-  const std::size_t stride = 1 + points_m.size() / kMostPoints;
-  const std::size_t count = (points_m.size() + stride - 1) / stride;
-  points_map_m_.resize(count);
-  cells_.resize(count);
-  numbers_.resize(count);
-  for (std::size_t i = 0; i < count; ++i) points_map_m_[i] = T_map_vehicle * points_m[i * stride];
-  cell_keys(points_map_m_, map.cell_m(), cells_);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i + kAhead < count) map.prefetch(cells_[i + kAhead]);
-    numbers_[i] = map.number_of(cells_[i]);
-    if (numbers_[i] != StructureMap::kNone) map.prefetch(numbers_[i]);
+void StructureObserver::add(std::uint32_t number, const Eigen::Vector3d& point_map_m) {
+  const Structure& structure = map_->at(number);
+  const double off_m = structure.normal.dot(point_map_m - structure.mean_m);
+  if (std::abs(off_m) > structure.farthest_m) return;
+  std::uint32_t& place = place_of_[number];
+  if (place >= met_.size() || met_[place].structure != number) {
+    place = static_cast<std::uint32_t>(met_.size());
+    met_.push_back({number, 0.0, Eigen::Vector3d::Zero()});
   }
+  Met& met = met_[place];
+  met.sum_m += point_map_m - centre_map_m_;
+  met.count += 1.0;
+}
+
+// The matcher's last pose was a step away, if it was of this climb at all: its cell of a point
+// holds where the point is still in it.
+void StructureObserver::find_records(const ScanForMatch& scan, const Pose& T_map_vehicle) {
+  constexpr std::size_t kMostPoints = 512;
+  const MatchGrid& grid = map_->grid();
+  const bool is_known = scan.cells_digest == grid.cells_digest;
+  const std::size_t stride = 1 + scan.points_m.size() / kMostPoints;
+  const std::size_t count = (scan.points_m.size() + stride - 1) / stride;
+  points_map_m_.resize(count);
+  records_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (numbers_[i] == StructureMap::kNone) continue;
-    add(cells_[i], points_map_m_[i], [&]() -> const Structure& { return map.at(numbers_[i]); });
+    const std::size_t k = i * stride;
+    points_map_m_[i] = T_map_vehicle * scan.points_m[k];
+    const CellKey cell = cell_key(points_map_m_[i], grid.cell_m);
+    const bool is_same = is_known && scan.cell_x[k] == cell.x && scan.cell_y[k] == cell.y &&
+                         scan.cell_z[k] == cell.z;
+    records_[i] = is_same ? scan.record[k] : record_of_cell(grid, cell);
+    map_->prefetch_record(records_[i]);
+  }
+}
+
+// Structures are far apart in memory: all are prefetched before the first is needed.
+void StructureObserver::add_all(const ScanForMatch& scan, const Pose& T_map_vehicle) {
+  find_records(scan, T_map_vehicle);
+  numbers_.resize(records_.size());
+  for (std::size_t i = 0; i < records_.size(); ++i) {
+    numbers_[i] = map_->number_of_record(records_[i]);
+    if (numbers_[i] != StructureMap::kNone) map_->prefetch(numbers_[i]);
+  }
+  for (std::size_t i = 0; i < numbers_.size(); ++i) {
+    if (numbers_[i] != StructureMap::kNone) add(numbers_[i], points_map_m_[i]);
   }
 }
 
 // The points of a cell share its normal, so their mean derivative is that of their mean.
 void StructureObserver::observe(const Met& met, const Eigen::Vector3d& direction,
                                 double variance_m2) {
+  const Structure& structure = map_->at(met.structure);
+  const Eigen::Vector3d mean_m = met.sum_m / met.count;
   const Eigen::Vector3d normal = axes_ * direction;
-  const Eigen::Vector3d arm_m = met.sum_m / met.count;
+  const Eigen::Vector3d arm_m = axes_ * mean_m;
   StructureObservation one;
   one.by_motion << normal, arm_m.cross(normal);
-  one.residual_m = normal.dot(arm_m) - direction.dot(met.structure.mean_m - centre_map_m_);
+  one.residual_m = direction.dot(mean_m + centre_map_m_ - structure.mean_m);
   one.arm_m = one.by_motion.tail<3>().norm();
   one.weight_per_m2 =
-      1.0 / (met.structure.shared_m2 + (variance_m2 + kReturnNoise_m * kReturnNoise_m) / met.count);
+      1.0 / (structure.shared_m2 + (variance_m2 + kReturnNoise_m * kReturnNoise_m) / met.count);
   observations_.push_back(one);
 }
 
 std::span<const StructureObservation> StructureObserver::finish() {
-  for (const std::uint32_t number : order_) {
-    const Met& met = met_.values()[number];
-    if (met.structure.direction_count == 2) {
-      observe(met, met.structure.across, met.structure.across_m2);
-    }
-    observe(met, met.structure.normal, met.structure.normal_m2);
+  for (const Met& met : met_) {
+    const Structure& structure = map_->at(met.structure);
+    if (structure.direction_count == 2) observe(met, structure.across, structure.across_m2);
+    observe(met, structure.normal, structure.normal_m2);
   }
   return observations_;
 }
@@ -200,15 +218,14 @@ StructureEvidence structure_evidence(std::span<const StructureObservation> obser
   reduce.topRightCorner<3, 3>() = -less * parts.followed.transpose();
   const Matrix6d half = reduce * (parts.sum - known_without_surfaces());
   const Matrix6d reduced = half * reduce.transpose();
-  const Vector6d descent = reduce * descent_of(observations);
+  const Vector6d descent = reduce * parts.descent;
   return {to_map(reduced, level_axes), to_map(descent, level_axes)};
 }
 
-StructureEvidence structure_evidence(const StructureMap& map,
-                                     std::span<const Eigen::Vector3d> points_m,
+StructureEvidence structure_evidence(const StructureMap& map, const ScanForMatch& scan,
                                      const Pose& T_map_vehicle, StructureObserver& memory) {
-  memory.begin(T_map_vehicle);
-  memory.add_all(map, points_m, T_map_vehicle);
+  memory.begin(map, T_map_vehicle);
+  memory.add_all(scan, T_map_vehicle);
   return structure_evidence(memory.finish(), memory.axes());
 }
 

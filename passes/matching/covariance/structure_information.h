@@ -1,13 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "formats/geometry.h"
-#include "formats/grid/cell_index.h"
 #include "passes/matching/covariance/structure.h"
+#include "passes/matching/kernel_score.h"
 #include "passes/matching/match_score.h"
 
 // What a scan and a map constrain of a pose, whatever the start: the information of planes and
@@ -45,30 +45,17 @@ struct StructureObservation {
 // its memory from one scan to the next. One thread at a time.
 class StructureObserver {
  public:
-  // For points of a vehicle at that pose; forgets the last scan.
-  void begin(const Pose& T_map_vehicle);
+  // For points of a vehicle at that pose; forgets the last scan. `map` outlives that.
+  void begin(const StructureMap& map, const Pose& T_map_vehicle);
 
-  // A point of a cell. `structure_at()` returns the Structure of the cell, and is called for its
-  // first point. Points far from their surface are left out.
-  template <class StructureAt>
-  void add(const CellKey& cell, const Eigen::Vector3d& point_map_m,
-           const StructureAt& structure_at) {
-    const auto [number, is_new] = met_.insert(cell);
-    Met& met = met_.values()[number];
-    if (is_new) met.structure = structure_at();
-    if (met.structure.direction_count == 0) return;
-    const double off_m = met.structure.normal.dot(point_map_m - met.structure.mean_m);
-    if (std::abs(off_m) > met.structure.farthest_m) return;
-    if (met.count == 0.0) order_.push_back(number);
-    met.sum_m += axes_ * (point_map_m - centre_map_m_);
-    met.count += 1.0;
-  }
+  // A point of the cell with that structure. Points far from the surface are left out.
+  void add(std::uint32_t structure, const Eigen::Vector3d& point_map_m);
 
-  // Points in the vehicle's frame, at most 512 of them, evenly spread in their order: more would
+  // At most 512 points of a scan, in the vehicle's frame, evenly spread in their order: more would
   // count neighbours as independent. Those in no structure of the map are left out. They must be
-  // within 2^31 cells of the origin.
-  void add_all(const StructureMap& map, std::span<const Eigen::Vector3d> points_m,
-               const Pose& T_map_vehicle);
+  // within 2^31 cells of the origin. Where the scan was matched in the map's grid, its cells are
+  // taken over.
+  void add_all(const ScanForMatch& scan, const Pose& T_map_vehicle);
 
   // In the order in which the structures were met. Valid until the next scan begins.
   std::span<const StructureObservation> finish();
@@ -76,22 +63,25 @@ class StructureObserver {
   [[nodiscard]] const Eigen::Matrix3d& axes() const { return axes_; }
 
  private:
-  // The points of a scan in one cell.
+  // The points of a scan that meet one structure.
   struct Met {
-    Structure structure;
-    Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();  // in the vehicle's axes
+    std::uint32_t structure = 0;
     double count = 0.0;
+    Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();  // from the vehicle, map axes
   };
+  void find_records(const ScanForMatch& scan, const Pose& T_map_vehicle);
   void observe(const Met& met, const Eigen::Vector3d& direction, double variance_m2);
 
+  const StructureMap* map_ = nullptr;
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d centre_map_m_ = Eigen::Vector3d::Zero();
-  CellTable<Met> met_;
-  std::vector<std::uint32_t> order_;  // of those with points near
+  std::vector<Met> met_;
+  // By structure: its place in met_, if that has this structure.
+  std::vector<std::uint32_t> place_of_;
   std::vector<StructureObservation> observations_;
   // Of the points that are added at once.
   std::vector<Eigen::Vector3d> points_map_m_;
-  std::vector<CellKey> cells_;
+  std::vector<std::int32_t> records_;
   std::vector<std::uint32_t> numbers_;
 };
 
@@ -108,10 +98,9 @@ struct StructureEvidence {
 StructureEvidence structure_evidence(std::span<const StructureObservation> observations,
                                      const Eigen::Matrix3d& level_axes);
 
-// Of a matched scan: its points in the vehicle's frame, and where it was matched.
-// Allocates nothing once such scans were seen.
-StructureEvidence structure_evidence(const StructureMap& map,
-                                     std::span<const Eigen::Vector3d> points_m,
+// Of a scan, in the vehicle's frame, and where it was matched. Allocates nothing once such scans
+// were seen.
+StructureEvidence structure_evidence(const StructureMap& map, const ScanForMatch& scan,
                                      const Pose& T_map_vehicle, StructureObserver& memory);
 
 }  // namespace sightline

@@ -138,25 +138,114 @@ Sensors sensors_of(std::uint64_t seed) {
   return sensors;
 }
 
-// The information of x, y, yaw that a filter is given of this match.
-Eigen::Matrix3d information_of(WorldLocalizer& localizer, const MatchResult& found,
-                               const LoopOptions& options, LoopStep& step, const Matrix6d& start) {
-  if (options.source == CovarianceSource::kStructure) {
-    const Matrix6d information = localizer.information(found.T_map_sensor, options.scale);
-    step.structure = planar_part(localizer.structure());
-    step.match_covariance = planar_block(match_covariance(information, start));
-    return planar_part(information);
-  }
-  Eigen::Matrix3d covariance = Eigen::Vector3d(0.0225, 0.0225, 0.000625).asDiagonal();
+// Of a vehicle that tracks: "Tracking starts" in schemas/definitions.md.
+KnownStart tracking_start(const Pose& T_map_true, Random& random) {
+  constexpr double kDeviations[] = {0.141, 0.141, 0.05, 0.0, 0.0, 0.5 * kRadPerDeg};
+  Vector6d off;
+  for (int i = 0; i < 6; ++i) off[i] = kDeviations[i] * random.normal();
+  KnownStart start{moved(T_map_true, off), Matrix6d::Zero()};
+  for (int i = 0; i < 6; ++i) start.covariance(i, i) = kDeviations[i] * kDeviations[i];
+  start.covariance(3, 3) = start.covariance(4, 4) = start.covariance(5, 5);
+  return start;
+}
+
+KnownStart start_of_filter(const PoseFilter& filter, const Pose& T_map_true, Random& random) {
+  return {start_at(filter.pose(), T_map_true, kHeightOff_m * random.normal()),
+          start_covariance(filter.covariance())};
+}
+
+// From map axes to the vehicle's.
+Matrix6d six_axes(const Pose& T_map_true) {
+  Matrix6d axes = Matrix6d::Zero();
+  axes.topLeftCorner<3, 3>() = T_map_true.linear().transpose();
+  axes.bottomRightCorner<3, 3>() = T_map_true.linear().transpose();
+  return axes;
+}
+
+MatchSample sample_of(const MatchResult& found, const Pose& T_map_start, const Pose& T_map_true,
+                      const StructureEvidence& structure) {
+  const Matrix6d axes = six_axes(T_map_true);
+  MatchSample sample;
+  sample.found = axes * motion_between(T_map_true, found.T_map_sensor);
+  sample.start = axes * motion_between(T_map_true, T_map_start);
+  sample.structure.information = axes * structure.information * axes.transpose();
+  sample.structure.descent = axes * structure.descent;
+  sample.likelihood = found.nearest_voxel_likelihood;
+  sample.scored_points = found.scored_points;
+  return sample;
+}
+
+// What a filter learns of x, y and yaw from a match, relative to the start: information, and
+// information times the step that scan and map measured.
+struct PlanarUpdate {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+};
+
+// Where a match ended, what is returned of it, and what a filter is given; map axes.
+struct LoopMatch {
+  bool is_matched = false;
+  PlanarPose found = PlanarPose::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  PlanarPose returned = PlanarPose::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  PlanarUpdate update;
+};
+
+// A returned pose x of covariance C contains the start x0 of covariance P: without it, it is the
+// information C^-1 - P^-1, and pulls by C^-1 (x - x0).
+PlanarUpdate without_start(const LoopMatch& match, const PlanarPose& start,
+                           const Eigen::Matrix3d& start_covariance) {
+  PlanarUpdate update;
+  const Eigen::Matrix3d all = match.covariance.inverse();
+  update.information = all - start_covariance.inverse();
+  update.information = (0.5 * (update.information + update.information.transpose())).eval();
+  update.pull = all * difference(match.returned, start);
+  return update;
+}
+
+LoopMatch match_of_known_start(WorldLocalizer& localizer, const KnownStart& start,
+                               const LoopOptions& options, const Pose& T_map_true,
+                               MatchSample& sample) {
+  LoopMatch result;
+  const MatchResult found =
+      localizer.match(start.T_map_vehicle, search_of_start_m(start.covariance));
+  result.is_matched = found.scored_points > 0;
+  if (!result.is_matched) return result;
+  const MatchEnd end = localizer.end(found, start, options.scale);
+  result.found = planar_pose(found.T_map_sensor);
+  result.information = planar_part(end.information);
+  result.returned = planar_pose(end.estimate.T_map_vehicle);
+  result.covariance = planar_block(end.estimate.covariance);
+  result.update =
+      without_start(result, planar_pose(start.T_map_vehicle), planar_block(start.covariance));
+  sample =
+      sample_of(found, start.T_map_vehicle, T_map_true, localizer.structure(found.T_map_sensor));
+  sample.point_count = static_cast<std::uint32_t>(localizer.point_count());
+  return result;
+}
+
+// Of a source that knows nothing of the start.
+LoopMatch match_of_rival(WorldLocalizer& localizer, const KnownStart& start,
+                         const LoopOptions& options) {
+  LoopMatch result;
+  const MatchResult found = localizer.match(start.T_map_vehicle);
+  result.is_matched = found.scored_points > 0;
+  if (!result.is_matched) return result;
+  result.covariance = Eigen::Vector3d(0.0225, 0.0225, 0.000625).asDiagonal();
   if (options.source == CovarianceSource::kLaplace) {
     const std::optional<Matrix6d> laplace = covariance_of(found);
-    covariance = laplace ? planar_block(*laplace) : Eigen::Matrix3d::Identity();
+    result.covariance = laplace ? planar_block(*laplace) : Eigen::Matrix3d::Identity();
   } else if (options.source == CovarianceSource::kMultiNdt) {
-    covariance = multi_ndt_covariance(localizer, found);
+    result.covariance = multi_ndt_covariance(localizer, found);
   }
-  covariance *= options.rival_factor;
-  step.match_covariance = covariance;
-  return covariance.inverse();
+  result.covariance *= options.rival_factor;
+  result.found = result.returned = planar_pose(found.T_map_sensor);
+  result.information = result.covariance.inverse();
+  result.update.information = result.information;
+  result.update.pull =
+      result.information * difference(result.found, planar_pose(start.T_map_vehicle));
+  return result;
 }
 
 }  // namespace
@@ -170,7 +259,7 @@ WorldLocalizer::WorldLocalizer(const IntegrityWorld& world, const Look& look)
     : look_(look),
       own_(make_localizer(world.map, localizer_options(LocalizerKind::kSearching))),
       samples_(localizer_for_samples(own_, world.map)),
-      structures_(world.map),
+      structures_(world.map, own_.levels.back().grid),
       sensor_(world.sensor),
       matcher_({own_, samples_, sensor_, 1.0, false, false}) {}
 
@@ -180,19 +269,23 @@ void WorldLocalizer::take(const Scan& scan) {
   match_s_ += cpu_s() - begin_s;
 }
 
-MatchResult WorldLocalizer::match(const Pose& T_map_start) {
+MatchResult WorldLocalizer::match(const Pose& T_map_start, double search_m) {
   const double begin_s = cpu_s();
-  const MatchResult found = matcher_.match(T_map_start);
+  const MatchResult found = matcher_.match(T_map_start, search_m);
   match_s_ += cpu_s() - begin_s;
   return found;
 }
 
-Matrix6d WorldLocalizer::information(const Pose& T_map_vehicle, const InformationScale& scale) {
+MatchEnd WorldLocalizer::end(const MatchResult& found, const KnownStart& start,
+                             const InformationScale& scale) {
   const double begin_s = cpu_s();
-  structure_ = structure_evidence(structures_, matcher_.points_m(), T_map_vehicle, observer_);
-  const Matrix6d information = match_information(structure_, scale);
+  const MatchEnd end = end_of_match(found, matcher_.scan(), &start, structures_, scale, observer_);
   information_s_ += cpu_s() - begin_s;
-  return information;
+  return end;
+}
+
+StructureEvidence WorldLocalizer::structure(const Pose& T_map_vehicle) {
+  return structure_evidence(structures_, matcher_.scan(), T_map_vehicle, observer_);
 }
 
 std::vector<LoopStep> drive_closed_loop(WorldLocalizer& localizer, const TrueDrive& drive,
@@ -209,20 +302,25 @@ std::vector<LoopStep> drive_closed_loop(WorldLocalizer& localizer, const TrueDri
     step.kind = drive.kinds[k];
     step.is_constrained[0] = drive.constraints[k].kept_ahead <= 0.5;
     step.is_constrained[1] = drive.constraints[k].kept_left <= 0.5;
-    step.start_error = axes * difference(filter.pose(), truth);
     localizer.take(drive.scans[k]);
-    const MatchResult found = localizer.match(
-        start_at(filter.pose(), T_map_true, kHeightOff_m * sensors.random.normal()));
-    step.is_matched = found.scored_points > 0;
+    const KnownStart start = options.has_tracking_starts
+                                 ? tracking_start(T_map_true, sensors.random)
+                                 : start_of_filter(filter, T_map_true, sensors.random);
+    step.start_error = axes * difference(planar_pose(start.T_map_vehicle), truth);
+    const LoopMatch match =
+        options.source == CovarianceSource::kStructure
+            ? match_of_known_start(localizer, start, options, T_map_true, step.sample)
+            : match_of_rival(localizer, start, options);
+    step.is_matched = match.is_matched;
     if (step.is_matched) {
-      const PlanarPose pose = planar_pose(found.T_map_sensor);
-      step.match_error = axes * difference(pose, truth);
-      const Eigen::Matrix3d information =
-          information_of(localizer, found, options, step, start_covariance(filter.covariance()));
-      step.information = axes * information * axes.transpose();
-      step.structure = (axes * step.structure * axes.transpose()).eval();
-      step.match_covariance = (axes * step.match_covariance * axes.transpose()).eval();
-      filter.update(pose, information / options.inflation);
+      step.match_error = axes * difference(match.found, truth);
+      step.returned_error = axes * difference(match.returned, truth);
+      step.information = axes * match.information * axes.transpose();
+      step.match_covariance = axes * match.covariance * axes.transpose();
+      if (!options.has_tracking_starts) {
+        filter.update_from_here(match.update.pull / options.inflation,
+                                match.update.information / options.inflation);
+      }
     }
     step.fused_error = axes * difference(filter.pose(), truth);
     step.fused_covariance = axes * filter.covariance() * axes.transpose();

@@ -51,18 +51,25 @@ CovarianceSource source_of(const std::string& name) {
   return CovarianceSource::kStructure;
 }
 
-// One line a scan, for fits outside: kind, constrained ahead and left, errors, structure.
+// One line a scan, for fits outside: kind, seed, scan, constrained ahead and left; then, of six
+// motions in the vehicle's axes, end and start of the match, descent, and the upper triangle of the
+// structures' information; likelihood, points, scored points; errors of the filter: 3.
 void write_samples(std::ofstream& file, const IntegrityWorld& world,
                    const std::vector<LoopStep>& steps) {
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const LoopStep& s = steps[k];
+    if (!s.is_matched) continue;
     file << s.kind << ' ' << world.seed << ' ' << k << ' ' << s.is_constrained[0] << ' '
          << s.is_constrained[1];
-    for (int i = 0; i < 3; ++i) file << ' ' << s.match_error[i];
-    for (int i = 0; i < 3; ++i) file << ' ' << s.start_error[i];
-    for (int i = 0; i < 3; ++i) {
-      for (int j = i; j < 3; ++j) file << ' ' << s.structure(i, j);
+    for (int i = 0; i < 6; ++i) file << ' ' << s.sample.found[i];
+    for (int i = 0; i < 6; ++i) file << ' ' << s.sample.start[i];
+    for (int i = 0; i < 6; ++i) file << ' ' << s.sample.structure.descent[i];
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) file << ' ' << s.sample.structure.information(i, j);
     }
+    file << ' ' << s.sample.likelihood << ' ' << s.sample.point_count << ' '
+         << s.sample.scored_points;
+    for (int i = 0; i < 3; ++i) file << ' ' << s.fused_error[i];
     file << '\n';
   }
 }
@@ -144,7 +151,9 @@ int main(int argc, char** argv) {
   app.add_option("--inflation", flags.loop.inflation,
                  "of source inflated: structure, whose covariances are so many times larger for "
                  "the filter, since errors of successive scans are correlated");
-  app.add_option("--samples", flags.samples, "a file for errors and structure of each scan");
+  app.add_flag("--tracking-starts", flags.loop.has_tracking_starts,
+               "start each match 0.2 m and 0.5 degrees off instead of at the filter's prediction");
+  app.add_option("--samples", flags.samples, "a file for errors and structures of each scan");
   CLI11_PARSE(app, argc, argv);
   return run(flags);
 }

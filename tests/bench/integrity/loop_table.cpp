@@ -73,8 +73,9 @@ void add_loop(std::span<const LoopStep> steps, LoopSummaries& summaries) {
     for (int i = 0; i < 2; ++i) {
       is_lost = is_lost || (step.is_constrained[i] && std::abs(step.match_error[i]) > kLost_m);
     }
-    summary.match_squares += step.match_error.cwiseAbs2();
-    summary.returned.add(step.match_error, step.match_covariance, kAll);
+    summary.match_squares += step.returned_error.cwiseAbs2();
+    summary.start_squares += step.start_error.cwiseAbs2();
+    summary.returned.add(step.returned_error, step.match_covariance, kAll);
     if (is_lost) {
       ++summary.lost;
       continue;

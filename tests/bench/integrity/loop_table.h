@@ -26,7 +26,8 @@ struct LoopSummary {
   Consistency match;     // constrained directions, of the information alone
   Consistency returned;  // all directions, of the returned pose
   Consistency fused;     // all directions
-  Eigen::Vector3d match_squares = Eigen::Vector3d::Zero();
+  Eigen::Vector3d match_squares = Eigen::Vector3d::Zero();  // of the returned pose
+  Eigen::Vector3d start_squares = Eigen::Vector3d::Zero();
   Eigen::Vector3d fused_squares = Eigen::Vector3d::Zero();
   std::vector<double> end_forward_m;  // fused, at the last scan of each drive there
   std::size_t scans = 0;

@@ -87,12 +87,15 @@ void PoseFilter::move(const WheelsAndGyro& measured) {
 
 void PoseFilter::update(const PlanarPose& pose, const Eigen::Matrix3d& information) {
   const Eigen::Vector3d off = difference(pose, this->pose());
+  update_from_here(information * off, information);
+}
+
+void PoseFilter::update_from_here(const Eigen::Vector3d& pull, const Eigen::Matrix3d& information) {
   // (P^-1 + H^T I H)^-1 = (1 + P H^T I H)^-1 P, which needs no inverse of I.
   Covariance sum = Covariance::Identity();
   sum.leftCols<3>() += covariance_.leftCols<3>() * information;
   covariance_ = Eigen::PartialPivLU<Covariance>(sum).solve(covariance_).eval();
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
-  const Eigen::Vector3d pull = information * off;
   state_ += covariance_.leftCols<3>() * pull;
   state_[kYaw] = wrapped_rad(state_[kYaw]);
 }

@@ -11,6 +11,7 @@
 
 #include "passes/localize/pcl/pcl_ndt.h"
 #include "passes/map/build_ndt.h"
+#include "passes/matching/covariance/known_start.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"
 #include "passes/matching/scan_preparation.h"
@@ -276,9 +277,13 @@ TEST(MeasureError, StartsThatShareClimbsEndNearWhereEachEndsAlone) {
   EXPECT_TRUE(differs);
 }
 
-// Ends of a site's scan from these starts, each by itself.
+// Ends of a site's scan from these starts, each by itself. `pattern`: of tracking starts, whose
+// covariance is given; else null.
 std::vector<AxisErrors> ends_alone(const World& world, const Localizer& own, const Look& look,
-                                   const std::vector<InitialOffset>& starts, std::size_t site) {
+                                   const std::vector<InitialOffset>& starts, std::size_t site,
+                                   const TrackingPattern* pattern = nullptr) {
+  const StructureMap structures(world.map);
+  StructureObserver memory;
   const Localizer sampling = localizer_for_samples(own, world.map);
   LookMatcher matcher({own, sampling, world.drive.sensor, 1.0});
   const Scan scan = *world.drive.store->read(site);
@@ -287,7 +292,21 @@ std::vector<AxisErrors> ends_alone(const World& world, const Localizer& own, con
   std::vector<AxisErrors> ends;
   for (const InitialOffset& start : starts) {
     const Pose T_map_start = world.trajectory.poses[site].T_map_vehicle * start_pose(start);
-    const Pose end = T_vehicle_map * matcher.match(T_map_start).T_map_sensor;
+    Pose T_map_end;
+    if (pattern == nullptr) {
+      T_map_end = matcher.match(T_map_start).T_map_sensor;
+    } else {
+      const KnownStart known{
+          T_map_start,
+          tracking_covariance(*pattern, world.trajectory.poses[site].T_map_vehicle.linear())};
+      const MatchResult found = matcher.match(
+          T_map_start,
+          3.0 * std::sqrt(known.covariance.topLeftCorner<2, 2>().norm() / std::numbers::sqrt2));
+      T_map_end = end_of_match(found, matcher.scan(), &known, structures,
+                               default_information_scale(), memory)
+                      .estimate.T_map_vehicle;
+    }
+    const Pose end = T_vehicle_map * T_map_end;
     ends.push_back({static_cast<float>(end.translation().x()),
                     static_cast<float>(end.translation().y()),
                     static_cast<float>(end.translation().z()),
@@ -313,8 +332,8 @@ TEST(MeasureError, KeepsTheEndOfEachTrackingStartAndTheFiguresOfTheOthers) {
   const Localizer own = make_localizer(world.map, localizer_options(options.localizer));
   for (std::size_t site = 0; site < world.sites.sites.size(); ++site) {
     for (std::size_t look = 0; look < 2; ++look) {
-      const std::vector<AxisErrors> tracking =
-          ends_alone(world, own, options.looks[look], measured.tracking_offsets, site);
+      const std::vector<AxisErrors> tracking = ends_alone(
+          world, own, options.looks[look], measured.tracking_offsets, site, &options.tracking);
       for (std::size_t k = 0; k < tracking.size(); ++k) {
         expect_near(measured.tracking(site, look)[k], tracking[k], 1e-6);
       }

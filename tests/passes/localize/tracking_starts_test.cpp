@@ -49,6 +49,22 @@ TEST(TrackingStarts, AreFiveFifthsOfATurnApartTwentyCentimetresOff) {
   EXPECT_EQ(starts[0].z_m, 0.0);
 }
 
+TEST(TrackingStarts, HaveTheCovarianceThatTheMatcherIsGiven) {
+  TrackingPattern pattern;
+  pattern.horizontal_m = 0.2;
+  pattern.height_m = 0.07;
+  Eigen::Matrix3d axes;
+  axes << 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0;  // up is the map's x
+  const Matrix6d covariance = tracking_covariance(pattern, axes);
+  EXPECT_NEAR(covariance(0, 0), 0.07 * 0.07, 1e-15);
+  EXPECT_NEAR(covariance(1, 1), 0.2 * 0.2, 1e-15);
+  EXPECT_NEAR(covariance(2, 2), 0.2 * 0.2, 1e-15);
+  for (int i = 3; i < 6; ++i) {
+    EXPECT_NEAR(covariance(i, i), 0.5 * kRadPerDeg * 0.5 * kRadPerDeg, 1e-15);
+  }
+  EXPECT_EQ(covariance, covariance.transpose());
+}
+
 TEST(TrackingStarts, MayBeNoneAndAreNoFewerThanFive) {
   TrackingPattern pattern;
   pattern.count = 0;

@@ -87,13 +87,14 @@ TEST(Localizer, InAStreetWithCellsOfAMetreLosesNoneOf64StartsAndEndsWithinHalfAC
 TEST(Localizer, SearchingFindsItsWayInALaneWhereMostStartsEndInAnotherOptimum) {
   const NdtMap map = simple_map(lane_points(1, 30.0, 120000), 2.0);
   const std::vector<Eigen::Vector3d> points_m = voxel_subsample(lane_points(2, 12.0, 6000), 0.5);
-  const auto lost_starts = [&](const LocalizerOptions& options) {
+  const auto lost_starts = [&](const LocalizerOptions& options, const MatchOptions& limits = {}) {
     const Localizer localizer = make_localizer(map, options);
     ScanForMatch scan = make_scan_for_match(localizer, points_m);
     Random random(3);
     int lost = 0;
     for (int trial = 0; trial < 60; ++trial) {
-      const MatchResult result = localize(localizer, scan, start_near(Pose::Identity(), random));
+      const MatchResult result =
+          localize(localizer, scan, start_near(Pose::Identity(), random), limits);
       lost += result.T_map_sensor.translation().norm() > 0.3 ? 1 : 0;
     }
     return lost;
@@ -102,6 +103,10 @@ TEST(Localizer, SearchingFindsItsWayInALaneWhereMostStartsEndInAnotherOptimum) {
   const int searching = lost_starts({.is_annealed = true, .search_m = 1.25});
   EXPECT_GT(annealed, 12);
   EXPECT_LT(4 * searching, annealed);
+  // A caller who knows the start better searches less.
+  const LocalizerOptions options{.is_annealed = true, .search_m = 1.25};
+  EXPECT_EQ(lost_starts(options, {.search_m = 0.0}), annealed);
+  EXPECT_EQ(lost_starts(options, {.search_m = 5.0}), searching);
 }
 
 TEST(Localizer, SearchingWhereNothingIsLooseIsAnnealed) {

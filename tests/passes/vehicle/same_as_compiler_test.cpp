@@ -33,7 +33,8 @@ struct CompilersOwn {
       : map(read_map(path).value()),
         choice(choice_of(map.measurement)),
         own(make_localizer(map.ndt, localizer_options(choice.kind, choice.coarse_cells))),
-        of_samples(make_localizer(map.ndt, options_for_samples(choice.coarse_cells))) {}
+        of_samples(make_localizer(map.ndt, options_for_samples(choice.coarse_cells))),
+        structures(map.ndt, own.levels.back().grid) {}
 
   static LocalizerChoice choice_of(const MeasurementCard& card) {
     LocalizerChoice choice{.coarse_cells = static_cast<int>(card.coarse_cells),
@@ -43,13 +44,14 @@ struct CompilersOwn {
     return choice;
   }
   [[nodiscard]] std::unique_ptr<SiteLocalizer> at_site() const {
-    return make_site_localizer({choice, map.sensor, map.ndt, own, of_samples});
+    return make_site_localizer({choice, map.sensor, map.ndt, own, of_samples, &structures});
   }
 
   CompiledMap map;
   LocalizerChoice choice;
   Localizer own;
   Localizer of_samples;
+  StructureMap structures;
 };
 
 TEST(SameAsCompiler, MatchesAsTheCompilerDoesToTheBit) {
@@ -80,6 +82,32 @@ TEST(SameAsCompiler, MatchesAsTheCompilerDoesToTheBit) {
         EXPECT_EQ(match.stop, SIGHTLINE_CONVERGED);
       }
     }
+  }
+}
+
+TEST(SameAsCompiler, MatchesFromAKnownStartAsTheCompilerDoesToTheBit) {
+  Random random(6);
+  const std::string path = written_room("searching");
+  const CompilersOwn compiler(path);
+  const MapFrame& frame = compiler.map.ndt.frame;
+  const Opened opened(path);
+  const std::unique_ptr<SiteLocalizer> site = compiler.at_site();
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << 0.01, 0.04, 0.0025, 1e-4, 1e-4, 1e-4;
+  sightline_match_options options{};
+  options.start_covariance = covariance.data();
+  for (const Look& look : kLooks) {
+    const Scan scan = float_scan(random.next(), 4000);
+    const sightline_points points = points_of(scan);
+    const sightline_look wanted = c_look(look);
+    const Pose T_map_start = random_start(random);
+    const PoseRows start = world_rows(T_map_start, frame);
+    sightline_match match;
+    ASSERT_EQ(sightline_localizer_match(opened.localizer, &points, start.data(), &wanted, &options,
+                                        &match),
+              0);
+    site->take(scan, look);
+    expect_same(match, site->match_known({through_world(T_map_start, frame), covariance}), frame);
   }
 }
 

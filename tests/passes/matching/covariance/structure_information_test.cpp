@@ -70,7 +70,8 @@ struct World {
 
 StructureEvidence evidence_of(const World& world) {
   StructureObserver observer;
-  return structure_evidence(world.structures, world.points_m, world.T_map_vehicle, observer);
+  return structure_evidence(world.structures, make_scan_for_match(world.points_m),
+                            world.T_map_vehicle, observer);
 }
 
 // By the definition, cell by cell, in map axes; nothing reduced.
@@ -229,12 +230,12 @@ TEST(StructureObserver, DerivativesAreThoseOfTheResiduals) {
   const World world(with_poles(random_street(7)));
   constexpr double kStep = 1e-6;
   const auto observe = [&](const Pose& T_map_vehicle, StructureObserver& observer) {
-    observer.begin(T_map_vehicle);
+    observer.begin(world.structures, T_map_vehicle);
     for (const Eigen::Vector3d& point_m : world.points_m) {
       const CellKey cell = cell_key(world.T_map_vehicle * point_m, 2.0);  // wherever it moves
-      const std::uint32_t number = world.structures.number_of(cell);
-      if (number == StructureMap::kNone) continue;
-      observer.add(cell, T_map_vehicle * point_m, [&] { return world.structures.at(number); });
+      const std::uint32_t number =
+          world.structures.number_of_record(record_of_cell(world.structures.grid(), cell));
+      if (number != StructureMap::kNone) observer.add(number, T_map_vehicle * point_m);
     }
     return observer.finish();
   };
@@ -254,11 +255,29 @@ TEST(StructureObserver, DerivativesAreThoseOfTheResiduals) {
   }
 }
 
+TEST(StructureInformation, IsTheSameFromTheMatchersCells) {
+  const World world(with_poles(random_street(9)));
+  const MatchGrid& grid = world.structures.grid();
+  ScanForMatch scan = make_scan_for_match(world.points_m);
+  for (const double off_m : {0.0, 0.3, 2.5}) {
+    Pose elsewhere = world.T_map_vehicle;
+    elsewhere.translation().x() += off_m;
+    kernel_score(grid, scan, elsewhere, MatchKernel::kFastest);
+    ASSERT_EQ(scan.cells_digest, grid.cells_digest);
+    StructureObserver observer;
+    const StructureEvidence found =
+        structure_evidence(world.structures, scan, world.T_map_vehicle, observer);
+    EXPECT_EQ(found.information, evidence_of(world).information);
+    EXPECT_EQ(found.descent, evidence_of(world).descent);
+  }
+}
+
 TEST(StructureInformation, AllocatesNothingForScansOfASizeThatWasSeen) {
   const World world(random_street(8));
+  const ScanForMatch scan = make_scan_for_match(world.points_m);
   StructureObserver observer;
   const auto find = [&] {
-    return structure_evidence(world.structures, world.points_m, world.T_map_vehicle, observer);
+    return structure_evidence(world.structures, scan, world.T_map_vehicle, observer);
   };
   const StructureEvidence first = find();
   const std::size_t before = allocation_count();
