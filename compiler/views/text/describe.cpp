@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/model/place_kind.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {
@@ -209,6 +210,27 @@ std::string describe_limit(const CompiledMap& map, const RangeTable& ranges,
   return text + histogram(ranges, limit);
 }
 
+// [kind]: its sites.
+std::array<std::vector<std::size_t>, kPlaceKindCount> sites_by_kind(const CompiledMap& map) {
+  std::array<std::vector<std::size_t>, kPlaceKindCount> sites;
+  for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
+    sites[static_cast<std::size_t>(kind_at(map.columns, site))].push_back(site);
+  }
+  sites.front().clear();  // unknown
+  return sites;
+}
+
+std::string describe_kinds(const CompiledMap& map) {
+  std::string shares;
+  const auto by_kind = sites_by_kind(map);
+  for (std::size_t kind = 0; kind < by_kind.size(); ++kind) {
+    if (by_kind[kind].empty()) continue;
+    shares += concat((shares.empty() ? "" : ", "), name_of(static_cast<PlaceKind>(kind)), " ",
+                     percent_of(by_kind[kind].size(), map.sites.sites.size()));
+  }
+  return shares.empty() ? "" : field("kinds of place", shares);
+}
+
 // What most vehicles ask for.
 std::string describe_looks(const CompiledMap& map) {
   if (!map.looks) return "";
@@ -259,9 +281,10 @@ std::string describe(const CompiledMap& map) {
   if (!map.notices.empty()) text += describe_notices(map.notices);
   if (map.tile_drives) text += describe_drives(*map.tile_drives);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
-  text +=
-      "ranges\n" + field("rule", fmt::format("{}, dilated by {:g} m", name_of(map.ranges.selection),
-                                             map.ranges.dilation_m));
+  text += "ranges\n" +
+          field("rule", fmt::format("{}, dilated by {:g} m", name_of(map.ranges.selection),
+                                    map.ranges.dilation_m)) +
+          describe_kinds(map);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_limit(map, map.ranges, map.quality[limit], limit);
   }
