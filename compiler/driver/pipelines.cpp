@@ -391,7 +391,11 @@ void predict(const CompileConfig& config, CompilePlan& compile) {
 void choose(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
   compile.kept_factors = compile.factors;
-  if (has_history(config, compile) && compile.measured_drives.is_connected()) {
+  if (has_history(config, compile)) {
+    if (!compile.measured_drives.is_connected()) {
+      compile.measured_drives = plan.run(kJoinErrors, std::vector{compile.localized.drive},
+                                         std::vector{compile.measured});
+    }
     compile.kept_factors = plan.run(kAddHistory, compile.factors, compile.measured_drives,
                                     compile.predicted, compile.model, compile.cards);
   }

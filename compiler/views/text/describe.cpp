@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "formats/model/place_kind.h"
 #include "formats/text/numbers.h"
@@ -231,6 +232,21 @@ std::string describe_kinds(const CompiledMap& map) {
   return shares.empty() ? "" : field("kinds of place", shares);
 }
 
+// Where kinds of place have different looks: each with the look of its first site.
+std::string describe_looks_of_kinds(const CompiledMap& map, std::size_t limit) {
+  std::string text;
+  std::set<std::size_t> different;
+  const auto by_kind = sites_by_kind(map);
+  for (std::size_t kind = 0; kind < by_kind.size(); ++kind) {
+    if (by_kind[kind].empty()) continue;
+    const std::size_t look = map.looks->ranges.range(by_kind[kind].front(), limit);
+    different.insert(look);
+    text += field(concat("in ", name_of(static_cast<PlaceKind>(kind))).c_str(),
+                  to_text(map.looks->ranges.looks[look]));
+  }
+  return different.size() > 1 ? text : "";
+}
+
 // What most vehicles ask for.
 std::string describe_looks(const CompiledMap& map) {
   if (!map.looks) return "";
@@ -240,6 +256,7 @@ std::string describe_looks(const CompiledMap& map) {
                                        "a scan that is matched");
   for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
     text += describe_limit(map, looks, quality[limit], limit);
+    text += describe_looks_of_kinds(map, limit);
   }
   if (looks.plan) text += field("while tracking", to_text(*looks.plan));
   return text;
