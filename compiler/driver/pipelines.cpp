@@ -4,6 +4,7 @@
 #include "passes/emit/emit_map.h"
 #include "passes/emit/pack_layers.h"
 #include "passes/factors/factors_of_sites.h"
+#include "passes/factors/name_kinds.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_map.h"
 #include "passes/ingest/ingest_nd_map.h"
@@ -277,8 +278,10 @@ Wire<FactorTable> compute_factors(CompilePlan& compile) {
   plan.run(kCastScans, compile.surface, compile.sites, sensor);
   const FactorsOfSitesOptions seeing{plan.options(kComputeFactors).ranges_m,
                                      plan.options(kCastRays), plan.options(kCastScans)};
-  return plan.run_as("", kComputeFactors, seeing, compile.ndt, compile.surface, compile.sites,
-                     sensor);
+  const Wire<FactorTable> factors =
+      plan.run_as("", kComputeFactors, seeing, compile.ndt, compile.surface, compile.sites, sensor);
+  compile.columns.push_back(plan.run(kNameKinds, compile.sites, factors));
+  return factors;
 }
 
 // Step 6: evidence. The scans that made the map are localized in it, at the poses that they made it
@@ -388,7 +391,11 @@ void predict(const CompileConfig& config, CompilePlan& compile) {
 void choose(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
   compile.kept_factors = compile.factors;
-  if (has_history(config, compile) && compile.measured_drives.is_connected()) {
+  if (has_history(config, compile)) {
+    if (!compile.measured_drives.is_connected()) {
+      compile.measured_drives = plan.run(kJoinErrors, std::vector{compile.localized.drive},
+                                         std::vector{compile.measured});
+    }
     compile.kept_factors = plan.run(kAddHistory, compile.factors, compile.measured_drives,
                                     compile.predicted, compile.model, compile.cards);
   }

@@ -63,21 +63,21 @@ Result<void> validate_sites(const Evaluation& evaluation) {
   return {};
 }
 
-Result<void> validate_streets(const Evaluation& evaluation) {
-  for (std::size_t i = 0; i < evaluation.streets.size(); ++i) {
-    const StreetScore& score = evaluation.streets[i];
-    const bool is_known = score.street != StreetType::kUnknown;
+Result<void> validate_kinds(const Evaluation& evaluation) {
+  for (std::size_t i = 0; i < evaluation.kinds.size(); ++i) {
+    const KindScore& score = evaluation.kinds[i];
+    const bool is_known = score.kind != PlaceKind::kUnknown;
     const bool are_shares = score.coverage >= 0.0 && score.coverage <= 1.0 &&
                             score.site_share > 0.0 && score.site_share <= 1.0;
     if (!is_known || !are_shares || score.site_count == 0 ||
         score.site_count > evaluation.sites.size() || !are_finite(score)) {
-      return invalid_artifact("the score of a type of street is out of range", concat("row ", i));
+      return invalid_artifact("the score of a kind of place is out of range", concat("row ", i));
     }
   }
   return {};
 }
 
-// Site, run and place of a judged site, without its type of street.
+// Site, run and place of a judged site, without its kind of place.
 std::vector<std::string> place_columns() {
   std::vector<std::string> columns;
   append_columns<JudgedSite>(columns);
@@ -137,7 +137,7 @@ Result<void> validate(const Evaluation& evaluation) {
   Result<void> valid = validate_shape(evaluation);
   if (valid) valid = validate_rules(evaluation);
   if (valid) valid = validate_sites(evaluation);
-  if (valid) valid = validate_streets(evaluation);
+  if (valid) valid = validate_kinds(evaluation);
   if (!valid) return valid;
   if (!are_finite(evaluation.statics)) return invalid_artifact("a static score is not finite", "");
   if (!are_finite(evaluation.reliability)) {
@@ -160,7 +160,7 @@ Table dump(const Evaluation& evaluation) {
 std::vector<Table> tables(const Evaluation& evaluation) {
   std::vector<Table> all = {dump(evaluation),
                             table_of("evaluation-static-ranges", evaluation.statics),
-                            table_of("evaluation-street-types", evaluation.streets),
+                            table_of("evaluation-kinds", evaluation.kinds),
                             table_of("evaluation-reliability", evaluation.reliability),
                             errors_table(evaluation),
                             sites_table(evaluation)};

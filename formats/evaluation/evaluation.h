@@ -11,7 +11,7 @@
 #include "formats/artifact.h"
 #include "formats/evaluation/look_evaluation.h"
 #include "formats/geometry.h"
-#include "formats/model/street_type.h"
+#include "formats/model/place_kind.h"
 #include "formats/record/fields.h"
 
 // How the ranges of a map fare on a drive. Coverage always stands beside time: a rule that misses
@@ -80,10 +80,10 @@ SIGHTLINE_FIELDS(RuleScore, rule, limit_m, coverage, mean_error_m, p95_error_m, 
                  unmet_share, extrapolated_share, worst_coverage, worst_begin_site, worst_end_site,
                  answered_miss_share, truly_unmet_share)
 
-// One rule at one limit over the judged sites of one type of street.
-struct StreetScore {
+// One rule at one limit over the judged sites of one kind of place.
+struct KindScore {
   Rule rule = Rule::kMap;
-  StreetType street = StreetType::kUnknown;
+  PlaceKind kind = PlaceKind::kUnknown;
   std::uint32_t site_count = 0;
   double limit_m = 0.0;
   double site_share = 0.0;  // of all judged sites
@@ -94,7 +94,7 @@ struct StreetScore {
   double time_ratio = 0.0;  // to the static longest range at the same sites
   double work_ratio = 0.0;
 };
-SIGHTLINE_FIELDS(StreetScore, rule, street, site_count, limit_m, site_share, coverage, mean_error_m,
+SIGHTLINE_FIELDS(KindScore, rule, kind, site_count, limit_m, site_share, coverage, mean_error_m,
                  p95_error_m, mean_range_m, time_ratio, work_ratio)
 
 // Pairs (site, range) whose predicted P(error <= limit) lies in one tenth.
@@ -112,9 +112,9 @@ struct JudgedSite {
   double s_m = 0.0;
   double p_x_m = 0.0;  // map frame
   double p_y_m = 0.0;
-  StreetType street = StreetType::kUnknown;
+  PlaceKind kind = PlaceKind::kUnknown;
 };
-SIGHTLINE_FIELDS(JudgedSite, site, run, s_m, p_x_m, p_y_m, street)
+SIGHTLINE_FIELDS(JudgedSite, site, run, s_m, p_x_m, p_y_m, kind)
 
 struct Evaluation {
   std::string drive;
@@ -128,7 +128,7 @@ struct Evaluation {
   std::vector<ReliabilityBin> reliability;  // by limit, then ascending; empty tenths are left out
   // By limit, rule and type; types without a judged site are left out, and all are where the map
   // holds no factors.
-  std::vector<StreetScore> streets;
+  std::vector<KindScore> kinds;
   // What figures along the route are drawn from.
   std::vector<JudgedSite> sites;                 // ascending
   std::vector<double> error_m;                   // [judged site][range]
@@ -145,7 +145,7 @@ struct Evaluation {
   }
 };
 SIGHTLINE_FIELDS(Evaluation, drive, reference, site_count, out_of_fold_count, stretch_m, limits_m,
-                 statics, rules, reliability, streets, sites, error_m, time_ms, chosen_range_index,
+                 statics, rules, reliability, kinds, sites, error_m, time_ms, chosen_range_index,
                  samples)
 
 template <>
@@ -156,12 +156,12 @@ struct ArtifactTraits<Evaluation> {
 
 Result<void> validate(const Evaluation& evaluation);
 Table dump(const Evaluation& evaluation);  // the rules
-// Rules, static ranges, types of street, reliability, errors at every range, and the sites with
+// Rules, static ranges, kind of place, reliability, errors at every range, and the sites with
 // every rule's choice (schemas/evaluation.schema.json).
 std::vector<Table> tables(const Evaluation& evaluation);
 
 // For people: the paper's Tables I and II, every rule at every limit with the worst stretch and
-// its place in world coordinates, types of street, and promised against observed coverage; aligned,
+// its place in world coordinates, kind of place, and promised against observed coverage; aligned,
 // with units. `frame`: of the map.
 std::string to_text(const Evaluation& evaluation, const MapFrame& frame);
 

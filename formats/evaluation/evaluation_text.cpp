@@ -94,25 +94,25 @@ std::string rules_at(const Evaluation& evaluation, const MapFrame& frame, std::s
 }
 
 // "93.1 (12.4 m, 6.0 cm)"
-std::string street_cell(const StreetScore& score) {
+std::string kind_cell(const KindScore& score) {
   return concat(in_percent(score.coverage), " (", fixed(score.mean_range_m, 1), " m, ",
                 in_centimetres(score.mean_error_m), " cm)");
 }
 
-std::string streets_at(const Evaluation& evaluation, std::size_t limit) {
+std::string kinds_at(const Evaluation& evaluation, std::size_t limit) {
   TextGrid grid = {{"rule"}, {"share of sites %"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     grid.push_back({std::string(name_of(static_cast<Rule>(i)))});
   }
-  for (const StreetScore& score : evaluation.streets) {
+  for (const KindScore& score : evaluation.kinds) {
     if (score.limit_m != evaluation.limits_m[limit]) continue;
     if (score.rule == Rule::kMap) {
-      grid[0].emplace_back(name_of(score.street));
+      grid[0].emplace_back(name_of(score.kind));
       grid[1].push_back(in_percent(score.site_share));
     }
-    grid[2 + static_cast<std::size_t>(score.rule)].push_back(street_cell(score));
+    grid[2 + static_cast<std::size_t>(score.rule)].push_back(kind_cell(score));
   }
-  return concat(heading(evaluation, "Coverage % by type of street (mean range, mean error)", limit),
+  return concat(heading(evaluation, "Coverage % by kind of place (mean range, mean error)", limit),
                 "\n", aligned(grid));
 }
 
@@ -142,7 +142,7 @@ std::string to_text(const Evaluation& evaluation, const MapFrame& frame) {
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     text += "\n";
     text += rules_at(evaluation, frame, limit);
-    if (!evaluation.streets.empty()) text += "\n" + streets_at(evaluation, limit);
+    if (!evaluation.kinds.empty()) text += "\n" + kinds_at(evaluation, limit);
     text += "\n" + reliability_at(evaluation, limit);
   }
   if (evaluation.samples) text += "\n" + to_text(*evaluation.samples);

@@ -110,13 +110,13 @@ Result<void> validate_sites(const ErrorModel& model) {
   return {};
 }
 
-Result<void> validate_streets(const ErrorModel& model) {
-  for (std::size_t i = 0; i < model.streets.size(); ++i) {
-    const StreetCard& card = model.streets[i];
+Result<void> validate_kinds(const ErrorModel& model) {
+  for (std::size_t i = 0; i < model.kinds.size(); ++i) {
+    const KindCard& card = model.kinds[i];
     const bool is_share = card.coverage >= 0.0 && card.coverage <= 1.0;
-    if (card.street == StreetType::kUnknown || !is_share || card.case_count == 0 ||
+    if (card.kind == PlaceKind::kUnknown || !is_share || card.case_count == 0 ||
         !are_finite(card)) {
-      return invalid_artifact("a number of its card is out of range", concat("street type ", i));
+      return invalid_artifact("a number of its card is out of range", concat("kind of place ", i));
     }
   }
   return {};
@@ -152,7 +152,7 @@ Result<void> validate(const ErrorModel& model) {
   if (valid) valid = validate_ranges(model);
   if (valid) valid = validate_features(model);
   if (valid) valid = validate_sites(model);
-  if (valid) valid = validate_streets(model);
+  if (valid) valid = validate_kinds(model);
   return valid;
 }
 

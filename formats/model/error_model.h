@@ -11,8 +11,8 @@
 #include "formats/annotation/predicted_error.h"
 #include "formats/artifact.h"
 #include "formats/drive/recording_cards.h"
+#include "formats/model/place_kind.h"
 #include "formats/model/regression_forest.h"
-#include "formats/model/street_type.h"
 #include "formats/record/fields.h"
 
 namespace sightline {
@@ -93,17 +93,17 @@ struct RangeCard {
 SIGHTLINE_FIELDS(RangeCard, range_m, mean_error_m, r_squared, rmse_m, history_r_squared,
                  history_rmse_m)
 
-// What the paper's rule reached on held-out places in one type of street: the shortest range whose
+// What the paper's rule reached on held-out places in one kind of place: the shortest range whose
 // predicted mean error is within the limit, over the labelled cases without history.
-struct StreetCard {
+struct KindCard {
   double limit_m = 0.0;
-  StreetType street = StreetType::kUnknown;
+  PlaceKind kind = PlaceKind::kUnknown;
   std::uint32_t case_count = 0;  // of a site and a drive
   double coverage = 0.0;         // share with a measured error within the limit there
   double mean_range_m = 0.0;
   double mean_error_m = 0.0;
 };
-SIGHTLINE_FIELDS(StreetCard, limit_m, street, case_count, coverage, mean_range_m, mean_error_m)
+SIGHTLINE_FIELDS(KindCard, limit_m, kind, case_count, coverage, mean_range_m, mean_error_m)
 
 // A site of a map that the model was trained on, as one drive found it. Its forest knows the place,
 // so what the model says here must come from trees that do not. A site comes once for each drive
@@ -118,10 +118,10 @@ struct TrainedSite {
   std::uint8_t has_label = 0;       // 1 where a scan was matched
   std::uint8_t has_history = 0;     // 1 where an earlier drive's errors are among its features
   std::uint64_t factor_digest = 0;  // XXH3 of the features of this site
-  StreetType street = StreetType::kUnknown;
+  PlaceKind kind = PlaceKind::kUnknown;
 };
 SIGHTLINE_FIELDS(TrainedSite, p_world_m, place, drive, run, s_m, block, has_label, has_history,
-                 factor_digest, street)
+                 factor_digest, kind)
 
 // What is known about the error of a family's looks before a vehicle drives: a forest over map
 // factors and range, and all that choosing ranges with a promise needs: out-of-fold predictions
@@ -130,7 +130,7 @@ struct ErrorModel {
   TrainingCard card;
   std::vector<FeatureCard> features;    // in the order of the forest's feature indices
   std::vector<RangeCard> ranges;        // ascending range_m
-  std::vector<StreetCard> streets;      // by limit, then type; types without a case are left out
+  std::vector<KindCard> kinds;          // by limit, then type; types without a case are left out
   RegressionForest forest;              // labels: mean error, m
   std::vector<TrainedSite> sites;       // ascending (run, s_m); with a label or without
   PredictedError out_of_fold;           // of these sites, by trees that never saw the place
@@ -188,7 +188,7 @@ std::uint64_t payload_size(const ErrorModel& model);
 Result<void> visit_payload(const ErrorModel& model, const ByteSink& sink);
 Result<void> open_payload(const StoredBytes& payload, ErrorModel& model);
 Result<void> open_payload(const StoredBytes& payload, ByFamily<ErrorModel>& model);
-// What stands first, of no length that a street has: the card, features, ranges, streets and the
+// What stands first, of no length that a street has: the card, features, ranges, kinds and the
 // forest's feature_count. The number of training rows comes next, as 64 bits.
 void encode_head(const ErrorModel& model, ByteWriter& writer);
 void decode_head(ByteReader& reader, ErrorModel& model);

@@ -29,7 +29,7 @@ void encode_head(const ErrorModel& model, ByteWriter& writer) {
   encode(model.card, writer);
   encode(model.features, writer);
   encode(model.ranges, writer);
-  encode(model.streets, writer);
+  encode(model.kinds, writer);
   writer.put(model.forest.feature_count);
 }
 
@@ -37,7 +37,7 @@ void decode_head(ByteReader& reader, ErrorModel& model) {
   decode(reader, model.card);
   decode(reader, model.features);
   decode(reader, model.ranges);
-  decode(reader, model.streets);
+  decode(reader, model.kinds);
   reader.get(model.forest.feature_count);
 }
 

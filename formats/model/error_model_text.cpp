@@ -54,9 +54,9 @@ CardFacts card_facts(const ErrorModel& model, std::size_t training_row_count) {
     found.facts.emplace_back(name + "history_r_squared", range.history_r_squared);
     found.facts.emplace_back(name + "history_rmse_m", range.history_rmse_m);
   }
-  for (const StreetCard& type : model.streets) {
+  for (const KindCard& type : model.kinds) {
     found.facts.emplace_back(
-        concat("coverage_of_", format_double(type.limit_m), "_m_in_", name_of(type.street)),
+        concat("coverage_of_", format_double(type.limit_m), "_m_in_", name_of(type.kind)),
         type.coverage);
   }
   for (const FeatureCard& feature : model.features) {
@@ -182,17 +182,17 @@ std::string looks_text(const ErrorModel& model) {
   return text + fit_text(model);
 }
 
-std::string street_text(const ErrorModel& model) {
-  TextGrid grid = {{"limit (cm)"}, {"street"},         {"cases"},
+std::string kind_text(const ErrorModel& model) {
+  TextGrid grid = {{"limit (cm)"}, {"kind"},           {"cases"},
                    {"coverage %"}, {"mean range (m)"}, {"mean error (cm)"}};
-  for (const StreetCard& card : model.streets) {
+  for (const KindCard& card : model.kinds) {
     const std::string column[] = {
-        fixed(100.0 * card.limit_m, 0),  std::string(name_of(card.street)),
+        fixed(100.0 * card.limit_m, 0),  std::string(name_of(card.kind)),
         std::to_string(card.case_count), fixed(100.0 * card.coverage, 1),
         fixed(card.mean_range_m, 1),     fixed(100.0 * card.mean_error_m, 1)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   }
-  return "The mean rule by type of street, cross-validated\n" + aligned(grid);
+  return "The mean rule by kind of place, cross-validated\n" + aligned(grid);
 }
 
 std::string importance_text(const ErrorModel& model) {
@@ -241,7 +241,7 @@ std::vector<Table> tables(const ErrorModel& model) {
           features_table(model),
           nodes_table(model),
           leaves_table(model),
-          table_of("error-model-street-types", model.streets),
+          table_of("error-model-kinds", model.kinds),
           recordings_table(model)};
 }
 
@@ -250,7 +250,7 @@ Table dump(const ByFamily<ErrorModel>& model) { return dump(model.ranges); }
 std::string to_text(const ByFamily<ErrorModel>& model) {
   const ErrorModel& ranges = model.ranges;
   return concat(card_text(ranges), "\n", recordings_text(ranges), "\n", fit_text(ranges), "\n",
-                (ranges.streets.empty() ? "" : street_text(ranges) + "\n"), importance_text(ranges),
+                (ranges.kinds.empty() ? "" : kind_text(ranges) + "\n"), importance_text(ranges),
                 (model.samples ? looks_text(*model.samples) : ""));
 }
 

@@ -90,7 +90,7 @@ ChooseRangesOptions choice_options(const CompiledMap& map) {
   if (control != risk_control_names().end()) {
     options.risk_control = static_cast<RiskControl>(control - risk_control_names().begin());
   }
-  options.alpha = promise.alpha;
+  if (promise.alpha > 0.0) options.alpha = promise.alpha;
   options.delta = promise.delta;
   options.probability_threshold = promise.probability_threshold;  // of "fixed"
   options.extrapolated_takes_static = map.ranges.extrapolated_takes_static;
@@ -137,17 +137,6 @@ Result<void> compare_with(PassContext& ctx, const CompiledMap& map,
   return map.looks ? compare_choices(map.looks->ranges, *again.samples) : Result<void>();
 }
 
-// A map does not say whether its share of misses was named or is the strictest that was earned: it
-// follows by one of the two.
-Result<void> compare_with_named_or_strictest(PassContext& ctx, const CompiledMap& map,
-                                             const ByFamily<ErrorModel>& model) {
-  ChooseRangesOptions options = choice_options(map);
-  const Result<void> by_named = compare_with(ctx, map, model, options);
-  if (by_named) return by_named;
-  options.alpha = 0.0;
-  return compare_with(ctx, map, model, options) ? Result<void>() : by_named;
-}
-
 // What was measured cannot be made again, and is not compared.
 Result<void> compare_quality(const std::vector<LimitQuality>& of_map,
                              const std::vector<LimitQuality>& again, const CompiledMap& map) {
@@ -185,7 +174,7 @@ Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& ma
   }
   SIGHTLINE_TRY(compare_predictions(map.predicted, predicted.ranges));
   if (map.looks) SIGHTLINE_TRY(compare_predictions(map.looks->predicted, *predicted.samples));
-  SIGHTLINE_TRY(compare_with_named_or_strictest(ctx, map, model));
+  SIGHTLINE_TRY(compare_with(ctx, map, model, choice_options(map)));
   SIGHTLINE_TRY(compare_quality(map.quality, quality_of(map.predicted, map.ranges, nullptr), map));
   if (map.looks) {
     const auto& [of_looks, ranges, quality, factors] = *map.looks;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "passes/model/choice/choices.h"
+#include "passes/model/forest/measured_columns.h"
 
 namespace sightline {
 namespace {
@@ -39,13 +41,6 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
                                                       " ranges, expected at most ", kMostRanges)};
   }
   return {};
-}
-
-// A stricter range costs far more, a stricter look little.
-ChooseRangesOptions with_alpha_of(const std::vector<Look>& looks, ChooseRangesOptions options) {
-  constexpr double kOfRanges = 0.05;
-  if (options.alpha == 0.0 && takes_every_return(looks.front())) options.alpha = kOfRanges;
-  return options;
 }
 
 // Whose errors the map's own scans tell: LocalizerKind's, PCL's apart.
@@ -95,11 +90,8 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
           {"mean", "probability"}),
       choice("risk_control", options.risk_control, "method that sets the required probability",
              risk_control_names()),
-      number("alpha", options.alpha,
-             "allowed share of misses among the answered sites; 0: 5 % for ranges; for looks that "
-             "take a sample the strictest of 1, 2, 5 and 10 % that the calibration supports and "
-             "that answers nearly as many sites as 5 %, else 5 %",
-             0.0, 0.5),
+      number("alpha", options.alpha, "allowed share of misses among the answered sites", 0.001,
+             0.5),
       number("delta", options.delta, "learn-then-test: probability that the promise itself fails",
              0.0001, 0.5),
       number("probability_threshold", options.probability_threshold,
@@ -115,7 +107,7 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
 std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model) {
   std::vector<std::string> statements;
   if (options.selection == Selection::kMean) return statements;
-  Calibrator calibrator(model, with_alpha_of(model.out_of_fold.looks, options));
+  Calibrator calibrator(model, options);
   for (std::size_t limit = 0; limit < model.out_of_fold.limits_m.size(); ++limit) {
     statements.push_back("places without: " + calibrator.next(CaseKind::kMapOnly, limit).statement);
     if (!model.card.knows_history) continue;
@@ -144,23 +136,75 @@ Result<OwnEvidence> evidence_of_all(const StoredTable<FactorTable>& all) {
   return evidence;
 }
 
+// The errors that the model's own drive measured at these sites.
+LookErrors labels_at(const Sites& sites, const PredictedError& predicted, const ErrorModel& model,
+                     OwnEvidence evidence) {
+  std::ranges::fill(evidence.error_m, -1.0);
+  add_measured(sites, predicted, model, evidence);
+  LookErrors labels{std::move(evidence.error_m), {}};
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    const bool is_measured = labels.error_m[evidence.shape().index(site, 0)] >= 0.0;
+    labels.is_measured.push_back(is_measured ? 1 : 0);
+  }
+  return labels;
+}
+
+LookErrors errors_of(const MeasuredError& drive) {
+  LookErrors errors;
+  for (const ErrorRow& row : drive.rows) errors.error_m.push_back(row.mean_m);
+  for (const std::int64_t scan : drive.scan_of_site) errors.is_measured.push_back(scan >= 0);
+  return errors;
+}
+
+// Of looks that take a sample. `own`: of the map's own scans alone. Error: cannot-read.
+Result<LookEvidence> look_evidence(const Sites& sites, const PredictedError& predicted,
+                                   const ErrorModel& model, const StoredTable<FactorTable>& factors,
+                                   const std::vector<PlaceKind>& kinds, const OwnEvidence& own) {
+  LookEvidence evidence{own.shape(), {}, kinds, route_of(sites), {own.error_m, {}}, {}};
+  evidence.own.is_measured.assign(own.site_count, 1);
+  evidence.is_simulated = own.is_simulated;
+  for (std::size_t look = 0; look < own.looks.size(); ++look) {
+    const std::vector<std::uint8_t> everywhere(own.site_count, static_cast<std::uint8_t>(look));
+    evidence.cost.push_back(standing_of(own, 0.0, everywhere).cost);
+  }
+  evidence.drives.push_back(labels_at(sites, predicted, model, own));
+  if (!has_measured_columns(factors.head())) return evidence;
+  SIGHTLINE_ASSIGN(const FactorTable whole, factors.whole());
+  for (const ByFamily<MeasuredError>& drive : measured_of_columns(whole)) {
+    evidence.drives.push_back(errors_of(drive.ranges));
+  }
+  return evidence;
+}
+
+// What the choices of both families are made of.
+struct ChoiceCase {
+  const ChooseRangesOptions& options;
+  const Sites& sites;
+  const std::vector<PlaceKind>& kinds;
+  const std::vector<LeftOutDrive>& left_out;
+};
+
 // By the looks of one family.
-Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wanted,
-                              const Sites& sites, const PredictedError& predicted,
-                              const ErrorModel& model, const StoredTable<FactorTable>& factors,
-                              const std::vector<LeftOutDrive>& left_out) {
+Result<RangeTable> choose_own(PassContext& ctx, const ChoiceCase& of,
+                              const PredictedError& predicted, const ErrorModel& model,
+                              const StoredTable<FactorTable>& factors) {
+  const auto& [options, sites, kinds, left_out] = of;
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
-  const ChooseRangesOptions options = with_alpha_of(predicted.looks, wanted);
   SIGHTLINE_ASSIGN(OwnEvidence evidence, evidence_of_all(factors));
+  std::optional<LookEvidence> looks;
+  if (!takes_every_return(predicted.looks.front())) {
+    SIGHTLINE_ASSIGN(looks, look_evidence(sites, predicted, model, factors, kinds, evidence));
+  }
   if (!is_of_this_program(model.card.localizer)) {
     evidence = for_another_localizer(std::move(evidence));
   }
   add_measured(sites, predicted, model, evidence);
   const bool is_mean = options.selection == Selection::kMean;
   RangeTable table =
-      to_table(predicted, choose_all(options, {sites, predicted, model, evidence, left_out}));
+      to_table(predicted, choose_all(options, {sites, predicted, model, evidence, left_out,
+                                               looks ? &*looks : nullptr}));
   table.selection = options.selection;
-  table.dilation_m = is_mean ? 0.0 : options.dilation_m;
+  table.dilation_m = is_mean || looks ? 0.0 : options.dilation_m;
   table.extrapolated_takes_static = options.extrapolated_takes_static;
   warn_of_flags(ctx, table);
   return table;
@@ -178,19 +222,18 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions contain looks that take a sample; the model or the factors do not"};
   }
-  ByFamily<std::vector<LeftOutDrive>> left_out;
-  left_out.samples.emplace();
+  std::vector<LeftOutDrive> left_out;
   if (std::ranges::count(predicted.ranges.has_history, std::uint8_t{1}) > 0) {
-    SIGHTLINE_ASSIGN(const ByFamily<FactorTable> whole, whole_of(factors));
+    SIGHTLINE_ASSIGN(const FactorTable whole, factors.ranges.whole());
     SIGHTLINE_ASSIGN(left_out,
                      leave_out_in_turn(ctx, model, sites, whole, predicted.ranges.support_margin));
   }
+  SIGHTLINE_ASSIGN(const std::vector<PlaceKind> kinds, place_kinds(sites, factors.ranges));
   const auto of_family = [&](const PredictedError& answers, const ErrorModel& by,
-                             const StoredTable<FactorTable>& seen,
-                             const std::vector<LeftOutDrive>& drives) {
-    return choose_own(ctx, options, sites, answers, by, seen, drives);
+                             const StoredTable<FactorTable>& seen) {
+    return choose_own(ctx, {options, sites, kinds, left_out}, answers, by, seen);
   };
-  return each_family(of_family, predicted, model, factors, left_out);
+  return each_family(of_family, predicted, model, factors);
 }
 
 }  // namespace sightline

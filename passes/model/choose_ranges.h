@@ -15,8 +15,9 @@
 
 namespace sightline {
 
-// How far to look at every site, for each limit of the model (schemas/definitions.md, "Error model
-// and choice of range"). All rules, in their order: passes/model/choice/choices.cpp.
+// How far to look at every site, and by which look in each kind of place, for each limit of the
+// model (schemas/definitions.md, "Error model and choice of range" and "Looks of kinds of place").
+// All rules, in their order: passes/model/choice/choices.cpp.
 //
 // p* is set per limit, and apart for sites with measured history, by controlling the share of
 // misses of this very rule, dilation included, on the model's out-of-fold predictions of the sites
@@ -35,7 +36,7 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
                                            const ByFamily<ErrorModel>& model,
                                            const ByFamily<StoredTable<FactorTable>>& factors);
 inline constexpr Pass kChooseRanges =
-    Pass{"choose-ranges", 16, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
+    Pass{"choose-ranges", 17, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
         Stage::kLearn);
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

@@ -96,7 +96,7 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   model.features = feature_cards(training_set, out_of_fold.importance);
   warn_of_constant_factors(ctx, model.features);
   model.ranges = range_cards(training_set, out_of_fold.predicted);
-  model.streets = street_cards(training_set, out_of_fold.predicted);
+  model.kinds = kind_cards(training_set, out_of_fold.predicted);
   model.forest = std::move(forest);
   for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
     training_set.sites[i].factor_digest =

@@ -38,12 +38,12 @@ Fit fit_at(const TrainingSet& training_set, const PredictedError& predicted, std
   return {mean, total > 0.0 ? 1.0 - left / total : 0.0, std::sqrt(left / count)};
 }
 
-// The labelled cases of one type of street, without earlier drives.
-std::vector<std::size_t> cases_in(const TrainingSet& training_set, StreetType street) {
+// The labelled cases of one kind of place, without earlier drives.
+std::vector<std::size_t> cases_in(const TrainingSet& training_set, PlaceKind kind) {
   std::vector<std::size_t> cases;
   for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
     const TrainedSite& site = training_set.sites[i];
-    if (site.has_label == 1 && site.has_history == 0 && site.street == street) cases.push_back(i);
+    if (site.has_label == 1 && site.has_history == 0 && site.kind == kind) cases.push_back(i);
   }
   return cases;
 }
@@ -99,13 +99,12 @@ std::vector<RangeCard> range_cards(const TrainingSet& training_set,
   return cards;
 }
 
-std::vector<StreetCard> street_cards(const TrainingSet& training_set,
-                                     const PredictedError& predicted) {
-  std::vector<StreetCard> cards;
+std::vector<KindCard> kind_cards(const TrainingSet& training_set, const PredictedError& predicted) {
+  std::vector<KindCard> cards;
   for (const double limit_m : predicted.limits_m) {
     const Choice choice = choose_by_mean(predicted, limit_m);
-    for (std::size_t type = 1; type < kStreetTypeCount; ++type) {
-      const std::vector<std::size_t> cases = cases_in(training_set, static_cast<StreetType>(type));
+    for (std::size_t type = 1; type < kPlaceKindCount; ++type) {
+      const std::vector<std::size_t> cases = cases_in(training_set, static_cast<PlaceKind>(type));
       if (cases.empty()) continue;
       std::vector<double> met, ranges, errors;
       for (const std::size_t i : cases) {
@@ -114,7 +113,7 @@ std::vector<StreetCard> street_cards(const TrainingSet& training_set,
         ranges.push_back(predicted.looks[range].range_m);
         met.push_back(errors.back() <= limit_m ? 1.0 : 0.0);
       }
-      cards.push_back({limit_m, static_cast<StreetType>(type),
+      cards.push_back({limit_m, static_cast<PlaceKind>(type),
                        static_cast<std::uint32_t>(cases.size()), mean_of(met), mean_of(ranges),
                        mean_of(errors)});
     }

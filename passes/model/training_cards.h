@@ -21,8 +21,7 @@ void warn_of_constant_factors(const PassContext& ctx, const std::vector<FeatureC
 std::vector<RangeCard> range_cards(const TrainingSet& training_set,
                                    const PredictedError& predicted);
 
-// What the out-of-fold choice by the mean reaches in each type of street that has labels.
-std::vector<StreetCard> street_cards(const TrainingSet& training_set,
-                                     const PredictedError& predicted);
+// What the out-of-fold choice by the mean reaches in each kind of place that has labels.
+std::vector<KindCard> kind_cards(const TrainingSet& training_set, const PredictedError& predicted);
 
 }  // namespace sightline

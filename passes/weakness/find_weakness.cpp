@@ -105,6 +105,7 @@ Result<ExplainedStretch> explain(PassContext& ctx, const WeaknessOptions& option
                    views_from(ctx, view_options, nds, map.sites, judged, directions));
   ExplainedStretch explained;
   explained.stretch = stretch;
+  explained.kind = kind_at(map.columns, stretch.worst_site);
   explained.loose = loose_direction(map, stretch, views.front());
   explained.sights = upright_sights(views.front(), nds, explained.loose.heading_deg);
   explained.rival_score =

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/model/place_kind.h"
 #include "passes/weakness/advise_targets.h"
 #include "passes/weakness/site_view.h"
 #include "passes/weakness/weak_stretches.h"
@@ -59,8 +60,9 @@ struct LooseDirection {
 
 struct ExplainedStretch {
   WeakStretch stretch;
-  LooseDirection loose;  // of the worst site, at the range of its best look
-  UprightSights sights;  // likewise
+  PlaceKind kind = PlaceKind::kUnknown;  // of the worst site
+  LooseDirection loose;                  // of the worst site, at the range of its best look
+  UprightSights sights;                  // likewise
   std::optional<double> rival_score;
   WeakCause cause = WeakCause::kUnclear;
   std::vector<TargetAdvice> advice;  // the best first

@@ -305,7 +305,7 @@ TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
   const ProgramResult run = run_successfully(
       "evaluate " + config() + " --map " + compiled_map().string() + " --json " +
       (folder / "e.json").string() + " --csv " + (folder / "e.csv").string() + " --tables");
-  for (const char* word : {"Table I.", "Table II.", "oracle", "coverage", "by type of street",
+  for (const char* word : {"Table I.", "Table II.", "oracle", "coverage", "by kind of place",
                            "Calibration", "Continuous localization"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }

@@ -354,8 +354,8 @@ void add_compile_flags(Verb& verb, CompileFlags& flags) {
        .target = &flags.model},
       {.names = "--risk",
        .value = "SHARE",
-       .help = "Share of the route that may miss its limit on the next drive; 0: the strictest "
-               "that the calibration supports (choose-ranges.alpha)",
+       .help = "Share of the answered places that may miss their limit on the next drive "
+               "(choose-ranges.alpha)",
        .target = risk_setter(flags)},
       {.names = "--strict",
        .help =

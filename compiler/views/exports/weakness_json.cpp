@@ -45,6 +45,7 @@ Json stretch_json(const ExplainedStretch& one) {
           {"probability", stretch.worst.probability},
           {"margin", stretch.worst.margin},
           {"look", to_text(stretch.worst.look)},
+          {"place_kind", name_of(one.kind)},
           {"cause", name_of(one.cause)},
           {"reason", cause_sentence(one)},
           {"upright_count", one.sights.count},

@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "formats/base/printable.h"
+#include "formats/model/place_kind.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {
@@ -210,6 +212,42 @@ std::string describe_limit(const CompiledMap& map, const RangeTable& ranges,
   return text + histogram(ranges, limit);
 }
 
+// [kind]: its sites.
+std::array<std::vector<std::size_t>, kPlaceKindCount> sites_by_kind(const CompiledMap& map) {
+  std::array<std::vector<std::size_t>, kPlaceKindCount> sites;
+  for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
+    sites[static_cast<std::size_t>(kind_at(map.columns, site))].push_back(site);
+  }
+  sites.front().clear();  // unknown
+  return sites;
+}
+
+std::string describe_kinds(const CompiledMap& map) {
+  std::string shares;
+  const auto by_kind = sites_by_kind(map);
+  for (std::size_t kind = 0; kind < by_kind.size(); ++kind) {
+    if (by_kind[kind].empty()) continue;
+    shares += concat((shares.empty() ? "" : ", "), name_of(static_cast<PlaceKind>(kind)), " ",
+                     percent_of(by_kind[kind].size(), map.sites.sites.size()));
+  }
+  return shares.empty() ? "" : field("kinds of place", shares);
+}
+
+// Where kinds of place have different looks: each with the look of its first site.
+std::string describe_looks_of_kinds(const CompiledMap& map, std::size_t limit) {
+  std::string text;
+  std::set<std::size_t> different;
+  const auto by_kind = sites_by_kind(map);
+  for (std::size_t kind = 0; kind < by_kind.size(); ++kind) {
+    if (by_kind[kind].empty()) continue;
+    const std::size_t look = map.looks->ranges.range(by_kind[kind].front(), limit);
+    different.insert(look);
+    text += field(concat("in ", name_of(static_cast<PlaceKind>(kind))).c_str(),
+                  to_text(map.looks->ranges.looks[look]));
+  }
+  return different.size() > 1 ? text : "";
+}
+
 // What most vehicles ask for.
 std::string describe_looks(const CompiledMap& map) {
   if (!map.looks) return "";
@@ -219,6 +257,7 @@ std::string describe_looks(const CompiledMap& map) {
                                        "a scan that is matched");
   for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
     text += describe_limit(map, looks, quality[limit], limit);
+    text += describe_looks_of_kinds(map, limit);
   }
   if (looks.plan) text += field("while tracking", to_text(*looks.plan));
   return text;
@@ -260,9 +299,10 @@ std::string describe(const CompiledMap& map) {
   if (!map.notices.empty()) text += describe_notices(map.notices);
   if (map.tile_drives) text += describe_drives(*map.tile_drives);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
-  text +=
-      "ranges\n" + field("rule", fmt::format("{}, dilated by {:g} m", name_of(map.ranges.selection),
-                                             map.ranges.dilation_m));
+  text += "ranges\n" +
+          field("rule", fmt::format("{}, dilated by {:g} m", name_of(map.ranges.selection),
+                                    map.ranges.dilation_m)) +
+          describe_kinds(map);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_limit(map, map.ranges, map.quality[limit], limit);
   }

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "formats/annotation/range_rule.h"
+#include "formats/model/place_kind.h"
 
 namespace sightline {
 namespace {
@@ -220,6 +221,10 @@ std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t 
 std::string describe_columns(const CompiledMap& map, std::size_t site) {
   std::string text;
   for (const SiteColumn& column : map.columns) {
+    if (column.name == kPlaceKindColumn) {
+      text += concat("  kind of place: ", name_of(kind_at(map.columns, site)), "\n");
+      continue;
+    }
     text += concat("  ", column.name, " ", format_double(double{column.values[site]}),
                    (column.unit.empty() ? "" : " " + column.unit), "\n");
   }

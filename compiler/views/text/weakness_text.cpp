@@ -35,6 +35,9 @@ std::string explanation(const ExplainedStretch& one, const Weakness& weakness, c
   std::string text =
       fmt::format("{:3}  ", number) +
       wrapped(fmt::format("{}: {}", name_of(one.cause), cause_sentence(one)), 115, 5);
+  if (one.kind != PlaceKind::kUnknown) {
+    text += fmt::format("     kind of place: {}\n", name_of(one.kind));
+  }
   text += fmt::format(
       "     loose {} ({:.0f} degrees from +x): {:.1f} times the strongest "
       "direction; yaw {:.3f} degrees\n",
@@ -87,6 +90,7 @@ std::vector<NamedCell> row_of(const ExplainedStretch& one, const Eigen::Vector3d
                                 {"probability", stretch.worst.probability},
                                 {"margin", stretch.worst.margin},
                                 {"look", to_text(stretch.worst.look)},
+                                {"place_kind", std::string(name_of(one.kind))},
                                 {"cause", std::string(name_of(one.cause))},
                                 {"loose_heading_deg", one.loose.heading_deg},
                                 {"off_road_deg", one.loose.off_road_deg},

@@ -27,6 +27,7 @@ struct LimitChoice {
   LimitPromise promise = {};
   Choice choice = {};
   std::optional<DriveVote> vote = {};
+  KindLooks looks = {};
 
   // That a static answer must reach: what alpha leaves, where it controls anything.
   [[nodiscard]] double static_coverage() const {
@@ -65,16 +66,34 @@ LimitPromise joined(const LimitPromise& map_only, const LimitPromise& history) {
   return promise;
 }
 
-void calibrate(LimitChoice& now) {
+void calibrate(LimitChoice& now, const std::vector<std::uint8_t>* look_of_site) {
   const std::vector<std::uint8_t>& has_history = now.inputs.predicted.has_history;
   const auto history_count = std::ranges::count(has_history, std::uint8_t{1});
-  now.promise = now.calibrator.next(CaseKind::kMapOnly, now.limit);
+  now.promise = now.calibrator.next(CaseKind::kMapOnly, now.limit, look_of_site);
   if (history_count == 0) return;
   const LimitPromise map_only = now.promise;
-  const LimitPromise history = now.calibrator.next(CaseKind::kHistory, now.limit);
+  const LimitPromise history = now.calibrator.next(CaseKind::kHistory, now.limit, look_of_site);
   const bool is_everywhere = history_count == std::ssize(has_history);
   now.promise = is_everywhere ? history : joined(map_only, history);
   now.promise.probability_threshold = map_only.probability_threshold;
+}
+
+void calibrate_ranges(LimitChoice& now) { calibrate(now, nullptr); }
+
+// Half of the share that may miss: with few blocks a promise leaves no more for misses that are
+// seen, and each of them leaves sites without an answer.
+void calibrate_looks(LimitChoice& now) {
+  constexpr double kOfAlpha = 0.5;
+  constexpr double kUncontrolled = 0.05;
+  const bool is_controlled = now.options.risk_control != RiskControl::kFixed;
+  const double miss_share = kOfAlpha * (is_controlled ? now.options.alpha : kUncontrolled);
+  const double limit_m = now.inputs.predicted.limits_m[now.limit];
+  now.looks = choose_kind_looks(*now.inputs.looks, limit_m, miss_share);
+  std::vector<std::uint8_t> look_of_site;
+  for (const TrainedSite& site : now.inputs.model.sites) {
+    look_of_site.push_back(now.looks.at(site.kind));
+  }
+  calibrate(now, &look_of_site);
 }
 
 // Blocks of one place say how it varies within itself, not how the next place differs from it.
@@ -102,14 +121,42 @@ Choice choose_at(const LimitChoice& now, const PredictedError& predicted, double
 }
 
 // A promise is about places like those of the training; it says nothing where most sites are not.
-void choose_by_model(LimitChoice& now) {
-  now.choice = choose_at(now, now.inputs.predicted, now.promise.history_threshold);
+void promise_nothing_where_unlike(LimitChoice& now) {
   const auto unlike_count = std::ranges::count_if(
       now.choice.flags, [](std::uint8_t flags) { return (flags & kExtrapolated) != 0; });
   const std::size_t site_count = now.choice.flags.size();
   const auto unlike = static_cast<std::size_t>(unlike_count);
   if (2 * unlike <= site_count || !now.promise.is_earned) return;
   now.withdraw(withdrawn_statement(NoPromise::kUnlike, unlike, site_count));
+}
+
+void choose_by_model(LimitChoice& now) {
+  now.choice = choose_at(now, now.inputs.predicted, now.promise.history_threshold);
+  promise_nothing_where_unlike(now);
+}
+
+// By the site's own evidence its look is good enough, or not.
+void answer_by_evidence(LimitChoice& now, std::size_t site, Reason reason) {
+  take_static(now.inputs.evidence, now.promise.limit_m, now.choice.range_index[site], reason, site,
+              now.choice);
+}
+
+void answer_by_model(LimitChoice& now) {
+  std::vector<std::uint8_t> look_of_site;
+  for (const PlaceKind kind : now.inputs.looks->kinds) {
+    look_of_site.push_back(now.looks.at(kind));
+  }
+  const LimitPromise& promise = now.promise;
+  now.choice =
+      choose_given(now.inputs.predicted, now.limit,
+                   {promise.probability_threshold, promise.history_threshold}, look_of_site);
+  mark_extrapolated(now.inputs.predicted, now.choice);
+  promise_nothing_where_unlike(now);
+  if (!now.options.extrapolated_takes_static) return;
+  for (std::size_t site = 0; site < look_of_site.size(); ++site) {
+    const bool is_unlike = (now.choice.flags[site] & kExtrapolated) != 0;
+    if (is_unlike) answer_by_evidence(now, site, Reason::kExtrapolated);
+  }
 }
 
 void assess_by_mean(LimitChoice& now) {
@@ -133,31 +180,49 @@ void ask_drives(LimitChoice& now) {
                                  });
 }
 
+FloorOptions floor_of(const LimitChoice& now) {
+  const ErrorModel& model = now.inputs.model;
+  return {.static_coverage = now.static_coverage(),
+          .is_promised = now.promise.is_earned,
+          .alpha = now.promise.alpha,
+          .block_count = now.block_count(),
+          .explained = explained_share(model),
+          .is_too_short = model.card.fold_count == 0,
+          .is_simulated = model.card.reference == ErrorReference::kSimulated};
+}
+
+void withdraw_for(StaticAnswers taken, LimitChoice& now) {
+  taken.route_m = now.route_m();
+  taken.needed_route_m = now.needed_route_m();
+  now.withdraw(to_text(taken, now.promise.limit_m));
+}
+
+void answer_by_evidence_alone(LimitChoice& now) {
+  const FloorOptions floor = floor_of(now);
+  if (!says_nothing(floor)) return;
+  const Reason reason = why_static(floor);
+  const OwnEvidence& evidence = now.inputs.evidence;
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    answer_by_evidence(now, site, reason);
+  }
+  const auto [cheapest, dearest] = std::ranges::minmax(now.choice.range_index);
+  withdraw_for({reason, floor.explained, evidence.is_simulated, evidence.looks[cheapest],
+                evidence.looks[dearest], now.looks.coverage},
+               now);
+}
+
 // Where the drives voted, they decide at sites with history.
 void put_floor(LimitChoice& now) {
   const ChoiceInputs& inputs = now.inputs;
   if (now.vote && std::ranges::count(inputs.predicted.has_history, std::uint8_t{0}) == 0) return;
-  const FloorOptions floor{
-      .static_coverage = now.static_coverage(),
-      .is_promised = now.promise.is_earned,
-      .alpha = now.promise.alpha,
-      .block_count = now.block_count(),
-      .explained = explained_share(inputs.model),
-      .is_too_short = inputs.model.card.fold_count == 0,
-      .is_simulated = inputs.model.card.reference == ErrorReference::kSimulated};
-  // A longer range costs far more, a dearer look little: of looks one is taken everywhere.
-  const bool differs_by_place =
-      floor.is_simulated && takes_every_return(inputs.evidence.looks.front());
+  const FloorOptions floor = floor_of(now);
   const double limit_m = now.promise.limit_m;
-  std::optional<StaticAnswers> taken =
-      differs_by_place
+  const std::optional<StaticAnswers> taken =
+      floor.is_simulated
           ? take_simulated(inputs.evidence, limit_m, floor.static_coverage,
                            {route_of(inputs.sites), now.options.dilation_m}, now.choice)
           : apply_floor(inputs.evidence, limit_m, floor, now.choice);
-  if (!taken) return;
-  taken->route_m = now.route_m();
-  taken->needed_route_m = now.needed_route_m();
-  now.withdraw(to_text(*taken, limit_m));
+  if (taken) withdraw_for(*taken, now);
 }
 
 void take_vote(LimitChoice& now) {
@@ -218,7 +283,7 @@ using Rule = void (*)(LimitChoice& now);
 
 constexpr Rule kByProbability[] = {
     // p* is calibrated on the model's own sites, separately for sites with measured history.
-    calibrate,
+    calibrate_ranges,
     // No promise for sites in another place than the only one that the model learnt from.
     promise_nothing_elsewhere,
     // The cheapest look with P(error <= limit) >= p*, else the most probable one, flagged kUnmet.
@@ -241,6 +306,23 @@ constexpr Rule kByProbability[] = {
     // promise unless the model learnt from such maps.
     mark_simulated};
 
+constexpr Rule kByKind[] = {
+    // One look for each kind of place, by the errors measured here. p* is calibrated on the model's
+    // sites with the looks of their kinds.
+    calibrate_looks,
+    // No promise for sites in another place than the only one that the model learnt from.
+    promise_nothing_elsewhere,
+    // Sites take the look of their kind, flagged kUnmet where P(error <= limit) < p*. Extrapolated
+    // sites are flagged, and answered where their own evidence is within the limit (kStatic) if the
+    // option says so. No promise where more than half of the sites are extrapolated.
+    answer_by_model,
+    // If the model is from too short a drive or explains nothing out of fold, all sites are
+    // answered
+    // by their own evidence. Then there is no promise.
+    answer_by_evidence_alone,
+    // As for ranges.
+    look_no_further_than_for_tighter, mark_simulated};
+
 constexpr Rule kByMean[] = {
     // The shortest range whose predicted mean error is within the limit, else the longest, flagged
     // kUnmet; extrapolated ones as by probability. No promise.
@@ -250,8 +332,9 @@ constexpr Rule kByMean[] = {
 
 Chosen choose_all(const ChooseRangesOptions& options, const ChoiceInputs& inputs) {
   const bool is_mean = options.selection == Selection::kMean;
-  const std::span<const Rule> rules =
-      is_mean ? std::span<const Rule>(kByMean) : std::span<const Rule>(kByProbability);
+  const std::span<const Rule> rules = is_mean        ? std::span<const Rule>(kByMean)
+                                      : inputs.looks ? std::span<const Rule>(kByKind)
+                                                     : std::span<const Rule>(kByProbability);
   Calibrator calibrator(inputs.model, options);
   Chosen chosen;
   for (std::size_t limit = 0; limit < inputs.predicted.limits_m.size(); ++limit) {

@@ -6,6 +6,7 @@
 
 #include "formats/annotation/range_table.h"
 #include "passes/model/choice/leave_one_drive_out.h"
+#include "passes/model/choice/looks_of_kinds.h"
 #include "passes/model/choice/own_evidence.h"
 #include "passes/model/promise/calibration.h"
 #include "passes/model/promise/selection.h"
@@ -19,8 +20,7 @@ namespace sightline {
 struct ChooseRangesOptions {
   Selection selection = Selection::kProbability;  // kMean: the paper's rule
   RiskControl risk_control = RiskControl::kConformal;
-  double alpha = 0.0;                  // share of misses that is allowed; 0: of ranges 5 %,
-                                       // of looks that take a sample as CalibrationOptions says
+  double alpha = 0.05;                 // share of misses that is allowed
   double delta = 0.1;                  // learn-then-test: how often the promise may fail
   double probability_threshold = 0.8;  // p* of "fixed"
   double dilation_m = 3.0;
@@ -36,7 +36,10 @@ class Calibrator {
         options_{options.risk_control, options.alpha, options.delta, options.probability_threshold,
                  options.dilation_m} {}
 
-  LimitPromise next(CaseKind kind, std::size_t limit) {
+  // `look_of_site`: as in CalibrationOptions.
+  LimitPromise next(CaseKind kind, std::size_t limit,
+                    const std::vector<std::uint8_t>* look_of_site = nullptr) {
+    options_.look_of_site = look_of_site;
     std::optional<Choice>& tighter = tighter_[static_cast<std::size_t>(kind)];
     Calibration calibration =
         calibrate_probability(model_, limit, kind, options_, tighter ? &*tighter : nullptr);
@@ -57,6 +60,7 @@ struct ChoiceInputs {
   const ErrorModel& model;
   const OwnEvidence& evidence;
   const std::vector<LeftOutDrive>& left_out;  // none where fewer than two drives are known
+  const LookEvidence* looks = nullptr;        // of looks that take a sample
 };
 
 struct Chosen {

@@ -28,12 +28,6 @@ std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double l
   return if_cheaper(own.coverage);
 }
 
-Reason why_static(const FloorOptions& options) {
-  if (options.is_simulated) return Reason::kNoDrive;
-  if (options.is_too_short) return Reason::kTooShort;
-  return options.explained <= 0.0 ? Reason::kExplainsNothing : Reason::kCheaper;
-}
-
 // The least share of sites that a street's cheapest answer must be enough for, by simulation.
 constexpr double kLeastSimulated = 0.8;
 
@@ -47,6 +41,16 @@ std::uint8_t cheapest_within(const OwnEvidence& evidence, double limit_m, std::s
 }
 
 }  // namespace
+
+bool says_nothing(const FloorOptions& options) {
+  return options.is_too_short || options.explained <= 0.0;
+}
+
+Reason why_static(const FloorOptions& options) {
+  if (options.is_simulated) return Reason::kNoDrive;
+  if (options.is_too_short) return Reason::kTooShort;
+  return options.explained <= 0.0 ? Reason::kExplainsNothing : Reason::kCheaper;
+}
 
 bool is_proven(double block_count, double alpha, double coverage) {
   return 1.0 - coverage + coverage / (block_count + 1.0) <= alpha;
@@ -83,10 +87,9 @@ double explained_share(const ErrorModel& model) {
 std::optional<StaticAnswers> apply_floor(const OwnEvidence& evidence, double limit_m,
                                          const FloorOptions& options, Choice& choice) {
   const Reason reason = why_static(options);
-  const bool says_nothing = options.is_too_short || options.explained <= 0.0;
   const std::optional<StaticAnswer> answer =
-      says_nothing ? best_static(evidence, limit_m, options.static_coverage)
-                   : cheaper_static(evidence, limit_m, options, choice);
+      says_nothing(options) ? best_static(evidence, limit_m, options.static_coverage)
+                            : cheaper_static(evidence, limit_m, options, choice);
   if (!answer) return std::nullopt;
   for (std::size_t site = 0; site < evidence.site_count; ++site) {
     take_static(evidence, limit_m, answer->range_index, reason, site, choice);

@@ -43,6 +43,11 @@ struct DilatedRoute {
   double dilation_m = 0.0;
 };
 
+// Whether the model explains nothing, or is of too short a drive.
+bool says_nothing(const FloorOptions& options);
+// Why a static answer is taken: of these, else that it is cheaper.
+Reason why_static(const FloorOptions& options);
+
 // Gives every site the street's best static answer where the model says nothing of it, or where
 // that answer is cheaper than `choice` and covers as much by the street's own evidence: the lesser
 // of what the choice covers and static_coverage. If the choice covers no site by that evidence,

@@ -157,23 +157,18 @@ std::optional<DriveVote> leave_one_drive_out(std::span<const LeftOutDrive> left_
   return answer;
 }
 
-Result<ByFamily<std::vector<LeftOutDrive>>> leave_out_in_turn(const PassContext& ctx,
-                                                              const ByFamily<ErrorModel>& model,
-                                                              const Sites& sites,
-                                                              const ByFamily<FactorTable>& factors,
-                                                              double support_margin) {
-  ByFamily<std::vector<LeftOutDrive>> left_out;
-  left_out.samples.emplace();
-  const TrainingCard& card = model.ranges.card;
+Result<std::vector<LeftOutDrive>> leave_out_in_turn(const PassContext& ctx,
+                                                    const ByFamily<ErrorModel>& model,
+                                                    const Sites& sites, const FactorTable& factors,
+                                                    double support_margin) {
+  std::vector<LeftOutDrive> left_out;
   std::vector<ByFamily<MeasuredError>> drives = measured_of_columns(factors);
-  if (drives.size() < 2 || !card.knows_history) return left_out;
+  if (drives.size() < 2 || !model.ranges.card.knows_history) return left_out;
   // Columns are kept of drives by the model's localizer alone (predict_error).
-  bool have_samples = true;
   for (ByFamily<MeasuredError>& drive : drives) {
-    drive.ranges.matching.localizer = card.localizer;
-    have_samples &= drive.samples.has_value();
+    drive.ranges.matching.localizer = model.ranges.card.localizer;
   }
-  const std::vector<bool> is_independent = independence_of_columns(factors.ranges);
+  const std::vector<bool> is_independent = independence_of_columns(factors);
   PassContext quiet;  // warnings were given when all drives were used
   quiet.threads = ctx.threads;
   quiet.seed = ctx.seed;
@@ -184,14 +179,10 @@ Result<ByFamily<std::vector<LeftOutDrive>>> leave_out_in_turn(const PassContext&
       if (other != i) others.drives.push_back(drives[other]);
     }
     SIGHTLINE_ASSIGN(ByFamily<PredictedError> predicted,
-                     predict_error(quiet, {.support_margin = support_margin}, model, sites, factors,
-                                   {}, nullptr, &others));
-    left_out.ranges.push_back({std::move(predicted.ranges), drives[i].ranges});
-    have_samples &= predicted.samples.has_value();
-    if (!have_samples) continue;
-    left_out.samples->push_back({std::move(*predicted.samples), *drives[i].samples});
+                     predict_error(quiet, {.support_margin = support_margin}, model, sites,
+                                   StoredTable(factors), {}, nullptr, &others));
+    left_out.push_back({std::move(predicted.ranges), drives[i].ranges});
   }
-  if (!have_samples) left_out.samples->clear();
   return left_out;
 }
 

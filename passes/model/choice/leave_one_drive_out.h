@@ -28,15 +28,14 @@ struct LeftOutDrive {
   MeasuredError measured;
 };
 
-// By family, one element for each independent drive in the factors' columns
+// One element for each independent drive in the factors' columns
 // (passes/model/forest/measured_columns.h): the prediction from all other drives there, and the
 // errors of this one. So each drive is left out once, as in training. Empty if there are fewer than
 // two drives, or the model was trained without history. Errors: those of predict_error.
-Result<ByFamily<std::vector<LeftOutDrive>>> leave_out_in_turn(const PassContext& ctx,
-                                                              const ByFamily<ErrorModel>& model,
-                                                              const Sites& sites,
-                                                              const ByFamily<FactorTable>& factors,
-                                                              double support_margin);
+Result<std::vector<LeftOutDrive>> leave_out_in_turn(const PassContext& ctx,
+                                                    const ByFamily<ErrorModel>& model,
+                                                    const Sites& sites, const FactorTable& factors,
+                                                    double support_margin);
 
 struct DriveVoteOptions {
   double limit_m = 0.1;

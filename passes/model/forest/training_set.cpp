@@ -76,7 +76,7 @@ enum class MoreCases { kFollow, kNone };
 void append_sites(const DrivenPlace& place, const Case& of, const History* history,
                   std::uint32_t first_run, TrainingSet& training_set) {
   const MeasuredError& measured = place.drives[of.label_drive];
-  const std::vector<StreetType> streets = street_types(place.factors);
+  const std::vector<PlaceKind> kinds = smoothed(place.sites, place_kinds(place.factors));
   for (std::size_t i = 0; i < place.sites.sites.size(); ++i) {
     const Site& site = place.sites.sites[i];
     TrainedSite trained;
@@ -89,7 +89,7 @@ void append_sites(const DrivenPlace& place, const Case& of, const History* histo
     // A case with history is about places that have one; elsewhere it would repeat the other case.
     const bool is_repeat = history != nullptr && trained.has_history == 0;
     trained.has_label = measured.scan_of_site[i] >= 0 && !is_repeat ? 1 : 0;
-    trained.street = streets[i];
+    trained.kind = kinds[i];
     training_set.sites.push_back(trained);
   }
 }

@@ -111,25 +111,13 @@ void record_sites(const EvaluationInputs& inputs, Evaluation& evaluation) {
   for (const std::size_t i : inputs.judged_sites) {
     const Site& site = inputs.sites.sites[i];
     evaluation.sites.push_back({static_cast<std::uint32_t>(i), site.run, site.s_m, site.p_map_m.x(),
-                                site.p_map_m.y(), inputs.streets[i]});
+                                site.p_map_m.y(), inputs.kinds[i]});
     evaluation.out_of_fold_count += inputs.predicted.out_of_fold[i];
     for (std::size_t range = 0; range <= inputs.longest(); ++range) {
       evaluation.error_m.push_back(inputs.judged.row(i, range).mean_m);
       evaluation.time_ms.push_back(inputs.judged.row(i, range).mean_time_ms);
     }
   }
-}
-
-// Stretch by stretch. Error: cannot-read.
-Result<std::vector<StreetType>> all_street_types(const StoredTable<FactorTable>& factors) {
-  std::vector<StreetType> types;
-  for (std::size_t first = 0; first < factors.row_count(); first += kRowsAtOnce) {
-    const std::size_t count = std::min(kRowsAtOnce, factors.row_count() - first);
-    SIGHTLINE_ASSIGN(const FactorTable some, factors.rows(first, count));
-    const std::vector<StreetType> here = street_types(some);
-    types.insert(types.end(), here.begin(), here.end());
-  }
-  return types;
 }
 
 }  // namespace
@@ -158,10 +146,9 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
     return Error{ErrorCode::kMismatchedInputs, concat("found factors of ", factors.row_count(),
                                                       " sites, expected ", sites.sites.size())};
   }
-  SIGHTLINE_ASSIGN(std::vector<StreetType> streets, all_street_types(factors));
-  EvaluationInputs inputs{options.stretch_m,  sites, predicted, ranges, judged,
-                          std::move(streets), {}};
-  inputs.streets.resize(sites.sites.size(), StreetType::kUnknown);  // a map stripped of factors
+  SIGHTLINE_ASSIGN(std::vector<PlaceKind> kinds, place_kinds(sites, factors));
+  EvaluationInputs inputs{options.stretch_m, sites, predicted, ranges, judged,
+                          std::move(kinds),  {}};
   for (std::size_t site = 0; site < judged.scan_of_site.size(); ++site) {
     if (judged.scan_of_site[site] >= 0) inputs.judged_sites.push_back(site);
   }
@@ -182,8 +169,8 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
     for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
       evaluation.rules.push_back(
           score_choice(inputs, inputs.limit_m(limit), static_cast<Rule>(rule), choices[rule]));
-      append_street_scores(inputs, inputs.limit_m(limit), static_cast<Rule>(rule), choices[rule],
-                           evaluation.streets);
+      append_kind_scores(inputs, inputs.limit_m(limit), static_cast<Rule>(rule), choices[rule],
+                         evaluation.kinds);
       for (const std::size_t site : inputs.judged_sites) {
         evaluation.chosen_range_index.push_back(choices[rule].range_index[site]);
       }

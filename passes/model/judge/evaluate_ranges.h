@@ -27,7 +27,7 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
 // rules are worked out from `predicted` alone, without the map's treatment of extrapolated sites;
 // the probability rule takes the map's own p* and dilation where it has them. The worst stretch is
 // that of `stretch_m` of consecutive judged sites of one run, or the longest run's where none is as
-// long. Types of street are computed from `factors`, which may be without any. Errors:
+// long. Kinds of place are computed from `factors`, which may be without any. Errors:
 // mismatched-inputs where the inputs differ in sites, ranges or limits; no-overlap where the drive
 // has no scan near any site.
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
@@ -36,7 +36,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
                                    const ByFamily<StoredTable<FactorTable>>& factors,
                                    const ByFamily<MeasuredError>& judged);
 inline constexpr Pass kEvaluateRanges =
-    Pass{"evaluate-ranges", 4, "evaluation", "Evaluating the choice", &evaluate_ranges}.in(
+    Pass{"evaluate-ranges", 5, "evaluation", "Evaluating the choice", &evaluate_ranges}.in(
         Stage::kLearn);
 
 }  // namespace sightline

@@ -118,16 +118,16 @@ RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule
   return score;
 }
 
-void append_street_scores(const EvaluationInputs& inputs, double limit_m, Rule rule,
-                          const Choice& choice, std::vector<StreetScore>& streets) {
-  for (std::size_t type = 1; type < kStreetTypeCount; ++type) {
-    StreetScore score;
+void append_kind_scores(const EvaluationInputs& inputs, double limit_m, Rule rule,
+                        const Choice& choice, std::vector<KindScore>& kinds) {
+  for (std::size_t type = 1; type < kPlaceKindCount; ++type) {
+    KindScore score;
     score.limit_m = limit_m;
     score.rule = rule;
-    score.street = static_cast<StreetType>(type);
+    score.kind = static_cast<PlaceKind>(type);
     std::vector<std::size_t> sites;
     std::ranges::copy_if(inputs.judged_sites, std::back_inserter(sites),
-                         [&](std::size_t site) { return inputs.streets[site] == score.street; });
+                         [&](std::size_t site) { return inputs.kinds[site] == score.kind; });
     if (sites.empty()) continue;
     const Outcomes out = outcomes_of(inputs, limit_m, choice, sites);
     score.site_count = static_cast<std::uint32_t>(sites.size());
@@ -139,7 +139,7 @@ void append_street_scores(const EvaluationInputs& inputs, double limit_m, Rule r
     score.mean_range_m = mean_of(out.ranges);
     score.time_ratio = ratio(out.times, out.longest_times);
     score.work_ratio = ratio(out.works, out.longest_works);
-    streets.push_back(score);
+    kinds.push_back(score);
   }
 }
 

@@ -8,7 +8,7 @@
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/evaluation/evaluation.h"
-#include "formats/model/street_type.h"
+#include "formats/model/place_kind.h"
 #include "passes/model/promise/selection.h"
 
 // Figures of evaluate-ranges, each worked out from what was measured.
@@ -22,7 +22,7 @@ struct EvaluationInputs {
   const PredictedError& predicted;
   const RangeTable& ranges;
   const MeasuredError& judged;
-  std::vector<StreetType> streets;        // [site]
+  std::vector<PlaceKind> kinds;           // [site]
   std::vector<std::size_t> judged_sites;  // that have a scan
 
   [[nodiscard]] std::size_t longest() const { return ranges.looks.size() - 1; }
@@ -33,9 +33,9 @@ struct EvaluationInputs {
 RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule,
                        const Choice& choice);
 
-// The same by type of street.
-void append_street_scores(const EvaluationInputs& inputs, double limit_m, Rule rule,
-                          const Choice& choice, std::vector<StreetScore>& streets);
+// The same by kind of place.
+void append_kind_scores(const EvaluationInputs& inputs, double limit_m, Rule rule,
+                        const Choice& choice, std::vector<KindScore>& kinds);
 
 // One range everywhere, by its index.
 StaticScore score_static(const EvaluationInputs& inputs, std::size_t range);

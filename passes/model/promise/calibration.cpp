@@ -8,9 +8,15 @@ namespace sightline {
 namespace {
 
 Choice choose_out_of_fold(const ErrorModel& model, std::size_t limit, double threshold,
-                          double dilation_m, const Choice* tighter) {
-  Choice choice = choose_by_probability(model.out_of_fold, limit, {threshold, threshold});
-  dilate(route_of(model.sites), dilation_m, choice);
+                          const CalibrationOptions& options, const Choice* tighter) {
+  const Thresholds thresholds{threshold, threshold};
+  Choice choice;
+  if (options.look_of_site != nullptr) {
+    choice = choose_given(model.out_of_fold, limit, thresholds, *options.look_of_site);
+  } else {
+    choice = choose_by_probability(model.out_of_fold, limit, thresholds);
+    dilate(route_of(model.sites), options.dilation_m, choice);
+  }
   if (tighter != nullptr) cap_by_tighter(*tighter, choice);
   return choice;
 }
@@ -24,7 +30,7 @@ BlockCounts counts_of_rule(const CalibrationDrives& calibration_drives, std::siz
   counts.thresholds = tried_thresholds();
   if (options.risk_control == RiskControl::kFixed) counts.thresholds = {options.fixed_threshold};
   for (const double threshold : counts.thresholds) {
-    const Choice choice = choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter);
+    const Choice choice = choose_out_of_fold(model, limit, threshold, options, tighter);
     CaseCounts cases = count_cases(calibration_drives, limit_m, choice);
     counts.answered.push_back(std::move(cases.answered));
     counts.missed.push_back(std::move(cases.missed));
@@ -33,11 +39,11 @@ BlockCounts counts_of_rule(const CalibrationDrives& calibration_drives, std::siz
 }
 
 // A bound is valid only for blocks that do not see the same walls and errors of known poses.
-RiskDecision decide(const BlockCounts& counts, const CalibrationOptions& options, double alpha,
+RiskDecision decide(const BlockCounts& counts, const CalibrationOptions& options,
                     const TrainingCard& card) {
-  const RiskOptions risk{alpha, options.delta};
+  const RiskOptions risk{options.alpha, options.delta};
   if (!are_blocks_independent(card) || !are_poses_known(card)) {
-    return decide_empirically(counts, alpha);
+    return decide_empirically(counts, options.alpha);
   }
   if (options.risk_control == RiskControl::kConformal) {
     return decide_nested(&decide_conformally, counts, risk);
@@ -45,41 +51,7 @@ RiskDecision decide(const BlockCounts& counts, const CalibrationOptions& options
   if (options.risk_control == RiskControl::kLearnThenTest) {
     return decide_nested(&decide_by_testing, counts, risk);
   }
-  return decide_empirically(counts, alpha);
-}
-
-// A share of misses, and what the calibration makes of it. 0: none was asked about.
-struct AlphaDecision {
-  double alpha = 0.0;
-  RiskDecision decision;
-};
-
-// The share that was named; else the strictest of kStrictness that is earned about the next drive,
-// kUnearned where none is. One stricter than kUnearned must answer nearly as many sites.
-// `stricter`: the one before it, which is not earned or answers too few.
-AlphaDecision strictest_earned(const BlockCounts& counts, const CalibrationOptions& options,
-                               const CalibrationDrives& calibration_drives,
-                               AlphaDecision& stricter) {
-  constexpr double kStrictness[] = {0.01, 0.02, 0.05, 0.10};
-  constexpr double kUnearned = 0.05;
-  constexpr double kNearlyAsMany = 0.98;
-  const auto decide_for = [&](double alpha) {
-    return AlphaDecision{alpha, decide(counts, options, alpha, calibration_drives.model.card)};
-  };
-  if (options.alpha > 0.0) return decide_for(options.alpha);
-  const AlphaDecision unearned = decide_for(kUnearned);
-  const double enough = kNearlyAsMany * unearned.decision.answered_share;
-  const bool is_next_drive = calibration_drives.count.scope == PromiseScope::kNextDrive;
-  for (const double alpha : kStrictness) {
-    const AlphaDecision decided = decide_for(alpha);
-    const bool is_taken = decided.decision.is_earned && is_next_drive;
-    if (is_taken && (alpha >= kUnearned || decided.decision.answered_share >= enough)) {
-      return decided;
-    }
-    stricter = decided;
-  }
-  stricter = {};
-  return unearned;
+  return decide_empirically(counts, options.alpha);
 }
 
 void take_counts(const CalibrationCount& count, LimitPromise& promise) {
@@ -110,26 +82,20 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
                                   const CalibrationOptions& options, const Choice* tighter) {
   const CalibrationDrives calibration_drives = calibration_drives_of(model, kind);
   const BlockCounts counts = counts_of_rule(calibration_drives, limit, options, tighter);
-  AlphaDecision stricter;
-  const auto [alpha, decision] = strictest_earned(counts, options, calibration_drives, stricter);
+  const RiskDecision decision = decide(counts, options, calibration_drives.model.card);
   Calibration calibration;
   LimitPromise& promise = calibration.promise;
   promise.limit_m = model.out_of_fold.limits_m[limit];
   (kind == CaseKind::kHistory ? promise.history_threshold : promise.probability_threshold) =
       decision.threshold;
-  promise.alpha = options.risk_control == RiskControl::kFixed ? 0.0 : alpha;
+  promise.alpha = options.risk_control == RiskControl::kFixed ? 0.0 : options.alpha;
   promise.delta = options.risk_control == RiskControl::kLearnThenTest ? options.delta : 0.0;
   take_counts(calibration_drives.count, promise);
   promise.calibration_miss_share = decision.miss_share;
   promise.answered_share = decision.answered_share;
   promise.method = risk_control_name(options.risk_control);
-  calibration.choice =
-      choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
+  calibration.choice = choose_out_of_fold(model, limit, decision.threshold, options, tighter);
   state(decision, calibration_drives, calibration.choice, promise);
-  if (promise.is_earned && stricter.alpha > 0.0) {
-    promise.statement +=
-        stricter_statement(promise, calibration_drives, stricter.alpha, stricter.decision);
-  }
   return calibration;
 }
 

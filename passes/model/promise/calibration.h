@@ -17,12 +17,13 @@ namespace sightline {
 
 struct CalibrationOptions {
   RiskControl risk_control = RiskControl::kConformal;
-  // 0: the strictest of 1, 2, 5 and 10 % that is earned, 5 % where none is. 1 and 2 % must answer
-  // at least 98 % of the sites that 5 % answers.
   double alpha = 0.05;
   double delta = 0.1;
   double fixed_threshold = 0.8;
   double dilation_m = 3.0;
+  // Of the model's sites, where looks are chosen by kind of place; null: each site's own, by the
+  // rule.
+  const std::vector<std::uint8_t>* look_of_site = nullptr;
 };
 
 // One limit calibrated on the model's own sites.

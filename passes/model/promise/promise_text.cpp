@@ -187,20 +187,6 @@ std::string this_drive_statement(const LimitPromise& promise, const TrainingCard
          "; " + observed_misses(promise) + ")";
 }
 
-std::string stricter_statement(const LimitPromise& promise,
-                               const CalibrationDrives& calibration_drives, double stricter_alpha,
-                               const RiskDecision& decision) {
-  LimitPromise stricter = promise;
-  stricter.alpha = stricter_alpha;
-  stricter.answered_share = decision.answered_share;
-  const std::string why =
-      decision.is_earned
-          ? concat("it would leave ", short_percent(1.0 - decision.answered_share),
-                   " of the sites without an answer")
-          : what_is_needed(stricter, calibration_drives.model.card, decision.needed_blocks);
-  return "; not " + short_percent(stricter_alpha) + ": " + why;
-}
-
 std::string mean_rule_statement(const LimitPromise& promise) {
   return "No promise: a mean error within the limit does not bound the share of misses; " +
          observed_misses(promise) + ")";

@@ -24,11 +24,6 @@ std::string unearned_statement(const LimitPromise& promise,
                                const CalibrationDrives& calibration_drives,
                                const RiskDecision& decision);
 
-// "; not 2 %: ..." of the next stricter share: it is not earned, or answers too few sites.
-std::string stricter_statement(const LimitPromise& promise,
-                               const CalibrationDrives& calibration_drives, double stricter_alpha,
-                               const RiskDecision& decision);
-
 // Of the mean rule.
 std::string mean_rule_statement(const LimitPromise& promise);
 

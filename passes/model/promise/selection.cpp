@@ -78,11 +78,22 @@ Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
   return choose_each(
       predicted,
       [&](std::size_t site) {
-        const double p =
-            predicted.has_history[site] == 1 ? thresholds.history : thresholds.map_only;
-        return range_by_probability(predicted, site, limit, p);
+        return range_by_probability(predicted, site, limit, thresholds.at(predicted, site));
       },
       [&](std::size_t site) { return most_probable(predicted, site, limit); });
+}
+
+Choice choose_given(const PredictedError& predicted, std::size_t limit,
+                    const Thresholds& thresholds, const std::vector<std::uint8_t>& look_of_site) {
+  Choice choice = choose_everywhere(0, predicted.site_count);
+  choice.range_index = look_of_site;
+  for (std::size_t site = 0; site < predicted.site_count; ++site) {
+    const bool is_met =
+        predicted.probability(site, look_of_site[site], limit) >= thresholds.at(predicted, site);
+    choice.reasons[site] = is_met ? Reason::kModel : Reason::kMostProbable;
+    if (!is_met) choice.flags[site] = kUnmet;
+  }
+  return choice;
 }
 
 void mark_extrapolated(const PredictedError& predicted, Choice& choice) {

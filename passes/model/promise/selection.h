@@ -49,10 +49,18 @@ std::vector<double> tried_thresholds();
 struct Thresholds {
   double map_only = 0.0;
   double history = 0.0;
+
+  [[nodiscard]] double at(const PredictedError& predicted, std::size_t site) const {
+    return predicted.has_history[site] == 1 ? history : map_only;
+  }
 };
 
 Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
                              const Thresholds& thresholds);
+
+// Each site takes the look that is given for it; kUnmet where that has a lower probability.
+Choice choose_given(const PredictedError& predicted, std::size_t limit,
+                    const Thresholds& thresholds, const std::vector<std::uint8_t>& look_of_site);
 
 // Flags the sites whose own answer is extrapolated.
 void mark_extrapolated(const PredictedError& predicted, Choice& choice);

@@ -25,9 +25,8 @@ Evaluation small_evaluation() {
     evaluation.rules.push_back(score);
   }
   evaluation.reliability = {{0.1, 0.85, 0.8, 2}};
-  evaluation.sites = {{0, 0, 0.0, 1.0, 2.0, StreetType::kLane}, {2, 0, 2.0, 3.0, 2.0}};
-  evaluation.streets = {
-      {Rule::kMap, StreetType::kLane, 1, 0.1, 0.5, 1.0, 0.1, 0.1, 10.0, 1.0, 1.0}};
+  evaluation.sites = {{0, 0, 0.0, 1.0, 2.0, PlaceKind::kLane}, {2, 0, 2.0, 3.0, 2.0}};
+  evaluation.kinds = {{Rule::kMap, PlaceKind::kLane, 1, 0.1, 0.5, 1.0, 0.1, 0.1, 10.0, 1.0, 1.0}};
   evaluation.error_m = {0.1, 0.3};
   evaluation.time_ms = {3.0, 3.0};
   evaluation.chosen_range_index.assign(2 * kRuleCount, 0);
@@ -66,7 +65,7 @@ TEST(Evaluation, RefusesWhatIsOutOfPlaceOrMakesNoSense) {
          no_number.statics[0].rmse_m = std::numeric_limits<double>::quiet_NaN();
        },
        [](Evaluation& backwards) { backwards.rules[1].worst_begin_site = 2; },
-       [](Evaluation& unknown) { unknown.streets[0].street = StreetType::kUnknown; },
+       [](Evaluation& unknown) { unknown.kinds[0].kind = PlaceKind::kUnknown; },
        [](Evaluation& no_site) { no_site.sites[1].site = 3; },
        [](Evaluation& no_range) { no_range.chosen_range_index[3] = 1; },
        [](Evaluation& fewer) { fewer.error_m.pop_back(); }});

@@ -158,11 +158,11 @@ TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
     }
   }
   const ErrorModel model = value_of(of_ranges(train_model(TestContext(), quick(), places)));
-  ASSERT_EQ(model.streets.size(), 4u) << "two types at two limits";
-  EXPECT_EQ(model.streets[0].street, StreetType::kLane);
-  EXPECT_EQ(model.streets[1].street, StreetType::kOpen);
-  EXPECT_EQ(model.streets[0].case_count + model.streets[1].case_count, 2 * 2 * kSmall.site_count);
-  for (const StreetCard& card : model.streets) {
+  ASSERT_EQ(model.kinds.size(), 4u) << "two types at two limits";
+  EXPECT_EQ(model.kinds[0].kind, PlaceKind::kLane);
+  EXPECT_EQ(model.kinds[1].kind, PlaceKind::kOpen);
+  EXPECT_EQ(model.kinds[0].case_count + model.kinds[1].case_count, 2 * 2 * kSmall.site_count);
+  for (const KindCard& card : model.kinds) {
     EXPECT_GT(card.coverage, 0.2);
     EXPECT_LE(card.coverage, 1.0);
   }

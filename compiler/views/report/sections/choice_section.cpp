@@ -42,20 +42,20 @@ std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
 }
 
 // "93.1 (12.4 m)"
-std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
-  if (evaluation.streets.empty()) return "";
+std::string kinds_table(const Evaluation& evaluation, std::size_t limit) {
+  if (evaluation.kinds.empty()) return "";
   TextGrid grid = {{"rule"}, {"share of sites (%)"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) grid.push_back({words_of(static_cast<Rule>(i))});
-  for (const StreetScore& score : evaluation.streets) {
+  for (const KindScore& score : evaluation.kinds) {
     if (score.limit_m != evaluation.limits_m[limit]) continue;
     if (score.rule == Rule::kMap) {
-      grid[0].emplace_back(name_of(score.street));
+      grid[0].emplace_back(name_of(score.kind));
       grid[1].push_back(in_percent(score.site_share));
     }
     grid[2 + static_cast<std::size_t>(score.rule)].push_back(
         concat(in_percent(score.coverage), " (", fixed(score.mean_range_m, 1), " m)"));
   }
-  return html_table(grid, "Coverage (%) and mean range by type of street");
+  return html_table(grid, "Coverage (%) and mean range by kind of place");
 }
 
 std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::size_t limit) {
@@ -143,7 +143,7 @@ Section choice_section(const Evaluation& evaluation, const Sites& sites) {
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     section.html += concat("<h3>Limit ", limit_text(evaluation.limits_m[limit]), "</h3>\n",
                            rules_table(evaluation, limit), figure_ten(evaluation, sites, limit),
-                           pareto(evaluation, limit), streets_table(evaluation, limit));
+                           pareto(evaluation, limit), kinds_table(evaluation, limit));
   }
   return section;
 }

@@ -125,13 +125,14 @@ std::string advice_text(const ExplainedStretch& one, const Sites& sites) {
 
 std::string stretches_table(const Weakness& weakness, const Sites& sites) {
   TextGrid grid = {{"worst site", "run", "from (m)", "to (m)", "error (cm)",
-                    "margin to the limit (%)", "least constrained direction", "cause",
-                    "best place for a board"}};
+                    "margin to the limit (%)", "kind of place", "least constrained direction",
+                    "cause", "best place for a board"}};
   for (const ExplainedStretch& one : weakness.stretches) {
     const WeakStretch& stretch = one.stretch;
     grid.push_back({std::to_string(stretch.worst_site), std::to_string(stretch.run),
                     fixed(stretch.from_m, 0), fixed(stretch.to_m, 0),
                     in_centimetres(stretch.worst.error_m), in_percent(stretch.worst.margin),
+                    std::string(name_of(one.kind)),
                     std::string(name_of_way(one.loose.off_road_deg)),
                     std::string(name_of(one.cause)), advice_text(one, sites)});
   }

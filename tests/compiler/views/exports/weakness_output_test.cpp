@@ -39,6 +39,7 @@ Weakness weakness() {
   one.loose = {5.0, 5.0, 0.02, 0.005, 0.001, true};
   one.sights = {132, 4, 31.0, 0.9};
   one.rival_score = 0.91;
+  one.kind = PlaceKind::kAvenue;
   one.cause = WeakCause::kRepeated;
   TargetAdvice advice;
   advice.target.foot_map_m = {14.0, 2.0, 0.1};
@@ -74,6 +75,7 @@ TEST(WeaknessOutput, InJsonKeepsToItsSchemaAndLiesInTheWorld) {
   EXPECT_EQ(json["stretches"][0]["advice"][0]["foot_world_m"], Json({448014.0, 5411010.0, 0.1}));
   EXPECT_EQ(json["stretches"][0]["advice"][0]["facing_deg"], 90.0);
   EXPECT_EQ(json["stretches"][0]["cause"], "repeated");
+  EXPECT_EQ(json["stretches"][0]["place_kind"], "avenue");
   Json broken = json;
   broken["stretches"][0]["cause"] = "fog";
   EXPECT_NE(schema_faults(schema, broken), "");

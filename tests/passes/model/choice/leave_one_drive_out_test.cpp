@@ -246,7 +246,7 @@ FactorTable factors_of(const DrivenStreet& street) {
 
 std::vector<LeftOutDrive> left_out_of(const DrivenStreet& street, const FactorTable& factors) {
   const Result<std::vector<LeftOutDrive>> left_out =
-      of_ranges(leave_out_in_turn(TestContext(), model(), street.place.sites, factors, 0.25));
+      leave_out_in_turn(TestContext(), model(), street.place.sites, factors, 0.25);
   EXPECT_TRUE(left_out.has_value());
   return *left_out;
 }

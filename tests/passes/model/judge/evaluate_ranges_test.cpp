@@ -161,17 +161,17 @@ TEST(EvaluateRanges, AWorstStretchLiesInOneRun) {
 
 TEST(EvaluateRanges, ScoresEachTypeOfStreet) {
   const Evaluation evaluation = value_of(evaluate(four_sites()));
-  ASSERT_EQ(evaluation.streets.size(), 2 * kRuleCount);
-  const StreetScore& canyon = evaluation.streets[1];  // of the map: errors 0.02, 0.30
-  EXPECT_EQ(canyon.street, StreetType::kCanyon);
+  ASSERT_EQ(evaluation.kinds.size(), 2 * kRuleCount);
+  const KindScore& canyon = evaluation.kinds[1];  // of the map: errors 0.02, 0.30
+  EXPECT_EQ(canyon.kind, PlaceKind::kCanyon);
   EXPECT_EQ(canyon.site_count, 2u);
   EXPECT_NEAR(canyon.site_share, 0.5, 1e-12);
   EXPECT_NEAR(canyon.coverage, 0.5, 1e-12);
   EXPECT_NEAR(canyon.mean_error_m, 0.16, 1e-12);
   EXPECT_NEAR(canyon.time_ratio, 1.0, 1e-12);
   for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
-    const StreetScore& a = evaluation.streets[2 * rule];
-    const StreetScore& b = evaluation.streets[2 * rule + 1];
+    const KindScore& a = evaluation.kinds[2 * rule];
+    const KindScore& b = evaluation.kinds[2 * rule + 1];
     EXPECT_NEAR(a.coverage * a.site_share + b.coverage * b.site_share,
                 evaluation.score(0, static_cast<Rule>(rule)).coverage, 1e-12);
   }
@@ -181,8 +181,8 @@ TEST(EvaluateRanges, SaysNothingOfStreetsWhereTheMapHoldsNoFactors) {
   Trial trial = four_sites();
   trial.factors = {};
   const Evaluation evaluation = value_of(evaluate(trial));
-  EXPECT_TRUE(evaluation.streets.empty());
-  EXPECT_EQ(evaluation.sites[0].street, StreetType::kUnknown);
+  EXPECT_TRUE(evaluation.kinds.empty());
+  EXPECT_EQ(evaluation.sites[0].kind, PlaceKind::kUnknown);
 }
 
 TEST(EvaluateRanges, JudgesOnlySitesWithAScan) {
