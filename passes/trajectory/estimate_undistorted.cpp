@@ -64,9 +64,9 @@ Result<Estimate> first_estimate(PassContext& ctx, const Drive& drive,
 
 Result<Estimate> estimate_as_measured(PassContext& ctx, const Drive& drive,
                                       const std::vector<Measured>& parts, const Estimate& rigid,
-                                      const EstimatePoses& estimate) {
+                                      const EstimatePoses& estimate, int rounds) {
   SIGHTLINE_ASSIGN(Estimate latest, first_estimate(ctx, drive, parts, rigid, estimate));
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     SIGHTLINE_ASSIGN(latest, estimate(ctx, undistorted_parts(drive, parts, latest.trajectory)));
   }
   return latest;
@@ -88,6 +88,11 @@ struct Trial {
   double entropy_nat = 0.0;
 };
 
+// Whether the middle of a drive is all of it.
+bool covers_drive(const Trial& trial, const Estimate& rigid) {
+  return trial.of_middle.trajectory.poses.size() == rigid.trajectory.poses.size();
+}
+
 // Whether an error means that a trial does not work: its scans cannot be followed, are too few, or
 // contradict given poses. Any other, such as a scan that cannot be read, does not come from the
 // timing and must be returned; skipped, it would lead to other poses without a word.
@@ -96,32 +101,55 @@ bool is_failed_trial(const Error& error) {
          error.code == ErrorCode::kMismatchedInputs;
 }
 
+// More rounds of a trial, from the estimate of its middle so far. None where it fails.
+Result<std::optional<Trial>> continued(PassContext& ctx, const Drive& middle, const Trial& trial,
+                                       const EstimatePoses& estimate, int rounds) {
+  Result<Estimate> after =
+      estimate_as_measured(ctx, middle, {{middle, middle}}, trial.of_middle, estimate, rounds);
+  if (!after && is_failed_trial(after.error())) return std::optional<Trial>();
+  if (!after) return after.error();
+  const Trajectory& poses = after->trajectory;
+  SIGHTLINE_ASSIGN(const double nat, middle_entropy_nat(ctx, undistorted(middle, poses), poses));
+  return std::optional<Trial>({trial.timed, *std::move(after), nat});
+}
+
 // The sharpest of several timings of a drive of one part. None where every trial fails.
 Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& timed,
-                                            const Estimate& rigid, const EstimatePoses& estimate) {
+                                            const Estimate& rigid, const EstimatePoses& estimate,
+                                            int rounds) {
   std::optional<Trial> best;
   for (const Drive& one : timed) {
-    const Drive middle = middle_of(one, rigid.trajectory);
-    Result<Estimate> after = estimate_as_measured(ctx, middle, {{middle, middle}},
-                                                  {middle_of(rigid.trajectory), {}}, estimate);
-    if (!after && is_failed_trial(after.error())) continue;
-    if (!after) return after.error();
-    const Trajectory& poses = after->trajectory;
-    SIGHTLINE_ASSIGN(const double nat, middle_entropy_nat(ctx, undistorted(middle, poses), poses));
-    if (!best || nat < best->entropy_nat) best = {one, *std::move(after), nat};
+    const Trial begin{one, {middle_of(rigid.trajectory), {}}};
+    SIGHTLINE_ASSIGN(std::optional<Trial> trial,
+                     continued(ctx, middle_of(one, rigid.trajectory), begin, estimate, rounds));
+    if (trial && (!best || trial->entropy_nat < best->entropy_nat)) best = std::move(trial);
   }
   return best;
 }
 
-// None where scans are no sharper undistorted than as they are.
+// A round after the first one changes the entropy by a few hundredths of a nat: scans that are
+// blurred by more were undistorted before.
+constexpr double kMostGain_nat = 0.1;
+
+// None where scans are no sharper undistorted than as they are. Timings by the order of points
+// differ clearly after one round; another one is made only where it can change the answer, or its
+// poses are used.
 Result<std::optional<Trial>> best_deskew_trial(PassContext& ctx, const Drive& drive,
                                                const Estimate& rigid,
                                                const EstimatePoses& estimate) {
+  const int rounds = has_point_times(drive) ? kRounds : 1;
   SIGHTLINE_ASSIGN(const std::vector<Drive> timed, timed_drives(drive, rigid.trajectory));
-  SIGHTLINE_ASSIGN(std::optional<Trial> trial, sharpest_trial(ctx, timed, rigid, estimate));
+  SIGHTLINE_ASSIGN(std::optional<Trial> trial, sharpest_trial(ctx, timed, rigid, estimate, rounds));
   if (!trial) return trial;
   SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(ctx, drive, rigid.trajectory));
-  if (!is_sharper(trial->entropy_nat, before_nat)) trial.reset();
+  const bool is_clear =
+      trial->entropy_nat > before_nat + kMostGain_nat ||
+      (is_sharper(trial->entropy_nat, before_nat) && !covers_drive(*trial, rigid));
+  if (rounds < kRounds && !is_clear) {
+    const Drive middle = middle_of(trial->timed, rigid.trajectory);
+    SIGHTLINE_ASSIGN(trial, continued(ctx, middle, *trial, estimate, kRounds - rounds));
+  }
+  if (trial && !is_sharper(trial->entropy_nat, before_nat)) trial.reset();
   return trial;
 }
 
@@ -139,14 +167,12 @@ Result<Estimate> estimate_undistorted(PassContext& ctx, const Drive& drive, cons
     SIGHTLINE_ASSIGN(std::optional<Trial> trial,
                      best_deskew_trial(without_warnings, parts[i], {rigid_parts[i], {}}, estimate));
     if (!trial) continue;
-    const bool is_whole_drive =
-        trial->of_middle.trajectory.poses.size() == rigid.trajectory.poses.size();
-    if (is_whole_drive) return std::move(trial->of_middle);
+    if (covers_drive(*trial, rigid)) return std::move(trial->of_middle);
     measured.back().timed = std::move(trial->timed);
     are_rigid = false;
   }
   if (are_rigid) return rigid;
-  return estimate_as_measured(without_warnings, drive, measured, rigid, estimate);
+  return estimate_as_measured(without_warnings, drive, measured, rigid, estimate, kRounds);
 }
 
 }  // namespace sightline
