@@ -15,6 +15,7 @@
 #include "formats/base/copy_message.h"
 #include "formats/base/version.h"
 #include "formats/drive/look.h"
+#include "formats/symmetric_eigen.h"
 #include "passes/matching/covariance/match_covariance.h"
 #include "passes/matching/covariance/structure_information.h"
 #include "passes/matching/look_cutter.h"
@@ -207,6 +208,24 @@ void put(const MatchResult& found, const MapFrame& frame, sightline_match& answe
   answer.scored_points = found.scored_points;
 }
 
+// Whether some motion changes nothing that was matched, apart from rounding.
+bool is_singular(const Matrix6d& information) {
+  constexpr double kLeverArm_m = 10.0;  // turns weigh as the motion of a point at this distance
+  constexpr double kRounding = 1e-12;
+  Vector6d scale;
+  scale << 1.0, 1.0, 1.0, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m;
+  const Matrix6d scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Vector6d values = symmetric_eigen<6>(scaled).values;
+  return !(values.minCoeff() > kRounding * values.maxCoeff());
+}
+
+// A pose has six degrees of freedom.
+bool is_unconstrained(const MatchResult& found, const Matrix6d& information) {
+  constexpr std::uint32_t kFewestPoints = 6;
+  return found.stop == MatchStop::kConverged &&
+         (found.scored_points < kFewestPoints || is_singular(information));
+}
+
 // Of a match of these points. Where none was matched, the pose is the start.
 void put_covariance(const MatchResult& found, std::span<const Eigen::Vector3d> points_m,
                     const StructureMap& structures, const MatchKnowledge& knowledge,
@@ -217,6 +236,7 @@ void put_covariance(const MatchResult& found, std::span<const Eigen::Vector3d> p
                          found.T_map_sensor, observer);
   const Matrix6d information = match_information(structure, knowledge.scale);
   put(information, answer.information);
+  if (is_unconstrained(found, information)) answer.stop = SIGHTLINE_UNCONSTRAINED;
   put(is_matched ? match_covariance(information, knowledge.start_covariance)
                  : knowledge.start_covariance,
       answer.covariance);
