@@ -382,6 +382,12 @@ void predict(const CompileConfig& config, CompilePlan& compile) {
                                compile.cards, one, several);
 }
 
+// What drives measured; what was simulated is no measurement.
+Maybe<ByFamily<MeasuredError>> measured_of(const CompilePlan& compile) {
+  if (compile.measured == compile.simulated) return {};
+  return compile.measured;
+}
+
 // Step 9: the choice. From here on every site has its range and looks, with a promise or the reason
 // why there is none. What several drives measured stays beside the map's factors, so that the
 // choice can be made again from the map.
@@ -393,7 +399,7 @@ void choose(const CompileConfig& config, CompilePlan& compile) {
                                     compile.predicted, compile.model, compile.cards);
   }
   compile.ranges = plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model,
-                            compile.kept_factors);
+                            compile.kept_factors, measured_of(compile));
   compile.evaluation = plan.run(kEvaluateRanges, compile.sites, compile.predicted, compile.ranges,
                                 compile.factors, compile.measured);
 }

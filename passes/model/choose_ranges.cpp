@@ -148,7 +148,8 @@ Result<OwnEvidence> evidence_of_all(const StoredTable<FactorTable>& all) {
 Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wanted,
                               const Sites& sites, const PredictedError& predicted,
                               const ErrorModel& model, const StoredTable<FactorTable>& factors,
-                              const std::vector<LeftOutDrive>& left_out) {
+                              const std::vector<LeftOutDrive>& left_out,
+                              const MeasuredError* measured) {
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
   const ChooseRangesOptions options = with_alpha_of(predicted.looks, wanted);
   SIGHTLINE_ASSIGN(OwnEvidence evidence, evidence_of_all(factors));
@@ -157,13 +158,20 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
   }
   add_measured(sites, predicted, model, evidence);
   const bool is_mean = options.selection == Selection::kMean;
-  RangeTable table =
-      to_table(predicted, choose_all(options, {sites, predicted, model, evidence, left_out}));
+  const ChoiceInputs inputs{sites, predicted, model, evidence, left_out, measured};
+  RangeTable table = to_table(predicted, choose_all(options, inputs));
   table.selection = options.selection;
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
   table.extrapolated_takes_static = options.extrapolated_takes_static;
   warn_of_flags(ctx, table);
   return table;
+}
+
+// Null where none was measured.
+const MeasuredError* measured_of(const ByFamily<MeasuredError>* measured, bool is_of_samples) {
+  if (measured == nullptr) return nullptr;
+  if (!is_of_samples) return &measured->ranges;
+  return measured->samples ? &*measured->samples : nullptr;
 }
 
 }  // namespace
@@ -172,7 +180,8 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
                                            const Sites& sites,
                                            const ByFamily<PredictedError>& predicted,
                                            const ByFamily<ErrorModel>& model,
-                                           const ByFamily<StoredTable<FactorTable>>& factors) {
+                                           const ByFamily<StoredTable<FactorTable>>& factors,
+                                           const ByFamily<MeasuredError>* measured) {
   SIGHTLINE_TRY(check_inputs(sites, predicted.ranges, model.ranges, factors.ranges.head()));
   if (predicted.samples && (!model.samples || !factors.samples)) {
     return Error{ErrorCode::kMismatchedInputs,
@@ -188,7 +197,9 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
   const auto of_family = [&](const PredictedError& answers, const ErrorModel& by,
                              const StoredTable<FactorTable>& seen,
                              const std::vector<LeftOutDrive>& drives) {
-    return choose_own(ctx, options, sites, answers, by, seen, drives);
+    const bool is_of_samples = &answers != &predicted.ranges;
+    return choose_own(ctx, options, sites, answers, by, seen, drives,
+                      measured_of(measured, is_of_samples));
   };
   return each_family(of_family, predicted, model, factors, left_out);
 }

@@ -57,6 +57,7 @@ struct ChoiceInputs {
   const ErrorModel& model;
   const OwnEvidence& evidence;
   const std::vector<LeftOutDrive>& left_out;  // none where fewer than two drives are known
+  const MeasuredError* measured = nullptr;  // of the compile's own drives; null: none was measured
 };
 
 struct Chosen {
