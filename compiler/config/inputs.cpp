@@ -169,16 +169,6 @@ Result<void> settle_same_recordings(CompileConfig& config) {
   return {};
 }
 
-void note_known_evaluation(CompileConfig& config) {
-  const std::vector<NamedDrive> mapping = drives_for(RecordingUse::kMapping, config);
-  const std::optional<std::string> role = role_of_evaluation(config, mapping);
-  if (!role) return;
-  if (config.is_split() && *role == mapping.front().role) return;
-  config.notes.push_back(concat("evaluation.scans: found the recording of ", *role,
-                                ", which is an input of the map, so the results are better than on "
-                                "another drive; name an independent drive"));
-}
-
 bool is_known_evaluation(const CompileConfig& config) {
   return role_of_evaluation(config, drives_for(RecordingUse::kMapping, config)).has_value();
 }

@@ -32,9 +32,6 @@ std::string depfile_text(const std::string& target, const InputFiles& inputs);
 // localization drives are mapping drives; a split is asked for beside another localization drive).
 Result<void> settle_same_recordings(CompileConfig& config);
 
-// Adds a note where the evaluation drive made the map or was localized in it, so that it judges
-// what it made. The mapping drive of a split is judged by its other scans (evaluate_plan).
-void note_known_evaluation(CompileConfig& config);
 // Whether the evaluation drive holds the scans of a mapping or localization drive, however either
 // is named, placed or timed.
 bool is_known_evaluation(const CompileConfig& config);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/foreign/recording/same_recording.h"
+#include "passes/ingest/identify_recordings.h"
 #include "passes/ingest/ingest.h"
 #include "passes/localize/import_errors.h"
 #include "passes/localize/track_drive.h"
@@ -22,6 +23,12 @@ std::vector<Look> with_baselines(std::vector<Look> looks) {
   return looks;
 }
 
+// Whether the drive made the map by its even scans.
+bool judges_other_scans(const CompiledMap& map, const CompileConfig& config) {
+  return map.measurement.mapping_scans == name_of(ScanSelection::kEven) && config.is_split() &&
+         is_same_recording(config.evaluation, config.mapping);
+}
+
 // As the map was measured. A drive that also made the map is measured by its other scans.
 MeasureErrorOptions measuring_as(const CompiledMap& map, const CompileConfig& config,
                                  const Plan& plan) {
@@ -30,8 +37,7 @@ MeasureErrorOptions measuring_as(const CompiledMap& map, const CompileConfig& co
   measuring.every_return = took_every_return(map.model.localizer);
   measuring.looks.clear();
   if (map.looks) measuring.looks = with_baselines(map.looks->ranges.looks);
-  const bool is_same = config.is_split() && is_same_recording(config.evaluation, config.mapping);
-  measuring.scans = is_same ? ScanSelection::kOdd : ScanSelection::kAll;
+  measuring.scans = judges_other_scans(map, config) ? ScanSelection::kOdd : ScanSelection::kAll;
   return measuring;
 }
 
@@ -40,8 +46,12 @@ MeasureErrorOptions measuring_as(const CompiledMap& map, const CompileConfig& co
 RecordingInput add_recording(Plan& plan, const RecordingRole& role,
                              const RecordingOptions& options) {
   const std::string name = to_text(role);
-  return {role.use, name, options, plan.input<Recording>(name + "/recording"),
-          plan.input<SensorProfile>(name + "/sensor")};
+  return {role.use,
+          name,
+          options,
+          plan.input<Recording>(name + "/recording"),
+          plan.input<SensorProfile>(name + "/sensor"),
+          {}};
 }
 
 Wire<Drive> ingest_drive(Plan& plan, const RecordingInput& input) {
@@ -103,6 +113,9 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
   const RecordingUse use = RecordingUse::kEvaluation;
   evaluate.recording = add_recording(plan, {use}, config.evaluation);
   const LocalizedDrive drive = add_drive(plan, evaluate.recording, evaluate.ndt, evaluate.sites);
+  evaluate.judges_other_scans = judges_other_scans(map, config);
+  evaluate.cards = plan.input<RecordingCards>("recordings");
+  evaluate.identified = plan.run(kIdentifyRecordings, evaluate.cards, {drive.drive});
   const MeasureErrorOptions measuring = measuring_as(map, config, plan);
   evaluate.measured = add_errors(config, use, drive,
                                  {plan, evaluate.ndt, evaluate.sites, measuring}, evaluate.outside);

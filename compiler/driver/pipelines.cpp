@@ -1,10 +1,13 @@
 #include "compiler/driver/pipelines.h"
 
+#include <algorithm>
+
 #include "compiler/driver/evaluate_plan.h"
 #include "passes/emit/emit_map.h"
 #include "passes/emit/pack_layers.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/factors/name_kinds.h"
+#include "passes/ingest/identify_recordings.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_map.h"
 #include "passes/ingest/ingest_nd_map.h"
@@ -123,8 +126,10 @@ CompilePlan with_inputs(const CompileConfig& config, ModelSource model) {
 
 std::vector<Wire<Drive>> ingest_drives(CompilePlan& compile, RecordingUse use) {
   std::vector<Wire<Drive>> drives;
-  for (const RecordingInput& input : recordings_for(compile, use)) {
-    drives.push_back(ingest_drive(compile.plan, input));
+  for (RecordingInput& input : compile.recordings) {
+    if (input.use != use) continue;
+    input.drive = ingest_drive(compile.plan, input);
+    drives.push_back(input.drive);
   }
   return drives;
 }
@@ -319,16 +324,24 @@ void add_evidence(const CompileConfig& config, Wire<FactorTable> map_factors,
 // of the map. Its errors are measured, or were measured by a localizer outside. Of several drives
 // `measured` takes each in turn. A finished map without any keeps its simulated errors.
 
+LocalizedDrive add_localized(std::string_view role, CompilePlan& compile,
+                             bool may_be_elsewhere = false) {
+  RecordingInput& input = *std::ranges::find(compile.recordings, role, &RecordingInput::role);
+  const LocalizedDrive localized =
+      add_drive(compile.plan, input, compile.ndt, compile.sites, may_be_elsewhere);
+  input.drive = localized.drive;
+  return localized;
+}
+
 void measure_drives(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
   const std::vector<RecordingInput> recordings =
       recordings_for(compile, RecordingUse::kLocalization);
   compile.measured = compile.simulated;
   if (recordings.empty() && config.has_map()) return;
-  compile.localized =
-      recordings.empty()
-          ? LocalizedDrive{compile.drive, compile.trajectory, compile.of_first_sensor}
-          : add_drive(plan, recordings.front(), compile.ndt, compile.sites);
+  compile.localized = recordings.empty() ? LocalizedDrive{compile.drive, compile.trajectory,
+                                                          compile.of_first_sensor}
+                                         : add_localized(recordings.front().role, compile);
   OnMap on{plan, compile.ndt, compile.sites, measuring_options(config, plan)};
   compile.measured =
       add_errors(config, RecordingUse::kLocalization, compile.localized, on, compile.outside);
@@ -337,13 +350,20 @@ void measure_drives(const CompileConfig& config, CompilePlan& compile) {
   on.measuring.may_be_elsewhere = true;
   for (std::size_t i = 1; i < recordings.size(); ++i) {
     const LocalizedDrive later =
-        add_drive(plan, recordings[i], compile.ndt, compile.sites, /*may_be_elsewhere=*/true);
+        add_localized(recordings[i].role, compile, /*may_be_elsewhere=*/true);
     drives.push_back(later.drive);
     errors.push_back(measure(recordings[i].role, later, on));
   }
   if (drives.size() == 1) return;
   compile.measured_drives = plan.run(kJoinErrors, drives, errors);
   compile.measured = plan.run(kPoolErrors, compile.measured_drives);
+}
+
+// Whose evidence it is: from here on copies of a recording are recognized as one.
+void identify(std::string_view label, CompilePlan& compile) {
+  std::vector<Wire<Drive>> drives;
+  for (const RecordingInput& input : compile.recordings) drives.push_back(input.drive);
+  compile.identified = compile.plan.run_as(label, kIdentifyRecordings, {}, compile.cards, drives);
 }
 
 // Step 8: the model. It learns from the drives above, or is given and then predicts with what they
@@ -375,14 +395,20 @@ void predict(const CompileConfig& config, CompilePlan& compile) {
   compile.model = compile.given_model.is_connected()
                       ? compile.given_model
                       : plan.run(kTrainModelHere, compile.sites, compile.factors, compile.measured,
-                                 compile.cards, compile.measured_drives);
+                                 compile.identified, compile.measured_drives);
   const bool are_several = compile.measured_drives.is_connected();
   Maybe<ByFamily<MeasuredError>> one;
   Maybe<MeasuredDrives> several;
   if (has_history(config, compile) && are_several) several = compile.measured_drives;
   if (has_history(config, compile) && !are_several) one = compile.measured;
   compile.predicted = plan.run(kPredictError, compile.model, compile.sites, compile.factors,
-                               compile.cards, one, several);
+                               compile.identified, one, several);
+}
+
+// What drives measured; what was simulated is no measurement.
+Maybe<ByFamily<MeasuredError>> measured_of(const CompilePlan& compile) {
+  if (compile.measured == compile.simulated) return {};
+  return compile.measured;
 }
 
 // Step 9: the choice. From here on every site has its range and looks, with a promise or the reason
@@ -397,10 +423,10 @@ void choose(const CompileConfig& config, CompilePlan& compile) {
                                          std::vector{compile.measured});
     }
     compile.kept_factors = plan.run(kAddHistory, compile.factors, compile.measured_drives,
-                                    compile.predicted, compile.model, compile.cards);
+                                    compile.predicted, compile.model, compile.identified);
   }
   compile.ranges = plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model,
-                            compile.kept_factors);
+                            compile.kept_factors, measured_of(compile));
   compile.evaluation = plan.run(kEvaluateRanges, compile.sites, compile.predicted, compile.ranges,
                                 compile.factors, compile.measured);
 }
@@ -423,7 +449,7 @@ void write_map(const CompileConfig& config, CompilePlan& compile) {
   compile.map = plan.run_as(
       "", kEmitMap, emitting, compile.packed_nds, compile.sites, compile.predicted, compile.ranges,
       compile.measured, packed_model, compile.kept_factors, compile.localizing_sensor,
-      compile.cards, compile.drive, compile.trajectory, compile.sharpness, compile.look_plan,
+      compile.identified, compile.drive, compile.trajectory, compile.sharpness, compile.look_plan,
       compile.tile_drives, compile.finished.compiled, compile.finished.nds, compile.columns);
 }
 
@@ -441,6 +467,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   const Wire<FactorTable> map_factors = compute_factors(compile);
   add_evidence(config, map_factors, compile);
   measure_drives(config, compile);
+  identify("", compile);
   predict(config, compile);
   choose(config, compile);
   write_map(config, compile);
@@ -460,8 +487,8 @@ Wire<ByFamily<MeasuredError>> measure_evaluation_drive(const CompileConfig& conf
   Plan& plan = compile.plan;
   const RecordingUse use = RecordingUse::kEvaluation;
   compile.recordings.push_back(add_recording(plan, {use}, config.evaluation));
-  const LocalizedDrive drive =
-      add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
+  const LocalizedDrive drive = add_localized(compile.recordings.back().role, compile);
+  identify(compile.recordings.back().role, compile);
   return add_errors(config, use, drive,
                     {plan, compile.ndt, compile.sites, measuring_options(config, plan)},
                     compile.outside);

@@ -39,6 +39,7 @@ struct RecordingInput {
   RecordingOptions options;
   Wire<Recording> recording;
   Wire<SensorProfile> sensor;
+  Wire<Drive> drive;  // made: its scans as they were recorded
 };
 
 // A file of import-errors.
@@ -80,6 +81,7 @@ struct CompilePlan {
   std::vector<OutsideInput> outside;    // those that were named
   FinishedMapInput finished;
   Wire<RecordingCards> cards;
+  Wire<RecordingCards> identified;         // made: they with the scans of the recordings
   Wire<ByFamily<ErrorModel>> given_model;  // connected where the model is given
   std::string base_file;
   Wire<ReleasedPoses> base;  // connected where an earlier map's poses stay
@@ -128,6 +130,9 @@ struct EvaluatePlan {
   Wire<ByFamily<PredictedError>> predicted;
   Wire<ByFamily<RangeTable>> ranges;
   Wire<ByFamily<FactorTable>> factors;
+  bool judges_other_scans = false;  // those of the map's own drive that made no ND
+  Wire<RecordingCards> cards;       // the drive's alone
+  Wire<RecordingCards> identified;  // made: the card with its scans
   // Made, but for `measured` where it is provided.
   Wire<ByFamily<MeasuredError>> measured;
   Wire<Evaluation> evaluation;

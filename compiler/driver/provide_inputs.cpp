@@ -214,6 +214,11 @@ Result<void> provide_drive(const EvaluatePlan& evaluate,
                            const std::filesystem::path& cache_directory, ArtifactSet& artifacts) {
   SIGHTLINE_TRY(provide_recording(evaluate.recording, CachedDigests(cache_directory),
                                   new_scan_memory(), artifacts));
+  const AnyWire recording = evaluate.recording.recording;
+  const RecordingCard card{evaluate.recording.role,
+                           artifacts.get(evaluate.recording.recording).name,
+                           artifacts.entry(recording).key};
+  artifacts.provide(evaluate.cards, RecordingCards{{card}});
   return provide_outside(evaluate.outside, artifacts);
 }
 
@@ -269,18 +274,6 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
     add(input.role, input.recording, artifacts.get(input.recording).name);
   }
   return recordings;
-}
-
-Result<bool> is_own_drive(const CompiledMap& map, const CompileConfig& config,
-                          const EvaluatePlan& evaluate, const ArtifactSet& artifacts) {
-  if (!config.evaluation.scans.empty() && is_known_evaluation(config)) return true;
-  if (map.model.bytes.empty()) return false;
-  SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, model_of(map.model));
-  const Digest digest = artifacts.entry(evaluate.recording.recording).key;
-  return std::ranges::any_of(model.ranges.card.places, [&](const PlaceCard& place) {
-    return std::ranges::find(place.recordings.cards, digest, &RecordingCard::digest) !=
-           place.recordings.cards.end();
-  });
 }
 
 Result<void> provide_model(const CompilePlan& compile, const std::filesystem::path& file,

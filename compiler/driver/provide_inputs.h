@@ -22,12 +22,6 @@ Result<void> provide_drive(const EvaluatePlan& evaluate,
 // Provides what a map holds.
 void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts);
 
-// Whether the evaluation drive, which was provided, is a recording that the map's model was trained
-// on (by digest), or holds the scans of a mapping or localization drive of the configuration.
-// Errors: those of model_of().
-Result<bool> is_own_drive(const CompiledMap& map, const CompileConfig& config,
-                          const EvaluatePlan& evaluate, const ArtifactSet& artifacts);
-
 // Cards of the recordings of a plan that were provided, in the order of the configuration's
 // sections.
 RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts);

@@ -102,6 +102,15 @@ Result<void> check_subject(const GateSubject& subject, const std::string& today)
                  concat("today: found '", today, "', expected a day as YYYY-MM-DD")};
   }
   if (subject.observation == nullptr) return {};
+  const std::string& judged = subject.observation->root_digest;
+  const std::string root_digest = to_hex(subject.map.summary.root_digest);
+  if (!judged.empty() && judged != root_digest) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 fmt::format("the evaluation is of the map with the root digest {}, this map has "
+                             "{}. Evaluate this map: `sightline evaluate CONFIG --map MAP --json "
+                             "FILE`",
+                             judged, root_digest)};
+  }
   const CompiledMap& map = subject.map.map;
   const bool fits =
       subject.observation->site_count == map.ranges.site_count &&
@@ -138,6 +147,18 @@ bool can_judge(const GateRule& rule, const GateInput& input) {
   if (rule.needs == Needs::kObservation) return input.observation != nullptr;
   if (rule.needs == Needs::kOldMap) return input.old_map != nullptr;
   return rule.needs == Needs::kMap;
+}
+
+// A drive that the map was made from observes nothing.
+std::vector<Found> found_by(const GateRule& rule, const GateInput& input,
+                            const Threshold& threshold) {
+  if (rule.needs != Needs::kObservation || !is_own(input.observation->origin)) {
+    return rule.find(input, threshold);
+  }
+  const bool is_split = input.observation->origin == DriveOrigin::kOtherScans;
+  return not_judged(fmt::format(
+      "drive {} is no observation: {}", input.observation->drive,
+      is_split ? "same drive, other scans" : "the map, its errors or its model were made from it"));
 }
 
 Check check_of(const GateRule& rule, const RuleSetting& setting, Found found) {
@@ -177,7 +198,7 @@ Result<GateReport> judge(const GateSubject& subject, const GateSettings& setting
   for (const GateRule& rule : gate_rules()) {
     const RuleSetting& setting = settings.rules.at(std::string(rule.id));
     if (!setting.is_on || !can_judge(rule, input)) continue;
-    for (Found& found : rule.find(input, setting.threshold)) {
+    for (Found& found : found_by(rule, input, setting.threshold)) {
       report.checks.push_back(check_of(rule, setting, std::move(found)));
     }
   }

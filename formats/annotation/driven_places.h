@@ -33,7 +33,7 @@ SIGHTLINE_FIELDS(DrivenPlaces, places)
 template <>
 struct ArtifactTraits<DrivenPlaces> {
   static constexpr std::string_view kName = "driven-places";
-  static constexpr std::uint32_t kVersion = 5;
+  static constexpr std::uint32_t kVersion = 6;
 };
 
 // Every part is valid in itself and belongs to its place. Errors: mismatched-inputs where sites,

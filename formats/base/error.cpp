@@ -44,6 +44,7 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kNoGround, "no-ground"},
       {kTwoFloors, "two-floors"},
       {kTooManyPlaces, "too-many-places"},
+      {kKnownDrive, "known-drive"},
       {kFutureVersion, "future-version"},
       {kUnknownRequiredFeature, "unknown-required-feature"},
       {kOldVersion, "old-version"},

@@ -60,6 +60,7 @@ enum class ErrorCode : int {
   kNoGround = 2026,
   kTwoFloors = 2027,
   kTooManyPlaces = 2028,
+  kKnownDrive = 2029,
   // 3xxx version: written by a program that this one does not understand.
   kFutureVersion = 3001,
   kUnknownRequiredFeature = 3002,

@@ -57,6 +57,9 @@ Result<void> BlockDecoder::decode_section(const PackedBlock& block,
   if (block.name == kDrivesSection && knows_drives_section(block.version)) {
     SIGHTLINE_ASSIGN(map_.tile_drives, decode_drives(raw, block.version, block.row_count));
   }
+  if (block.name == kRecordingsSection && block.version == kRecordingsSectionVersion) {
+    SIGHTLINE_ASSIGN(map_.recordings, decode_recordings(raw, block.row_count));
+  }
   if (block.name != kModelSection) return {};
   if (sha256(raw) != map_.model.digest) return wrong_digest("the error model", "");
   map_.model.bytes.assign(raw.begin(), raw.end());

@@ -15,6 +15,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/artifact.h"
 #include "formats/base/hash.h"
+#include "formats/drive/recording_cards.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
 #include "formats/drive/unconstrained_stretches.h"
@@ -141,8 +142,10 @@ struct CompiledMap {
   std::optional<Sharpness> sharpness;           // none in maps made before it was measured
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
   std::optional<TileDrives> tile_drives;        // of a map of several drives
-  std::vector<SiteColumn> columns;              // further figures of each site, ascending name
-  std::vector<Notice> notices;                  // contradictions in the inputs that were accepted
+  // That the map and its errors were made from; none in maps made before they were kept.
+  std::optional<RecordingCards> recordings;
+  std::vector<SiteColumn> columns;  // further figures of each site, ascending name
+  std::vector<Notice> notices;      // contradictions in the inputs that were accepted
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
   std::optional<LooksOfMap> looks;
 };

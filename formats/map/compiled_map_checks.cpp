@@ -99,6 +99,7 @@ Result<void> validate_bounds(const CompiledMap& map) {
     return invalid_artifact("the cells are larger than 200 m", "compiled map");
   }
   if (map.tile_drives) SIGHTLINE_TRY(validate(*map.tile_drives));
+  if (map.recordings) SIGHTLINE_TRY(validate(*map.recordings));
   for (std::size_t i = 1; i < map.definitions.size(); ++i) {
     if (map.definitions[i - 1].name >= map.definitions[i].name) {
       return invalid_artifact("the names of definitions do not ascend", "compiled map");

@@ -24,4 +24,22 @@ Result<TileDrives> decode_drives(std::span<const std::byte> raw, std::uint32_t v
   return tiles;
 }
 
+std::vector<std::byte> encode_recordings(const RecordingCards& recordings) {
+  ByteWriter writer;
+  encode(recordings, writer);
+  return writer.take();
+}
+
+Result<RecordingCards> decode_recordings(std::span<const std::byte> raw, std::uint64_t row_count) {
+  RecordingCards recordings;
+  ByteReader reader(raw);
+  decode(reader, recordings);
+  if (!reader.at_end() || recordings.cards.size() != row_count) {
+    return Error{ErrorCode::kBadLayer,
+                 concat("found ", raw.size(), " bytes of recordings, in ", row_count, " rows")};
+  }
+  SIGHTLINE_TRY(validate(recordings));
+  return recordings;
+}
+
 }  // namespace sightline

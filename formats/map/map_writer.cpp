@@ -71,6 +71,13 @@ std::vector<BlockParts> sections_of(const std::optional<TileDrives>& tile_drives
            true, encode_drives(*tile_drives)}};
 }
 
+// What the map and its errors were made from.
+std::vector<BlockParts> sections_of(const std::optional<RecordingCards>& recordings) {
+  if (!recordings) return {};
+  return {{std::string(kRecordingsSection), kRecordingsSectionVersion, false,
+           recordings->cards.size(), true, encode_recordings(*recordings)}};
+}
+
 // As they are in memory, so that a vehicle needs no decompressor.
 std::vector<BlockParts> sections_of(const std::vector<SiteColumn>& columns) {
   std::vector<BlockParts> sections;
@@ -86,6 +93,7 @@ std::vector<BlockParts> sections_of(const CompiledMap& map,
                                     const ByFamily<const FactorTable*>& factors) {
   std::vector<BlockParts> sections = sections_of(factors);
   std::ranges::move(sections_of(map.tile_drives), std::back_inserter(sections));
+  std::ranges::move(sections_of(map.recordings), std::back_inserter(sections));
   std::ranges::move(sections_of(map.columns), std::back_inserter(sections));
   return sections;
 }

@@ -28,6 +28,12 @@ Result<void> validate_card(const ErrorModel& model) {
       return invalid_artifact(concat("the route of place '", place.name, "' is out of range"),
                               "model card");
     }
+    const std::size_t numbered = place.recording_numbers.size();
+    if (numbered != 0 && numbered != place.recordings.cards.size()) {
+      return invalid_artifact(
+          concat("the recordings of place '", place.name, "' and their numbers differ in count"),
+          "model card");
+    }
     const Result<void> named = validate(place.recordings);
     if (!named) {
       return invalid_artifact(named.error().message, concat("model card, place '", place.name,
@@ -126,23 +132,26 @@ bool is_of_map(const RecordingCard& card) { return card.role.starts_with("map");
 
 }  // namespace
 
-std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
-                                                std::size_t drive_count) {
-  std::vector<RecordingCard> localized;
-  for (const RecordingCard& card : recordings.cards) {
-    if (!is_of_map(card)) localized.push_back(card);
+std::vector<std::size_t> recordings_of_drives(const RecordingCards& recordings,
+                                              std::size_t drive_count) {
+  std::vector<std::size_t> localized;
+  for (std::size_t i = 0; i < recordings.cards.size(); ++i) {
+    if (!is_of_map(recordings.cards[i])) localized.push_back(i);
   }
   const auto mapping = std::ranges::find_if(recordings.cards, is_of_map);
   if (localized.size() + 1 == drive_count && mapping != recordings.cards.end()) {
-    localized.insert(localized.begin(), *mapping);
+    localized.insert(localized.begin(),
+                     static_cast<std::size_t>(mapping - recordings.cards.begin()));
   }
-  return localized.size() == drive_count ? localized : std::vector<RecordingCard>();
+  return localized.size() == drive_count ? localized : std::vector<std::size_t>();
 }
 
-bool made_the_map(const RecordingCards& recordings, const RecordingCard& card) {
-  return std::ranges::any_of(recordings.cards, [&](const RecordingCard& other) {
-    return is_of_map(other) && other.digest == card.digest;
-  });
+bool made_the_map(const RecordingCards& recordings, std::span<const std::uint32_t> numbers,
+                  std::size_t recording) {
+  for (std::size_t i = 0; i < recordings.cards.size(); ++i) {
+    if (is_of_map(recordings.cards[i]) && numbers[i] == numbers[recording]) return true;
+  }
+  return false;
 }
 
 Result<void> validate(const ErrorModel& model) {

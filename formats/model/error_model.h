@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,16 +25,27 @@ struct PlaceCard {
   double labelled_route_m = 0.0;    // of the place, however many drives measured it
   std::uint32_t block_count = 0;
   RecordingCards recordings;  // that its map and its errors were made from
+  // [recording]: the same number in all places for recordings that have scans in common
+  // (formats/drive/shared_scans.h). Empty: recordings are the same by their digests alone.
+  std::vector<std::uint32_t> recording_numbers = {};
+  // The same for places that have a recording in common or are one stretch of street.
+  std::uint32_t number = 0;
+  // Of the sites, world axes and origin: where the place is.
+  Eigen::Vector3d centre_world_m = Eigen::Vector3d::Zero();
 };
-SIGHTLINE_FIELDS(PlaceCard, name, drives, labelled_route_m, block_count, recordings)
+SIGHTLINE_FIELDS(PlaceCard, name, drives, labelled_route_m, block_count, recordings,
+                 recording_numbers, number, centre_world_m)
 
-// The recordings that the drives of a place are, in the order of the drives; none where the cards
-// do not tell. A drive without a card of its own is the first of those that made the map.
-std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
-                                                std::size_t drive_count);
+// The recordings that the drives of a place are, as indices of its cards, in the order of the
+// drives; none where the cards do not tell. A drive without a card of its own is the first of those
+// that made the map.
+std::vector<std::size_t> recordings_of_drives(const RecordingCards& recordings,
+                                              std::size_t drive_count);
 
-// Whether a recording is one of those that the map was made from.
-bool made_the_map(const RecordingCards& recordings, const RecordingCard& card);
+// Whether a recording of a place is one of those that its map was made from, or has scans in common
+// with one.
+bool made_the_map(const RecordingCards& recordings, std::span<const std::uint32_t> numbers,
+                  std::size_t recording);
 
 // What a share of labels within a limit is worth as a probability, in log odds: offset + slope
 // times those of the share (schemas/definitions.md, "Error model and choice of range").
@@ -146,7 +158,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 6;
+  static constexpr std::uint32_t kVersion = 7;
 };
 
 Result<void> validate(const ErrorModel& model);

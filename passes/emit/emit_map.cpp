@@ -223,6 +223,18 @@ Result<void> put_tracking(const EmitMapInputs& inputs, CompiledMap& map) {
   return put(*inputs.measured.samples, kTrackingSampleColumns);
 }
 
+// With those of a compiled map that is annotated anew; nothing where that lists none.
+std::optional<RecordingCards> recordings_of(const EmitMapInputs& inputs) {
+  RecordingCards recordings = inputs.recordings;
+  if (inputs.earlier == nullptr) return recordings;
+  if (!inputs.earlier->recordings) return std::nullopt;
+  for (RecordingCard card : inputs.earlier->recordings->cards) {
+    card.role = "map." + card.role;
+    recordings.cards.push_back(std::move(card));
+  }
+  return recordings;
+}
+
 // All of the map but its NDs and factors.
 Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& options,
                                const EmitMapInputs& inputs) {
@@ -244,6 +256,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   map.measurement = card_of(options, inputs);
   map.definitions = definitions_of(inputs);
   map.model = inputs.model.record;
+  map.recordings = recordings_of(inputs);
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
   map.columns = inputs.columns;
   if (inputs.mapping != nullptr) map.notices = inputs.mapping->notices;

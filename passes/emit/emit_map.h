@@ -88,6 +88,6 @@ Result<MapFile> emit_map_step(
     const Sharpness* sharpness, const CalibratedPlan* plan, const TileDrives* tile_drives,
     const CompiledMap* earlier, const ForeignNds* foreign, Many<SiteColumn> columns);
 inline constexpr Pass kEmitMap =
-    Pass{"emit-map", 16, "map", "Map file", &emit_map_step}.in(Stage::kLink);
+    Pass{"emit-map", 17, "map", "Map file", &emit_map_step}.in(Stage::kLink);
 
 }  // namespace sightline

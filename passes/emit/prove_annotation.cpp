@@ -7,6 +7,7 @@
 #include "passes/model/choose_ranges.h"
 #include "passes/model/forest/measured_columns.h"
 #include "passes/model/forest/predict_error.h"
+#include "passes/model/promise/promise_text.h"
 
 namespace sightline {
 namespace {
@@ -104,9 +105,18 @@ bool is_same(const LimitPromise& a, const LimitPromise& b) {
   return std::ranges::equal(of_a.bytes(), of_b.bytes());
 }
 
+// A promise that measured errors contradict was withdrawn; these cannot be made again.
+bool is_withdrawn(const LimitPromise& stored, LimitPromise again) {
+  if (stored.is_earned || !again.is_earned || !is_contradicted(stored)) return false;
+  again.is_earned = false;
+  again.statement = stored.statement;
+  return is_same(stored, again);
+}
+
 Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) {
   for (std::size_t limit = 0; limit < stored.promises.size(); ++limit) {
     if (is_same(stored.promises[limit], again.promises[limit])) continue;
+    if (is_withdrawn(stored.promises[limit], again.promises[limit])) continue;
     return unfounded(concat("limit ", format_double(stored.promises[limit].limit_m), " m"),
                      concat("found the promise \"", stored.promises[limit].statement,
                             "\", the model gives \"", again.promises[limit].statement, "\""));

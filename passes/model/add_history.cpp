@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "formats/drive/shared_scans.h"
 #include "passes/model/forest/measured_columns.h"
 
 namespace sightline {
@@ -13,12 +14,12 @@ bool is_independent(std::uint32_t number, const ErrorModel& model,
   const auto card =
       std::ranges::find(recordings.cards, localization_role(number), &RecordingCard::role);
   if (card == recordings.cards.end()) return false;
-  const auto count_in = [&](const RecordingCards& cards) {
-    return std::ranges::count(cards.cards, card->digest, &RecordingCard::digest);
+  const auto is_known_as = [&](const RecordingCard& other) {
+    return &other != &*card && have_common_scans(*card, other);
   };
-  return count_in(recordings) == 1 &&
+  return std::ranges::none_of(recordings.cards, is_known_as) &&
          std::ranges::none_of(model.card.places, [&](const PlaceCard& place) {
-           return count_in(place.recordings) > 0;
+           return have_common_scans(*card, place.recordings);
          });
 }
 

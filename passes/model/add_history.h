@@ -20,7 +20,7 @@ Result<ByFamily<FactorTable>> add_history(PassContext& ctx, const NoOptions& opt
                                           const ByFamily<PredictedError>& predicted,
                                           const ByFamily<ErrorModel>& model,
                                           const RecordingCards& recordings);
-inline constexpr Pass kAddHistory = Pass{"add-history", 3, "factors-with-history",
+inline constexpr Pass kAddHistory = Pass{"add-history", 4, "factors-with-history",
                                          "Measured history of several drives", &add_history}
                                         .in(Stage::kLearn);
 

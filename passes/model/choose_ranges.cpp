@@ -187,7 +187,8 @@ struct ChoiceCase {
 // By the looks of one family.
 Result<RangeTable> choose_own(PassContext& ctx, const ChoiceCase& of,
                               const PredictedError& predicted, const ErrorModel& model,
-                              const StoredTable<FactorTable>& factors) {
+                              const StoredTable<FactorTable>& factors,
+                              const MeasuredError* measured) {
   const auto& [options, sites, kinds, left_out] = of;
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
   SIGHTLINE_ASSIGN(OwnEvidence evidence, evidence_of_all(factors));
@@ -200,14 +201,21 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChoiceCase& of,
   }
   add_measured(sites, predicted, model, evidence);
   const bool is_mean = options.selection == Selection::kMean;
-  RangeTable table =
-      to_table(predicted, choose_all(options, {sites, predicted, model, evidence, left_out,
-                                               looks ? &*looks : nullptr}));
+  const ChoiceInputs inputs{sites,    predicted, model, evidence, left_out, looks ? &*looks : nullptr,
+                            measured};
+  RangeTable table = to_table(predicted, choose_all(options, inputs));
   table.selection = options.selection;
   table.dilation_m = is_mean || looks ? 0.0 : options.dilation_m;
   table.extrapolated_takes_static = options.extrapolated_takes_static;
   warn_of_flags(ctx, table);
   return table;
+}
+
+// Null where none was measured.
+const MeasuredError* measured_of(const ByFamily<MeasuredError>* measured, bool is_of_samples) {
+  if (measured == nullptr) return nullptr;
+  if (!is_of_samples) return &measured->ranges;
+  return measured->samples ? &*measured->samples : nullptr;
 }
 
 }  // namespace
@@ -216,7 +224,8 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
                                            const Sites& sites,
                                            const ByFamily<PredictedError>& predicted,
                                            const ByFamily<ErrorModel>& model,
-                                           const ByFamily<StoredTable<FactorTable>>& factors) {
+                                           const ByFamily<StoredTable<FactorTable>>& factors,
+                                           const ByFamily<MeasuredError>* measured) {
   SIGHTLINE_TRY(check_inputs(sites, predicted.ranges, model.ranges, factors.ranges.head()));
   if (predicted.samples && (!model.samples || !factors.samples)) {
     return Error{ErrorCode::kMismatchedInputs,
@@ -231,7 +240,9 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
   SIGHTLINE_ASSIGN(const std::vector<PlaceKind> kinds, place_kinds(sites, factors.ranges));
   const auto of_family = [&](const PredictedError& answers, const ErrorModel& by,
                              const StoredTable<FactorTable>& seen) {
-    return choose_own(ctx, {options, sites, kinds, left_out}, answers, by, seen);
+    const bool is_of_samples = &answers != &predicted.ranges;
+    return choose_own(ctx, {options, sites, kinds, left_out}, answers, by, seen,
+                      measured_of(measured, is_of_samples));
   };
   return each_family(of_family, predicted, model, factors);
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
@@ -28,13 +29,17 @@ namespace sightline {
 // (passes/model/promise/risk_control.h), and the statement says what is missing. A model of one
 // place promises nothing in another.
 //
+// `measured`: what the drives of this compile found, null where there are none: a promise that it
+// contradicts is withdrawn.
+//
 // Errors: mismatched-inputs where sites, predictions, model and factors differ in count, ranges or
 // limits, or the factors contain no errors of the map's own scans.
 Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                            const Sites& sites,
                                            const ByFamily<PredictedError>& predicted,
                                            const ByFamily<ErrorModel>& model,
-                                           const ByFamily<StoredTable<FactorTable>>& factors);
+                                           const ByFamily<StoredTable<FactorTable>>& factors,
+                                           const ByFamily<MeasuredError>* measured = nullptr);
 inline constexpr Pass kChooseRanges =
     Pass{"choose-ranges", 17, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
         Stage::kLearn);

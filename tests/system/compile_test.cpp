@@ -336,21 +336,42 @@ TEST(Evaluate, PrintsTwelveLinesAndItsVerdictIsThatOfInspectGateAndReport) {
   EXPECT_NE(report.out.find("\n" + first), std::string::npos) << report.out;
 }
 
-// drive_1 was localized in the map, under another name.
-TEST(Evaluate, ByADriveOfTheMapIsMarkedAsOptimistic) {
-  const std::filesystem::path file = fresh_folder() / "own.json";
+std::string evaluating(const std::string& drive) {
+  const std::filesystem::path folder = small_town() / drive;
+  return "evaluate " + config() + " --map " + compiled_map().string() +
+         " --set evaluation.name=evening --set evaluation.scans=" + (folder / "scans").string() +
+         " --set evaluation.poses=" + (folder / "poses.tum").string();
+}
+
+// drive_1 was localized in the map; both under another name.
+TEST(Evaluate, RefusesADriveThatTheMapOrItsErrorsWereMadeFrom) {
+  for (const std::string drive : {"mapping", "drive_1"}) {
+    const ProgramResult run = run_sightline(evaluating(drive));
+    EXPECT_EQ(run.status, 65) << run.err;
+    EXPECT_NE(run.err.find("SL2029 known-drive"), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find("--allow-known-drive"), std::string::npos) << run.err;
+    EXPECT_EQ(run.out, "") << "nothing is judged";
+  }
+}
+
+TEST(Evaluate, MarksAKnownDriveInEveryOutput) {
+  const std::filesystem::path file = fresh_folder() / "known.json";
   const std::string map = compiled_map().string();
-  const ProgramResult run = run_successfully(
-      "evaluate " + config() + " --map " + map + " --json " + file.string() +
-      " --set evaluation.name=evening" +
-      " --set evaluation.scans=" + (small_town() / "drive_1" / "scans").string() +
-      " --set evaluation.poses=" + (small_town() / "drive_1" / "poses.tum").string());
-  EXPECT_NE(run.out.find("On its own drive (optimistic)"), std::string::npos) << run.out;
+  const ProgramResult run =
+      run_successfully(evaluating("drive_1") + " --allow-known-drive --json " + file.string());
+  EXPECT_NE(run.out.find("(known drive: optimistic)"), std::string::npos) << run.out;
   EXPECT_EQ(fault_of_evaluation(bytes_of(file)), "");
-  const ProgramResult inspected =
-      run_successfully("inspect " + map + " --evaluation " + file.string());
-  EXPECT_NE(inspected.out.find("On its own drive (optimistic)"), std::string::npos)
-      << inspected.out;
+  EXPECT_NE(bytes_of(file).find("drive_role"), std::string::npos);
+  const std::string evaluation = map + " --evaluation " + file.string();
+  const ProgramResult inspected = run_successfully("inspect " + evaluation);
+  EXPECT_NE(inspected.out.find("(known drive: optimistic)"), std::string::npos) << inspected.out;
+  const nlohmann::json gate =
+      nlohmann::json::parse(run_sightline("gate " + evaluation + " --format json").out);
+  for (const nlohmann::json& check : gate.at("checks")) {
+    if (check.at("rule").get<std::string>().starts_with("observed-")) {
+      EXPECT_EQ(check.at("verdict"), "not-judged") << check;
+    }
+  }
 }
 
 TEST(Compile, PrintsTablesAndJsonByTheirFlags) {

@@ -7,9 +7,9 @@
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/verdict_output.h"
-#include "compiler/config/inputs.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/evaluate_plan.h"
+#include "compiler/driver/known_drive.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/picture/charts/calibration_chart.h"
 #include "compiler/views/picture/charts/chart.h"
@@ -35,6 +35,7 @@ struct EvaluateFlags {
   std::string csv;
   std::string svg;  // of promised against observed coverage
   bool prints_tables = false;
+  bool allows_known_drive = false;
   ResultFlags result;  // whose is_forced is that of every file
 };
 
@@ -48,7 +49,6 @@ Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
                  "as under mapping): the scans that the map did not use then judge it",
                  flags.run.config_file};
   }
-  note_known_evaluation(config);
   return config;
 }
 
@@ -82,14 +82,27 @@ struct Evaluated {
   std::vector<Table> tables;
 };
 
-Result<Evaluated> found_in(const CompiledMap& map, const EvaluatePlan& made,
-                           const ArtifactSet& artifacts, bool is_own) {
+// The map that was judged, and by whose evidence.
+struct Judged {
+  CompiledMap map;
+  std::string root_digest;
+  KnownDrive drive = {};
+};
+
+Result<Evaluated> found_in(const Judged& judged, const EvaluatePlan& made,
+                           const ArtifactSet& artifacts) {
+  const CompiledMap& map = judged.map;
   const Evaluation& evaluation = artifacts.get(made.evaluation);
   const LocalizerProfile& judging = artifacts.get(made.measured).ranges.matching.localizer;
   Evaluated found = {
       concat(judged_by(map.model.localizer, judging), to_text(evaluation, map.sites.frame), "\n"),
       tables(evaluation)};
-  found.tables.front().facts.emplace_back("drive_role", is_own ? "own" : "other");
+  Table& head = found.tables.front();
+  head.facts.emplace_back("drive_role", std::string(name_of(judged.drive.origin)));
+  head.facts.emplace_back("drive_sha256",
+                          to_hex(artifacts.get(made.identified).cards.front().digest));
+  head.facts.emplace_back("map_id", map.map_id);
+  head.facts.emplace_back("root_digest", judged.root_digest);
   found.tables.front().facts.emplace_back("judged_by", to_text(judging));
   found.tables.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
   if (artifacts.has(made.tracks)) {
@@ -124,11 +137,10 @@ std::string answers_text(const CompiledMap& map, const EvaluatePlan& made,
   return text + answers_table(figures, judgement);
 }
 
-Result<void> put_found(const EvaluateFlags& flags, const CompileConfig& config,
-                       const CompiledMap& map, const EvaluatePlan& made,
+Result<void> put_found(const EvaluateFlags& flags, const Judged& judged, const EvaluatePlan& made,
                        const ArtifactSet& artifacts) {
-  SIGHTLINE_ASSIGN(const bool is_own, is_own_drive(map, config, made, artifacts));
-  SIGHTLINE_ASSIGN(const Evaluated found, found_in(map, made, artifacts, is_own));
+  const CompiledMap& map = judged.map;
+  SIGHTLINE_ASSIGN(const Evaluated found, found_in(judged, made, artifacts));
   SIGHTLINE_TRY(write_files(flags, artifacts.get(made.evaluation), found.tables));
   const std::string format = flags.result.chosen_format(kFormats);
   const bool is_text = format == "text";
@@ -140,7 +152,7 @@ Result<void> put_found(const EvaluateFlags& flags, const CompileConfig& config,
   const DriveTracks* const tracks =
       artifacts.has(made.tracks) ? &artifacts.get(made.tracks) : nullptr;
   EvaluationFigures figures = figures_of(map, artifacts.get(made.evaluation), tracks);
-  figures.is_own_drive = is_own;
+  figures.origin = judged.drive.origin;
   const MapJudgement judgement =
       judge_map(map, &figures, {.map = flags.map, .config = flags.run.config_file});
   std::string text = answers_text(map, made, artifacts, figures, judgement);
@@ -150,17 +162,56 @@ Result<void> put_found(const EvaluateFlags& flags, const CompileConfig& config,
   return {};
 }
 
+// Before the drive is matched, which takes minutes. False: --stop-after ended the run.
+Result<bool> identify_drive(const EvaluateFlags& flags, const CompileConfig& config,
+                            const EvaluatePlan& plan, ArtifactSet& artifacts) {
+  RunFlags first = flags.run;
+  first.time_passes = first.explain = false;
+  SIGHTLINE_TRY(run_steps(plan.plan, {plan.identified}, first, config, artifacts));
+  return artifacts.has(plan.identified);
+}
+
+Result<void> refuse_known(const EvaluateFlags& flags, const KnownDrive& drive) {
+  if (drive.origin == DriveOrigin::kUnknown) {
+    print_note(concat("origin unknown: ", drive.why,
+                      ", so the drive may be one of these. Compile the map again with this program "
+                      "(`sightline compile CONFIG -o MAP --force`; a given model: `sightline "
+                      "train` first)"));
+  }
+  if (drive.origin != DriveOrigin::kKnown) return {};
+  if (flags.allows_known_drive) {
+    print_note(
+        concat("known drive: ", drive.why, ": the results are better than on another drive"));
+    return {};
+  }
+  return Error{ErrorCode::kKnownDrive,
+               concat("evaluation.scans: ", drive.why,
+                      ", so the results would be better than on another drive. Name another drive, "
+                      "or add --allow-known-drive: every output then says so"),
+               flags.run.config_file};
+}
+
 Result<void> evaluate(const EvaluateFlags& flags) {
   for (const std::string& file : {flags.json, flags.csv, flags.svg}) {
     SIGHTLINE_TRY(try_output(file, if_exists(flags.result.is_forced)));
   }
   SIGHTLINE_TRY(try_result(flags.result));
+  SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.map));
   SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.map));
-  SIGHTLINE_ASSIGN(const CompileConfig config, evaluation_config(flags));
-  const EvaluatePlan plan = evaluate_plan(config, map);
+  Judged judged{std::move(map), to_hex(summary.root_digest)};
+  SIGHTLINE_ASSIGN(CompileConfig config, evaluation_config(flags));
+  const EvaluatePlan plan = evaluate_plan(config, judged.map);
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drive(plan, cache_directory(flags.run), artifacts));
-  provide_map(map, plan, artifacts);
+  provide_map(judged.map, plan, artifacts);
+  SIGHTLINE_ASSIGN(const bool is_identified, identify_drive(flags, config, plan, artifacts));
+  if (!is_identified) {
+    say_stopped(flags.run, "the map is not judged");
+    return {};
+  }
+  SIGHTLINE_ASSIGN(judged.drive, known_drive(judged.map, config, plan, artifacts));
+  SIGHTLINE_TRY(refuse_known(flags, judged.drive));
+  config.notes.clear();  // they were shown before the drive was identified
   std::vector<AnyWire> wanted = {plan.measured, plan.evaluation};
   if (plan.tracks.is_connected()) wanted.push_back(plan.tracks);
   SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, artifacts));
@@ -169,7 +220,7 @@ Result<void> evaluate(const EvaluateFlags& flags) {
     say_stopped(flags.run, "the map is not judged");
     return {};
   }
-  return put_found(flags, config, map, plan, artifacts);
+  return put_found(flags, judged, plan, artifacts);
 }
 
 }  // namespace
@@ -212,7 +263,11 @@ Verb evaluate_verb() {
        .value = "FILE",
        .help = "Also draw promised against observed coverage to this file",
        .target = &flags->svg},
-      {.names = "--tables", .help = "Also print every table", .target = &flags->prints_tables}};
+      {.names = "--tables", .help = "Also print every table", .target = &flags->prints_tables},
+      {.names = "--allow-known-drive",
+       .help = "Also judge by a drive that made the map, whose errors were measured in it or that "
+               "trained its model; every output says so, and `gate` does not count it",
+       .target = &flags->allows_known_drive}};
   add_result_flags(verb, flags->result, kFormats,
                    "json as schemas/evaluation.schema.json describes it");
   add_run_flags(verb, flags->run);

@@ -13,6 +13,7 @@
 #include "compiler/commands/verdict_output.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/driver/evaluate_plan.h"
+#include "compiler/driver/known_drive.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/report/report.h"
@@ -97,6 +98,7 @@ Result<Made<EvaluatePlan>> judge(const ReportFlags& flags, const CompileConfig& 
     judged.artifacts.share(plan.measured, compiled.artifacts, compiled.plan.measured);
   } else {
     SIGHTLINE_TRY(provide_drive(plan, cache_directory(flags.run), judged.artifacts));
+    wanted.emplace_back(plan.identified);
     if (plan.tracks.is_connected()) wanted.push_back(plan.tracks);
   }
   SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, judged.artifacts));
@@ -190,8 +192,9 @@ Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& load
   std::optional<EvaluationFigures> figures;
   if (sources.figures == nullptr && !config.evaluation.scans.empty()) {
     figures = figures_of(loaded.map, *sources.evaluation, sources.tracks);
-    SIGHTLINE_ASSIGN(figures->is_own_drive,
-                     is_own_drive(loaded.map, config, judged.plan, judged.artifacts));
+    SIGHTLINE_ASSIGN(const KnownDrive known,
+                     known_drive(loaded.map, config, judged.plan, judged.artifacts));
+    figures->origin = known.origin;
     sources.figures = &*figures;
   }
   if (made.plan.trajectory.is_connected()) {

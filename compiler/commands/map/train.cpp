@@ -95,7 +95,7 @@ Result<OpenPlace> open_place(const TrainFlags& flags, const std::string& file) {
 
 std::vector<AnyWire> wanted_of(const OpenPlace& place) {
   const CompilePlan& compile = place.compile;
-  std::vector<AnyWire> wanted = {compile.sites, compile.factors};
+  std::vector<AnyWire> wanted = {compile.sites, compile.factors, compile.identified};
   if (compile.measured_drives.is_connected()) wanted.emplace_back(compile.measured_drives);
   wanted.insert(wanted.end(), place.drives.begin(), place.drives.end());
   return wanted;
@@ -112,7 +112,7 @@ Result<MeasuredPlace> measure_place(OpenPlace place) {
   SIGHTLINE_TRY(run_place(place));
   const CompilePlan& compile = place.compile;
   const ArtifactSet& artifacts = place.artifacts;
-  RecordingCards recordings = recording_cards(compile, artifacts);
+  RecordingCards recordings = artifacts.get(compile.identified);
   std::vector<ByFamily<MeasuredError>> drives;
   if (compile.measured_drives.is_connected()) {
     const MeasuredDrives& several = artifacts.get(compile.measured_drives);

@@ -226,6 +226,8 @@ Result<Observation> parse_observation(std::string_view json) {
     }
     observation.looks = read_looks(tables);
     observation.replayed = read_replayed(tables);
+    observation.origin = origin_named(facts.value("drive_role", std::string()));
+    observation.root_digest = facts.value("root_digest", std::string());
     return observation;
   } catch (const std::exception& exception) {
     return Error{ErrorCode::kMalformedText,

@@ -47,6 +47,8 @@ struct Observation {
   std::vector<ObservedLimit> limits;
   std::vector<ObservedAnswer> looks = {};     // at the sites; empty: the map has no looks
   std::vector<ObservedAnswer> replayed = {};  // along the drive; empty: it was not replayed
+  DriveOrigin origin = DriveOrigin::kOther;
+  std::string root_digest = {};  // of the map that was judged; empty: the file does not say
 };
 
 // Errors: file-not-found, cannot-open, cannot-read, malformed-text (not that JSON).

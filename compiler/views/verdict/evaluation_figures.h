@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compiler/views/verdict/answer_kind.h"
+#include "compiler/views/verdict/drive_origin.h"
 #include "formats/annotation/drive_tracks.h"
 #include "formats/base/result.h"
 #include "formats/evaluation/evaluation.h"
@@ -51,8 +52,10 @@ struct LimitFigures {
 
 struct EvaluationFigures {
   std::string drive;
-  bool is_simulated = false;       // no drive was measured
-  bool is_own_drive = false;       // the map or its model was made from the drive
+  bool is_simulated = false;  // no drive was measured
+  DriveOrigin origin = DriveOrigin::kOther;
+  std::string map_id = {};         // of the map that was judged; empty: the file does not say
+  std::string root_digest = {};    // of that map's file, hexadecimal; empty: the file does not say
   std::uint32_t site_count = 0;    // of the map
   std::uint32_t judged_count = 0;  // sites
   std::uint32_t scan_count = 0;    // replayed; 0: the drive was not replayed

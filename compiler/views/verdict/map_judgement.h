@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compiler/views/verdict/drive_origin.h"
 #include "compiler/views/verdict/evaluation_figures.h"
 
 namespace sightline {
@@ -63,9 +64,10 @@ struct LimitVerdict {
 struct MapJudgement {
   MapVerdict verdict = MapVerdict::kNotJudged;  // the worst of the limits
   Evidence evidence = Evidence::kNone;
-  std::string drive;               // that judged
-  bool is_own_drive = false;       // the map or its model was made from it: optimistic
-  std::uint32_t judged_count = 0;  // scans where the drive was replayed, else places
+  std::string drive;                         // that judged
+  DriveOrigin origin = DriveOrigin::kOther;  // of that drive
+  bool is_own_drive = false;                 // the map or its model was made from it: optimistic
+  std::uint32_t judged_count = 0;            // scans where the drive was replayed, else places
   bool is_replayed = false;
   std::vector<LimitVerdict> limits;  // as in the map
   std::size_t deciding = 0;          // the first of the limits that has the verdict

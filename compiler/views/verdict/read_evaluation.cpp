@@ -20,10 +20,9 @@ class JsonTable {
 
   [[nodiscard]] const Json& rows() const { return table_.at("rows"); }
   [[nodiscard]] const Json& fact(const char* name) const { return table_.at("facts").at(name); }
-  // False also where the file has no such fact.
-  [[nodiscard]] bool has_fact(const char* name, const char* text) const {
-    const Json& facts = table_.at("facts");
-    return facts.contains(name) && facts.at(name) == text;
+  // Empty where the file has no such fact.
+  [[nodiscard]] std::string text_fact(const char* name) const {
+    return table_.at("facts").value(name, std::string());
   }
   [[nodiscard]] const Json& cell(const Json& row, const char* column) const {
     const Json& columns = table_.at("columns");
@@ -162,7 +161,9 @@ EvaluationFigures head_of(const JsonTable& rules) {
   EvaluationFigures figures;
   figures.drive = rules.fact("drive").get<std::string>();
   figures.is_simulated = rules.fact("reference") == "simulated";
-  figures.is_own_drive = rules.has_fact("drive_role", "own");
+  figures.origin = origin_named(rules.text_fact("drive_role"));
+  figures.map_id = rules.text_fact("map_id");
+  figures.root_digest = rules.text_fact("root_digest");
   figures.site_count = rules.fact("site_count").get<std::uint32_t>();
   figures.judged_count = rules.fact("judged_count").get<std::uint32_t>();
   for (const Json& row : rules.rows()) {
@@ -174,6 +175,13 @@ EvaluationFigures head_of(const JsonTable& rules) {
 }
 
 Result<void> check_map(const EvaluationFigures& figures, const CompiledMap& map) {
+  if (!figures.map_id.empty() && figures.map_id != map.map_id) {
+    return Error{
+        ErrorCode::kMismatchedInputs,
+        concat("the evaluation is of the map ", figures.map_id, ", this map is ", map.map_id,
+               ". Evaluate this map: `sightline evaluate CONFIG --map MAP "
+               "--json FILE`")};
+  }
   const bool fits = figures.site_count == map.sites.sites.size() &&
                     std::ranges::equal(figures.limits, map.ranges.promises, {},
                                        &LimitFigures::limit_m, &LimitPromise::limit_m);

@@ -287,14 +287,23 @@ std::string_view colour_of(MapVerdict verdict) {
   return kColours[static_cast<std::size_t>(verdict)];
 }
 
+namespace {
+
+std::string why_own(DriveOrigin origin) {
+  return origin == DriveOrigin::kKnown ? "Only a known drive has tested the map"
+                                       : "Only its own drive has tested the map";
+}
+
+}  // namespace
+
 MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluation,
                        const VerdictFiles& files) {
   MapJudgement judgement;
   judgement.evidence = evidence_of(map, evaluation);
   const bool is_evaluated = judgement.evidence == Evidence::kEvaluation;
   judgement.drive = is_evaluated ? evaluation->drive : map.measurement.localization_drive;
-  judgement.is_own_drive =
-      judgement.evidence == Evidence::kOwnDrive || (is_evaluated && evaluation->is_own_drive);
+  judgement.origin = is_evaluated ? evaluation->origin : DriveOrigin::kOther;
+  judgement.is_own_drive = judgement.evidence == Evidence::kOwnDrive || is_own(judgement.origin);
   judgement.is_replayed = is_evaluated && evaluation->scan_count > 0;
   judgement.judged_count = !is_evaluated           ? map.measurement.measured_site_count
                            : judgement.is_replayed ? evaluation->scan_count
@@ -302,8 +311,7 @@ MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluati
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     judgement.limits.push_back(judge_limit(map, evaluation, judgement.evidence, limit));
     if (judgement.is_own_drive) {
-      lower(MapVerdict::kNotJudged, "Only its own drive has tested the map",
-            judgement.limits.back());
+      lower(MapVerdict::kNotJudged, why_own(judgement.origin), judgement.limits.back());
     }
   }
   if (!judgement.limits.empty()) {

@@ -162,15 +162,27 @@ std::string why_assumed(const std::vector<UnconstrainedStretch>& stretches) {
       longest.first_scan, longest.last_scan);
 }
 
+namespace {
+
+std::string drive_text(const MapJudgement& judgement) {
+  const std::string drive = "drive " + judgement.drive;
+  if (judgement.origin == DriveOrigin::kOtherScans) {
+    return "its own drive (same drive, other scans: optimistic)";
+  }
+  if (judgement.origin == DriveOrigin::kKnown) return drive + " (known drive: optimistic)";
+  if (judgement.origin == DriveOrigin::kUnknown) return drive + " (origin unknown)";
+  return judgement.is_own_drive ? "its own drive (optimistic)" : drive;
+}
+
+}  // namespace
+
 std::string figures_sentence(const MapJudgement& judgement, const LimitVerdict& limit) {
   if (!limit.score) return predicted_words(limit);
   const AnswerScore& score = *limit.score;
   std::string text = fmt::format(
-      "On {} the map's {} {} {} of {} {} within {}",
-      judgement.is_own_drive ? "its own drive (optimistic)" : "drive " + judgement.drive,
-      subject(score.kind), score.kind == AnswerKind::kPlan ? "keeps" : "keep",
-      percent(score.coverage), judgement.judged_count, judgement.is_replayed ? "scans" : "places",
-      in_words(limit.limit_m));
+      "On {} the map's {} {} {} of {} {} within {}", drive_text(judgement), subject(score.kind),
+      score.kind == AnswerKind::kPlan ? "keeps" : "keep", percent(score.coverage),
+      judgement.judged_count, judgement.is_replayed ? "scans" : "places", in_words(limit.limit_m));
   if (score.lost_count) {
     const std::uint32_t lost = *score.lost_count;
     text += lost == 0 ? " and no track is lost"

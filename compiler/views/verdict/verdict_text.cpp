@@ -155,6 +155,7 @@ Json to_json(const MapJudgement& judgement) {
                {"evidence", name_of(judgement.evidence)},
                {"drive", judgement.drive},
                {"is_own_drive", judgement.is_own_drive},
+               {"drive_role", name_of(judgement.origin)},
                {"judged_count", judgement.judged_count},
                {"judged", judgement.is_replayed ? "scans" : "sites"},
                {"reason", judgement.reason},

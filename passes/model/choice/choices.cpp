@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "passes/model/choice/contradiction.h"
 #include "passes/model/choice/floor.h"
 #include "passes/model/choice/leave_one_drive_out.h"
 #include "passes/model/promise/promise_text.h"
@@ -279,6 +280,25 @@ void mark_simulated(LimitChoice& now) {
   now.withdraw(withdrawn_statement(NoPromise::kNoScans));
 }
 
+// Errors that were simulated, or of another localizer than the promise is for, say nothing of it.
+bool judges_promise(const MeasuredError& measured, const ChoiceInputs& inputs) {
+  return measured.reference != ErrorReference::kSimulated &&
+         measured.matching.localizer == inputs.model.card.localizer &&
+         measured.looks == inputs.predicted.looks &&
+         measured.scan_of_site.size() == inputs.sites.sites.size();
+}
+
+void heed_measured(LimitChoice& now) {
+  const MeasuredError* const measured = now.inputs.measured;
+  if (!now.promise.is_earned || measured == nullptr) return;
+  if (!judges_promise(*measured, now.inputs)) return;
+  const std::optional<Contradiction> found = contradiction_of(
+      now.inputs.sites, *measured, now.choice, now.promise.limit_m, now.promise.alpha);
+  if (!found) return;
+  now.withdraw(contradicted_statement(now.promise, found->share_within, found->missed_blocks,
+                                      found->block_count));
+}
+
 using Rule = void (*)(LimitChoice& now);
 
 constexpr Rule kByProbability[] = {
@@ -304,7 +324,9 @@ constexpr Rule kByProbability[] = {
     look_no_further_than_for_tighter,
     // In a map without scans, sites where no drive was measured are flagged kSimulatedAnswer; no
     // promise unless the model learnt from such maps.
-    mark_simulated};
+    mark_simulated,
+    // No promise if the errors that this compile measured contradict it (contradiction.h).
+    heed_measured};
 
 constexpr Rule kByKind[] = {
     // One look for each kind of place, by the errors measured here. p* is calibrated on the model's

@@ -9,6 +9,7 @@
 
 #include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
+#include "passes/model/forest/folds.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/growing/feature_rows.h"
 
@@ -141,6 +142,7 @@ TrainingCard card_of(const Sites& sites, const MeasuredError& measured,
   const double route_m = static_cast<double>(sites.sites.size()) * sites.spacing_m;
   TrainingCard card;
   card.places = {{measured.drive, {measured.drive}, route_m, 1, recordings}};
+  card.places.front().recording_numbers = origins_by_recording({&recordings}).recordings.front();
   card.reference = measured.reference;
   card.localizer = measured.matching.localizer;
   card.feature_set = "none";

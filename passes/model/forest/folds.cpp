@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "formats/base/check.h"
+#include "formats/drive/shared_scans.h"
 #include "formats/grid/point_grid.h"
 #include "formats/model/error_model.h"
 
@@ -39,10 +41,52 @@ std::map<std::uint32_t, PointGrid> grids_of_fold(const std::vector<TrainedSite>&
   return grids;
 }
 
-bool share_a_recording(const RecordingCards& a, const RecordingCards& b) {
-  return std::ranges::any_of(a.cards, [&](const RecordingCard& card) {
-    return std::ranges::find(b.cards, card.digest, &RecordingCard::digest) != b.cards.end();
-  });
+bool have_common_number(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
+  return std::ranges::find_first_of(a, b) != a.end();
+}
+
+// [place][recording]
+std::vector<std::vector<std::uint32_t>> numbers_of(
+    const std::vector<const RecordingCards*>& places) {
+  std::vector<const RecordingCard*> all;
+  for (const RecordingCards* place : places) {
+    for (const RecordingCard& card : place->cards) all.push_back(&card);
+  }
+  const std::vector<std::uint32_t> numbers = recording_numbers(all);
+  std::vector<std::vector<std::uint32_t>> of_places;
+  auto next = numbers.begin();
+  for (const RecordingCards* place : places) {
+    const auto end = next + std::ssize(place->cards);
+    of_places.emplace_back(next, end);
+    next = end;
+  }
+  return of_places;
+}
+
+void join(std::uint32_t a, std::uint32_t b, std::vector<std::uint32_t>& group) {
+  std::ranges::replace(group, std::max(a, b), std::min(a, b));
+}
+
+// From 0 on, in the order of the places.
+std::vector<std::uint32_t> renumbered(std::vector<std::uint32_t> group) {
+  std::map<std::uint32_t, std::uint32_t> number;
+  for (const std::uint32_t of_place : group) {
+    number.try_emplace(of_place, static_cast<std::uint32_t>(number.size()));
+  }
+  for (std::uint32_t& of_place : group) of_place = number.at(of_place);
+  return group;
+}
+
+std::vector<std::uint32_t> joined_places(
+    const std::vector<std::vector<std::uint32_t>>& recordings) {
+  std::vector<std::uint32_t> group(recordings.size());
+  for (std::uint32_t i = 0; i < recordings.size(); ++i) {
+    group[i] = i;
+    for (std::uint32_t j = 0; j < i; ++j) {
+      if (have_common_number(recordings[i], recordings[j])) join(group[i], group[j], group);
+    }
+  }
+  return renumbered(std::move(group));
 }
 
 }  // namespace
@@ -99,31 +143,44 @@ std::string hold_out_name(HoldOut hold_out) {
   return hold_out == HoldOut::kDrives ? "drives" : "blocks";
 }
 
+Origins origins_by_recording(const std::vector<const RecordingCards*>& places) {
+  Origins origins{numbers_of(places), {}};
+  origins.places = joined_places(origins.recordings);
+  return origins;
+}
+
+void join_places(std::size_t a, std::size_t b, Origins& origins) {
+  join(origins.places[a], origins.places[b], origins.places);
+  origins.places = renumbered(std::move(origins.places));
+}
+
+Origins origins_of(const TrainingCard& card) {
+  Origins origins;
+  std::vector<const RecordingCards*> recordings;
+  bool is_listed = true;
+  for (const PlaceCard& place : card.places) {
+    origins.recordings.push_back(place.recording_numbers);
+    origins.places.push_back(place.number);
+    recordings.push_back(&place.recordings);
+    is_listed = is_listed && !place.recording_numbers.empty();
+  }
+  return is_listed ? origins : origins_by_recording(recordings);
+}
+
 std::vector<std::uint32_t> groups_by_recording(const std::vector<const RecordingCards*>& places) {
-  std::vector<std::uint32_t> group(places.size());
-  for (std::uint32_t i = 0; i < places.size(); ++i) {
-    group[i] = i;
-    for (std::uint32_t j = 0; j < i; ++j) {
-      if (!share_a_recording(*places[i], *places[j])) continue;
-      const std::uint32_t joined = std::min(group[i], group[j]);
-      const std::uint32_t other = std::max(group[i], group[j]);
-      std::replace(group.begin(), group.begin() + i + 1, other, joined);
-    }
-  }
-  std::map<std::uint32_t, std::uint32_t> number;
-  for (const std::uint32_t of_place : group) {
-    number.try_emplace(of_place, static_cast<std::uint32_t>(number.size()));
-  }
-  for (std::uint32_t& of_place : group) of_place = number.at(of_place);
-  return group;
+  return origins_by_recording(places).places;
 }
 
 LearntDrives learnt_drives(const DrivenPlaces& places) {
   LearntDrives drives;
-  std::map<Digest, std::uint32_t> number_of;
+  std::vector<const RecordingCards*> recordings;
+  for (const DrivenPlace& place : places.places) recordings.push_back(&place.recordings);
+  const std::vector<std::vector<std::uint32_t>> numbers_of_places = numbers_of(recordings);
+  std::map<std::uint32_t, std::uint32_t> number_of;
   std::set<std::uint32_t> independent;
-  for (const DrivenPlace& place : places.places) {
-    const std::vector<RecordingCard> cards =
+  for (std::size_t p = 0; p < places.places.size(); ++p) {
+    const DrivenPlace& place = places.places[p];
+    const std::vector<std::size_t> cards =
         recordings_of_drives(place.recordings, place.drives.size());
     std::vector<std::uint32_t> numbers;
     for (std::size_t drive = 0; drive < place.drives.size(); ++drive) {
@@ -131,10 +188,13 @@ LearntDrives learnt_drives(const DrivenPlaces& places) {
         numbers.push_back(drives.count++);
         continue;
       }
-      const auto [known, is_new] = number_of.try_emplace(cards[drive].digest, drives.count);
+      const auto [known, is_new] =
+          number_of.try_emplace(numbers_of_places[p][cards[drive]], drives.count);
       if (is_new) ++drives.count;
       numbers.push_back(known->second);
-      if (!made_the_map(place.recordings, cards[drive])) independent.insert(known->second);
+      if (!made_the_map(place.recordings, numbers_of_places[p], cards[drive])) {
+        independent.insert(known->second);
+      }
     }
     drives.number.push_back(std::move(numbers));
   }

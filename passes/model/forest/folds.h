@@ -61,8 +61,18 @@ enum class HoldOut { kAuto, kBlocks, kDrives, kPlaces };
 // "blocks", "drives", "places", as a model's card says.
 std::string hold_out_name(HoldOut hold_out);
 
-// [place]: places that share a recording, directly or by way of others, have one number. Numbers
-// ascend from 0 in the order of the places.
+// Which recordings of some places are the same, and which places. Numbers ascend from 0 in the
+// order of the places.
+struct Origins {
+  std::vector<std::vector<std::uint32_t>> recordings;  // [place][recording]; the same: one number
+  std::vector<std::uint32_t> places;  // [place]: one number for places that share a recording,
+                                      // directly or by way of others
+};
+Origins origins_by_recording(const std::vector<const RecordingCards*>& places);
+// Makes two places one.
+void join_places(std::size_t a, std::size_t b, Origins& origins);
+// Those that a model's card lists; where it lists none, by its recordings.
+Origins origins_of(const TrainingCard& card);
 std::vector<std::uint32_t> groups_by_recording(const std::vector<const RecordingCards*>& places);
 
 // The drives whose errors are learnt.

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "formats/drive/shared_scans.h"
 #include "formats/grid/point_grid.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/growing/feature_rows.h"
@@ -61,8 +62,7 @@ std::vector<bool> places_of(const ErrorModel& model, const RecordingCards& recor
   std::vector<bool> is_of;
   for (const PlaceCard& place : model.card.places) {
     is_of.push_back(std::ranges::any_of(place.recordings.cards, [&](const RecordingCard& card) {
-      return std::ranges::find(recordings.cards, card.digest, &RecordingCard::digest) !=
-             recordings.cards.end();
+      return have_common_scans(card, recordings);
     }));
   }
   return is_of;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "passes/model/forest/same_street.h"
+
 namespace sightline {
 namespace {
 
@@ -130,6 +132,13 @@ void mark_measured(const Sites& sites, const MeasuredError& drive,
   }
 }
 
+Eigen::Vector3d centre_of(const Sites& sites) {
+  Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
+  for (const Site& site : sites.sites) sum_m += site.p_map_m;
+  const auto count = static_cast<double>(std::max<std::size_t>(1, sites.sites.size()));
+  return sites.frame.origin_world_m + sum_m / count;
+}
+
 // Cuts each place into blocks, which all its cases share.
 Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces& places,
                            const std::vector<Case>& cases, TrainingSet& training_set) {
@@ -140,6 +149,9 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
     PlaceCard card;
     card.name = place.name;
     card.recordings = place.recordings;
+    card.recording_numbers = training_set.origins.recordings[p];
+    card.number = training_set.origins.places[p];
+    card.centre_world_m = centre_of(place.sites);
     for (const MeasuredError& drive : place.drives) {
       card.drives.push_back(drive.drive);
       mark_measured(place.sites, drive, has_label);
@@ -172,9 +184,8 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
 // Which places and drives are the same, and so what is held out.
 Result<void> settle_hold_out(const TrainingSetOptions& options, const DrivenPlaces& places,
                              const std::vector<Case>& cases, TrainingSet& training_set) {
-  std::vector<const RecordingCards*> recordings;
-  for (const DrivenPlace& place : places.places) recordings.push_back(&place.recordings);
-  training_set.folds.group_of_place = groups_by_recording(recordings);
+  training_set.origins = origins_of(places);
+  training_set.folds.group_of_place = training_set.origins.places;
   const LearntDrives drives = learnt_drives(places);
   training_set.drive_count = drives.count;
   for (const Case& of : cases) {

@@ -36,6 +36,7 @@ struct TrainingSet {
   std::size_t range_count = 0;
   Folds folds;
   std::vector<PlaceCard> places;
+  Origins origins;                           // of them and their recordings
   HoldOut held_out = HoldOut::kBlocks;       // what it came to
   std::vector<std::uint32_t> drive_of_site;  // LearntDrives::number of the drive that labels it
   std::uint32_t drive_count = 0;             // different ones

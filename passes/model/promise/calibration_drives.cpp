@@ -14,36 +14,32 @@ namespace {
 // A drive that a threshold may be set on.
 struct WitnessDrive {
   bool is_independent = false;  // trees and map are of other drives
-  std::optional<Digest> recording;
+  std::optional<std::uint32_t> recording;
 };
 
 // [place][drive]
-std::vector<std::vector<WitnessDrive>> drives_of(const TrainingCard& card) {
+std::vector<std::vector<WitnessDrive>> drives_of(const TrainingCard& card, const Origins& origins) {
   std::vector<std::vector<WitnessDrive>> drives;
-  for (const PlaceCard& place : card.places) {
-    const std::vector<RecordingCard> cards =
+  for (std::size_t p = 0; p < card.places.size(); ++p) {
+    const PlaceCard& place = card.places[p];
+    const std::vector<std::uint32_t>& numbers = origins.recordings[p];
+    const std::vector<std::size_t> cards =
         recordings_of_drives(place.recordings, place.drives.size());
     std::vector<WitnessDrive> of_place(place.drives.size());
     for (std::size_t drive = 0; drive < cards.size(); ++drive) {
-      of_place[drive].recording = cards[drive].digest;
+      of_place[drive].recording = numbers[cards[drive]];
       of_place[drive].is_independent = card.hold_out != hold_out_name(HoldOut::kBlocks) &&
-                                       !made_the_map(place.recordings, cards[drive]);
+                                       !made_the_map(place.recordings, numbers, cards[drive]);
     }
     drives.push_back(std::move(of_place));
   }
   return drives;
 }
 
-std::vector<std::uint32_t> groups_of(const TrainingCard& card) {
-  std::vector<const RecordingCards*> recordings;
-  for (const PlaceCard& place : card.places) recordings.push_back(&place.recordings);
-  return groups_by_recording(recordings);
-}
-
 // [site]: its block of route.
-std::vector<std::uint32_t> blocks_of_route(const ErrorModel& model) {
+std::vector<std::uint32_t> blocks_of_route(const ErrorModel& model,
+                                           const std::vector<std::uint32_t>& group_of_place) {
   constexpr double kSameRoute_m = 10.0;  // lanes of one road
-  const std::vector<std::uint32_t> group_of_place = groups_of(model.card);
   std::vector<std::uint32_t> block_of_site;
   for (const TrainedSite& site : model.sites) block_of_site.push_back(site.block);
   for (std::uint32_t place = 1; place < group_of_place.size(); ++place) {
@@ -69,16 +65,15 @@ std::vector<std::uint32_t> blocks_of_route(const ErrorModel& model) {
 // Of the given cases. A drive whose recording is not known counts as one of its place.
 CalibrationCount count_of(const ErrorModel& model, const std::vector<std::size_t>& cases,
                           const std::vector<std::uint32_t>& block_of_site,
-                          const std::vector<std::vector<WitnessDrive>>& drives) {
-  const std::vector<std::uint32_t> group_of_place = groups_of(model.card);
-  std::set<std::uint32_t> blocks, groups;
-  std::set<Digest> known;
+                          const std::vector<std::vector<WitnessDrive>>& drives,
+                          const std::vector<std::uint32_t>& group_of_place) {
+  std::set<std::uint32_t> blocks, groups, known;
   std::set<std::pair<std::uint32_t, std::uint32_t>> unknown;
   for (const std::size_t i : cases) {
     const TrainedSite& site = model.sites[i];
     blocks.insert(block_of_site[i]);
     groups.insert(group_of_place[site.place]);
-    const std::optional<Digest>& recording = drives[site.place][site.drive].recording;
+    const std::optional<std::uint32_t>& recording = drives[site.place][site.drive].recording;
     if (recording) {
       known.insert(*recording);
     } else {
@@ -102,8 +97,9 @@ void add_case(std::size_t i, std::uint32_t& block, CalibrationDrives& calibratio
 }  // namespace
 
 CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind) {
-  const std::vector<std::vector<WitnessDrive>> drives = drives_of(model.card);
-  const std::vector<std::uint32_t> block_of_site = blocks_of_route(model);
+  const Origins origins = origins_of(model.card);
+  const std::vector<std::vector<WitnessDrive>> drives = drives_of(model.card, origins);
+  const std::vector<std::uint32_t> block_of_site = blocks_of_route(model, origins.places);
   std::vector<std::size_t> all, independent;
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
     const TrainedSite& site = model.sites[i];
@@ -112,9 +108,11 @@ CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind) 
     if (drives[site.place][site.drive].is_independent) independent.push_back(i);
   }
   CalibrationDrives calibration_drives{
-      model, {}, {}, {}, count_of(model, independent, block_of_site, drives)};
+      model, {}, {}, {}, count_of(model, independent, block_of_site, drives, origins.places)};
   const bool is_next_drive = calibration_drives.count.drives >= 2;
-  if (!is_next_drive) calibration_drives.count = count_of(model, all, block_of_site, drives);
+  if (!is_next_drive) {
+    calibration_drives.count = count_of(model, all, block_of_site, drives, origins.places);
+  }
   calibration_drives.count.scope =
       is_next_drive ? PromiseScope::kNextDrive : PromiseScope::kThisDrive;
   std::vector<std::uint32_t> dense_block(model.card.block_count,

@@ -31,6 +31,8 @@ constexpr std::array<const char*, 5> kWithdrawn = {
     "this map was made without scans, and the model was trained on maps made from scans; train it "
     "on finished maps (map: instead of mapping:) with drives through them"};
 
+constexpr const char* kContradicted = "No promise: the errors measured in this map contradict it";
+
 // Three digits: "5 %", "99.5 %".
 std::string short_percent(double share) { return fmt::format("{:.3g} %", 100.0 * share); }
 
@@ -214,6 +216,19 @@ std::string withdrawn_statement(NoPromise why, std::size_t unlike_count, std::si
   const std::string text = kWithdrawn.at(static_cast<std::size_t>(why));
   if (why != NoPromise::kUnlike) return "No promise: " + text;
   return fmt::format("No promise: {} of {} {}", unlike_count, site_count, text);
+}
+
+std::string contradicted_statement(const LimitPromise& promise, double share_within,
+                                   std::uint32_t missed_blocks, std::uint32_t block_count) {
+  return fmt::format(
+      "{}: {} of the answered sites are within {}, the model's promise was {} (misses of {} in {}; "
+      "by chance in less than one of 100 maps)",
+      kContradicted, percent(share_within), limit_of(promise), short_percent(1.0 - promise.alpha),
+      counted(missed_blocks, "block"), counted(block_count, "block"));
+}
+
+bool is_contradicted(const LimitPromise& promise) {
+  return promise.statement.starts_with(kContradicted);
 }
 
 std::string drives_text(std::size_t drive_count, double coverage, double limit_m) {

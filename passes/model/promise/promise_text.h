@@ -49,6 +49,11 @@ enum class NoPromise : std::uint8_t { kOnePlace, kUnlike, kProvenAnswer, kTighte
 std::string withdrawn_statement(NoPromise why, std::size_t unlike_count = 0,
                                 std::size_t site_count = 0);
 
+// Why a promise is not kept that the map's own measurements contradict (choice/contradiction.h).
+std::string contradicted_statement(const LimitPromise& promise, double share_within,
+                                   std::uint32_t missed_blocks, std::uint32_t block_count);
+bool is_contradicted(const LimitPromise& promise);  // its statement is of this kind
+
 // "; of 2 drives here, ...": what answers reached on drives that were left out in turn.
 std::string drives_text(std::size_t drive_count, double coverage, double limit_m);
 

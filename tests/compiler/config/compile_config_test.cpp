@@ -405,32 +405,22 @@ TEST_F(SameRecordings, OneOfSeveralLocalizationDrivesIsNoMappingDrive) {
 }
 
 TEST_F(SameRecordings, TheSplitDriveIsJudgedByItsOtherScansHoweverItIsNamed) {
-  const auto judging_scans = [](const std::string& evaluation) {
+  const auto judging_scans = [](const std::string& evaluation,
+                                const std::string& mapping_scans = "even") {
     CompileConfig config =
         *load_here("mapping: {scans: a}\nevaluation: {scans: " + evaluation + "}\n");
-    note_known_evaluation(config);
-    EXPECT_TRUE(config.notes.empty());
-    const EvaluatePlan evaluate = evaluate_plan(config, CompiledMap{});
-    return option_of(evaluate.plan, "measure-error:evaluation", "scans");
+    CompiledMap map;
+    map.measurement.mapping_scans = mapping_scans;
+    const EvaluatePlan evaluate = evaluate_plan(config, map);
+    const std::string scans = option_of(evaluate.plan, "measure-error:evaluation", "scans");
+    EXPECT_EQ(evaluate.judges_other_scans, scans == "odd");
+    return scans;
   };
   for (const char* same : {"a", "a/", "./a", "link", "link/", "b"}) {
     EXPECT_EQ(judging_scans(same), "odd") << same;
   }
   EXPECT_EQ(judging_scans("c"), "all");
-}
-
-TEST_F(SameRecordings, ANoteNamesADriveThatJudgesWhatItMade) {
-  const auto notes_of = [](const std::string& yaml) {
-    CompileConfig config = *load_here(yaml);
-    note_known_evaluation(config);
-    return config.notes.empty() ? "" : config.notes.front();
-  };
-  const std::string drives = "mapping: {scans: a}\nlocalization: {scans: c}\n";
-  EXPECT_EQ(notes_of(drives + "evaluation: {scans: d}\n"), "");
-  EXPECT_NE(notes_of(drives + "evaluation: {scans: b}\n").find("recording of mapping,"),
-            std::string::npos);
-  EXPECT_NE(notes_of(drives + "evaluation: {scans: c/}\n").find("recording of localization,"),
-            std::string::npos);
+  EXPECT_EQ(judging_scans("a", "all"), "all") << "all scans made the map";
 }
 
 TEST_F(SameRecordings, AKnownEvaluationDriveIsFoundWhateverItsOtherKeys) {

@@ -307,6 +307,38 @@ TEST(Observation, HasTheLooksAndTheReplaysOfTheEvaluation) {
   EXPECT_EQ(observation.replayed[1].lost_count, 13U);
 }
 
+TEST(GateOnOneMap, DoesNotCountADriveThatTheMapWasMadeFrom) {
+  const CompiledMap map = route_map(60);
+  Observation observation = replayed_observation(map);
+  for (const DriveOrigin origin :
+       {DriveOrigin::kOwn, DriveOrigin::kOtherScans, DriveOrigin::kKnown}) {
+    observation.origin = origin;
+    const GateReport report = judged(map, nullptr, default_gate_settings(), &observation);
+    int observed = 0;
+    for (const Check& check : report.checks) {
+      if (!check.rule.starts_with("observed-")) continue;
+      ++observed;
+      EXPECT_EQ(check.verdict, Verdict::kNotJudged) << check.rule;
+      EXPECT_THAT(check.message,
+                  HasSubstr(origin == DriveOrigin::kOtherScans ? "same drive, other scans"
+                                                               : "were made from it"));
+    }
+    EXPECT_EQ(observed, 10);
+  }
+}
+
+TEST(GateOnOneMap, RefusesTheEvaluationOfAMapWithAnotherRootDigest) {
+  const CompiledMap map = route_map(60);
+  Observation observation = observation_of(map);
+  const MapSummary summary;
+  const GateMap subject{"a.slmap", map, summary};
+  observation.root_digest = to_hex(summary.root_digest);
+  EXPECT_TRUE(judge({subject, nullptr, &observation}, default_gate_settings(), kToday));
+  observation.root_digest = to_hex(sha256("another map"));
+  EXPECT_EQ(code_of(judge({subject, nullptr, &observation}, default_gate_settings(), kToday)),
+            ErrorCode::kMismatchedInputs);
+}
+
 TEST(GateOnOneMap, RefusesTheEvaluationOfAnotherMapAndADayThatIsNone) {
   const CompiledMap map = route_map(60);
   Observation observation = observation_of(map);

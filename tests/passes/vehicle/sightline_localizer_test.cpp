@@ -160,6 +160,23 @@ TEST(SightlineLocalizer, RefusesWhatIsNoStartAndNoLook) {
       bad_argument);
 }
 
+TEST(SightlineLocalizer, NeverSaysConvergedOfFewerThanSixPoints) {
+  const std::string path = written_room("searching");
+  const Opened opened(path);
+  const PoseRows start = world_rows(Pose::Identity(), read_map(path)->ndt.frame);
+  const Scan scan = float_scan(9, 3000);
+  const sightline_look look = c_look(every_return(30.0));
+  for (const std::size_t count : {1, 2, 3, 4, 5, 6, 3000}) {
+    sightline_points points = points_of(scan);
+    points.count = count;
+    sightline_match match;
+    ASSERT_EQ(
+        sightline_localizer_match(opened.localizer, &points, start.data(), &look, nullptr, &match),
+        0);
+    EXPECT_EQ(match.stop == SIGHTLINE_CONVERGED, count == 3000) << count << " points";
+  }
+}
+
 // A match in the room, and what is known of its start.
 struct RoomMatch {
   explicit RoomMatch(const sightline_match_options* options = nullptr) {

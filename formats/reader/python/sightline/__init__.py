@@ -11,13 +11,13 @@ and sites are arrays in the library's memory: of NumPy if it is installed, else 
 """
 
 from ._interface import (CONVERGED, EXTRAPOLATED, FAR, ITERATION_LIMIT, NO_OVERLAP, NO_POINTS, NO_SITE,
-                         NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNKNOWN_LOCALIZER, UNMET, WEAK_FORWARD,
-                         WEAK_LEFT, WEAK_PITCH, WEAK_ROLL, WEAK_UP, WEAK_YAW, Column, Error, Look,
-                         LookPlan, Match, Nd, Promise, Range, Site)
+                         NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNCONSTRAINED, UNKNOWN_LOCALIZER, UNMET,
+                         WEAK_FORWARD, WEAK_LEFT, WEAK_PITCH, WEAK_ROLL, WEAK_UP, WEAK_YAW, Column,
+                         Error, Look, LookPlan, Match, Nd, Promise, Range, Site)
 from .localizer import Localizer, pose
 from .map import Map
 
 __all__ = ["CONVERGED", "Column", "EXTRAPOLATED", "Error", "FAR", "ITERATION_LIMIT", "Localizer", "Look",
            "LookPlan", "Map", "Match", "NO_OVERLAP", "NO_POINTS", "NO_SITE", "NOT_VISIBLE", "Nd",
-           "Promise", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNKNOWN_LOCALIZER", "UNMET",
+           "Promise", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNCONSTRAINED", "UNKNOWN_LOCALIZER", "UNMET",
            "WEAK_FORWARD", "WEAK_LEFT", "WEAK_PITCH", "WEAK_ROLL", "WEAK_UP", "WEAK_YAW", "pose"]

@@ -56,7 +56,9 @@ TEST(EvaluationFigures, AreTheSameFromArtifactsAndFromJson) {
   const EvaluationFigures figures = figures_of(made.map, made.evaluation, nullptr);
   EXPECT_EQ(figures.limits.size(), 2U);
   EXPECT_EQ(figures.limits[0].answers.back().kind, AnswerKind::kRange);
-  EXPECT_EQ(value_of(parse_evaluation(as_json(tables(made.evaluation)), made.map)), figures);
+  EvaluationFigures parsed = value_of(parse_evaluation(as_json(tables(made.evaluation)), made.map));
+  parsed.origin = DriveOrigin::kOther;  // which `evaluate` adds
+  EXPECT_EQ(parsed, figures);
 }
 
 TEST(EvaluationFigures, AreTheSameFromArtifactsAndFromJsonOfAReplay) {
@@ -70,17 +72,31 @@ TEST(EvaluationFigures, AreTheSameFromArtifactsAndFromJsonOfAReplay) {
   EXPECT_EQ(figures.limits[0].constants.size(), made.map.ranges.looks.size());
   std::vector<Table> all = tables(made.evaluation);
   for (Table& table : tables(tracks)) all.push_back(std::move(table));
-  EXPECT_EQ(value_of(parse_evaluation(as_json(all), made.map)), figures);
+  EvaluationFigures parsed = value_of(parse_evaluation(as_json(all), made.map));
+  parsed.origin = DriveOrigin::kOther;  // which `evaluate` adds
+  EXPECT_EQ(parsed, figures);
 }
 
 TEST(EvaluationFigures, OfTheMapsOwnDriveAreMarkedInJson) {
   const MadeSources made = made_sources(3);
   std::vector<Table> all = tables(made.evaluation);
-  for (const std::string role : {"own", "other"}) {
-    all.front().facts.emplace_back("drive_role", role);
-    EXPECT_EQ(value_of(parse_evaluation(as_json(all), made.map)).is_own_drive, role == "own");
+  EXPECT_EQ(value_of(parse_evaluation(as_json(all), made.map)).origin, DriveOrigin::kUnknown);
+  for (const std::string_view role : kNamesOf<DriveOrigin>) {
+    all.front().facts.emplace_back("drive_role", std::string(role));
+    const EvaluationFigures figures = value_of(parse_evaluation(as_json(all), made.map));
+    EXPECT_EQ(name_of(figures.origin), role);
     all.front().facts.pop_back();
   }
+}
+
+TEST(EvaluationFigures, OfAnotherMapAreRefused) {
+  const MadeSources made = made_sources(3);
+  std::vector<Table> all = tables(made.evaluation);
+  all.front().facts.emplace_back("map_id", made.map.map_id);
+  EXPECT_TRUE(parse_evaluation(as_json(all), made.map));
+  all.front().facts.back().second = std::string("another");
+  EXPECT_EQ(failure_of(parse_evaluation(as_json(all), made.map)).code,
+            ErrorCode::kMismatchedInputs);
 }
 
 // Misses at places that the map calls unmet do not count against its answers.

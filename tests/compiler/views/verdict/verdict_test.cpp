@@ -327,9 +327,24 @@ TEST(Verdict, FivePercentMoreWorkAndThatOfAWorseFixedChoiceAreAccepted) {
   EXPECT_EQ(judge_map(map, &best, {}).verdict, kGood) << "15 m keeps less";
 }
 
+TEST(Verdict, SaysWhoseEvidenceItIsBy) {
+  const std::pair<DriveOrigin, std::string> kSaid[] = {
+      {DriveOrigin::kOtherScans, "On its own drive (same drive, other scans: optimistic)"},
+      {DriveOrigin::kKnown, "(known drive: optimistic)"},
+      {DriveOrigin::kUnknown, "(origin unknown)"}};
+  for (const auto& [origin, said] : kSaid) {
+    EvaluationFigures figures = replayed(0.99, 0);
+    figures.origin = origin;
+    const MapJudgement judgement = judge_map(good_map(), &figures, {});
+    EXPECT_THAT(judgement.figures, HasSubstr(said));
+    EXPECT_EQ(judgement.verdict, is_own(origin) ? kNotJudged : kGood) << said;
+    EXPECT_EQ(to_json(judgement).at("drive_role"), name_of(origin));
+  }
+}
+
 TEST(Verdict, AnEvaluationByTheMapsOwnDriveIsOptimistic) {
   EvaluationFigures figures = replayed(0.99, 0);
-  figures.is_own_drive = true;
+  figures.origin = DriveOrigin::kOwn;
   const MapJudgement judgement = judge_map(good_map(), &figures, {.config = "drive.yaml"});
   EXPECT_THAT(judgement.figures, HasSubstr("On its own drive (optimistic) the map's ranges keep"));
   EXPECT_EQ(to_json(judgement).at("is_own_drive"), true);

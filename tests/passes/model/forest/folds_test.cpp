@@ -180,8 +180,9 @@ TEST(HoldOut, KnowsThatHalfTheScansOfADriveAreThatDrive) {
   recordings.cards.erase(recordings.cards.begin() + 1);
   EXPECT_EQ(learnt_drives(places).count, 2u);
   EXPECT_EQ(learnt_drives(places).independent_count, 1u);
-  EXPECT_TRUE(made_the_map(recordings, recordings_of_drives(recordings, 2)[0]));
-  EXPECT_FALSE(made_the_map(recordings, recordings_of_drives(recordings, 2)[1]));
+  const std::vector<std::uint32_t> numbers = origins_by_recording({&recordings}).recordings[0];
+  EXPECT_TRUE(made_the_map(recordings, numbers, recordings_of_drives(recordings, 2)[0]));
+  EXPECT_FALSE(made_the_map(recordings, numbers, recordings_of_drives(recordings, 2)[1]));
 }
 
 TEST(HoldOut, SaysNothingOfDrivesWithoutCards) {
