@@ -132,13 +132,13 @@ TEST(PlaceKind, IsThatOfTheStretch) {
 
 TEST(PlaceKind, OfAnotherRunIsNoNeighbour) {
   Sites sites;
+  std::vector<PlaceKind> kinds;
   for (std::uint32_t run = 0; run < 2; ++run) {
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < (run == 0 ? 8 : 3); ++i) {
       sites.sites.push_back({run, static_cast<double>(i), Pose::Identity(), {}});
+      kinds.push_back(run == 0 ? PlaceKind::kCanyon : PlaceKind::kOpen);
     }
   }
-  std::vector<PlaceKind> kinds(10, PlaceKind::kCanyon);
-  std::fill(kinds.begin() + 5, kinds.end(), PlaceKind::kOpen);
   EXPECT_EQ(smoothed(sites, kinds), kinds);
 }
 
