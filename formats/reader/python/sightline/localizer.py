@@ -108,8 +108,8 @@ class Localizer:
         scan: n rows of x, y, z and maybe more, in the sensor's frame: an array of NumPy, or a
         memoryview of two dimensions. T_world_start: 12 numbers (see pose), or a 3 x 4 or 4 x 4 matrix.
         look: of Map.look, Map.look_plan, Map.observation_range, or Look(range_m=...).
-        start_covariance: 6 x 6 or 36 numbers, in the order of Match.covariance; without it the start is
-        unknown. variance_factor, map_m, map_rad: of the errors of this place; 0: the defaults.
+        start_covariance: 6 x 6 or 36 numbers, in the order of Match.covariance; the pose is then the
+        most probable one. Without it the start is unknown. variance_factor, map_m, map_rad: of the errors of this place; 0: the defaults.
         """
         handle = self._opened(self._handle)
         points, memory = _points(scan)
