@@ -37,8 +37,8 @@ SIGHTLINE_FIELDS(PlaceCard, name, drives, labelled_route_m, block_count, recordi
                  recording_numbers, number, centre_world_m)
 
 // The recordings that the drives of a place are, as indices of its cards, in the order of the
-// drives; none where the cards do not tell. A drive without a card of its own is the first of those
-// that made the map.
+// drives; none where the cards do not name it. A drive without a card of its own is the first of
+// those that made the map.
 std::vector<std::size_t> recordings_of_drives(const RecordingCards& recordings,
                                               std::size_t drive_count);
 

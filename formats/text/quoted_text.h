@@ -19,7 +19,7 @@ std::string csv_field(std::string_view text);
 std::string xml_text(std::string_view text);
 
 // Running text or a cell of a table in the Markdown of GitHub and GitLab, on one line: no syntax,
-// no HTML, nobody mentioned.
+// no HTML, no user mentioned.
 std::string markdown_text(std::string_view text);
 // The inside of `code`.
 std::string markdown_code(std::string_view text);

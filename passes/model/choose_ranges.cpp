@@ -201,8 +201,8 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChoiceCase& of,
   }
   add_measured(sites, predicted, model, evidence);
   const bool is_mean = options.selection == Selection::kMean;
-  const ChoiceInputs inputs{sites,    predicted, model, evidence, left_out, looks ? &*looks : nullptr,
-                            measured};
+  const LookEvidence* const of_looks = looks ? &*looks : nullptr;
+  const ChoiceInputs inputs{sites, predicted, model, evidence, left_out, of_looks, measured};
   RangeTable table = to_table(predicted, choose_all(options, inputs));
   table.selection = options.selection;
   table.dilation_m = is_mean || looks ? 0.0 : options.dilation_m;

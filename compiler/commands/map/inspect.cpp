@@ -55,8 +55,7 @@ Result<void> inspect_sizes(const InspectFlags& flags) {
                  "--size has no JSON: `sightline verify MAP --format json` has the sizes"};
   }
   SIGHTLINE_ASSIGN(const CheckedMap checked, read_map_without_nds(flags.file));
-  return put_result(flags.result,
-                    size_table(checked.summary, route_length_m(checked.map.sites)));
+  return put_result(flags.result, size_table(checked.summary, route_length_m(checked.map.sites)));
 }
 
 // The summary, or all that there is to say, behind the same verdict.

@@ -11,10 +11,10 @@ namespace sightline {
 
 // The route as an OGC GeoPackage 1.3: layer `sites` (points with site_properties()), layer `route`
 // (a line for each stretch of one range for the first limit, met or unmet), and in `layer_styles`
-// the styles that QGIS opens them with, both coloured by that range. In UTM or MGRS the coordinates are easting and northing of
-// the zone, in an ENU world longitude and latitude, in a local one metres of an undefined Cartesian
-// system. The same map gives the same bytes with the same SQLite. Errors: bad-argument (a site is
-// no point of the world), out-of-memory.
+// the styles that QGIS opens them with, both coloured by that range. In UTM or MGRS the coordinates
+// are easting and northing of the zone, in an ENU world longitude and latitude, in a local one
+// metres of an undefined Cartesian system. The same map gives the same bytes with the same SQLite.
+// Errors: bad-argument (a site is no point of the world), out-of-memory.
 Result<std::vector<std::byte>> to_geopackage(const CompiledMap& map, const World& world);
 
 // A style of QGIS 3 (QML): symbols of a type ("marker" or "line") coloured by the value of an

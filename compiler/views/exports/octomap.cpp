@@ -185,7 +185,8 @@ class TreeOfBlocks {
     for (unsigned octant = 0; octant < 8; ++octant) {
       const std::uint64_t known = block.known >> (8 * octant) & 0xff;
       if (known == 0) continue;
-      add_octant(known, block.occupied >> (8 * octant) & 0xff, *tree_.createNodeChild(node, octant));
+      add_octant(known, block.occupied >> (8 * octant) & 0xff,
+                 *tree_.createNodeChild(node, octant));
     }
   }
 

@@ -13,7 +13,7 @@
 namespace sightline {
 namespace {
 
-// Told apart by those who see colours differently too.
+// Colours that people with colour blindness distinguish.
 std::array<std::uint8_t, 3> colour_of(const Nd& nd) {
   const int dimension = dimension_class(nd);
   if (dimension == 1) return {230, 159, 0};

@@ -20,7 +20,7 @@ constexpr std::string_view kFrame = "header, gaps";
 // Begins with: a map without it.
 std::string_view lost_without(std::string_view name) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kParts = {
-      {{"ndt", "is none: scans are matched with the NDs"},
+      {{"ndt", "cannot be matched with"},
        {"range", "has no answers"},
        {"contents", "is as good, but slower to open (derived)"},
        {"look-up", "is as good, but slower to open (derived)"},
@@ -34,7 +34,7 @@ std::string_view lost_without(std::string_view name) {
   if (found != kParts.end()) return found->second;
   if (name.starts_with("column.")) return "lacks this figure at each place";
   if (name == "manifest" || name == "directory" || name == kFrame) return "cannot be read";
-  return "lacks a part that this version does not know";
+  return "lacks a part of another version";
 }
 
 std::vector<Part> parts_of(const MapSummary& summary) {
@@ -59,12 +59,12 @@ bool is_stripped(std::string_view name) {
 std::string size_table(const MapSummary& summary, double route_m) {
   const double route_km = route_m > 0.0 ? route_m / 1000.0 : 1.0;
   const auto per_km = [&](std::uint64_t bytes) { return static_cast<double>(bytes) / route_km; };
-  std::string text = fmt::format(
-      "{} bytes{}\n{:<28} {:>12} {:>7}  a map without it\n", summary.file_size,
-      route_m > 0.0 ? fmt::format(", {:.0f} for each km of {:.3f} km of route",
-                                  per_km(summary.file_size), route_km)
-                    : "",
-      "part", route_m > 0.0 ? "bytes/km" : "bytes", "share");
+  std::string text =
+      fmt::format("{} bytes{}\n{:<28} {:>12} {:>7}  a map without it\n", summary.file_size,
+                  route_m > 0.0 ? fmt::format(", {:.0f} for each km of {:.3f} km of route",
+                                              per_km(summary.file_size), route_km)
+                                : "",
+                  "part", route_m > 0.0 ? "bytes/km" : "bytes", "share");
   std::uint64_t stripped = 0;
   for (const Part& part : parts_of(summary)) {
     const double share = static_cast<double>(part.bytes) / static_cast<double>(summary.file_size);
@@ -73,9 +73,10 @@ std::string size_table(const MapSummary& summary, double route_m) {
     if (is_stripped(part.name)) stripped += part.bytes;
   }
   if (stripped == 0) return text;
-  return text + fmt::format("`sightline strip` leaves out model and factors: about {:.0f} bytes{} "
-                            "remain.\n",
-                            per_km(summary.file_size - stripped), route_m > 0.0 ? "/km" : "");
+  return text + fmt::format(
+                    "`sightline strip` leaves out model and factors: about {:.0f} bytes{} "
+                    "remain.\n",
+                    per_km(summary.file_size - stripped), route_m > 0.0 ? "/km" : "");
 }
 
 }  // namespace sightline

@@ -31,9 +31,8 @@ const char* consequence_of(FileSystemGap gap) {
     case FileSystemGap::kRenameWithoutReplacing:
       return "its file system cannot rename without replacing: let no other process write there";
     case FileSystemGap::kLock:
-      return "its file system has no locks: start one update of a map at a time; an update that "
-             "was "
-             "interrupted begins anew";
+      return "its file system has no locks: start one update of a map at a time; an interrupted "
+             "update starts again";
   }
   return "";
 }

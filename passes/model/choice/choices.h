@@ -60,7 +60,7 @@ struct ChoiceInputs {
   const ErrorModel& model;
   const OwnEvidence& evidence;
   const std::vector<LeftOutDrive>& left_out;  // none where fewer than two drives are known
-  const LookEvidence* looks = nullptr;      // of looks that take a sample
+  const LookEvidence* looks = nullptr;        // of looks that take a sample
   const MeasuredError* measured = nullptr;  // of the compile's own drives; null: none was measured
 };
 

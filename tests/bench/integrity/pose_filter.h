@@ -23,7 +23,7 @@ class PoseFilter {
   void predict(const WheelsAndGyro& measured);
   // A pose with that information, which may be singular. Each is used, however far it is.
   void update(const PlanarPose& pose, const Eigen::Matrix3d& information);
-  // The same of a measured step from the filter's pose: information times that step.
+  // Of a measured step from the filter's pose: information times that step.
   void update_from_here(const Eigen::Vector3d& pull, const Eigen::Matrix3d& information);
 
   [[nodiscard]] PlanarPose pose() const { return state_.head<3>(); }

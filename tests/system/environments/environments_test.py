@@ -23,7 +23,7 @@ import time
 import unittest
 
 SETTINGS = {}
-NOBODY = 65534
+UNPRIVILEGED = 65534
 LFS_POINTER = "version https://git-lfs.github.com/spec/v1\noid sha256:" + 64 * "a" + "\nsize 4242\n"
 CONFIG = """
 annotation: {ranges_m: [10, 30], split: auto, looks: paper}
@@ -41,8 +41,8 @@ def as_another_user():
     """In the child: somebody who may read what root made, and not write it."""
     if os.geteuid() == 0:
         os.setgroups([])
-        os.setgid(NOBODY)
-        os.setuid(NOBODY)
+        os.setgid(UNPRIVILEGED)
+        os.setuid(UNPRIVILEGED)
 
 
 def may_mount():

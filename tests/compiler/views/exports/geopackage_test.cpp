@@ -94,8 +94,8 @@ TEST(GeoPackage, CutsTheRouteWhereTheAnswerChanges) {
     const Answer here = answer_of(map.ranges, map.predicted, i, 0);
     const bool begins = i == 0 || sites[i - 1].run != sites[i].run;
     const Answer before = begins ? here : answer_of(map.ranges, map.predicted, i - 1, 0);
-    const bool is_alike = here.look.range_m == before.look.range_m &&
-                          ((here.flags ^ before.flags) & kUnmet) == 0;
+    const bool is_alike =
+        here.look.range_m == before.look.range_m && ((here.flags ^ before.flags) & kUnmet) == 0;
     stretches += begins || !is_alike ? 1 : 0;
   }
   EXPECT_GT(stretches, 2u);

@@ -51,7 +51,7 @@ TEST(SizeTable, CountsBytesByKilometreAndNamesWhatIsLost) {
   const std::string table = size_table(summary(), 500.0);
   EXPECT_THAT(table, HasSubstr("1000 bytes, 2000 for each km of 0.500 km of route\n"));
   EXPECT_EQ(rows_of(table).front(), std::pair(std::string("ndt"), 800.0));
-  EXPECT_THAT(table, HasSubstr("40.0 %  is none: scans are matched with the NDs"));
+  EXPECT_THAT(table, HasSubstr("40.0 %  cannot be matched with"));
   EXPECT_THAT(table, HasSubstr("3.0 %  lacks this figure at each place"));
   EXPECT_THAT(table, HasSubstr("leaves out model and factors: about 1400 bytes/km remain.\n"));
 }
