@@ -115,11 +115,18 @@ std::string log_text(std::string_view text) {
 }
 
 std::string printable_json(std::string_view json) {
+  constexpr std::string_view kOlderCommand = "##[";  // of the log of a CI service
   // What such characters begin with: nearly no text has one.
-  if (json.find_first_of("\x7f\xc2\xd8\xe2") == std::string_view::npos) return std::string(json);
+  const bool is_plain = json.find_first_of("\x7f\xc2\xd8\xe2") == std::string_view::npos;
+  if (is_plain && json.find(kOlderCommand) == std::string_view::npos) return std::string(json);
   std::string out;
   out.reserve(json.size());
   while (!json.empty()) {
+    if (json.starts_with(kOlderCommand)) {
+      escape_for_json('#', out);
+      json.remove_prefix(1);
+      continue;
+    }
     const std::string_view character =
         json.substr(0, std::max<std::size_t>(character_size(json), 1));
     if (character != "\n" && is_control(character)) {

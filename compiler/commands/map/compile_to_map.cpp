@@ -29,6 +29,7 @@
 #include "compiler/views/text/map_summary_text.h"
 #include "compiler/views/verdict/verdict_text.h"
 #include "formats/base/files/atomic_file.h"
+#include "formats/base/printable.h"
 #include "formats/base/statistics.h"
 #include "formats/evaluation/evaluation.h"
 #include "formats/map/map_file.h"
@@ -98,7 +99,7 @@ Result<std::string> tables_text(const CompilePlan& made, const ArtifactSet& arti
 Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config) {
   SIGHTLINE_ASSIGN(const InputFiles inputs,
                    input_files(config, flags.run.config_file, flags.model));
-  for (const std::filesystem::path& file : inputs.files) print_data(file.string() + "\n");
+  for (const std::filesystem::path& file : inputs.files) print_data(one_line(file.string()) + "\n");
   return {};
 }
 

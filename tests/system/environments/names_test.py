@@ -21,7 +21,7 @@ import xml.etree.ElementTree
 
 SETTINGS = {}
 COUNTS = collections.Counter()
-KNOWN = (0, 2, 64, 65, 66, 67, 68, 69, 74, 75)
+KNOWN = (0, 1, 2, 64, 65, 66, 67, 68, 69, 74, 75)
 MARKS = "\u2028\u2029\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\u200e\u200f\u061c"
 BINARY = (".slmap", ".slmodel", ".sldelta", ".gpkg", ".pcd", ".ply", ".bt", ".slposes")
 
@@ -46,6 +46,7 @@ NAMES = {
 }
 
 CONFIG = """
+mapping: {scans: overridden}
 annotation: {ranges_m: [10, 30], looks: paper, world: "utm:32N"}
 measure-error: {offset_count: 2, reference: known}
 train-model: {trees: 5}
@@ -80,7 +81,7 @@ class Names(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         shutil.rmtree(cls.root)
-        counts = dict(COUNTS)
+        counts = COUNTS
         print("names:", len(NAMES), " runs of verbs:", counts["runs"], " texts looked at:", counts["texts"],
               " raw control characters:", counts["controls"], " aborts:", counts["aborts"], " keys injected:", counts["keys"],
               " commands injected:", counts["commands"])
