@@ -16,6 +16,7 @@ Verb work_verb();
 Verb link_verb();
 Verb status_verb();
 Verb evaluate_verb();
+Verb localize_verb();
 Verb inspect_verb();
 Verb dump_verb();
 Verb export_verb();

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "formats/base/parallel.h"
@@ -15,6 +14,7 @@
 #include "passes/pass/tile_digests.h"
 #include "passes/trajectory/local/local_match.h"
 #include "passes/trajectory/local/scan_constraint.h"
+#include "passes/trajectory/met_share.h"
 #include "passes/trajectory/place_drive.h"
 
 namespace sightline {
@@ -31,12 +31,6 @@ constexpr double kSurelyMet = 0.75;
 constexpr double kNearStep_m = 0.5;
 constexpr double kReach_m = 3.0;
 
-// A return meets a surface this near to its plane, within so many of its standard deviations.
-constexpr double kMeets_m = 0.25;
-constexpr double kMeetsSigmas = 3.0;
-// A wall's normal is level within 30 degrees.
-constexpr double kUprightNormal = 0.5;
-constexpr std::size_t kFewestMet = 30;
 // As for two drives that make one map (pieces/seek_piece.cpp).
 constexpr double kLeastMet = 0.5;
 
@@ -57,69 +51,13 @@ constexpr double kSignificant = 3.0;  // standard errors
 constexpr double kFewestConstraining = 4.0;
 
 // The NDs around a scan.
-class NdsAround {
- public:
+struct NdsAround {
   explicit NdsAround(const NdtMap& map)
-      : cell_m_(map.cell_m), grid_(make_match_grid(map, surface_information_per_m2)) {
-    for (const Nd& nd : map.nds) cells_.insert(nd.key, &nd);
-  }
+      : by_cell(map), grid(make_match_grid(map, surface_information_per_m2)) {}
 
-  [[nodiscard]] const MatchGrid& grid() const { return grid_; }
-
-  // Calls visit(nd) for those of the point's cell and of the six beside it.
-  template <class Visit>
-  void visit_near(const Eigen::Vector3d& point_m, const Visit& visit) const {
-    static constexpr std::array<std::array<int, 3>, 7> kSteps = {
-        {{0, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
-    const CellKey key = cell_key(point_m, cell_m_);
-    for (const std::array<int, 3>& step : kSteps) {
-      const Nd* const* nd = cells_.find({key.x + step[0], key.y + step[1], key.z + step[2]});
-      if (nd != nullptr) visit(**nd);
-    }
-  }
-
- private:
-  double cell_m_;
-  MatchGrid grid_;
-  CellTable<const Nd*> cells_;
+  NdsByCell by_cell;
+  MatchGrid grid;
 };
-
-// Whether a point is on the surface or the line of an ND, near the returns that it is of.
-bool meets(const Nd& nd, const Eigen::Vector3d& point_m) {
-  const Eigen::Vector3d along_m = nd.eigenvectors.transpose() * (point_m - nd.mean_m);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double sigma_m = std::sqrt(nd.eigenvalues_m2[axis]);
-    if (std::abs(along_m[axis]) > std::max(kMeetsSigmas * sigma_m, kMeets_m)) return false;
-  }
-  return std::abs(along_m[2]) <= kMeets_m;
-}
-
-// Whether an ND identifies a place: a wall or a pole.
-bool is_upright(const Nd& nd) {
-  return (is_surface(nd) && std::abs(nd.eigenvectors(2, 2)) < kUprightNormal) ||
-         is_upright_line(nd);
-}
-
-// Share of the upright points that meet walls and poles, without those in foliage and the like.
-std::optional<double> met_share(const NdsAround& nds, const std::vector<Eigen::Vector3d>& upright_m,
-                                const Pose& T_map_lidar) {
-  std::size_t met = 0;
-  std::size_t missed = 0;
-  for (const Eigen::Vector3d& point_lidar_m : upright_m) {
-    const Eigen::Vector3d point_m = T_map_lidar * point_lidar_m;
-    bool is_met = false;
-    bool is_unclear = false;
-    nds.visit_near(point_m, [&](const Nd& nd) {
-      const bool is_near = meets(nd, point_m);
-      is_met = is_met || (is_near && is_upright(nd));
-      is_unclear = is_unclear || (is_near && !is_upright(nd));
-    });
-    met += is_met ? 1 : 0;
-    missed += !is_met && !is_unclear ? 1 : 0;
-  }
-  if (met + missed < kFewestMet) return std::nullopt;
-  return static_cast<double>(met) / static_cast<double>(met + missed);
-}
 
 // The directions of space that the surfaces and lines which the points meet constrain to
 // kWeakBesideGiven_m; one observation an ND.
@@ -130,7 +68,7 @@ Eigen::Matrix3d constrained_directions(const NdsAround& nds,
   std::vector<Eigen::Vector3d> normals;
   for (const Eigen::Vector3d& point_lidar_m : points_m) {
     const Eigen::Vector3d point_m = T_map_lidar * point_lidar_m;
-    nds.visit_near(point_m, [&](const Nd& nd) {
+    nds.by_cell.visit_near(point_m, [&](const Nd& nd) {
       const bool is_line = is_upright_line(nd);
       if ((!is_line && !is_surface(nd)) || !meets(nd, point_m)) return;
       if (!counted.insert(nd.key, 1).is_new) return;
@@ -158,10 +96,10 @@ Eigen::Matrix3d constrained_directions(const NdsAround& nds,
 // A match, and whether the scan shows the map there.
 ScanOnMap matched_from(const NdsAround& nds, const ThinnedScan& scan,
                        const std::vector<Eigen::Vector3d>& upright_m, const Pose& T_map_start) {
-  const MapMatch match = match_to_map(nds.grid(), scan.to_match_m, T_map_start);
+  const MapMatch match = match_to_map(nds.grid, scan.to_match_m, T_map_start);
   ScanOnMap found;
   found.T_map_lidar = match.T_map_lidar;
-  found.met_share = met_share(nds, upright_m, match.T_map_lidar);
+  found.met_share = met_share(nds.by_cell, upright_m, match.T_map_lidar);
   found.fits = match.is_good && found.met_share.value_or(0.0) >= kLeastMet;
   return found;
 }

@@ -1,0 +1,376 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/cli/console/console.h"
+#include "compiler/cli/console/written.h"
+#include "compiler/cli/file_kind.h"
+#include "compiler/commands/commands.h"
+#include "compiler/driver/configuration.h"
+#include "compiler/views/replay/replay_files.h"
+#include "compiler/views/replay/replay_report.h"
+#include "formats/base/portable_math.h"
+#include "formats/base/stopwatch.h"
+#include "formats/base/units.h"
+#include "formats/foreign/recording/listed_scan_store.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/pose_file.h"
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+namespace {
+
+using PoseMatrix = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
+struct LocalizeFlags {
+  std::string input;
+  std::vector<std::string> overrides;
+  std::string drive;  // section of the configuration; empty: see drive_of()
+  std::string map;
+  std::string output;
+  bool is_forced = false;
+  std::vector<std::string> start;  // X Y Z YAW
+  double limit_m = 0.0;
+  double every_return_m = 0.0;
+  std::string compared;
+  bool is_aligned = false;
+  double most_apart_s = 0.01;
+  double delta = 1.0;
+  std::string delta_unit = "f";
+  std::string format = "text";
+  int threads = 0;
+  int json_progress = 0;
+};
+
+bool is_configuration(const LocalizeFlags& flags) {
+  const std::optional<FileKind> kind = kind_of_file(flags.input);
+  return kind != FileKind::kFolder && kind != FileKind::kRecording;
+}
+
+// A configuration of that one recording where no file is one.
+Result<CompileConfig> config_of(const LocalizeFlags& flags) {
+  if (is_configuration(flags)) return load_compile_config(flags.input, flags.overrides);
+  std::vector<std::string> overrides = {"mapping.scans=" + flags.input};
+  overrides.insert(overrides.end(), flags.overrides.begin(), flags.overrides.end());
+  return compile_config_of(overrides);
+}
+
+// The drive that is named; else the first that did not make the map.
+Result<RecordingOptions> drive_of(const CompileConfig& config, const LocalizeFlags& flags) {
+  const std::pair<std::string, const RecordingOptions*> drives[] = {
+      {"evaluation", &config.evaluation},
+      {"localization", &config.localization},
+      {"mapping", &config.mapping}};
+  for (const auto& [section, drive] : drives) {
+    if (!flags.drive.empty() && flags.drive != section) continue;
+    if (!drive->scans.empty()) return *drive;
+  }
+  return Error{ErrorCode::kMissingKey,
+               concat(flags.drive.empty() ? "no recording is named" : flags.drive + ".scans",
+                      ": expected the recording to localize"),
+               flags.input};
+}
+
+// Where neither is local, both are in one world; a recording in degrees is read in the map's.
+Result<void> settle_world(const MapInfo& map, RecordingOptions& drive) {
+  if (drive.world == kLocalWorld) drive.world = map.world;
+  if (map.world == kLocalWorld || drive.world == map.world) return {};
+  return Error{ErrorCode::kMismatchedInputs,
+               concat("the recording is in the world ", drive.world, ", the map in ", map.world),
+               drive.scans};
+}
+
+Result<std::optional<Pose>> start_of(const LocalizeFlags& flags) {
+  if (flags.start.empty()) return std::optional<Pose>();
+  std::array<double, 4> numbers{};
+  if (flags.start.size() != numbers.size()) {
+    return Error{ErrorCode::kBadArgument, "--start is given twice, expected it once", "", ""};
+  }
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::string& word = flags.start[i];
+    const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), numbers[i]);
+    if (failure == std::errc() && end == word.data() + word.size() && std::isfinite(numbers[i])) {
+      continue;
+    }
+    return Error{ErrorCode::kBadValue,
+                 concat("--start: found '", word, "', expected metres X Y Z and degrees YAW"), "",
+                 ""};
+  }
+  Pose start = Pose::Identity();
+  const SinCos yaw = portable_sin_cos(numbers[3] * kRadPerDeg);
+  start.linear() << yaw.cos, -yaw.sin, 0.0, yaw.sin, yaw.cos, 0.0, 0.0, 0.0, 1.0;
+  start.translation() = Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
+  return std::optional(start);
+}
+
+// What is replayed, and in what.
+struct Opened {
+  Recording recording;
+  std::vector<ListedScan> scans;
+  VehicleLocalizer localizer;
+  MapReader map;
+};
+
+// The sensor is that of the configuration. A recording alone is taken to be of the map's sensor.
+Result<VehicleLocalizer> open_localizer(const LocalizeFlags& flags, SensorProfile& sensor) {
+  sightline_localizer_options options{};
+  options.threads = flags.threads;
+  const bool is_known = is_configuration(flags) || sensor.name != SensorProfile().name;
+  const PoseMatrix rows = sensor.T_vehicle_lidar.affine();
+  if (is_known) {
+    options.azimuth_step_deg = sensor.azimuth_step_deg;
+    options.T_vehicle_sensor = rows.data();
+  }
+  SIGHTLINE_ASSIGN(VehicleLocalizer localizer, VehicleLocalizer::open(flags.map, options));
+  const sightline_localizer_info info = localizer.info();
+  sensor.T_vehicle_lidar.affine() = Eigen::Map<const PoseMatrix>(info.T_vehicle_sensor);
+  return localizer;
+}
+
+std::vector<ListedScan> listed(const Recording& recording) {
+  std::vector<ListedScan> scans;
+  for (const RecordedScan& scan : recording.scans) {
+    scans.push_back({scan.stamp_ns, scan.name, scan.T_world_vehicle});
+  }
+  return scans;
+}
+
+// In the order of the file; rows without times belong to the scans in their order.
+Result<std::vector<TimedPose>> reference_poses(const LocalizeFlags& flags,
+                                               const std::vector<ListedScan>& scans) {
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_poses(flags.compared, PoseFormat::kAuto));
+  std::vector<TimedPose> poses;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!rows[i].stamp_ns && i >= scans.size()) break;
+    poses.push_back(
+        {rows[i].stamp_ns ? *rows[i].stamp_ns : scans[i].stamp_ns, rows[i].T_world_vehicle});
+  }
+  return poses;
+}
+
+Result<ComparedPoses> compare(const LocalizeFlags& flags, const std::vector<TimedPose>& reference,
+                              const std::vector<ListedScan>& scans, const ReplayedDrive& drive) {
+  ComparedPoses compared;
+  compared.file = flags.compared;
+  compared.options = {std::llround(flags.most_apart_s * 1e9), flags.is_aligned, flags.delta,
+                      flags.delta_unit == "m" ? DeltaUnit::kMetres : DeltaUnit::kFrames};
+  std::vector<TimedPose> poses;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (drive.scans[i].state != ScanState::kLocalized) continue;
+    poses.push_back({scans[i].stamp_ns, drive.scans[i].T_world_vehicle});
+  }
+  Result<TrajectoryErrors> errors = trajectory_errors(reference, poses, compared.options);
+  if (!errors) return in_file(errors.error(), flags.compared);
+  compared.errors = *errors;
+  return compared;
+}
+
+// Progress, warnings and the time taken, as of one pass.
+Result<ReplayedDrive> replay(const LocalizeFlags& flags, const ReplayOptions& options,
+                             const ReplayInputs& inputs, const std::vector<std::string>& warnings) {
+  const bool is_json = flags.json_progress != 0;
+  if (is_json) SIGHTLINE_TRY(check_progress_descriptor(flags.json_progress));
+  const RunObserver observer =
+      is_json ? json_observer(flags.json_progress) : console_observer(verbosity());
+  const std::string name = "localize";
+  PassContext ctx;
+  ctx.threads = flags.threads;
+  ctx.progress_sink = observer.progress;
+  ctx.warning_sink = [&](const std::string& message) { observer.warning(name, message); };
+  observer.started(0, 1, name);
+  for (const std::string& warning : warnings) ctx.warn(warning);
+  const auto begin = std::chrono::steady_clock::now();
+  const double begin_ms = thread_cpu_ms();
+  Result<ReplayedDrive> drive = replay_drive(ctx, options, inputs);
+  StepReport report;
+  report.name = name;
+  report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.cpu_s = (thread_cpu_ms() - begin_ms) / 1e3;
+  if (drive) observer.finished(report);
+  return drive;
+}
+
+Result<Opened> open(const LocalizeFlags& flags) {
+  SIGHTLINE_ASSIGN(const CompileConfig config, config_of(flags));
+  SIGHTLINE_ASSIGN(RecordingOptions options, drive_of(config, flags));
+  SIGHTLINE_ASSIGN(MapReader map, MapReader::open(flags.map, ""));
+  SIGHTLINE_TRY(settle_world(map.info(), options));
+  SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
+  std::vector<ListedScan> scans = listed(recording);
+  SIGHTLINE_ASSIGN(VehicleLocalizer localizer, open_localizer(flags, recording.sensor));
+  SIGHTLINE_ASSIGN(map, MapReader::open(flags.map, localizer.info().localizer));
+  return Opened{std::move(recording), std::move(scans), std::move(localizer), std::move(map)};
+}
+
+Result<ReplayOptions> replay_options(const LocalizeFlags& flags, const Opened& opened) {
+  ReplayOptions options;
+  SIGHTLINE_ASSIGN(options.T_world_start, start_of(flags));
+  options.limit_m = flags.limit_m > 0.0 ? flags.limit_m : opened.map.info().limits_m.front();
+  if (flags.every_return_m > 0.0) options.every_return_m = flags.every_return_m;
+  return options;
+}
+
+std::vector<std::string> warnings_of(const LocalizeFlags& flags, const Opened& opened) {
+  std::vector<std::string> warnings = opened.recording.warnings;
+  const MapInfo& map = opened.map.info();
+  if (!map.is_for_caller && flags.every_return_m <= 0.0) {
+    warnings.push_back(concat("the map is for the localizer ", map.localizer,
+                              ": it names no look for this one, which matches every return within ",
+                              format_double(map.ranges_m.back()), " m"));
+  }
+  return warnings;
+}
+
+Result<void> put_report(const LocalizeFlags& flags, const ReplayReport& report) {
+  if (flags.format == "json") {
+    print_data(to_json(report));
+  } else if (verbosity() != Verbosity::kQuiet || flags.output.empty()) {
+    print_text(to_text(report));
+  }
+  return {};
+}
+
+Result<void> localize(const LocalizeFlags& flags) {
+  SIGHTLINE_TRY(try_output(flags.output, if_exists(flags.is_forced)));
+  SIGHTLINE_TRY(start_of(flags));  // before anything is read
+  SIGHTLINE_ASSIGN(const Opened opened, open(flags));
+  SIGHTLINE_ASSIGN(const ReplayOptions options, replay_options(flags, opened));
+  std::vector<TimedPose> reference;
+  if (!flags.compared.empty()) {
+    SIGHTLINE_ASSIGN(reference, reference_poses(flags, opened.scans));
+  }
+  const std::shared_ptr<const ScanStore> store = listed_scan_store(opened.recording);
+  const ReplayInputs inputs{opened.localizer, opened.map, opened.recording.sensor, *store,
+                            opened.scans};
+  SIGHTLINE_ASSIGN(const ReplayedDrive drive,
+                   replay(flags, options, inputs, warnings_of(flags, opened)));
+  ReplayReport report{opened.recording.name, flags.map, figures_of(opened.scans, drive), {}};
+  if (!flags.compared.empty()) {
+    SIGHTLINE_ASSIGN(report.compared, compare(flags, reference, opened.scans, drive));
+  }
+  if (!flags.output.empty()) {
+    SIGHTLINE_TRY(write_poses(flags.output, opened.scans, drive, if_exists(flags.is_forced)));
+    if (flags.format == "text") print_written(flags.output);
+  }
+  return put_report(flags, report);
+}
+
+std::vector<Flag> flags_of_comparison(LocalizeFlags& flags) {
+  return {{.names = "--compare",
+           .value = "FILE",
+           .help = "Print absolute and relative errors beside these poses (TUM, KITTI, Apollo), "
+                   "computed as evo_ape and evo_rpe do",
+           .target = &flags.compared},
+          {.names = "--align",
+           .help = "With --compare: align the poses first by one rotation and translation",
+           .target = &flags.is_aligned},
+          {.names = "--most-apart",
+           .value = "SECONDS",
+           .help = "With --compare: largest difference in time of two poses that are compared",
+           .target = &flags.most_apart_s,
+           .minimum = 0.0,
+           .maximum = 1000.0},
+          {.names = "--relative-over",
+           .value = "NUMBER",
+           .help = "With --compare: relative errors are over so many of --relative-unit",
+           .target = &flags.delta,
+           .minimum = 0.001,
+           .maximum = 1e6},
+          {.names = "--relative-unit",
+           .value = "UNIT",
+           .help = "Unit of --relative-over: f (frames) or m (metres along the poses)",
+           .target = &flags.delta_unit,
+           .choices = {"f", "m"}}};
+}
+
+std::vector<Flag> flags_of_replay(LocalizeFlags& flags) {
+  return {
+      {.names = "--map",
+       .value = "FILE",
+       .help = "The map to localize in (.slmap)",
+       .target = &flags.map,
+       .is_required = true},
+      {.names = "-o,--output",
+       .value = "FILE",
+       .help = "Write the poses: TUM (.tum, .txt), CSV (.csv) or MCAP (.mcap)",
+       .target = &flags.output,
+       .endings = {".tum", ".txt", ".csv", ".mcap"}},
+      force_flag(flags.is_forced),
+      {.names = "--drive",
+       .value = "SECTION",
+       .help = "Recording of the configuration to localize; default: the first of evaluation, "
+               "localization and mapping that is named",
+       .target = &flags.drive,
+       .choices = {"mapping", "localization", "evaluation"}},
+      {.names = "--set",
+       .value = "KEY=VALUE",
+       .help = "Override one value of the configuration: section.key=value; paths are relative "
+               "to the current folder, not to the configuration",
+       .target = &flags.overrides},
+      {.names = "--start",
+       .value = "X Y Z YAW",
+       .help = "Pose of the vehicle at the first scan, right to about 3 m and 5 degrees: metres "
+               "in the world of the map, degrees from its x axis; default: the first pose of "
+               "the recording",
+       .target = &flags.start},
+      {.names = "--limit",
+       .value = "METRES",
+       .help = "One of the map's limits; 0: the tightest",
+       .target = &flags.limit_m,
+       .minimum = 0.0},
+      {.names = "--every-return",
+       .value = "METRES",
+       .help = "Match every return within this distance instead of what the map names: slow, "
+               "for comparison; 0: by the map",
+       .target = &flags.every_return_m,
+       .minimum = 0.0,
+       .maximum = 1000.0}};
+}
+
+}  // namespace
+
+Verb localize_verb() {
+  const auto flags = std::make_shared<LocalizeFlags>();
+  Verb verb;
+  verb.name = "localize";
+  verb.summary = "Localize a recording in a map, scan after scan, as a vehicle does";
+  verb.details =
+      "Each scan starts where the two poses before it predict, and is matched by the map's plan. "
+      "The first one starts from --start or from the recording's own pose (poses or GNSS of the "
+      "configuration), and up to 3 m around it. Prints four lines: how many scans were localized; "
+      "how often the vehicle was lost; the processor time of a scan beside the time between scans; "
+      "and where the poses are in doubt, by numbers of scans and positions in the world.\n\n"
+      "In doubt are poses of the plan's second look, and scans that contradict the map. After "
+      "three "
+      "such scans in a row the vehicle is lost, and is searched for from the recording's poses or "
+      "its last pose. Poses of lost scans are not written. A drive of another place is refused.";
+  verb.examples = {
+      "sightline localize town.yaml --map town.slmap -o poses.tum",
+      "sightline localize drive.mcap --map town.slmap --start 12.5 -3.0 0.2 90 -o poses.mcap",
+      "sightline localize town.yaml --map town.slmap --compare truth.txt --align",
+      "sightline localize town.yaml --map town.slmap --format json"};
+  verb.positionals = {
+      {.name = "RECORDING",
+       .help = "A configuration (.yaml), a bag, a capture or a folder of scans; without a "
+               "configuration, its sensor is taken to be the map's",
+       .target = &flags->input}};
+  verb.flags = flags_of_replay(*flags);
+  const std::vector<Flag> compared = flags_of_comparison(*flags);
+  verb.flags.insert(verb.flags.end(), compared.begin(), compared.end());
+  verb.flags.push_back({.names = "--format",
+                        .value = "FORMAT",
+                        .help = "Form of the summary; json as schemas/localize.schema.json "
+                                "describes it",
+                        .target = &flags->format,
+                        .choices = {"text", "json"}});
+  verb.flags.push_back(threads_flag(flags->threads));
+  verb.flags.push_back(json_progress_flag(flags->json_progress));
+  verb.run = [flags] { return exit_status_of(localize(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline
