@@ -41,8 +41,8 @@ struct Listing {
   std::vector<fs::path> folders;
 };
 
-// What the kernel shows as files (/proc, /sys) is no recording, and by its links everything is below
-// it.
+// What the kernel shows as files (/proc, /sys) is no recording, and by its links everything is
+// below it.
 bool is_of_kernel(const fs::path& folder) {
   struct statfs system {};
   if (::statfs(folder.c_str(), &system) != 0) return false;
