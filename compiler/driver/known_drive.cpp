@@ -75,8 +75,12 @@ Result<KnownDrive> known_drive(const CompiledMap& map, const CompileConfig& conf
   const RecordingCards own = map.recordings.value_or(RecordingCards{});
   TrainingCard trained;
   if (!map.model.bytes.empty()) {
-    SIGHTLINE_ASSIGN(const ByFamily<ErrorModel> model, model_of(map.model));
-    trained = model.ranges.card;
+    // That of a map of an earlier program cannot be read, and its origin is unknown.
+    const Result<ByFamily<ErrorModel>> model = model_of(map.model);
+    const bool is_of_another_program =
+        !model && error_class(model.error().code) == ErrorClass::kVersion;
+    if (!model && !is_of_another_program) return model.error();
+    if (model) trained = model->ranges.card;
   }
   std::optional<std::string> why = known_to_model(drive, trained, own);
   if (!why && is_split_drive(drive, evaluate, own)) return KnownDrive{DriveOrigin::kOtherScans, ""};
