@@ -167,10 +167,9 @@ std::vector<std::vector<std::size_t>> sites_of(const std::vector<SiteBlock>& blo
 }
 
 // Of one site and the looks of a family.
-void measure_into(const ReferencedScan& scan, std::size_t site, SiteLocalizer& localizer,
-                  MeasuredError& simulated) {
+void measure_into(const MatchStarts& starts, const ReferencedScan& scan, std::size_t site,
+                  SiteLocalizer& localizer, MeasuredError& simulated) {
   MeasuredRows of_site;
-  const MatchStarts starts{simulated.offsets, simulated.tracking_offsets};
   measure_scan(starts, simulated.looks, scan, localizer, of_site);
   const auto first = static_cast<std::ptrdiff_t>(simulated.shape().size(site));
   const auto tracking_count = static_cast<std::ptrdiff_t>(starts.tracking.size());
@@ -201,6 +200,7 @@ Result<ByFamily<StoredTable<MeasuredError>>> simulate_error(PassContext& ctx,
   SIGHTLINE_TRY(check_inputs(options, surface, nds, sites));
   SIGHTLINE_TRY(validate(options.matching.tracking));
   const MeasureErrorOptions& matching = options.matching;
+  const MatchStarts starts = match_starts_of(matching);
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
                                matching.every_return};
   const ScanMaker maker(options, sensor, directions_of(sensor));
@@ -237,10 +237,10 @@ Result<ByFamily<StoredTable<MeasuredError>>> simulate_error(PassContext& ctx,
         return;
       }
       const AreaLocalizer& here = **area;
-      const std::unique_ptr<SiteLocalizer> localizer =
-          make_site_localizer({choice, sensor, here.for_pcl, here.own, here.of_samples});
+      const std::unique_ptr<SiteLocalizer> localizer = make_site_localizer(
+          {choice, sensor, here.for_pcl, here.own, here.of_samples, &here.structures});
       visit_families(rows, [&](MeasuredError& of_family) {
-        measure_into({scan, at.T_map_vehicle, at.T_map_vehicle}, i, *localizer, of_family);
+        measure_into(starts, {scan, at.T_map_vehicle, at.T_map_vehicle}, i, *localizer, of_family);
       });
     };
     SIGHTLINE_ASSIGN(const BlockScene scene, caster.scene(block));

@@ -35,7 +35,7 @@ Result<ByFamily<StoredTable<MeasuredError>>> simulate_error(PassContext& ctx,
                                                             const TiledNds& nds, const Sites& sites,
                                                             const SensorProfile& sensor);
 inline constexpr Pass kSimulateError =
-    Pass{"simulate-error", 4, "simulated", "Localization error of simulated scans", &simulate_error}
+    Pass{"simulate-error", 5, "simulated", "Localization error of simulated scans", &simulate_error}
         .in(Stage::kSites);
 
 }  // namespace sightline
