@@ -81,16 +81,19 @@ std::size_t VoxelEvidence::last_scan(const TileKey& tile) const {
 }
 
 VoxelEvidence::Tile& VoxelEvidence::tile_of(const TileKey& key) {
-  const auto [tile, is_new] = tiles_.try_emplace(key);
-  if (is_new) by_last_scan_.emplace(last_scan(key), key);
-  return tile->second;
+  std::unique_ptr<Tile>& tile = tiles_[key];
+  if (!tile) {
+    tile = std::make_unique<Tile>();
+    by_last_scan_.emplace(last_scan(key), key);
+  }
+  return *tile;
 }
 
 void VoxelEvidence::retire() {
   while (!by_last_scan_.empty() && by_last_scan_.begin()->first < next_scan_) {
     const auto done = tiles_.extract(by_last_scan_.begin()->second);
     by_last_scan_.erase(by_last_scan_.begin());
-    conclude(done.mapped());
+    conclude(*done.mapped());
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "formats/grid/cell_index.h"
@@ -74,7 +75,7 @@ class VoxelEvidence {
   double reach_voxels_;
   RayModel model_;
   std::size_t next_scan_ = 0;
-  std::map<TileKey, Tile> tiles_;
+  std::map<TileKey, std::unique_ptr<Tile>> tiles_;
   std::multimap<std::size_t, TileKey> by_last_scan_;
   std::vector<SeenBlock> seen_;
 };
