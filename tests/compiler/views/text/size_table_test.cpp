@@ -42,7 +42,9 @@ TEST(SizeTable, AddsUpToTheFileLargestPartFirst) {
   double sum = 0.0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     sum += rows[i].second;
-    if (i > 0) EXPECT_LE(rows[i].second, rows[i - 1].second);
+    if (i > 0) {
+      EXPECT_LE(rows[i].second, rows[i - 1].second);
+    }
   }
   EXPECT_EQ(sum, 1000.0);
 }
