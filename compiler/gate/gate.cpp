@@ -157,7 +157,7 @@ std::vector<Found> found_by(const GateRule& rule, const GateInput& input,
   }
   const bool is_split = input.observation->origin == DriveOrigin::kOtherScans;
   return not_judged(fmt::format(
-      "drive {} does not count as an observation: {}", input.observation->drive,
+      "drive {} is not an observation: {}", input.observation->drive,
       is_split ? "same drive, other scans" : "the map, its errors or its model were made from it"));
 }
 
