@@ -89,7 +89,7 @@ TEST(EvaluationFigures, OfTheMapsOwnDriveAreMarkedInJson) {
   }
 }
 
-TEST(EvaluationFigures, OfAnotherMapAreRefused) {
+TEST(EvaluationFigures, AreRefusedByTheIdOfAnotherMap) {
   const MadeSources made = made_sources(3);
   std::vector<Table> all = tables(made.evaluation);
   all.front().facts.emplace_back("map_id", made.map.map_id);
