@@ -187,7 +187,7 @@ Result<void> refuse_known(const EvaluateFlags& flags, const KnownDrive& drive) {
   return Error{ErrorCode::kKnownDrive,
                concat("evaluation.scans: ", drive.why,
                       ", so the results would be better than on another drive. Name another drive, "
-                      "or add --allow-known-drive: every output then states it"),
+                      "or add --allow-known-drive: every output is then marked"),
                flags.run.config_file};
 }
 
@@ -266,7 +266,7 @@ Verb evaluate_verb() {
       {.names = "--tables", .help = "Also print every table", .target = &flags->prints_tables},
       {.names = "--allow-known-drive",
        .help = "Also judge by a drive that made the map, whose errors were measured in it or that "
-               "trained its model; every output states it, and `gate` does not count it",
+               "trained its model; every output is marked, and `gate` does not count it",
        .target = &flags->allows_known_drive}};
   add_result_flags(verb, flags->result, kFormats,
                    "json as schemas/evaluation.schema.json describes it");
