@@ -212,9 +212,9 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChoiceCase& of,
 }
 
 // Null where none was measured.
-const MeasuredError* measured_of(const ByFamily<MeasuredError>* measured, bool is_of_samples) {
+const MeasuredError* measured_of(const ByFamily<MeasuredError>* measured, bool takes_sample) {
   if (measured == nullptr) return nullptr;
-  if (!is_of_samples) return &measured->ranges;
+  if (!takes_sample) return &measured->ranges;
   return measured->samples ? &*measured->samples : nullptr;
 }
 
@@ -240,9 +240,9 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
   SIGHTLINE_ASSIGN(const std::vector<PlaceKind> kinds, place_kinds(sites, factors.ranges));
   const auto of_family = [&](const PredictedError& answers, const ErrorModel& by,
                              const StoredTable<FactorTable>& seen) {
-    const bool is_of_samples = &answers != &predicted.ranges;
+    const bool takes_sample = &answers != &predicted.ranges;
     return choose_own(ctx, {options, sites, kinds, left_out}, answers, by, seen,
-                      measured_of(measured, is_of_samples));
+                      measured_of(measured, takes_sample));
   };
   return each_family(of_family, predicted, model, factors);
 }
