@@ -11,10 +11,10 @@
 
 namespace sightline {
 
-// Upright points of a scan, in the vehicle's frame: what tells one place from another.
+// Upright points of a scan, in the vehicle's frame: by which places differ.
 std::vector<Eigen::Vector3d> upright_of(const Scan& scan, const SensorProfile& sensor);
 
-// Tells whether a scan shows the map at a pose. Holds the NDs of the localizer's map.
+// Decides whether a scan shows the map at a pose. Holds the NDs of the localizer's map.
 class PlaceCheck {
  public:
   explicit PlaceCheck(const sightline_localizer_info& map);

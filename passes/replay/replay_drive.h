@@ -27,7 +27,7 @@ struct ListedScan {
 
 struct ReplayOptions {
   std::optional<Pose> T_world_start;     // of the first scan; else poses of the recording
-  double limit_m = 0.10;                 // of the errors, for which the map is asked
+  double limit_m = 0.10;                 // of the errors, for which the map answers
   std::optional<double> every_return_m;  // match all returns within this, whatever the map names
 };
 

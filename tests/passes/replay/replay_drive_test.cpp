@@ -114,22 +114,22 @@ std::vector<ListedScan> listed(bool has_poses) {
 
 Pose true_start() { return in_world(second_drive().truth.poses.front().T_map_vehicle); }
 
-struct Asked {
+struct Request {
   bool has_poses = false;
   std::optional<Pose> start = std::nullopt;
   MixedStore::Which is_other = never;
   MixedStore::Which is_bad = never;
 };
 
-Result<ReplayedDrive> replay(const Asked& asked, const PassContext& ctx) {
-  const MixedStore store(asked.is_other, asked.is_bad);
-  const std::vector<ListedScan> scans = listed(asked.has_poses);
+Result<ReplayedDrive> replay(const Request& request, const PassContext& ctx) {
+  const MixedStore store(request.is_other, request.is_bad);
+  const std::vector<ListedScan> scans = listed(request.has_poses);
   ReplayOptions options;
-  options.T_world_start = asked.start;
+  options.T_world_start = request.start;
   return replay_drive(
       ctx, options, {opened().localizer, opened().map, second_drive().drive.sensor, store, scans});
 }
-Result<ReplayedDrive> replay(const Asked& asked) { return replay(asked, PassContext{}); }
+Result<ReplayedDrive> replay(const Request& request) { return replay(request, PassContext{}); }
 
 double error_m(const ReplayedDrive& drive, std::size_t scan) {
   const Pose truth = in_world(second_drive().truth.poses[scan].T_map_vehicle);
