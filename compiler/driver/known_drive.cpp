@@ -30,7 +30,7 @@ std::string use_of(const RecordingCard& card) {
                                       : ", whose errors were measured in the map";
 }
 
-// How the map knows the drive; nothing: it does not.
+// What the drive is to the map; nothing: it is another one.
 std::optional<std::string> known_to_map(const RecordingCard& drive,
                                         const RecordingCards& recordings) {
   for (const RecordingCard& card : recordings.cards) {

@@ -55,7 +55,7 @@ TEST(ScanSketch, IsTheSameForWholeMillimetresInEveryContainer) {
             1.0);
 }
 
-TEST(ScanSketch, TellsDrivesOfOneStreetApart) {
+TEST(ScanSketch, DistinguishesDrivesOfOneStreet) {
   std::vector<ScanSketch> others;
   for (int i = 0; i < kScans; ++i) {
     others.push_back(sketch_of(street_scan({.noise = 3, .lateral_m = 0.3}, i + 0.1)));
