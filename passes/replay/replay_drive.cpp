@@ -16,9 +16,9 @@
 #include "passes/trajectory/local/local_match.h"
 
 // Why a check of its own, beside the plan's doubt: the doubt compares a match with the forecast it
-// began at, and a vehicle that is lost has forecasts that agree with its wrong matches. Streets differ in
-// upright surfaces, and a look of some dozen points has few of these; so the whole scan is
-// compared, which takes as long as some matches, at every tenth scan.
+// began at, and a vehicle that is lost has forecasts that agree with its wrong matches. Streets
+// differ in upright surfaces, and a look of some dozen points has few of these; so the whole scan
+// is compared, which takes as long as some matches, at every tenth scan.
 
 namespace sightline {
 namespace {
