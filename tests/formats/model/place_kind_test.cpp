@@ -20,7 +20,7 @@ PlaceKind type_at(const std::vector<double>& occupancy) {
   return place_kinds(factors).front();
 }
 
-TEST(PlaceKind, IsToldByHowFarASiteSees) {
+TEST(PlaceKind, FollowsFromHowFarASiteSees) {
   EXPECT_EQ(type_at({0.75, 0.85, 0.90, 0.92, 0.95}), PlaceKind::kLane);
   EXPECT_EQ(type_at({0.45, 0.75, 0.82, 0.88, 0.92}), PlaceKind::kCanyon);
   EXPECT_EQ(type_at({0.18, 0.33, 0.40, 0.60, 0.82}), PlaceKind::kAvenue);

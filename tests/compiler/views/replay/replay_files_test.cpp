@@ -66,7 +66,7 @@ TEST_F(ReplayFiles, DoNotDependOnTimesOfTheComputation) {
   EXPECT_EQ(poses_mcap(small.scans, small.drive), before);
 }
 
-TEST_F(ReplayFiles, ReplaceNothingWithoutBeingTold) {
+TEST_F(ReplayFiles, ReplaceNothingWithoutForce) {
   const std::filesystem::path file = written("poses.mcap");
   const SmallReplay small = small_replay();
   const Result<void> again = write_poses(file, small.scans, small.drive, IfExists::kRefuse);
