@@ -28,8 +28,9 @@ struct BagMetadata {
 BagMetadata metadata_in(const YAML::Node& root) {
   BagMetadata metadata;
   const YAML::Node bag = root[std::string(kFirstKey)];
+  if (!bag) return metadata;
   const YAML::Node format = bag["compression_format"];
-  if (format.IsScalar()) metadata.compression_format = format.Scalar();
+  if (format && format.IsScalar()) metadata.compression_format = format.Scalar();
   for (const YAML::Node& name : bag["relative_file_paths"]) {
     if (name.IsScalar() && !name.Scalar().empty()) metadata.files.push_back(name.Scalar());
   }
