@@ -219,7 +219,8 @@ std::optional<KnownStart> start_of(const MatchKnowledge& knowledge, const Pose& 
   return KnownStart{T_map_start, *knowledge.start_covariance};
 }
 
-// Whether some motion changes nothing that was matched, apart from rounding.
+// Whether some motion changes nothing that was matched, apart from rounding. Without any structure
+// this is not known.
 bool is_singular(const Matrix6d& information) {
   constexpr double kLeverArm_m = 10.0;  // turns weigh as the motion of a point at this distance
   constexpr double kRounding = 1e-12;
@@ -227,7 +228,7 @@ bool is_singular(const Matrix6d& information) {
   scale << 1.0, 1.0, 1.0, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m;
   const Matrix6d scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Vector6d values = symmetric_eigen<6>(scaled).values;
-  return !(values.minCoeff() > kRounding * values.maxCoeff());
+  return values.maxCoeff() > 0.0 && values.minCoeff() <= kRounding * values.maxCoeff();
 }
 
 // A pose has six degrees of freedom.

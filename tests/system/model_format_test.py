@@ -53,9 +53,11 @@ class Reader:
 
 
 def read_parts(r):
-    recording = lambda: r.struct(role=r.text, name=r.text, sha256=lambda: r.take(32).hex())
+    recording = lambda: r.struct(role=r.text, name=r.text, sha256=lambda: r.take(32).hex(),
+                                 scans=lambda: r.list(lambda: r.take(64)))
     place = lambda: r.struct(name=r.text, drives=lambda: r.list(r.text), route_m="d", blocks="I",
-                             recordings=lambda: r.list(recording))
+                             recordings=lambda: r.list(recording), numbers=lambda: r.array("I"), number="I",
+                             centre_x_m="d", centre_y_m="d", centre_z_m="d")
     parameter = lambda: r.struct(name=r.text, value=r.text)
     look = lambda: r.struct(range_m="d", returns="I", even_beyond_m="d", points="I", by_normals="B", settles="B")
     localizer = lambda: r.struct(name=r.text, version="I", parameters=lambda: r.list(parameter))
@@ -67,11 +69,11 @@ def read_parts(r):
                                             greatest=lambda: r.array("d"))),
         "ranges": r.list(lambda: r.struct(range_m="d", mean_error_m="d", r_squared="d", rmse_m="d",
                                           history_r_squared="d", history_rmse_m="d")),
-        "streets": r.list(lambda: r.struct(limit_m="d", street="B", cases="I", coverage="d", range_m="d", error_m="d")),
+        "kinds": r.list(lambda: r.struct(limit_m="d", kind="B", cases="I", coverage="d", range_m="d", error_m="d")),
         "forest": r.struct(features="I", labels=lambda: r.array("d"), rows=lambda: r.array("f"),
                            trees=lambda: r.list(lambda: r.list(lambda: (r.one("H"), r.one("f"))))),
         "cases": r.list(lambda: r.struct(x_m="d", y_m="d", z_m="d", place="I", drive="I", run="I", s_m="d", block="I", has_label="B",
-                                         has_history="B", features_xxh3="Q", street="B")),
+                                         has_history="B", features_xxh3="Q", kind="B")),
         "out_of_fold": r.struct(looks=lambda: r.list(look), limits_m=lambda: r.array("d"), cases="I",
                                 mean_m=lambda: r.array("d"), within=lambda: r.array("d"),
                                 extrapolated=lambda: r.array("B"), out_of_fold=lambda: r.array("B"),
@@ -83,7 +85,7 @@ def read_parts(r):
 def read_model(data):
     file = Reader(data)
     assert file.take(4) == b"SLA\x1a"
-    assert file.one("I") == 6
+    assert file.one("I") == 7
     assert file.text() == "error-model"
     payload = file.take(file.one("Q"))
     file.one("Q")

@@ -53,7 +53,8 @@ void VoxelEvidence::add(const ScanBlocks& scan) {
     constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
     LogOdds unknown;
     unknown.values.fill(kUnknown);
-    LogOdds& log_odds = tile->values()[tile->insert(block, unknown).number];
+    const std::uint32_t number = tile->insert(block, unknown).number;
+    LogOdds& log_odds = tile->values()[number];
     const ScanVoxels& seen = scan.values()[i];
     update(seen.free & ~seen.occupied, model_.miss, log_odds);
     update(seen.occupied, model_.hit, log_odds);

@@ -29,6 +29,7 @@ using testing::HasSubstr;
 struct Workshop {
   explicit Workshop(const RandomMapOptions& options) : made(random_map(options)) {
     mapping.name = "first drive";
+    recordings.cards = {{"mapping", mapping.name, sha256(mapping.name)}};
     mapping.sensor = made.sensor;
     mapping.scans.resize(4);
     for (std::uint32_t i = 0; i < 4; ++i) mapping.scans[i].recording_index = i;

@@ -15,7 +15,7 @@ TEST(BinomialTail, IsThatOfTablesAndOfEveryCount) {
   EXPECT_NEAR(binomial_tail(3, 2, 0.5), 0.5, 1e-12);
   EXPECT_EQ(binomial_tail(3, 4, 0.5), 0.0);
   for (std::uint32_t least = 1; least <= 2000; least += 7) {
-    EXPECT_LE(binomial_tail(2000, least + 1, 0.05), binomial_tail(2000, least, 0.05));
+    EXPECT_LE(binomial_tail(2000, least + 1, 0.05), binomial_tail(2000, least, 0.05) + 1e-12);
   }
 }
 
@@ -95,8 +95,8 @@ TEST(Contradiction, CountsBlocksAndNotTheirSites) {
   for (int i = 60; i < 240; ++i) measured.rows[static_cast<std::size_t>(i)].mean_m = 0.5;
   const std::optional<Contradiction> found = contradiction_of(sites, measured, choice, 0.1, 0.05);
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->block_count, 10U);
-  EXPECT_EQ(found->missed_blocks, 4U);
+  EXPECT_EQ(found->block_count, 9U) << "of 599 m";
+  EXPECT_EQ(found->missed_blocks, 3U);
   EXPECT_NEAR(found->share_within, 0.6, 1e-12);
   for (std::uint8_t& flags : choice.flags) flags |= kUnmet;
   EXPECT_FALSE(contradiction_of(sites, measured, choice, 0.1, 0.05)) << "nothing was answered";
