@@ -108,8 +108,9 @@ TEST(MapDiffText, TellsTheLongestStretchesOnlyAndHowManyMoreThereAre) {
       {.seed = 2, .site_count = 900, .nd_count = 0, .run_count = 30, .limits_m = {0.10}});
   CompiledMap after = before;
   for (std::size_t i = 0; i < 900; ++i) {
+    const std::size_t run = i / 30;
     before.sites.sites[i].p_map_m = after.sites.sites[i].p_map_m = {
-        static_cast<double>(i % 30), 12.0 * static_cast<double>(i / 30), 0.0};
+        static_cast<double>(i % 30), 12.0 * static_cast<double>(run), 0.0};
     before.ranges.range_index[i] = before.ranges.flags[i] = after.ranges.flags[i] = 0;
     after.ranges.range_index[i] = i % 30 < i / 30 ? 1 : 0;  // run k has k changed sites
   }
