@@ -56,7 +56,7 @@ TEST(Localize, FollowsADriveToCentimetres) {
   const ProgramResult run = run_successfully(localize(config_file()) + "--compare " + truth_file() +
                                              " -o " + (folder / "poses.tum").string());
   EXPECT_THAT(run.out,
-              AllOf(HasSubstr("Wrote "), HasSubstr("(100 %)"), HasSubstr("Lost       never\n")));
+              AllOf(HasSubstr("Wrote "), HasSubstr("(100.0 %)"), HasSubstr("Lost       never\n")));
   const Json json = json_of(
       run_successfully(localize(config_file()) + "--format json --compare " + truth_file()));
   const Json schema =
