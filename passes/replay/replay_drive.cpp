@@ -215,8 +215,7 @@ Result<ReplayedScan> Replay::follow(std::size_t number, const Scan& scan) {
     const bool contradicts = !has_matched(matched.match) || (share && *share < least_met());
     if (share && !contradicts) shown(*share);
     contradiction_count_ = contradicts ? contradiction_count_ + 1 : 0;
-    // A doubt is settled by the scans that follow.
-    until_check_ = contradicts ? 1 : kCheckEvery;
+    until_check_ = kCheckEvery;
   }
   --until_check_;
   result.is_in_doubt = is_doubted || contradiction_count_ > 0;

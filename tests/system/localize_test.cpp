@@ -31,15 +31,19 @@ std::string localize(const std::string& recording) {
 
 Json json_of(const ProgramResult& run) { return Json::parse(run.out); }
 
-// A folder with links to the scans of the drive, of which some may be replaced.
-std::vector<fs::path> link_scans(const fs::path& folder) {
+std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(scans_folder())) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     files.push_back(entry.path());
   }
   std::ranges::sort(files);
+  return files;
+}
+
+// A folder with links to the scans of the drive, of which some may be replaced.
+std::vector<fs::path> link_scans(const fs::path& folder) {
   std::vector<fs::path> links;
-  for (const fs::path& file : files) {
+  for (const fs::path& file : files_in(scans_folder())) {
     links.push_back(folder / file.filename());
     fs::create_symlink(file, links.back());
   }
@@ -132,12 +136,15 @@ TEST(Localize, LeavesOutScansThatAreDamagedOrEmpty) {
 
 TEST(Localize, SaysWhereItWasLostAndGoesOn) {
   const fs::path folder = fresh_folder();
-  const std::vector<fs::path> scans = link_scans(folder);
-  // Scans of another place of the same street.
-  const std::string elsewhere = bytes_of(scans[0]);
-  for (std::size_t i = 30; i < 55; ++i) replace_by(scans[i], elsewhere);
+  const fs::path other = folder / "other";
+  make_town(other, "--seed 8 --length-m 40 --drives 1 --origin-m 456500,5429500");
+  const std::vector<fs::path> elsewhere = files_in(other / "drive_1/scans");
+  const fs::path drive = folder / "drive";
+  fs::create_directory(drive);
+  const std::vector<fs::path> scans = link_scans(drive);
+  for (std::size_t i = 30; i < 55; ++i) replace_by(scans[i], bytes_of(elsewhere[i - 30]));
   const Json json = json_of(run_successfully(
-      localize(config_file()) + "--format json --set localization.scans=" + folder.string()));
+      localize(config_file()) + "--format json --set localization.scans=" + drive.string()));
   EXPECT_EQ(json["times_lost"], 1);
   EXPECT_GE(json["lost"], 10);
   EXPECT_LE(json["lost"], 25);
