@@ -14,7 +14,6 @@
 namespace sightline {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class ReplayFiles : public TestInFolder {
