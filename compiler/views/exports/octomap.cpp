@@ -171,6 +171,15 @@ Result<std::vector<SeenBlock>> see_scans(const SurfacePoints& surface,
   return evidence.take();
 }
 
+// OctoMap makes the root of a tree when a node is set. Nodes are added to this one.
+class RootedTree : public octomap::OcTree {
+ public:
+  explicit RootedTree(double voxel_m) : octomap::OcTree(voxel_m) {
+    root = new octomap::OcTreeNode();  // the tree's own
+    ++tree_size;
+  }
+};
+
 // Builds a tree in its most likely state. Nodes of equal children have none.
 class TreeOfBlocks {
  public:
@@ -222,11 +231,7 @@ class TreeOfBlocks {
   unsigned depth_;
 };
 
-void build(const std::vector<SeenBlock>& blocks, octomap::OcTree& tree) {
-  // Only setting a node makes a root.
-  const octomap::OcTreeKey any(0, 0, 0);
-  tree.setNodeValue(any, 0.0F, true);
-  tree.deleteNode(any);
+void build(const std::vector<SeenBlock>& blocks, RootedTree& tree) {
   TreeOfBlocks nodes(tree);
   for (const SeenBlock& block : blocks) nodes.add(block);
   tree.prune();
@@ -266,7 +271,7 @@ Result<std::vector<std::byte>> octomap_bt(const SurfacePoints& surface,
   }
   SIGHTLINE_ASSIGN(const std::vector<SeenBlock> blocks, see_scans(surface, options));
   if (blocks.empty()) return Error{ErrorCode::kEmptyMap, "found no returns in the scans"};
-  octomap::OcTree tree(options.voxel_m);
+  RootedTree tree(options.voxel_m);
   build(blocks, tree);
   return to_bytes(octomap_frame(surface.frame, options.voxel_m), tree);
 }
