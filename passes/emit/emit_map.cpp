@@ -29,7 +29,7 @@ const std::vector<NamedVersion>& definitions() {
                                                          {"ndt-map", 1},
                                                          {"sites", 3},
                                                          {"surface", 4},
-                                                         {"tracking-starts", 1}};
+                                                         {"tracking-starts", 2}};
   return kDefinitions;
 }
 

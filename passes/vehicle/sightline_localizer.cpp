@@ -15,7 +15,6 @@
 #include "formats/base/copy_message.h"
 #include "formats/base/version.h"
 #include "formats/drive/look.h"
-#include "formats/symmetric_eigen.h"
 #include "passes/matching/covariance/known_start.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_plan.h"
@@ -219,23 +218,10 @@ std::optional<KnownStart> start_of(const MatchKnowledge& knowledge, const Pose& 
   return KnownStart{T_map_start, *knowledge.start_covariance};
 }
 
-// Whether some motion changes nothing that was matched, apart from rounding. Without any structure
-// this is not known.
-bool is_singular(const Matrix6d& information) {
-  constexpr double kLeverArm_m = 10.0;  // turns weigh as the motion of a point at this distance
-  constexpr double kRounding = 1e-12;
-  Vector6d scale;
-  scale << 1.0, 1.0, 1.0, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m;
-  const Matrix6d scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Vector6d values = symmetric_eigen<6>(scaled).values;
-  return values.maxCoeff() > 0.0 && values.minCoeff() <= kRounding * values.maxCoeff();
-}
-
 // A pose has six degrees of freedom.
-bool is_unconstrained(const MatchResult& found, const Matrix6d& information) {
+bool is_unconstrained(const MatchResult& found) {
   constexpr std::uint32_t kFewestPoints = 6;
-  return found.stop == MatchStop::kConverged &&
-         (found.scored_points < kFewestPoints || is_singular(information));
+  return found.stop == MatchStop::kConverged && found.scored_points < kFewestPoints;
 }
 
 // What the calls share.
@@ -291,7 +277,7 @@ int match_scan(const MatchCall& call, const Use& use) {
     const MatchEnd end = end_of_match(found.match, found.scan, start ? &*start : nullptr,
                                       localizer.structures, knowledge->scale, workspace->observer);
     put(end, frame, answer);
-    if (is_unconstrained(found.match, end.information)) answer.stop = SIGHTLINE_UNCONSTRAINED;
+    if (is_unconstrained(found.match)) answer.stop = SIGHTLINE_UNCONSTRAINED;
     localizer.give_back(std::move(workspace));
     return 0;
   } catch (const std::bad_alloc&) {

@@ -231,10 +231,19 @@ class TreeOfBlocks {
   unsigned depth_;
 };
 
+// OctoMap's prune() ends at the first depth without anything to prune, as the deepest one is here.
+void prune_below(octomap::OcTree& tree, octomap::OcTreeNode* node) {
+  if (!tree.nodeHasChildren(node)) return;
+  for (unsigned child = 0; child < 8; ++child) {
+    if (tree.nodeChildExists(node, child)) prune_below(tree, tree.getNodeChild(node, child));
+  }
+  tree.pruneNode(node);
+}
+
 void build(const std::vector<SeenBlock>& blocks, RootedTree& tree) {
   TreeOfBlocks nodes(tree);
   for (const SeenBlock& block : blocks) nodes.add(block);
-  tree.prune();
+  prune_below(tree, tree.getRoot());
 }
 
 // As OctoMap's writeBinary does, which prints on the way: the pruned tree after the head that its

@@ -124,7 +124,7 @@ TEST(WeaknessOutput, AsATableHasARowForEachStretch) {
   for (const std::vector<Cell>& row : table.rows) EXPECT_EQ(row.size(), table.columns.size());
   const std::string csv = format_table(table, TableFormat::kCsv);
   EXPECT_THAT(csv, HasSubstr("# positions_are: world coordinates, m"));
-  EXPECT_THAT(csv, HasSubstr("50 m,unknown,repeated,5"));
+  EXPECT_THAT(csv, HasSubstr("50 m,avenue,repeated,5"));
 }
 
 }  // namespace
