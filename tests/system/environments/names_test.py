@@ -121,6 +121,8 @@ class Names(unittest.TestCase):
         bad = [letter for letter in text if is_control(letter)]
         COUNTS["controls"] += len(bad)
         self.assertFalse(bad, about)
+        if form == "page":  # no log: a CI service reads no commands in it
+            return text
         for line in text.split("\n"):
             is_command = line.lstrip().startswith("::") and form != "github" or "##[" in line
             if is_command or re.match(r"\s*::\w+ title=hacked", line):
@@ -133,7 +135,7 @@ class Names(unittest.TestCase):
         ending = os.path.splitext(path)[1].decode(errors="replace")
         if ending in BINARY or raw.startswith(b"\x1f\x8b"):
             return
-        text = self.look_at(raw, "github" if path.endswith(b"github.txt") else "text", path)
+        text = self.look_at(raw, "page" if ending == ".html" else "github" if path.endswith(b"github.txt") else "text", path)
         if ending in (".json", ".geojson", ".sarif"):
             self.assert_no_key(list(keys_of(json.loads(text))), path)
         elif ending == ".csv":
@@ -218,7 +220,7 @@ class Names(unittest.TestCase):
         run("compile", name[:200] + b".none", "-o", b"x.slmap")
         run("compile", config, "-o", map_file, "--cache", cache, "--set", b"mapping.scans=" + name)
         for path in pathlib.Path(os.fsdecode(where)).rglob("*"):
-            if path.is_file() and path.suffix not in (".tum",) and b"scans" not in os.fsencode(path.parent):
+            if path.is_file() and path.suffix not in (".tum", ".sla") and b"scans" not in os.fsencode(path.parent):
                 if os.fsencode(path.parent.name) != name or path.parent == pathlib.Path(os.fsdecode(where)):
                     self.look_at_file(os.fsencode(path))
         self.assertFalse(os.path.exists(os.path.join(where, b"hacked")))
