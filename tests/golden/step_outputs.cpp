@@ -9,6 +9,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/pipeline/runner.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline::golden {
@@ -78,7 +79,7 @@ Result<std::vector<Table>> all_tables(const ArtifactSet::Entry& entry) {
 // drive, where an artifact is not encoded or holds times.
 Result<Digest> digest_of(const ArtifactSet::Entry& entry) {
   SIGHTLINE_ASSIGN(std::vector<Table> all, all_tables(entry));
-  bool has_times = false;
+  bool has_times = entry.type == &artifact_type<MeasuredDrives>();  // in no column of its dump
   for (Table& table : all) has_times = remove_times(table) || has_times;
   if (entry.type->write && !has_times) {
     Sha256Stream encoded;
