@@ -83,7 +83,10 @@ void add_thread_limit(Verb& verb) {
   if (flag == verb.flags.end()) return;
   int* const threads = std::get<int*>(flag->target);
   verb.run = [threads, run = std::move(verb.run)] {
-    const ThreadLimit limit(*threads);
+    // Kept after the run: where a limit ends, TBB starts threads, which a system may refuse.
+    static auto* const kept = new std::unique_ptr<ThreadLimit>();
+    kept->reset();
+    *kept = std::make_unique<ThreadLimit>(*threads);
     return run();
   };
 }

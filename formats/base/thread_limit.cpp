@@ -44,9 +44,10 @@ int count_usable_threads() {
 }  // namespace
 
 int usable_threads() {
+  // Counting starts threads, so a limit is read first.
+  if (const int limit = chosen_limit; limit > 0) return limit;
   static const int kCount = count_usable_threads();
-  const int limit = chosen_limit;
-  return limit > 0 ? limit : kCount;
+  return kCount;
 }
 
 struct ThreadLimit::Control {

@@ -219,9 +219,10 @@ std::optional<KnownStart> start_of(const MatchKnowledge& knowledge, const Pose& 
 }
 
 // A pose has six degrees of freedom.
-bool is_unconstrained(const MatchResult& found) {
+bool is_unconstrained(const MatchResult& found, const MatchEnd& end) {
   constexpr std::uint32_t kFewestPoints = 6;
-  return found.stop == MatchStop::kConverged && found.scored_points < kFewestPoints;
+  return found.stop == MatchStop::kConverged &&
+         (found.scored_points < kFewestPoints || !end.holds_every_motion);
 }
 
 // What the calls share.
@@ -277,7 +278,7 @@ int match_scan(const MatchCall& call, const Use& use) {
     const MatchEnd end = end_of_match(found.match, found.scan, start ? &*start : nullptr,
                                       localizer.structures, knowledge->scale, workspace->observer);
     put(end, frame, answer);
-    if (is_unconstrained(found.match)) answer.stop = SIGHTLINE_UNCONSTRAINED;
+    if (is_unconstrained(found.match, end)) answer.stop = SIGHTLINE_UNCONSTRAINED;
     localizer.give_back(std::move(workspace));
     return 0;
   } catch (const std::bad_alloc&) {

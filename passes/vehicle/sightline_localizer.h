@@ -46,7 +46,8 @@ typedef struct sightline_points {
 #define SIGHTLINE_ITERATION_LIMIT 1u
 #define SIGHTLINE_NO_POINTS 2u  /* the look takes none of this scan: the pose is the start */
 #define SIGHTLINE_NO_OVERLAP 3u /* no point has a part of the map near: the pose is the start */
-/* Fewer than six points have a part of the map near: the pose is no answer. */
+/* Fewer than six points have a part of the map near, or the surfaces and lines that they meet leave
+ * a motion entirely free: the pose is no answer. */
 #define SIGHTLINE_UNCONSTRAINED 4u
 
 /* Bits of sightline_match.weak: motions along and about the vehicle's axes. */

@@ -44,8 +44,9 @@ MatchEnd end_of_match(const MatchResult& found, const ScanForMatch& scan, const 
   end.estimate.T_map_vehicle = found.T_map_sensor;
   const bool is_matched = found.scored_points > 0;
   if (is_matched) {
-    end.information =
-        match_information(structure_evidence(map, scan, found.T_map_sensor, memory), scale);
+    const StructureEvidence evidence = structure_evidence(map, scan, found.T_map_sensor, memory);
+    end.information = match_information(evidence, scale);
+    end.holds_every_motion = evidence.holds_every_motion;
   }
   const Matrix6d alone = covariance_of_unknown_start(end.information);
   end.weak = weak_axes(alone, found.T_map_sensor);

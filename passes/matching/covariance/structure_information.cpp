@@ -76,6 +76,16 @@ Eigen::Vector3d clear_part(const Split& parts, std::span<const StructureObservat
   return clear_per_m2;
 }
 
+// Of observations in sum. Turns count as what they move at kTurnArm_m.
+bool holds_every_motion(const Matrix6d& observed) {
+  constexpr double kRounding = 1e-12;
+  Vector6d scale;
+  scale << 1.0, 1.0, 1.0, 1.0, 1.0 / kTurnArm_m, 1.0 / kTurnArm_m;
+  const Matrix6d scaled = scale.asDiagonal() * observed * scale.asDiagonal();
+  const Vector6d pivots = Eigen::LDLT<Matrix6d>(scaled).vectorD();
+  return pivots.minCoeff() > kRounding * pivots.maxCoeff();
+}
+
 constexpr int kPlace[] = {0, 1, 5, 2, 3, 4};  // in the usual order
 
 // In the vehicle's level axes, forward, left, up and turns about these, to map axes.
@@ -216,10 +226,11 @@ StructureEvidence structure_evidence(std::span<const StructureObservation> obser
   Matrix6d reduce = Matrix6d::Identity();
   reduce.topLeftCorner<3, 3>() += less;
   reduce.topRightCorner<3, 3>() = -less * parts.followed.transpose();
-  const Matrix6d half = reduce * (parts.sum - known_without_surfaces());
+  const Matrix6d observed = parts.sum - known_without_surfaces();
+  const Matrix6d half = reduce * observed;
   const Matrix6d reduced = half * reduce.transpose();
   const Vector6d descent = reduce * parts.descent;
-  return {to_map(reduced, level_axes), to_map(descent, level_axes)};
+  return {to_map(reduced, level_axes), to_map(descent, level_axes), holds_every_motion(observed)};
 }
 
 StructureEvidence structure_evidence(const StructureMap& map, const ScanForMatch& scan,

@@ -94,6 +94,9 @@ struct StructureEvidence {
   Matrix6d information = Matrix6d::Zero();
   // Minus the gradient of half the weighted sum of squared residuals, reduced in the same way.
   Vector6d descent = Vector6d::Zero();
+  // Whether the observations, clear or not, have a part of every motion; false: some motion changes
+  // none of them, apart from rounding.
+  bool holds_every_motion = false;
 };
 StructureEvidence structure_evidence(std::span<const StructureObservation> observations,
                                      const Eigen::Matrix3d& level_axes);

@@ -305,6 +305,17 @@ class Machine(Environments):
         self.assert_made(done)
         self.assertNotIn("TBB", done.stderr)
 
+    def test_one_thread_is_one_thread(self):
+        process = subprocess.Popen([SETTINGS["sightline"], "compile", self.config, "-o", self.out, "-q", "--no-cache",
+                                    "--threads", "1"], stdout=subprocess.DEVNULL)
+        most = 0
+        while process.poll() is None:
+            with contextlib.suppress(OSError):
+                most = max(most, len(os.listdir(f"/proc/{process.pid}/task")))
+            time.sleep(0.01)
+        self.assertEqual(process.returncode, 0)
+        self.assertEqual(most, 1)
+
     @contextlib.contextmanager
     def group(self, controller, values):
         folder = group_folder(controller)
@@ -328,6 +339,15 @@ class Machine(Environments):
             done = self.compile(self.out, "--cache", self.cache, "--dry-run", preexec_fn=join)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertRegex(done.stdout, r"memory  about [0-9]+ MiB; [0-9]+ MiB free")
+
+    def test_threads_that_are_refused_are_done_without(self):
+        for number in (errno.EPERM, errno.EAGAIN):
+            done = self.compile(self.out, "--force", "--no-cache", env=self.lacking("thread", number))
+            self.assert_made(done)
+            done = self.compile(self.out, "--force", "--no-cache", "--threads", "3", env=self.lacking("thread", number))
+            if done.returncode != 0:
+                self.assertIn("thread", done.stderr)
+                self.assertNotIn("not enough memory", done.stderr)
 
     def start(self, *words, **options):
         """A compile that has begun: its first event was read."""
