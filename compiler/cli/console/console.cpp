@@ -163,7 +163,8 @@ std::string_view origin(const StepReport& report) {
   return report.reason == kNotNeeded ? kNotNeeded : "from the cache";
 }
 
-// Says what is kept, and dies of the signal, so that a shell sees it and ends its loop.
+// Prints what is kept. Ctrl-C ends the program by the signal, so that a shell ends its loop; asked
+// to stop by a scheduler it exits as incomplete, so that the scheduler starts it again.
 template <bool kHasCache>
 void on_interrupt(int signal) {
   constexpr std::string_view kText =
@@ -172,6 +173,7 @@ void on_interrupt(int signal) {
                 : "\nSL7001 interrupted: nothing is kept without a cache; leave out --no-cache to "
                   "continue from finished passes\n";
   (void)!::write(STDERR_FILENO, kText.data(), kText.size());
+  if (signal == SIGTERM) ::_exit(exit_status(ErrorCode::kInterrupted));
   (void)std::signal(signal, SIG_DFL);
   (void)::raise(signal);  // comes when this handler has returned
 }

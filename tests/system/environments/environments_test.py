@@ -361,12 +361,12 @@ class Machine(Environments):
         self.addCleanup(events.close)
         return process
 
-    def test_an_interrupt_ends_the_program_by_the_signal(self):
-        for number in (signal.SIGINT, signal.SIGTERM):
+    def test_an_interrupt_ends_the_program_by_the_signal_and_a_request_to_stop_as_incomplete(self):
+        for number, status in ((signal.SIGINT, -signal.SIGINT), (signal.SIGTERM, 75)):
             process = self.start()
             process.send_signal(number)
             error = process.communicate()[1]
-            self.assertEqual(process.returncode, -number, error)
+            self.assertEqual(process.returncode, status, error)
             self.assertIn("SL7001 interrupted", error)
 
     def test_a_signal_that_is_ignored_at_the_start_stays_so(self):
