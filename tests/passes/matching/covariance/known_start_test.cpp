@@ -5,21 +5,12 @@
 
 #include "passes/matching/look_cutter.h"
 #include "tests/passes/matching/allocation_counter.h"
+#include "tests/passes/matching/covariance/random_positive.h"
 #include "tests/passes/matching/random_scene.h"
 #include "tests/support/box_world.h"
 
 namespace sightline {
 namespace {
-
-Matrix6d random_positive(Random& random, double least) {
-  Matrix6d half;
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) half(i, j) = random.normal();
-  }
-  Matrix6d positive = half * half.transpose();
-  positive.diagonal().array() += least;
-  return positive;
-}
 
 Vector6d small_motion(Random& random) {
   Vector6d motion;

@@ -5,20 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "formats/base/random.h"
+#include "tests/passes/matching/covariance/random_positive.h"
 
 namespace sightline {
 namespace {
-
-Matrix6d random_positive(Random& random, double least) {
-  Matrix6d half;
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) half(i, j) = random.normal();
-  }
-  Matrix6d positive = half * half.transpose();
-  positive.diagonal().array() += least;
-  return positive;
-}
 
 // Constrains nothing along x.
 StructureEvidence tunnel_like() {
