@@ -163,8 +163,8 @@ std::string_view origin(const StepReport& report) {
   return report.reason == kNotNeeded ? kNotNeeded : "from the cache";
 }
 
-// Prints what is kept. Ctrl-C ends the program by the signal, so that a shell ends its loop; asked
-// to stop by a scheduler it exits as incomplete, so that the scheduler starts it again.
+// Prints what is kept. Ctrl-C ends the program by the signal, so that a shell ends its loop; at
+// SIGTERM of a scheduler it exits as incomplete, so that the scheduler starts it again.
 template <bool kHasCache>
 void on_interrupt(int signal) {
   constexpr std::string_view kText =
