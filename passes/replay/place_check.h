@@ -25,6 +25,7 @@ class PlaceCheck {
   // compared.
   [[nodiscard]] std::optional<double> met_share(const std::vector<Eigen::Vector3d>& upright_m,
                                                 const Pose& T_world_vehicle) const;
+  [[nodiscard]] const NdtMap& map() const { return map_; }
 
  private:
   NdtMap map_;

@@ -27,6 +27,7 @@ struct ListedScan {
 
 struct ReplayOptions {
   std::optional<Pose> T_world_start;     // of the first scan; else poses of the recording
+  bool starts_from_nothing = false;      // poses of the recording are not used
   double limit_m = 0.10;                 // of the errors, for which the map answers
   std::optional<double> every_return_m;  // match all returns within this, whatever the map names
 };
@@ -67,10 +68,12 @@ struct ReplayedDrive {
 // Each scan starts where the two before it predict; the first, and those after a pause of 2 s or a
 // loss, from `T_world_start`, a pose of the recording or the last pose, and from starts up to 3 m
 // around it. There, every tenth scan and where the plan doubts, it is checked whether the scan
-// shows the map. Scans that cannot be read or have no returns are left out with a warning, up to
-// 5 %. The same bits for any number of threads, but time_ms. Errors: no-poses (no start is known),
-// no-overlap (the start is beside the map; none of the first 20 scans shows the map), those of
-// reading a scan, where there are more than 5 % of them, and of MapReader::look_plan.
+// shows the map. Where no pose is known, and at every fifth scan of a lost vehicle, the whole map
+// is searched (find_place); a scan that fits two places is not found. Scans that cannot be read or
+// have no returns are left out with a warning, up to 5 %. The same bits for any number of threads,
+// but time_ms. Errors: no-overlap (the start is beside the map; none of the first 20 scans shows
+// the map, or one place of it alone), those of reading a scan, where there are more than 5 % of
+// them, and of MapReader::look_plan and sites.
 Result<ReplayedDrive> replay_drive(const PassContext& ctx, const ReplayOptions& options,
                                    const ReplayInputs& inputs);
 

@@ -15,13 +15,12 @@ constexpr double kMeetsSigmas = 3.0;
 constexpr double kUprightNormal = 0.5;
 constexpr std::size_t kFewestMet = 30;
 
-// Whether an ND identifies a place: a wall or a pole.
-bool is_upright(const Nd& nd) {
+}  // namespace
+
+bool identifies_place(const Nd& nd) {
   return (is_surface(nd) && std::abs(nd.eigenvectors(2, 2)) < kUprightNormal) ||
          is_upright_line(nd);
 }
-
-}  // namespace
 
 NdsByCell::NdsByCell(const NdtMap& map) : cell_m_(map.cell_m) {
   for (const Nd& nd : map.nds) cells_.insert(nd.key, &nd);
@@ -46,8 +45,8 @@ std::optional<double> met_share(const NdsByCell& nds, std::span<const Eigen::Vec
     bool is_unclear = false;
     nds.visit_near(point_map_m, [&](const Nd& nd) {
       const bool is_near = meets(nd, point_map_m);
-      is_met = is_met || (is_near && is_upright(nd));
-      is_unclear = is_unclear || (is_near && !is_upright(nd));
+      is_met = is_met || (is_near && identifies_place(nd));
+      is_unclear = is_unclear || (is_near && !identifies_place(nd));
     });
     met += is_met ? 1 : 0;
     missed += !is_met && !is_unclear ? 1 : 0;

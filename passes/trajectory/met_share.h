@@ -38,6 +38,9 @@ class NdsByCell {
   CellTable<const Nd*> cells_;
 };
 
+// Whether an ND identifies a place: a wall or a pole.
+bool identifies_place(const Nd& nd);
+
 // Whether a point is on the surface or the line of an ND, near the returns that it is of.
 bool meets(const Nd& nd, const Eigen::Vector3d& point_map_m);
 

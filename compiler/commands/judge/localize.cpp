@@ -34,6 +34,7 @@ struct LocalizeFlags {
   std::string output;
   bool is_forced = false;
   std::vector<std::string> start;  // X Y Z YAW
+  bool starts_from_nothing = false;
   double limit_m = 0.0;
   double every_return_m = 0.0;
   std::string compared;
@@ -209,6 +210,7 @@ Result<Opened> open(const LocalizeFlags& flags) {
 Result<ReplayOptions> replay_options(const LocalizeFlags& flags, const Opened& opened) {
   ReplayOptions options;
   SIGHTLINE_ASSIGN(options.T_world_start, start_of(flags));
+  options.starts_from_nothing = flags.starts_from_nothing;
   options.limit_m = flags.limit_m > 0.0 ? flags.limit_m : opened.map.info().limits_m.front();
   if (flags.every_return_m > 0.0) options.every_return_m = flags.every_return_m;
   return options;
@@ -315,8 +317,12 @@ std::vector<Flag> flags_of_replay(LocalizeFlags& flags) {
        .value = "X Y Z YAW",
        .help = "Pose of the vehicle at the first scan, right to about 3 m and 5 degrees: metres "
                "in the world of the map, degrees from its x axis; default: the first pose of "
-               "the recording",
+               "the recording, or a search of the whole map where it has none",
        .target = &flags.start},
+      {.names = "--from-nothing",
+       .help = "Use no pose of the recording: search the whole map for the first scan, and for a "
+               "vehicle that is lost",
+       .target = &flags.starts_from_nothing},
       {.names = "--limit",
        .value = "METRES",
        .help = "One of the map's limits; 0: the tightest",
@@ -341,13 +347,16 @@ Verb localize_verb() {
   verb.details =
       "Each scan starts where the two poses before it predict, and is matched by the map's plan. "
       "The first one starts from --start or from the recording's own pose (poses or GNSS of the "
-      "configuration), and up to 3 m around it. Prints four lines: how many scans were localized; "
+      "configuration), and up to 3 m around it; where there is none, the whole map is searched, "
+      "and a "
+      "scan that fits two places begins nothing. Prints four lines: how many scans were localized; "
       "how often the vehicle was lost; the processor time of a scan beside the time between scans; "
       "and where the poses are in doubt, by numbers of scans and positions in the world.\n\n"
       "In doubt are poses of the plan's second look, and scans that contradict the map. After "
       "three "
-      "such scans in a row the vehicle is lost, and is searched for from the recording's poses or "
-      "its last pose. Poses of lost scans are not written. A drive of another place is refused.";
+      "such scans in a row the vehicle is lost, and is searched for from the recording's poses, or "
+      "from its last pose and in the whole map. Poses of lost scans are not written. A drive of "
+      "another place is refused.";
   verb.examples = {
       "sightline localize town.yaml --map town.slmap -o poses.tum",
       "sightline localize drive.mcap --map town.slmap --start 12.5 -3.0 0.2 90 -o poses.mcap",

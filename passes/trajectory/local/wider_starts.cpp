@@ -27,7 +27,6 @@ constexpr int kLevels = 6;  // squares of 1 to 32 cells
 // The scan is thinned to so many points: enough to distinguish places.
 constexpr std::size_t kMostPoints = 240;
 static_assert(kMostPoints < 256, "a byte counts them");
-constexpr std::size_t kMostStarts = 8;
 constexpr std::size_t kMostOpened = 200'000;
 constexpr double kDistinct_m = 1.5;
 constexpr double kDistinct_rad = 10.0 * std::numbers::pi / 180.0;
@@ -171,6 +170,7 @@ class Search {
          const WideSearch& options)
       : T_map_around_(T_map_around),
         least_share_(options.least_share),
+        most_starts_(options.most_starts),
         reach_(static_cast<int>(std::ceil(options.reach_m / kCell_m))),
         pyramid_(map_upright_m, T_map_around.translation(),
                  reach_ + static_cast<int>(kScanReach_m / kCell_m) + 2) {
@@ -195,7 +195,7 @@ class Search {
         continue;
       }
       found.push_back(start_of(node));
-      if (found.size() == kMostStarts) break;
+      if (found.size() == most_starts_) break;
     }
     return found;
   }
@@ -284,6 +284,7 @@ class Search {
 
   Pose T_map_around_;
   double least_share_;
+  std::size_t most_starts_;
   int reach_;
   Pyramid pyramid_;
   std::vector<Eigen::Matrix3d> rotations_;     // by heading

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "formats/geometry.h"
@@ -10,6 +11,7 @@ namespace sightline {
 struct WideSearch {
   double reach_m = 45.0;     // in the plane, along each axis
   double least_share = 0.3;  // of a start; less is met by chance in many streets
+  std::size_t most_starts = 8;
 };
 
 struct WiderStart {

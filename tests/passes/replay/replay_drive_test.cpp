@@ -117,6 +117,7 @@ Pose true_start() { return in_world(second_drive().truth.poses.front().T_map_veh
 struct Request {
   bool has_poses = false;
   std::optional<Pose> start = std::nullopt;
+  bool is_from_nothing = false;
   MixedStore::Which is_other = never;
   MixedStore::Which is_bad = never;
 };
@@ -126,6 +127,7 @@ Result<ReplayedDrive> replay(const Request& request, const PassContext& ctx) {
   const std::vector<ListedScan> scans = listed(request.has_poses);
   ReplayOptions options;
   options.T_world_start = request.start;
+  options.starts_from_nothing = request.is_from_nothing;
   return replay_drive(
       ctx, options, {opened().localizer, opened().map, second_drive().drive.sensor, store, scans});
 }
@@ -169,11 +171,37 @@ TEST(ReplayDrive, StartsFromThePosesOfTheRecordingWhereNoneIsGiven) {
   expect_localized(value_of(replay({.has_poses = true})), 0, kScans);
 }
 
-TEST(ReplayDrive, IsRefusedWithoutAStart) {
-  const Result<ReplayedDrive> drive = replay({});
+TEST(ReplayDrive, SearchesTheWholeMapWhereNoStartIsKnown) {
+  const ReplayedDrive drive = value_of(replay({}));
+  expect_localized(drive, 0, kScans);
+  EXPECT_TRUE(drive.scans[0].begins);
+}
+
+TEST(ReplayDrive, UsesNoPoseOfTheRecordingWhereItStartsFromNothing) {
+  const ReplayedDrive drive = value_of(replay({.has_poses = true, .is_from_nothing = true}));
+  const ReplayedDrive without = value_of(replay({}));
+  for (std::size_t i = 0; i < kScans; ++i) {
+    EXPECT_EQ(error_m(drive, i), error_m(without, i)) << i;
+  }
+}
+
+TEST(ReplayDrive, FindsNoPlaceForADriveOfAnotherStreet) {
+  const Result<ReplayedDrive> drive = replay({.is_other = [](std::size_t) { return true; }});
   ASSERT_FALSE(drive);
-  EXPECT_EQ(drive.error().code, ErrorCode::kNoPoses);
+  EXPECT_EQ(drive.error().code, ErrorCode::kNoOverlap);
+  EXPECT_THAT(drive.error().message, HasSubstr("none of the first 44 scans shows one place"));
   EXPECT_THAT(drive.error().message, HasSubstr("--start X Y Z YAW"));
+}
+
+TEST(ReplayDrive, FindsALostVehicleInTheWholeMapWithoutPoses) {
+  const auto is_other = [](std::size_t scan) { return scan >= 12 && scan < 30; };
+  const ReplayedDrive drive = value_of(replay({.is_other = is_other}));
+  EXPECT_EQ(drive.scans[29].state, ScanState::kLost);
+  std::size_t found = 30;
+  while (found < kScans && drive.scans[found].state != ScanState::kLocalized) ++found;
+  EXPECT_LE(found, 35U) << "every fifth scan of a lost vehicle is searched for";
+  EXPECT_TRUE(drive.scans[found].begins);
+  EXPECT_LT(error_m(drive, found), 0.05);
 }
 
 TEST(ReplayDrive, IsRefusedInAnotherStreetAndBesideTheMap) {

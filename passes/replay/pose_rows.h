@@ -1,0 +1,32 @@
+#pragma once
+
+#include "formats/drive/drive.h"
+#include "formats/geometry.h"
+#include "passes/vehicle/vehicle_localizer.h"
+
+// Poses and scans as the vehicle's library takes them.
+
+namespace sightline {
+
+inline PoseRows rows_of(const Pose& pose) {
+  PoseRows rows{};
+  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(rows.data()) = pose.affine();
+  return rows;
+}
+
+inline Pose pose_of(const double rows[12]) {
+  Pose pose = Pose::Identity();
+  pose.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(rows);
+  return pose;
+}
+
+// Refers to the scan.
+inline sightline_points points_of(const Scan& scan) {
+  return {scan.points_m.data(), scan.points_m.size(), sizeof(Eigen::Vector3d), 1};
+}
+
+inline bool has_matched(const sightline_match& match) {
+  return match.stop != SIGHTLINE_NO_POINTS && match.stop != SIGHTLINE_NO_OVERLAP;
+}
+
+}  // namespace sightline

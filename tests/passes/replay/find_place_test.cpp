@@ -1,0 +1,123 @@
+#include "passes/replay/find_place.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "formats/base/files/atomic_file.h"
+#include "formats/map/map_writer.h"
+#include "passes/map/build_ndt.h"
+#include "tests/formats/map/random_map.h"
+#include "tests/support/box_world.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/test_context.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kApart_m = 150.0;
+
+SensorProfile sensor() {
+  SensorProfile sensor;
+  sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.0, 0.0, 2.0);
+  return sensor;
+}
+
+CompiledMap map_without_nds() {
+  return random_map({.site_count = 10, .run_count = 1, .looks = {}});
+}
+
+const MapFrame& frame() {
+  static const MapFrame kFrame = map_without_nds().ndt.frame;
+  return kFrame;
+}
+
+Scan scan_at(std::uint64_t street, const Pose& T_map_vehicle) {
+  return scan_world(random_street(street), T_map_vehicle * sensor().T_vehicle_lidar, 1.0);
+}
+
+// A street along x from 0 to 36 m; behind it, where one is named, a second one.
+class MapOfStreets {
+ public:
+  explicit MapOfStreets(const std::vector<std::uint64_t>& streets) {
+    std::vector<Eigen::Vector3d> points_m;
+    for (std::size_t n = 0; n < streets.size(); ++n) {
+      const Eigen::Vector3d moved_m(kApart_m * static_cast<double>(n), 0.0, 0.0);
+      for (int i = 0; i < 36; i += 2) {
+        const Pose T_map_lidar = lidar_at(i, 0.0, 0.0);
+        route_m_.emplace_back(frame().origin_world_m + T_map_lidar.translation() + moved_m);
+        for (const Eigen::Vector3d& point_m :
+             scan_world(random_street(streets[n]), T_map_lidar, 1.0).points_m) {
+          points_m.emplace_back(T_map_lidar * point_m + moved_m);
+        }
+      }
+    }
+    CompiledMap map = map_without_nds();
+    map.ndt = ndt_from_points(points_m, frame(), {}, 1);
+    map.measurement.localizer.name = "searching";
+    map.sensor.T_vehicle_lidar = sensor().T_vehicle_lidar;
+    const std::filesystem::path path = scratch_folder() / "streets.slmap";
+    EXPECT_TRUE(write_file_atomically(path, encode_map(map), IfExists::kReplace));
+    localizer_.emplace(value_of(VehicleLocalizer::open(path.string())));
+    check_.emplace(localizer_->info());
+    finder_.emplace(check_->map(), route_m_, sensor().T_vehicle_lidar);
+  }
+
+  [[nodiscard]] std::optional<FoundPlace> find(const Scan& scan, int threads = 1) const {
+    MapLook look;
+    look.range_m = 50.0;
+    return value_of(find_place({*localizer_, *check_, *finder_, look}, scan,
+                               upright_of(scan, sensor()), threads));
+  }
+
+ private:
+  std::vector<Eigen::Vector3d> route_m_;
+  std::optional<VehicleLocalizer> localizer_;
+  std::optional<PlaceCheck> check_;
+  std::optional<PlaceFinder> finder_;
+};
+
+Eigen::Vector3d position_map_m(const FoundPlace& place) {
+  const double* const rows = place.match.T_world_vehicle;
+  return Eigen::Vector3d(rows[3], rows[7], rows[11]) - frame().origin_world_m;
+}
+
+TEST(FindPlace, FindsAScanAtAnyHeading) {
+  const MapOfStreets map({20});
+  for (const double yaw_rad : {0.1, 1.5, 3.0, -2.0}) {
+    const Pose T_map_vehicle = pose_at(11.3, 1.2, yaw_rad);
+    const std::optional<FoundPlace> place = map.find(scan_at(20, T_map_vehicle));
+    ASSERT_TRUE(place) << yaw_rad;
+    EXPECT_LT((position_map_m(*place) - T_map_vehicle.translation()).norm(), 0.3) << yaw_rad;
+    EXPECT_GT(place->met_share, 0.6);
+    EXPECT_TRUE(is_sure(*place));
+  }
+}
+
+TEST(FindPlace, ShowsWhereTwoPlacesAreAlike) {
+  const MapOfStreets map({20, 20});
+  const std::optional<FoundPlace> place = map.find(scan_at(20, pose_at(11.3, 0.2, 0.1)));
+  ASSERT_TRUE(place);
+  EXPECT_FALSE(is_sure(*place)) << place->likelihood << " " << place->likelihood_elsewhere;
+}
+
+TEST(FindPlace, FindsTheRightOneOfTwoStreets) {
+  const MapOfStreets map({33, 20});
+  const std::optional<FoundPlace> place = map.find(scan_at(20, pose_at(11.3, 0.2, 0.1)));
+  ASSERT_TRUE(place);
+  EXPECT_NEAR(position_map_m(*place).x(), kApart_m + 11.3, 0.1);
+  EXPECT_TRUE(is_sure(*place));
+}
+
+TEST(FindPlace, IsTheSameForAnyNumberOfThreads) {
+  const MapOfStreets map({33, 20});
+  const Scan scan = scan_at(20, pose_at(5.0, -0.4, 3.1));
+  const std::optional<FoundPlace> one = map.find(scan, 1);
+  const std::optional<FoundPlace> four = map.find(scan, 4);
+  ASSERT_TRUE(one && four);
+  EXPECT_EQ(position_map_m(*one), position_map_m(*four));
+  EXPECT_EQ(one->likelihood_elsewhere, four->likelihood_elsewhere);
+}
+
+}  // namespace
+}  // namespace sightline
