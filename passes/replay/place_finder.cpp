@@ -10,9 +10,8 @@
 #include "passes/trajectory/met_share.h"
 
 // A scan's upright points are compared with points on the map's walls and poles by branch and
-// bound, stretch by stretch of the route. A stretch where no pose can be as good as the best ones
-// found so far costs next to nothing, so stretches are searched in groups, and each group knows
-// what was found before it.
+// bound, stretch by stretch of the route: first for the best pose of each, by which the searches
+// for all poses that are nearly as good leave out most of the map.
 
 namespace sightline {
 namespace {
@@ -26,13 +25,15 @@ constexpr double kStorey_m = 1.5;
 constexpr double kScanReach_m = 42.0;
 constexpr double kBlock_m = 32.0;
 // Less is met by chance in many streets.
-constexpr double kLeastShare = 0.3;
+constexpr double kLeastShare = 0.15;
 // Shares count points in cells of 0.5 m: the right place may be so much worse than the best one.
 constexpr double kWorse = 0.15;
 // Along a wall every pose meets it: so many of a stretch.
 constexpr std::size_t kMostOfStretch = 24;
 constexpr std::size_t kMostPlaces = 400;
 constexpr std::size_t kGroup = 8;
+constexpr int kHeadings = 180;
+constexpr std::size_t kPoints = 120;
 // Between points on the surface of an ND.
 constexpr double kSpacing_m = 0.4;
 constexpr double kSigmas = 1.6;  // the edge of an evenly covered surface is at 1.73
@@ -57,8 +58,6 @@ bool is_near(const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) {
   return (a_m - b_m).head<2>().cwiseAbs().maxCoeff() < kStretch_m &&
          std::abs(a_m.z() - b_m.z()) < kStorey_m;
 }
-
-bool is_likelier(const WiderStart& a, const WiderStart& b) { return a.share > b.share; }
 
 }  // namespace
 
@@ -92,30 +91,45 @@ std::vector<Eigen::Vector3d> PlaceFinder::map_points_around(const Eigen::Vector3
   return points_m;
 }
 
+std::vector<WiderStart> PlaceFinder::starts_of(const std::vector<Eigen::Vector3d>& upright_m,
+                                               const WideSearch& search, std::size_t first,
+                                               int threads) const {
+  const std::size_t count = std::min(kGroup, middles_m_.size() - first);
+  const auto search_one = [&](std::size_t i) {
+    const Eigen::Vector3d& middle_m = middles_m_[first + i];
+    return wider_starts(map_points_around(middle_m), upright_m,
+                        Pose(Eigen::Translation3d(middle_m)), search);
+  };
+  std::vector<WiderStart> all;
+  for (const std::vector<WiderStart>& starts :
+       parallel_map<std::vector<WiderStart>>(count, threads, search_one)) {
+    all.insert(all.end(), starts.begin(), starts.end());
+  }
+  return all;
+}
+
+// The largest share, then all that are nearly as large: a search for one alone is short, and a
+// search that knows what is too small is too.
 std::vector<Pose> PlaceFinder::likely_places(const std::vector<Eigen::Vector3d>& upright_m,
                                              int threads) const {
-  WideSearch search{kStretch_m + kBeside_m, kLeastShare, kMostOfStretch};
-  std::vector<WiderStart> likely;
+  WideSearch search{kStretch_m + kBeside_m, kLeastShare, 1, kHeadings, kPoints};
   for (std::size_t first = 0; first < middles_m_.size(); first += kGroup) {
-    const std::size_t count = std::min(kGroup, middles_m_.size() - first);
-    const auto search_one = [&](std::size_t i) {
-      const Eigen::Vector3d& middle_m = middles_m_[first + i];
-      return wider_starts(map_points_around(middle_m), upright_m,
-                          Pose(Eigen::Translation3d(middle_m)), search);
-    };
-    for (const std::vector<WiderStart>& starts :
-         parallel_map<std::vector<WiderStart>>(count, threads, search_one)) {
-      likely.insert(likely.end(), starts.begin(), starts.end());
-    }
-    std::ranges::stable_sort(likely, is_likelier);
-    if (likely.size() > kMostPlaces) likely.resize(kMostPlaces);
-    if (!likely.empty()) {
-      search.least_share = std::max(kLeastShare, likely.front().share - kWorse);
+    for (const WiderStart& best : starts_of(upright_m, search, first, threads)) {
+      search.least_share = std::max(search.least_share, best.share);
     }
   }
+  search.least_share = std::max(kLeastShare, search.least_share - kWorse);
+  search.most_starts = kMostOfStretch;
+  std::vector<WiderStart> likely;
+  for (std::size_t first = 0; first < middles_m_.size(); first += kGroup) {
+    const std::vector<WiderStart> starts = starts_of(upright_m, search, first, threads);
+    likely.insert(likely.end(), starts.begin(), starts.end());
+  }
+  std::ranges::stable_sort(likely, std::greater(), &WiderStart::share);
+  if (likely.size() > kMostPlaces) likely.resize(kMostPlaces);
   std::vector<Pose> places;
+  places.reserve(likely.size());
   for (const WiderStart& start : likely) {
-    if (start.share < search.least_share) break;
     places.push_back(rebase(start.T_map_lidar, frame_, MapFrame{}));
   }
   return places;

@@ -10,7 +10,7 @@
 
 #include "formats/geometry.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/vehicle/vehicle_localizer.h"
+#include "passes/trajectory/local/wider_starts.h"
 
 namespace sightline {
 
@@ -34,6 +34,10 @@ class PlaceFinder {
   using Block = std::pair<int, int>;  // a square of the plane
 
   [[nodiscard]] std::vector<Eigen::Vector3d> map_points_around(const Eigen::Vector3d& at_m) const;
+  // Of some stretches of the route from `first` on.
+  [[nodiscard]] std::vector<WiderStart> starts_of(const std::vector<Eigen::Vector3d>& upright_m,
+                                                  const WideSearch& search, std::size_t first,
+                                                  int threads) const;
 
   MapFrame frame_;
   std::vector<Eigen::Vector3d> middles_m_;  // of stretches of the route, where a vehicle stands

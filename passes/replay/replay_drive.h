@@ -1,64 +1,16 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "formats/base/result.h"
-#include "formats/drive/drive.h"
-#include "formats/geometry.h"
-#include "formats/record/fields.h"
-#include "passes/matching/match_score.h"
 #include "passes/pass/pass_context.h"
-#include "passes/vehicle/vehicle_localizer.h"
+#include "passes/replay/replayed_scan.h"
 
 // A recording localized in a map as a vehicle does it, scan after scan, without poses to compare
 // with ("Replaying a recording" in schemas/definitions.md).
 
 namespace sightline {
-
-// A scan of a recording, before it is read.
-struct ListedScan {
-  std::int64_t stamp_ns = 0;
-  std::string name;                     // for messages
-  std::optional<Pose> T_world_vehicle;  // where the recording has poses; used to start alone
-};
-
-struct ReplayOptions {
-  std::optional<Pose> T_world_start;     // of the first scan; else poses of the recording
-  bool starts_from_nothing = false;      // poses of the recording are not used
-  double limit_m = 0.10;                 // of the errors, for which the map answers
-  std::optional<double> every_return_m;  // match all returns within this, whatever the map names
-};
-
-// What a vehicle has. `localizer` and `map` are of one map.
-struct ReplayInputs {
-  const VehicleLocalizer& localizer;
-  const MapReader& map;
-  const SensorProfile& sensor;
-  const ScanStore& store;
-  const std::vector<ListedScan>& scans;  // by number in the store; times ascend
-};
-
-enum class ScanState : std::uint8_t { kLocalized, kLost, kSkipped };
-template <>
-inline constexpr auto kNamesOf<ScanState> = enum_names("localized", "lost", "skipped");
-
-struct ReplayedScan {
-  ScanState state = ScanState::kSkipped;
-  // Localized, but by the plan's second look, or where the scan was found to contradict the map.
-  bool is_in_doubt = false;
-  bool begins = false;  // found from outside: at the start, after a pause, after it was lost
-  // Where localized; where lost, the pose that the last ones predict, which is not known.
-  Pose T_world_vehicle = Pose::Identity();
-  Matrix6d covariance = Matrix6d::Zero();  // of the match (sightline_match)
-  MapLook look;                            // whose match is the pose
-  int look_count = 0;
-  std::uint32_t point_count = 0;  // that were matched
-  std::uint32_t weak = 0;         // SIGHTLINE_WEAK_*
-  double time_ms = 0.0;           // CPU time, without reading the file; differs between runs
-};
 
 struct ReplayedDrive {
   std::vector<ReplayedScan> scans;  // one for each that was listed

@@ -8,7 +8,7 @@
 #include "passes/replay/find_place.h"
 #include "passes/replay/place_check.h"
 #include "passes/replay/place_finder.h"
-#include "passes/replay/replay_drive.h"
+#include "passes/replay/replayed_scan.h"
 
 namespace sightline {
 

@@ -20,13 +20,8 @@ namespace sightline {
 namespace {
 
 constexpr double kCell_m = 0.5;
-// Half a cell at the end of the farthest point.
-constexpr int kHeadings = 504;
 constexpr double kScanReach_m = 40.0;
 constexpr int kLevels = 6;  // squares of 1 to 32 cells
-// The scan is thinned to so many points: enough to distinguish places.
-constexpr std::size_t kMostPoints = 240;
-static_assert(kMostPoints < 256, "a byte counts them");
 constexpr std::size_t kMostOpened = 200'000;
 constexpr double kDistinct_m = 1.5;
 constexpr double kDistinct_rad = 10.0 * std::numbers::pi / 180.0;
@@ -147,7 +142,8 @@ struct IsOpenedLater {
 };
 
 // One point in a cell, as many as are needed, evenly over the list.
-std::vector<Eigen::Vector3d> thinned_in_plane(const std::vector<Eigen::Vector3d>& points_m) {
+std::vector<Eigen::Vector3d> thinned_in_plane(const std::vector<Eigen::Vector3d>& points_m,
+                                              std::size_t most_points) {
   CellTable<std::uint8_t> cells;
   std::vector<Eigen::Vector3d> kept_m;
   for (const Eigen::Vector3d& point_m : points_m) {
@@ -156,10 +152,10 @@ std::vector<Eigen::Vector3d> thinned_in_plane(const std::vector<Eigen::Vector3d>
                       floor_to_int(point_m.z() / kLayer_m)};
     if (cells.insert(key).is_new) kept_m.push_back(point_m);
   }
-  if (kept_m.size() <= kMostPoints) return kept_m;
+  if (kept_m.size() <= most_points) return kept_m;
   std::vector<Eigen::Vector3d> few_m;
-  for (std::size_t i = 0; i < kMostPoints; ++i) {
-    few_m.push_back(kept_m[i * kept_m.size() / kMostPoints]);
+  for (std::size_t i = 0; i < most_points; ++i) {
+    few_m.push_back(kept_m[i * kept_m.size() / most_points]);
   }
   return few_m;
 }
@@ -169,14 +165,13 @@ class Search {
   Search(const std::vector<Eigen::Vector3d>& map_upright_m, const Pose& T_map_around,
          const WideSearch& options)
       : T_map_around_(T_map_around),
-        least_share_(options.least_share),
-        most_starts_(options.most_starts),
+        options_(options),
         reach_(static_cast<int>(std::ceil(options.reach_m / kCell_m))),
         pyramid_(map_upright_m, T_map_around.translation(),
                  reach_ + static_cast<int>(kScanReach_m / kCell_m) + 2) {
-    for (int heading = 0; heading < kHeadings; ++heading) {
+    for (int heading = 0; heading < options_.headings; ++heading) {
       rotations_.push_back(rotation_matrix(
-          {Eigen::Vector3d::UnitZ(), 2.0 * std::numbers::pi * heading / kHeadings}));
+          {Eigen::Vector3d::UnitZ(), 2.0 * std::numbers::pi * heading / options_.headings}));
     }
   }
 
@@ -195,7 +190,7 @@ class Search {
         continue;
       }
       found.push_back(start_of(node));
-      if (found.size() == most_starts_) break;
+      if (found.size() == options_.most_starts) break;
     }
     return found;
   }
@@ -213,7 +208,7 @@ class Search {
     for (const Eigen::Vector3d& point_m : scan_upright_m) {
       levelled_m.push_back(T_map_around_.linear() * point_m);
     }
-    levelled_m = thinned_in_plane(levelled_m);
+    levelled_m = thinned_in_plane(levelled_m, options_.most_points);
     for (const Eigen::Matrix3d& rotation : rotations_) {
       std::vector<ScanCell>& cells = turned_.emplace_back();
       for (const Eigen::Vector3d& point_m : levelled_m) {
@@ -227,7 +222,7 @@ class Search {
 
   // Of all places within reach, in squares of which each is the quarter of another.
   void push_roots(Queue& open) const {
-    for (int heading = 0; heading < kHeadings; ++heading) {
+    for (int heading = 0; heading < options_.headings; ++heading) {
       for (int x = -reach_; x <= reach_; x += 1 << kLevels) {
         for (int y = -reach_; y <= reach_; y += 1 << kLevels) {
           push_children({0, kLevels, heading, {x, y}}, open);
@@ -244,7 +239,7 @@ class Search {
     for (const ScanCell& cell : cells) {
       bounds += quarters[cell.offset] >> cell.layer & 0x01010101U;
     }
-    const double least = least_share_ * static_cast<double>(cells.size());
+    const double least = options_.least_share * static_cast<double>(cells.size());
     const int half = 1 << (node.level - 1);
     for (const int y : {0, half}) {
       for (const int x : {0, half}) {
@@ -283,8 +278,7 @@ class Search {
   }
 
   Pose T_map_around_;
-  double least_share_;
-  std::size_t most_starts_;
+  WideSearch options_;
   int reach_;
   Pyramid pyramid_;
   std::vector<Eigen::Matrix3d> rotations_;     // by heading

@@ -12,6 +12,10 @@ struct WideSearch {
   double reach_m = 45.0;     // in the plane, along each axis
   double least_share = 0.3;  // of a start; less is met by chance in many streets
   std::size_t most_starts = 8;
+  // Half a cell at the end of the farthest point; fewer take less time, and a match turns the rest.
+  int headings = 504;
+  // To which the scan is thinned, below 256: enough to distinguish places of one street.
+  std::size_t most_points = 240;
 };
 
 struct WiderStart {
