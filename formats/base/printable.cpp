@@ -81,20 +81,15 @@ void escape_for_json(unsigned code, std::string& out) {
   for (const unsigned shift : {12U, 8U, 4U, 0U}) out += kDigits[(code >> shift) & 15U];
 }
 
+constexpr std::string_view kOlderCommand = "##[";  // anywhere in a line of a CI service's log
+
 // Whether a service would read a command from here on: blanks before "::" do not hinder it.
 bool begins_command(std::string_view line) {
   const std::size_t first = line.find_first_not_of(" \t");
   return first != std::string_view::npos && line.substr(first).starts_with("::");
 }
 
-}  // namespace
-
-std::string printable(std::string_view text) { return escaped(text, "\n\t"); }
-
-std::string one_line(std::string_view name) { return escaped(name, ""); }
-
-std::string log_text(std::string_view text) {
-  constexpr std::string_view kOlderCommand = "##[";
+std::string without_commands(std::string_view text) {
   std::string out;
   bool begins_line = true;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -111,11 +106,18 @@ std::string log_text(std::string_view text) {
     }
     begins_line = text[i] == '\n';
   }
-  return printable(out);
+  return out;
 }
 
+}  // namespace
+
+std::string printable(std::string_view text) { return escaped(text, "\n\t"); }
+
+std::string one_line(std::string_view name) { return without_commands(escaped(name, "")); }
+
+std::string log_text(std::string_view text) { return without_commands(printable(text)); }
+
 std::string printable_json(std::string_view json) {
-  constexpr std::string_view kOlderCommand = "##[";  // of the log of a CI service
   // What such characters begin with: nearly no text has one.
   const bool is_plain = json.find_first_of("\x7f\xc2\xd8\xe2") == std::string_view::npos;
   if (is_plain && json.find(kOlderCommand) == std::string_view::npos) return std::string(json);

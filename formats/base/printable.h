@@ -10,7 +10,8 @@ namespace sightline {
 // become "\x1b". Line ends and tabs stay.
 std::string printable(std::string_view text);
 
-// A name in such a text: line ends and tabs are escaped too, so that it cannot begin a line.
+// A name in such a text: line ends and tabs are escaped too, so that it cannot begin a line, and
+// what a CI service would take for a command (log_text()).
 std::string one_line(std::string_view name);
 
 // A text for a log: printable(), and what the log of a CI service would take for a command of its

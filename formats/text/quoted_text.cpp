@@ -114,7 +114,7 @@ std::string yaml_scalar(std::string_view text) {
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += c;
   }
-  return quoted + "\"";
+  return printable_json(quoted) + "\"";  // YAML has the escapes of JSON
 }
 
 std::string shell_word(std::string_view text) {

@@ -1,15 +1,20 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <Eigen/Geometry>
 
 #include "formats/drive/shared_scans.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "tests/formats/drive/identity/street_scans.h"
 
-// Counts how well copies of recordings are recognized: made-up copies of each folder of scans, and
-// folders that are no copies of each other.
+// Counts how well copies of recordings are recognized: made-up copies of each folder of scans, one
+// change each and several at once, and folders that are no copies of each other.
 // usage: identity_bench [--scans N=60] SCANS...     (folders or files of scans; each another drive)
 
 namespace sightline {
@@ -68,6 +73,82 @@ int count_recognized(const Folder& folder, const Folder& other) {
   return recognized;
 }
 
+ScanPoints shuffled(ScanPoints points_m, std::uint64_t seed) {
+  Random chance(seed);
+  for (std::size_t i = points_m.size(); i > 1; --i) {
+    std::swap(points_m[i - 1], points_m[chance.below(i)]);
+  }
+  return points_m;
+}
+
+ScanPoints rotated(ScanPoints points_m, double yaw_deg) {
+  const Eigen::AngleAxisd turn(yaw_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ());
+  for (Eigen::Vector3d& point_m : points_m) point_m = turn * point_m;
+  return points_m;
+}
+
+ScanPoints shifted(ScanPoints points_m, double by_m) {
+  for (Eigen::Vector3d& point_m : points_m) point_m.z() += by_m;
+  return points_m;
+}
+
+// Those of even rings of a sensor with rings 2 degrees apart; of others, of every second degree.
+ScanPoints of_every_second_ring(ScanPoints points_m) {
+  std::erase_if(points_m, [](const Eigen::Vector3d& point_m) {
+    const double elevation_deg = std::asin(point_m.z() / point_m.norm()) * 180.0 / std::numbers::pi;
+    return std::llround(0.5 * (elevation_deg - 1.0)) % 2 != 0;
+  });
+  return points_m;
+}
+
+struct Change {
+  const char* name;
+  ScanPoints (*make)(const Folder& folder, std::size_t scan);
+};
+
+constexpr Change kChanges[] = {
+    {"points shuffled", [](const Folder& f, std::size_t i) { return shuffled(f.scans[i], i); }},
+    {"merged two by two",
+     [](const Folder& f, std::size_t i) {
+       ScanPoints both = f.scans[i];
+       const ScanPoints& next = f.scans[std::min(i + 1, f.scans.size() - 1)];
+       both.insert(both.end(), next.begin(), next.end());
+       return both;
+     }},
+    {"every second ring",
+     [](const Folder& f, std::size_t i) { return of_every_second_ring(f.scans[i]); }},
+    {"one point in ten",
+     [](const Folder& f, std::size_t i) { return thinned(f.scans[i], 0.1, i); }},
+    {"noise of 1 mm",
+     [](const Folder& f, std::size_t i) { return with_noise(f.scans[i], 1e-3, i); }},
+    {"noise of 3 mm",
+     [](const Folder& f, std::size_t i) { return with_noise(f.scans[i], 3e-3, i); }},
+    {"noise of 5 mm",
+     [](const Folder& f, std::size_t i) { return with_noise(f.scans[i], 5e-3, i); }},
+    {"noise of 10 mm",
+     [](const Folder& f, std::size_t i) { return with_noise(f.scans[i], 1e-2, i); }},
+    {"rotated by 90 degrees",
+     [](const Folder& f, std::size_t i) { return rotated(f.scans[i], 90.0); }},
+    {"rotated by 2 degrees",
+     [](const Folder& f, std::size_t i) { return rotated(f.scans[i], 2.0); }},
+    {"1.8 m higher", [](const Folder& f, std::size_t i) { return shifted(f.scans[i], 1.8); }},
+};
+
+void print_changes(const Folder& folder) {
+  for (const Change& change : kChanges) {
+    RecordingCard copy{"localization", "copy", sha256(change.name), {}};
+    std::vector<double> alike;
+    for (std::size_t i = 0; i < folder.scans.size(); ++i) {
+      copy.scans.push_back(sketch_of(change.make(folder, i)));
+      alike.push_back(likeness(copy.scans.back(), folder.card.scans[i]));
+    }
+    std::ranges::sort(alike);
+    std::printf("  %s: %s; likeness %.2f to %.2f, median %.2f\n", change.name,
+                have_common_scans(copy, folder.card) ? "recognized" : "NOT recognized",
+                alike.front(), alike.back(), alike[alike.size() / 2]);
+  }
+}
+
 // The greatest likeness of scans of two drives.
 double greatest_likeness(const Folder& a, const Folder& b) {
   double greatest = 0.0;
@@ -101,12 +182,16 @@ int main(int argc, char** argv) {
       most_scans = std::stoul(argv[++i]);
     } else {
       folders.push_back(read_folder(argv[i], most_scans));
+      if (!folders.back().scans.empty()) continue;
+      std::fprintf(stderr, "%s: no scans\n", argv[i]);
+      return 1;
     }
   }
   for (std::size_t i = 0; i < folders.size(); ++i) {
     print_time(folders[i]);
     std::printf("  copies recognized: %d of 100\n",
                 count_recognized(folders[i], folders[(i + 1) % folders.size()]));
+    print_changes(folders[i]);
   }
   int wrong = 0, pairs = 0;
   double greatest = 0.0;

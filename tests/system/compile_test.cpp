@@ -353,6 +353,17 @@ TEST(Evaluate, RefusesADriveThatTheMapOrItsErrorsWereMadeFrom) {
   }
 }
 
+TEST(Evaluate, RefusesADriveThatTheModelOfTheMapWasTrainedOn) {
+  const std::filesystem::path folder = fresh_folder();
+  const std::string model = (folder / "with.slmodel").string();
+  const std::string map = (folder / "town.slmap").string();
+  run_successfully("train " + config() + " -q --with-evaluation -o " + model);
+  run_successfully("compile " + config() + " -q --model " + model + " -o " + map);
+  const ProgramResult run = run_sightline("evaluate " + config() + " --map " + map);
+  EXPECT_EQ(run.status, 65) << run.err;
+  EXPECT_NE(run.err.find("on which the map's model was trained"), std::string::npos) << run.err;
+}
+
 TEST(Evaluate, MarksAKnownDriveInEveryOutput) {
   const std::filesystem::path file = fresh_folder() / "known.json";
   const std::string map = compiled_map().string();

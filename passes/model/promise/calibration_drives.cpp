@@ -36,28 +36,63 @@ std::vector<std::vector<WitnessDrive>> drives_of(const TrainingCard& card, const
   return drives;
 }
 
+constexpr double kFarthestOwn_m = 1e5;  // axes that begin at 0 reach no farther
+
+// Blocks of earlier places of a group, in the order of their sites.
+struct EarlierBlocks {
+  std::vector<Eigen::Vector3d> p_world_m;
+  std::vector<std::uint32_t> block_of_site;
+  std::vector<std::uint32_t> blocks;  // each once
+
+  void add(const Eigen::Vector3d& site_m, std::uint32_t block) {
+    p_world_m.push_back(site_m);
+    block_of_site.push_back(block);
+    if (std::ranges::find(blocks, block) == blocks.end()) blocks.push_back(block);
+  }
+};
+
+// In axes of their own, two places of one street may be anywhere: the n-th block of the one counts
+// as the n-th of the other, so that only what is longer counts again.
+std::uint32_t block_by_order(std::uint32_t block, const EarlierBlocks& earlier,
+                             std::vector<std::uint32_t>& order) {
+  const auto place = std::ranges::find(order, block);
+  const auto n = static_cast<std::size_t>(place - order.begin());
+  if (place == order.end()) order.push_back(block);
+  return n < earlier.blocks.size() ? earlier.blocks[n] : block;
+}
+
+// The blocks of a place among those of earlier places of its group.
+void join_blocks(const ErrorModel& model, std::uint32_t place, const EarlierBlocks& earlier,
+                 std::vector<std::uint32_t>& block_of_site) {
+  constexpr double kSameRoute_m = 10.0;  // lanes of one road
+  const PointGrid grid(earlier.p_world_m);
+  std::vector<std::uint32_t> order;
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    const TrainedSite& site = model.sites[i];
+    if (site.place != place) continue;
+    const auto near = grid.nearest(site.p_world_m, kSameRoute_m);
+    const bool is_own = site.p_world_m.head<2>().cwiseAbs().maxCoeff() < kFarthestOwn_m;
+    if (near) {
+      block_of_site[i] = earlier.block_of_site[near->index];
+    } else if (is_own) {
+      block_of_site[i] = block_by_order(site.block, earlier, order);
+    }
+  }
+}
+
 // [site]: its block of route.
 std::vector<std::uint32_t> blocks_of_route(const ErrorModel& model,
                                            const std::vector<std::uint32_t>& group_of_place) {
-  constexpr double kSameRoute_m = 10.0;  // lanes of one road
   std::vector<std::uint32_t> block_of_site;
   for (const TrainedSite& site : model.sites) block_of_site.push_back(site.block);
   for (std::uint32_t place = 1; place < group_of_place.size(); ++place) {
-    std::vector<Eigen::Vector3d> earlier_m;
-    std::vector<std::uint32_t> earlier_block;
+    EarlierBlocks earlier;
     for (std::size_t i = 0; i < model.sites.size(); ++i) {
       const TrainedSite& site = model.sites[i];
-      if (site.place >= place || group_of_place[site.place] != group_of_place[place]) continue;
-      earlier_m.push_back(site.p_world_m);
-      earlier_block.push_back(block_of_site[i]);
+      const bool is_of_group = group_of_place[site.place] == group_of_place[place];
+      if (site.place < place && is_of_group) earlier.add(site.p_world_m, block_of_site[i]);
     }
-    if (earlier_m.empty()) continue;
-    const PointGrid grid(earlier_m);
-    for (std::size_t i = 0; i < model.sites.size(); ++i) {
-      if (model.sites[i].place != place) continue;
-      const auto near = grid.nearest(model.sites[i].p_world_m, kSameRoute_m);
-      if (near) block_of_site[i] = earlier_block[near->index];
-    }
+    if (!earlier.blocks.empty()) join_blocks(model, place, earlier, block_of_site);
   }
   return block_of_site;
 }

@@ -23,7 +23,8 @@ struct CalibrationCount {
 
 // The labelled cases of one kind, by blocks that contain any. A block of route counts once, however
 // many drives passed it; also where places of the training share a recording: there a case belongs
-// to the block of the nearest site of an earlier such place within 10 m. A drive is independent if
+// to the block of the nearest site of an earlier such place within 10 m. Places that have axes of
+// their own and meet nowhere count their n-th blocks as one. A drive is independent if
 // its errors were predicted by trees that were not trained on them, and it did not make the map of
 // its place. With two independent drives or more, only their cases are used, and a promise from
 // them is about the next drive (PromiseScope::kNextDrive). Otherwise all cases are used, and the

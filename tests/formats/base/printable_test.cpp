@@ -41,6 +41,11 @@ TEST(OneLine, EscapesWhatWouldBeginALine) {
   EXPECT_EQ(one_line("Zürich 東京"), "Zürich 東京");
 }
 
+TEST(OneLine, IsNoCommandOfContinuousIntegration) {
+  EXPECT_EQ(one_line("::error title=x::y ##[error]z"), "\\x3a:error title=x::y \\x23#[error]z");
+  EXPECT_EQ(one_line("a::b #[c]"), "a::b #[c]");
+}
+
 TEST(LogText, HasNoCommandsOfContinuousIntegration) {
   EXPECT_EQ(log_text("::error file=a::b"), "\\x3a:error file=a::b");
   EXPECT_EQ(log_text("a\n  ::set-output name=x::y\n"), "a\n  \\x3a:set-output name=x::y\n");

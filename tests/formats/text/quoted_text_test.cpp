@@ -42,6 +42,8 @@ TEST(QuotedText, MakesScalarsThatYamlReadsBack) {
   EXPECT_EQ(yaml_scalar("- \"a\\"), "\"- \\\"a\\\\\"");
   EXPECT_EQ(yaml_scalar("東京"), "\"東京\"");
   EXPECT_EQ(yaml_scalar(""), "\"\"");
+  EXPECT_EQ(yaml_scalar("a\u202e\u2028\u0085"), "\"a\\u202e\\u2028\\u0085\"");
+  EXPECT_EQ(yaml_scalar("::x ##[y]"), "\"::x \\u0023#[y]\"");
 }
 
 TEST(QuotedText, MakesXmlThatEveryReaderTakes) {

@@ -416,6 +416,11 @@ class Clauses(Environments):
             done = self.compile(self.out, "--no-cache", "--set", f"emit-map.{key}=two words")
             self.assert_refused_first(done, 64, f"emit-map.{key}", "two words")
 
+    def test_a_map_cannot_be_a_folder(self):
+        done = self.compile(f"{self.folder}/NEW/", "--no-cache")
+        self.assertNotEqual(done.returncode, 0)
+        self.assert_refused_first(done, done.returncode, "NEW")
+
     def test_coordinates_beyond_the_earth_need_a_world(self):
         poses = pathlib.Path(f"{self.town}/mapping/poses.tum").read_text().splitlines()
         moved = f"{self.folder}/poses.tum"

@@ -37,13 +37,46 @@ TEST(SameStreet, IsNoneOfStreetsThatAllBeginAtTheOrigin) {
   }
 }
 
+// Sites from `first` on, in axes of their own.
+DrivenPlace part_of(const DrivenPlace& place, std::size_t first, std::size_t count) {
+  DrivenPlace part = place;
+  const auto begin = place.sites.sites.begin() + static_cast<std::ptrdiff_t>(first);
+  part.sites.sites.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+  const auto width = static_cast<std::ptrdiff_t>(place.factors.values_per_site());
+  const auto values = place.factors.values.begin() + static_cast<std::ptrdiff_t>(first) * width;
+  part.factors.values.assign(values, values + static_cast<std::ptrdiff_t>(count) * width);
+  part.factors.site_count = static_cast<std::uint32_t>(count);
+  move({-40.0, 900.0, 3.0}, part);
+  return part;
+}
+
+DrivenPlace driven_back(const DrivenPlace& place) {
+  DrivenPlace back = place;
+  const std::size_t width = place.factors.values_per_site();
+  for (std::size_t site = 0; site < place.factors.site_count; ++site) {
+    const std::size_t from = (place.factors.site_count - 1 - site) * width;
+    for (std::size_t i = 0; i < width; ++i) {
+      back.factors.values[site * width + i] = place.factors.values[from + i];
+    }
+  }
+  return back;
+}
+
+TEST(SameStreet, IsFoundInAnyAxesInEitherDirectionAndOfAPart) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const DrivenPlace place = place_driven_twice(seed, kStreet);
+    const DrivenPlace again = mapped_again(place, seed);
+    EXPECT_TRUE(is_one_street(place, part_of(again, 100, 120))) << seed;
+    EXPECT_TRUE(is_one_street(part_of(again, 0, 180), part_of(place, 110, 190))) << seed;
+    EXPECT_TRUE(is_one_street(driven_back(place), part_of(again, 100, 150))) << seed;
+  }
+}
+
 TEST(SameStreet, NeedsAFifthOfTheShorterRoute) {
   const DrivenPlace place = place_driven_twice(1, kStreet);
-  DrivenPlace again = mapped_again(place, 2);
-  move({300.0, 0.0, 0.0}, again);
-  EXPECT_FALSE(is_one_street(place, again)) << "they touch within 20 m";
-  move({0.0, 25.0, 0.0}, again);
-  EXPECT_FALSE(is_one_street(place, again));
+  const DrivenPlace again = mapped_again(place, 2);
+  EXPECT_FALSE(is_one_street(part_of(place, 0, 150), part_of(again, 130, 170))) << "20 m";
+  EXPECT_FALSE(is_one_street(part_of(place, 0, 50), again)) << "too short to tell";
 }
 
 TEST(SameStreet, IsDecidedByPositionsInWorldCoordinates) {

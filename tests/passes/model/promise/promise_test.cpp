@@ -184,8 +184,11 @@ TEST(Promise, CountsABlockOnceHoweverManyPlacesOfTheTrainingShareIt) {
   }
   EXPECT_EQ(choose(model, with(RiskControl::kConformal))->promises[0].block_count, 30u);
   for (std::size_t i = half; i < model.sites.size(); ++i) model.sites[i].p_world_m.y() = 40.0;
+  EXPECT_EQ(choose(model, with(RiskControl::kConformal))->promises[0].block_count, 30u)
+      << "one street in other axes";
+  for (TrainedSite& site : model.sites) site.p_world_m.x() += 588000.0;
   EXPECT_EQ(choose(model, with(RiskControl::kConformal))->promises[0].block_count, 60u)
-      << "another road";
+      << "another road of the world";
 }
 
 }  // namespace
