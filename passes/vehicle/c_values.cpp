@@ -22,7 +22,7 @@ void take_numbers(const PointsInMemory& from, std::vector<Eigen::Vector3d>& poin
 
 }  // namespace
 
-void put(const Matrix6d& symmetric, double numbers[36]) {
+void put_matrix(const Matrix6d& symmetric, double numbers[36]) {
   Eigen::Map<Matrix6d>(numbers, 6, 6) = symmetric;
 }
 
@@ -32,7 +32,9 @@ Pose pose_of(const double rows[12]) {
   return pose;
 }
 
-void put(const Pose& pose, double rows[12]) { Eigen::Map<PoseRows>(rows, 3, 4) = pose.affine(); }
+void put_pose(const Pose& pose, double rows[12]) {
+  Eigen::Map<PoseRows>(rows, 3, 4) = pose.affine();
+}
 
 void take_returns(const PointsInMemory& from, std::vector<Eigen::Vector3d>& points_m) {
   points_m.clear();

@@ -14,8 +14,8 @@
 namespace sightline {
 
 Pose pose_of(const double rows[12]);
-void put(const Pose& pose, double rows[12]);
-void put(const Matrix6d& symmetric, double numbers[36]);
+void put_pose(const Pose& pose, double rows[12]);
+void put_matrix(const Matrix6d& symmetric, double numbers[36]);
 
 // x, y and z of each point, as they are in memory.
 struct PointsInMemory {

@@ -168,9 +168,9 @@ void put(const MatchResult& found, sightline_match& answer) {
 }
 
 void put(const MatchEnd& end, const MapFrame& frame, sightline_match& answer) {
-  put(rebase(end.estimate.T_map_vehicle, frame, MapFrame{}), answer.T_world_vehicle);
-  put(end.information, answer.information);
-  put(end.estimate.covariance, answer.covariance);
+  put_pose(rebase(end.estimate.T_map_vehicle, frame, MapFrame{}), answer.T_world_vehicle);
+  put_matrix(end.information, answer.information);
+  put_matrix(end.estimate.covariance, answer.covariance);
   answer.weak = end.weak;
 }
 
@@ -292,7 +292,7 @@ void sightline_localizer_get_info(const sightline_localizer* localizer,
   const VehicleMap& map = localizer->map;
   Eigen::Map<Eigen::Vector3d>(info->origin_world_m) = map.ndt.frame.origin_world_m;
   info->cell_m = map.ndt.cell_m;
-  put(map.sensor.T_vehicle_lidar, info->T_vehicle_sensor);
+  put_pose(map.sensor.T_vehicle_lidar, info->T_vehicle_sensor);
   info->leaf_m = map.leaf_m;
   info->localizer = map.localizer.c_str();
   info->kernel = localizer->kernel.c_str();
