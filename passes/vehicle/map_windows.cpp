@@ -13,8 +13,8 @@
 namespace sightline {
 namespace {
 
-// Preparing begins where the windows end so far ahead: half a second at 30 m/s.
-constexpr double kAhead_m = 16.0;
+// Preparing begins where the windows end so far ahead: 0.4 s at 30 m/s.
+constexpr double kAhead_m = 12.0;
 constexpr double kHeadingStep_m = 1.0;   // steps that are shorter have no heading
 constexpr double kLongestStep_m = 64.0;  // of one vehicle between two matches
 constexpr std::size_t kMostWindows = 2;
@@ -78,7 +78,7 @@ void MapWindows::note(const Eigen::Vector2d& place_m, double reach_m) {
 // mutex_ is held. Null where none serves.
 std::shared_ptr<const MapWindow> MapWindows::held(const MapCircle& needed) {
   for (auto window = windows_.begin(); window != windows_.end(); ++window) {
-    if (!serves(**window, *tiles_, needed)) continue;
+    if (!serves(**window, needed)) continue;
     std::rotate(windows_.begin(), window, window + 1);
     return windows_.front();
   }
@@ -89,7 +89,7 @@ std::shared_ptr<const MapWindow> MapWindows::held(const MapCircle& needed) {
 bool MapWindows::needs_more() const {
   if (!need_.is_known) return false;
   return std::ranges::none_of(windows_, [&](const std::shared_ptr<const MapWindow>& window) {
-    return serves(*window, *tiles_, {need_.place_m, need_.reach_m + kAhead_m});
+    return serves(*window, {need_.place_m, need_.reach_m + kAhead_m});
   });
 }
 
@@ -133,7 +133,7 @@ bool MapWindows::step_ahead() {
     return false;
   }
   const MapCircle ahead{need.place_m, need.reach_m + kAhead_m};
-  if (builder_ == nullptr || !serves(builder_->window(), *tiles_, ahead)) begin(wide(need));
+  if (builder_ == nullptr || !serves(builder_->window(), ahead)) begin(wide(need));
   step_builder();
   return true;
 }
@@ -151,7 +151,7 @@ std::shared_ptr<const MapWindow> MapWindows::make(const MapCircle& needed) {
       is_first = windows_.empty();
     }
     need.place_m = needed.centre_m;
-    if (builder_ == nullptr || !serves(builder_->window(), *tiles_, needed)) {
+    if (builder_ == nullptr || !serves(builder_->window(), needed)) {
       begin(is_first ? needed : wide(need));
     }
     while (!step_builder()) {

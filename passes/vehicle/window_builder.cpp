@@ -12,31 +12,27 @@
 namespace sightline {
 namespace {
 
-// Calls visit(number) for the tiles that meet the circle, ascending, until it returns false.
-template <class Visit>
-void for_tiles(const MapTiles& map, const MapCircle& circle, const Visit& visit) {
+// The numbers of the tiles that meet a circle, ascending.
+std::vector<std::size_t> tiles_in(const MapTiles& map, const MapCircle& circle) {
   const double tile_m = map.head().ndt.tile_m;
   const auto tile_at = [&](double along_m) { return floor_to_int(along_m / tile_m); };
   const Eigen::Vector2d low_m = circle.centre_m - Eigen::Vector2d::Constant(circle.radius_m);
   const Eigen::Vector2d high_m = circle.centre_m + Eigen::Vector2d::Constant(circle.radius_m);
   const TileKey low{tile_at(low_m.x()), tile_at(low_m.y())};
   const TileKey high{tile_at(high_m.x()), tile_at(high_m.y())};
+  std::vector<std::size_t> tiles;
   const std::span<const TileKey> keys = map.keys();
   auto next = std::ranges::lower_bound(keys, low);
   while (next != keys.end() && next->x <= high.x) {
-    if (next->y < low.y || next->y > high.y) {
+    if (next->y >= low.y && next->y <= high.y) {
+      tiles.push_back(static_cast<std::size_t>(next - keys.begin()));
+      ++next;
+    } else {
       const std::int32_t x = next->y < low.y ? next->x : next->x + 1;
       next = std::lower_bound(next, keys.end(), TileKey{x, low.y});
-      continue;
     }
-    const Eigen::Vector2d corner_m = tile_m * Eigen::Vector2d(next->x, next->y);
-    const Eigen::Vector2d nearest_m =
-        circle.centre_m.cwiseMax(corner_m).cwiseMin(corner_m + Eigen::Vector2d::Constant(tile_m));
-    const bool meets =
-        (nearest_m - circle.centre_m).squaredNorm() <= circle.radius_m * circle.radius_m;
-    if (meets && !visit(static_cast<std::size_t>(next - keys.begin()))) return;
-    ++next;
   }
+  return tiles;
 }
 
 }  // namespace
@@ -48,15 +44,9 @@ double match_reach_m(const WindowOptions& options, double range_m, double cell_m
   return range_m + options.mounting_m + kFarthestFound_m + cells_m + kSpare_m;
 }
 
-bool serves(const MapWindow& window, const MapTiles& map, const MapCircle& circle) {
+bool serves(const MapWindow& window, const MapCircle& circle) {
   const double apart_m = (window.circle.centre_m - circle.centre_m).norm();
-  if (apart_m + circle.radius_m <= window.circle.radius_m) return true;
-  bool has_all = true;
-  for_tiles(map, circle, [&](std::size_t tile) {
-    has_all = std::ranges::binary_search(window.tiles, tile);
-    return has_all;
-  });
-  return has_all;
+  return apart_m + circle.radius_m <= window.circle.radius_m;
 }
 
 WindowBuilder::WindowBuilder(const MapTiles& map, const MapCircle& circle,
@@ -66,10 +56,7 @@ WindowBuilder::WindowBuilder(const MapTiles& map, const MapCircle& circle,
       ndt_(map.head().ndt),
       window_(std::make_shared<MapWindow>()) {
   window_->circle = circle;
-  for_tiles(map, circle, [&](std::size_t tile) {
-    window_->tiles.push_back(tile);
-    return true;
-  });
+  tiles_ = tiles_in(map, circle);
 }
 
 WindowBuilder::WindowBuilder(NdtMap whole, const WindowOptions& options)
@@ -78,17 +65,21 @@ WindowBuilder::WindowBuilder(NdtMap whole, const WindowOptions& options)
 }
 
 void WindowBuilder::read_tile() {
-  const std::size_t tile = window_->tiles[read_count_++];
+  const std::size_t tile = tiles_[read_count_++];
   const Result<std::vector<Nd>> nds = map_->nds(tile);
-  if (nds) {
-    ndt_.nds.insert(ndt_.nds.end(), nds->begin(), nds->end());
-  } else {
+  if (!nds) {
     faults_.push_back({tile, nds.error()});
+    return;
+  }
+  const auto& [centre_m, radius_m] = window_->circle;
+  for (const Nd& nd : *nds) {
+    const Eigen::Vector2d cell_m = cell_centre_m(nd.key, ndt_.cell_m).head<2>();
+    if ((cell_m - centre_m).squaredNorm() <= radius_m * radius_m) ndt_.nds.push_back(nd);
   }
 }
 
 bool WindowBuilder::step() {
-  if (read_count_ < window_->tiles.size()) {
+  if (read_count_ < tiles_.size()) {
     read_tile();
     return false;
   }

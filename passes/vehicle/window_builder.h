@@ -18,10 +18,9 @@ struct MapCircle {
   double radius_m = 0.0;
 };
 
-// The NDs of all tiles that meet a circle, ready to be matched in.
+// The NDs of all cells whose centres are in a circle, ready to be matched in.
 struct MapWindow {
   MapCircle circle;
-  std::vector<std::size_t> tiles;  // their numbers in the map, ascending
   Localizer own;
   Localizer samples;
   StructureMap structures;
@@ -37,8 +36,8 @@ struct WindowOptions {
 // ones do not change a bit of its result.
 double match_reach_m(const WindowOptions& options, double range_m, double cell_m);
 
-// Whether a window has all tiles of the map that meet the circle. Allocates nothing.
-bool serves(const MapWindow& window, const MapTiles& map, const MapCircle& circle);
+// Whether a window has all cells of the circle.
+bool serves(const MapWindow& window, const MapCircle& circle);
 
 // A tile that could not be read: windows are without its NDs.
 struct TileFault {
@@ -66,7 +65,8 @@ class WindowBuilder {
   LocalizerOptions options_;
   NdtMap ndt_;
   std::shared_ptr<MapWindow> window_;
-  std::size_t read_count_ = 0;  // of the window's tiles
+  std::vector<std::size_t> tiles_;  // that meet the circle: their numbers in the map, ascending
+  std::size_t read_count_ = 0;      // of these
   std::optional<LocalizerBuilder> own_;
   std::optional<LocalizerBuilder> samples_;
   std::vector<TileFault> faults_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/base/huge_pages.h"
+#include "formats/base/mapped_allocator.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/grid/cell_columns.h"
@@ -45,12 +46,12 @@ struct MatchGrid {
 
   double cell_m = 2.0;
   GaussConstants gauss;
-  std::vector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
+  MappedVector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
   CellIndex cells;
-  CellColumns columns;                        // of `cells`; empty in a grid that changes
-  std::vector<Neighbourhood> neighbourhoods;  // of `cells`
-  HugeVector<KernelRecord> records;           // of `cells`, in float, after one without any ND
-  HugeVector<std::uint8_t> normal_classes;    // of `cells`: of the first ND that each has
+  CellColumns columns;                         // of `cells`; empty in a grid that changes
+  MappedVector<Neighbourhood> neighbourhoods;  // of `cells`
+  MappedVector<KernelRecord> records;          // of `cells`, in float, after one without any ND
+  HugeVector<std::uint8_t> normal_classes;     // of `cells`: of the first ND that each has
   // Of `cells`: 1 for one that has no ND any more and is not found. Empty in a grid made at once.
   std::vector<std::uint8_t> is_unused;
   // Of `cells` and `is_unused`: grids of one digest number the same cells alike.
