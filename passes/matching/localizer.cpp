@@ -151,6 +151,7 @@ bool LocalizerBuilder::step() {
   const NdtMap& of_level = is_of_map(number, options) ? map_ : widest;
   if (!grid_) {
     grid_.emplace(of_level.cell_m, information_of(number, options, widest.cell_m));
+    grid_->reserve(of_level.nds.size());
     added_count_ = 0;
   }
   if (added_count_ < of_level.nds.size()) {

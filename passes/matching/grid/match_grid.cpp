@@ -127,6 +127,7 @@ Eigen::Matrix3d plain_information_per_m2(const Nd& nd) {
 
 MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_per_m2) {
   MatchGridBuilder builder(map.cell_m, information_per_m2);
+  builder.reserve(map.nds.size());
   builder.add(map.nds);
   builder.fill(std::numeric_limits<std::size_t>::max());
   return builder.finish();
@@ -136,6 +137,12 @@ MatchGridBuilder::MatchGridBuilder(double cell_m, InformationOfNd information_pe
     : information_per_m2_(std::move(information_per_m2)) {
   grid_.cell_m = cell_m;
   grid_.gauss = gauss_constants(cell_m);
+}
+
+void MatchGridBuilder::reserve(std::size_t nd_count) {
+  constexpr std::size_t kCellsOfNd = 5;  // what is not used is never touched
+  grid_.nds.reserve(nd_count);
+  grid_.neighbourhoods.reserve(kCellsOfNd * nd_count);
 }
 
 void MatchGridBuilder::add(std::span<const Nd> nds) {

@@ -78,6 +78,7 @@ class MatchGridBuilder {
  public:
   MatchGridBuilder(double cell_m, InformationOfNd information_per_m2);
 
+  void reserve(std::size_t nd_count);
   void add(std::span<const Nd> nds);    // in the order of the map
   bool fill(std::size_t record_count);  // so many more records; true once all are filled
   MatchGrid finish();                   // the grid, of which all records are filled

@@ -121,6 +121,8 @@ TEST(Streaming, PreparesWithinABudget) {
   EXPECT_NE(sightline_localizer_prepare(near.localizer, far_m.data(), 0.0, &is_done), 0);
   EXPECT_NE(sightline_localizer_prepare(near.localizer, nullptr, 0.0, &is_done), 0);
   EXPECT_NE(sightline_localizer_prepare(nullptr, p_world_m.data(), 0.0, &is_done), 0);
+  EXPECT_EQ(sightline_localizer_fault_count(nullptr), 0u);
+  EXPECT_NE(sightline_localizer_get_fault(nullptr, 0, nullptr, 0), 0);
 }
 
 }  // namespace

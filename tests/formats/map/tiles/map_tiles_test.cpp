@@ -48,11 +48,11 @@ TEST(MapTiles, ReadsTileByTileWhatReadMapReadsAtOnce) {
   }
 }
 
-// Every byte of the file: either it is refused when it is opened, or at most one tile is.
+// A byte anywhere in the file: either it is refused when it is opened, or at most one tile is.
 TEST(MapTiles, NamesADamagedTileAndReadsTheOthers) {
   const std::vector<std::byte> good = encode_map(some_map());
   std::size_t named_count = 0;
-  for (std::size_t at = 0; at < good.size(); at += 97) {
+  for (std::size_t at = 0; at < good.size(); at += good.size() / 60) {
     std::vector<std::byte> bytes = good;
     bytes[at] ^= std::byte{4};
     const Result<MapTiles> tiles = MapTiles::open(written(bytes, "damaged"));
