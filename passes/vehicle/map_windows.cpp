@@ -138,7 +138,7 @@ bool MapWindows::step_ahead() {
   return true;
 }
 
-// build_mutex_ is held. The first match is not to wait for more than it needs.
+// build_mutex_ is held. The first match is not to wait for a window of the map's longest look.
 std::shared_ptr<const MapWindow> MapWindows::make(const MapCircle& needed) {
   while (true) {
     Need need;
@@ -152,7 +152,8 @@ std::shared_ptr<const MapWindow> MapWindows::make(const MapCircle& needed) {
     }
     need.place_m = needed.centre_m;
     if (builder_ == nullptr || !serves(builder_->window(), needed)) {
-      begin(is_first ? needed : wide(need));
+      if (is_first) need.reach_m = needed.radius_m;
+      begin(wide(need));
     }
     while (!step_builder()) {
     }

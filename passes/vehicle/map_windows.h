@@ -35,8 +35,8 @@ class MapWindows {
   // window serves.
   std::shared_ptr<const MapWindow> at(const Eigen::Vector3d& p_map_m, double range_m);
 
-  // Prepares what a vehicle at that place needs next. Takes steps of about a millisecond, at least
-  // one, until the time is over. True once all is prepared.
+  // Prepares what a vehicle at that place needs next. Takes steps, most of about a millisecond, at
+  // least one, until the time is over. True once all is prepared.
   bool prepare(const Eigen::Vector3d& p_map_m, double budget_ms);
 
   // Of the tiles that could not be read, in the order in which they were needed.

@@ -156,10 +156,10 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_match_options* options, sightline_match* match);
 
 /* Prepares the map ahead of a vehicle at that place, which moves as its last matches did, in steps
- * of about a millisecond until budget_ms of time have passed; at least one. *is_done, which may be
- * NULL, is 1 once nothing is left to prepare. For a program that has its own threads or a real-time
- * loop (has_no_thread). Optional: a match prepares what it needs and is not prepared, so results
- * never depend on it. Errors: bad-argument, out-of-memory. */
+ * of about a millisecond, the longest of about four, until budget_ms have passed; at least one.
+ * *is_done, which may be NULL, is 1 once nothing is left to prepare. For a program that has its own
+ * threads or a real-time loop (has_no_thread). Optional: a match prepares what it needs and is not
+ * prepared, so results never depend on it. Errors: bad-argument, out-of-memory. */
 int sightline_localizer_prepare(const sightline_localizer* localizer,
                                 const double position_world_m[3], double budget_ms, int* is_done);
 

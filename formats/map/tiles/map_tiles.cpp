@@ -1,5 +1,9 @@
 #include "formats/map/tiles/map_tiles.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdint>
 #include <utility>
 
 #include "formats/map/container/packed_block.h"
@@ -33,6 +37,14 @@ Result<void> check_root_digest(const MapContainer& container) {
   return wrong_digest("the map", "byte 88");
 }
 
+// Bytes of a mapped file that were read: the process no longer holds their pages, the system may.
+void forget(std::span<const std::byte> bytes) {
+  static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const std::uintptr_t begin = reinterpret_cast<std::uintptr_t>(bytes.data()) / page * page;
+  const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(bytes.data()) + bytes.size();
+  (void)::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
+}
+
 }  // namespace
 
 Result<MapTiles> MapTiles::open(const std::filesystem::path& path) {
@@ -63,6 +75,7 @@ Result<std::vector<Nd>> MapTiles::decoded(std::size_t number) const {
   if (required_digest(tile) != tile.digest) return wrong_digest("the tile", "");
   const PackedBlock block = packed_block(container_, *find_layer(container_, place, kNdtLayer));
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(block));
+  if (block.codec != BlockCodec::kNone) forget(block.stored);
   NdtMap of_tile = head_.ndt;
   SIGHTLINE_TRY(decode_ndt_layer(raw.bytes(), block.row_count, tile.key, of_tile));
   SIGHTLINE_TRY(validate(of_tile));
