@@ -152,19 +152,20 @@ Result<std::vector<Look>> parse_looks(std::string_view text) {
 }
 
 Result<void> validate(const Look& look) {
-  const std::string quoted = concat("'", to_text(look), "'");
+  // Vehicles check a look at each scan: a good one allocates nothing.
+  const auto quoted = [&] { return concat("'", to_text(look), "'"); };
   if (!is_length(look.range_m)) {
-    return error_of(quoted + ": the range is not above 0 and below 1000 m");
+    return error_of(quoted() + ": the range is not above 0 and below 1000 m");
   }
   if (look.even_beyond_m != 0.0 && !is_length(look.even_beyond_m)) {
-    return error_of(quoted + ": 'evenly spaced beyond' is not above 0 and below 1000 m");
+    return error_of(quoted() + ": 'evenly spaced beyond' is not above 0 and below 1000 m");
   }
   const bool is_sample = look.even_beyond_m != 0.0 || look.point_count > 0 || look.is_by_normals;
   if (is_sample && look.return_count == 0) {
-    return error_of(quoted + " takes a sample: add how many returns, for example '2000 returns'");
+    return error_of(quoted() + " takes a sample: add how many returns, for example '2000 returns'");
   }
   if (look.is_by_normals && look.point_count == 0) {
-    return error_of(quoted +
+    return error_of(quoted() +
                     " takes points by normals: add how many, for example '80 points by normals'");
   }
   return {};

@@ -51,6 +51,32 @@ void limit_steps(const MatchOptions& options, MatchLevel& level) {
   level.stop_step_rad = options.stop_step_rad;
 }
 
+void check(const LocalizerOptions& options) {
+  SIGHTLINE_CHECK(options.coarse_cells >= 1);
+  SIGHTLINE_CHECK(options.search_m <= 0.0 || options.is_annealed);
+}
+
+std::size_t level_count(const LocalizerOptions& options) {
+  return (options.is_annealed ? 2U : 1U) + (options.coarse_cells > 1 ? 1U : 0U);
+}
+
+// Whether that level's cells are the map's own; those of the others are the coarse map's.
+bool is_of_map(std::size_t number, const LocalizerOptions& options) {
+  return options.coarse_cells == 1 || number + 1 == level_count(options);
+}
+
+InformationOfNd information_of(std::size_t number, const LocalizerOptions& options,
+                               double widest_cell_m) {
+  if (!options.is_annealed) return plain_information_per_m2;
+  return number == 0 ? information(0.01, kBlurTimesCell_m2 / widest_cell_m)
+                     : information(kSharpFloor, 0.0);
+}
+
+MatchLevel settings_of(std::size_t number, const LocalizerOptions& options) {
+  if (options.is_annealed) return annealed_level(number, level_count(options), options);
+  return {.has_quick_steps = options.has_quick_steps};
+}
+
 constexpr std::string_view kNames[] = {"plain", "annealed", "searching", "pcl-ndt"};
 
 // A turn is small enough when it moves the farthest point no farther than the step allowed in
@@ -92,28 +118,55 @@ LocalizerOptions localizer_named(std::string_view name, int coarse_cells) {
 }
 
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
-  SIGHTLINE_CHECK(options.coarse_cells >= 1);
-  SIGHTLINE_CHECK(options.search_m <= 0.0 || options.is_annealed);
+  check(options);
   Localizer localizer{options, {}};
   const bool has_coarse = options.coarse_cells > 1;
   const NdtMap coarse = has_coarse ? coarse_map(map, options.coarse_cells) : NdtMap{};
   const NdtMap& widest = has_coarse ? coarse : map;
-  const auto add = [&](MatchGrid grid, const MatchLevel& settings) {
-    localizer.levels.push_back({std::make_shared<const MatchGrid>(std::move(grid)), settings});
-  };
-  if (!options.is_annealed) {
-    const MatchLevel plain{.has_quick_steps = options.has_quick_steps};
-    if (has_coarse) add(make_match_grid(coarse), plain);
-    add(make_match_grid(map), plain);
-    return localizer;
+  for (std::size_t number = 0; number < level_count(options); ++number) {
+    const NdtMap& of_level = is_of_map(number, options) ? map : widest;
+    localizer.levels.push_back({std::make_shared<const MatchGrid>(make_match_grid(
+                                    of_level, information_of(number, options, widest.cell_m))),
+                                settings_of(number, options)});
   }
-  const std::size_t count = has_coarse ? 3 : 2;
-  const InformationOfNd sharp = information(kSharpFloor, 0.0);
-  const InformationOfNd blurred = information(0.01, kBlurTimesCell_m2 / widest.cell_m);
-  add(make_match_grid(widest, blurred), annealed_level(0, count, options));
-  if (has_coarse) add(make_match_grid(coarse, sharp), annealed_level(1, count, options));
-  add(make_match_grid(map, sharp), annealed_level(count - 1, count, options));
   return localizer;
+}
+
+LocalizerBuilder::LocalizerBuilder(const NdtMap& map, const LocalizerOptions& options)
+    : map_(map), localizer_{options, {}} {
+  check(options);
+}
+
+bool LocalizerBuilder::step() {
+  constexpr std::size_t kNdsAtOnce = 256;
+  constexpr std::size_t kRecordsAtOnce = 1024;
+  const LocalizerOptions& options = localizer_.options;
+  const std::size_t number = localizer_.levels.size();
+  if (number == level_count(options)) return true;
+  if (options.coarse_cells > 1 && coarse_ == nullptr) {
+    coarse_ = std::make_unique<const NdtMap>(coarse_map(map_, options.coarse_cells));
+    return false;
+  }
+  const NdtMap& widest = coarse_ == nullptr ? map_ : *coarse_;
+  const NdtMap& of_level = is_of_map(number, options) ? map_ : widest;
+  if (!grid_) {
+    grid_.emplace(of_level.cell_m, information_of(number, options, widest.cell_m));
+    grid_->reserve(of_level.nds.size());
+    added_count_ = 0;
+  }
+  if (added_count_ < of_level.nds.size()) {
+    const std::size_t count = std::min(kNdsAtOnce, of_level.nds.size() - added_count_);
+    grid_->add(std::span(of_level.nds).subspan(added_count_, count));
+    added_count_ += count;
+    return false;
+  }
+  if (!grid_->fill(kRecordsAtOnce)) return false;
+  MatchGrid grid = grid_->finish();
+  grid_.reset();
+  keep_for_kernels(grid);
+  localizer_.levels.push_back(
+      {std::make_shared<const MatchGrid>(std::move(grid)), settings_of(number, options)});
+  return number + 1 == level_count(options);
 }
 
 Localizer localizer_for_samples(const Localizer& own, const NdtMap& map, int coarse_cells) {

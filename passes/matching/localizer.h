@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/drive/drive.h"
@@ -56,6 +58,24 @@ struct Localizer {
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
+
+// make_localizer() in steps of about a millisecond, to the bit. Its grids are kept as
+// keep_for_kernels() does: MatchKernel::kExact cannot match in them.
+class LocalizerBuilder {
+ public:
+  // `map` must outlive the last step.
+  LocalizerBuilder(const NdtMap& map, const LocalizerOptions& options);
+
+  bool step();  // true once all steps are taken
+  Localizer take() { return std::move(localizer_); }
+
+ private:
+  const NdtMap& map_;
+  std::unique_ptr<const NdtMap> coarse_;
+  Localizer localizer_;
+  std::optional<MatchGridBuilder> grid_;  // of the level that follows the last one of localizer_
+  std::size_t added_count_ = 0;           // NDs of this level
+};
 // As make_localizer(map, options_for_samples(coarse_cells)); shares the grids of an annealed `own`.
 Localizer localizer_for_samples(const Localizer& own, const NdtMap& map, int coarse_cells = 1);
 

@@ -198,26 +198,25 @@ void LookMatcher::take(const Scan& scan, const Look& look) {
   if (!takes_every_return(look)) {
     cutter_.prepare(scan, look);
     if (!look.is_by_normals) {
-      cutter_.finish(matching_.of_samples, matching_.sensor, Pose::Identity(), cut_);
+      cutter_.finish(*sampled_, matching_.sensor, Pose::Identity(), cut_);
     }
     return;
   }
-  cut_ = make_scan_for_match(matching_.own, near_cutter_, scan, matching_.sensor,
+  cut_ = make_scan_for_match(*own_, near_cutter_, scan, matching_.sensor,
                              {look.range_m, matching_.leaf_m, matching_.takes_every_return});
 }
 
 MatchResult LookMatcher::match(const Pose& T_map_start, double search_m) {
   SharedClimbs* const shared = matching_.shares_climbs && !look_.is_by_normals ? &climbs_ : nullptr;
   if (takes_every_return(look_)) {
-    return localize(matching_.own, cut_, T_map_start, {.search_m = search_m}, shared);
+    return localize(*own_, cut_, T_map_start, {.search_m = search_m}, shared);
   }
   if (look_.is_by_normals) {
-    cutter_.finish(matching_.of_samples, matching_.sensor, T_map_start, cut_);
+    cutter_.finish(*sampled_, matching_.sensor, T_map_start, cut_);
   }
   const MatchOptions options{.stop_step_m = kSampleStop_m, .search_m = search_m};
-  return look_.mode == LookMode::kSettle
-             ? settle(matching_.of_samples, cut_, T_map_start, options)
-             : localize(matching_.of_samples, cut_, T_map_start, options, shared);
+  return look_.mode == LookMode::kSettle ? settle(*sampled_, cut_, T_map_start, options)
+                                         : localize(*sampled_, cut_, T_map_start, options, shared);
 }
 
 }  // namespace sightline

@@ -76,7 +76,16 @@ struct LookMatching {
 class LookMatcher {
  public:
   explicit LookMatcher(const LookMatching& matching)
-      : matching_(matching), cutter_(matching.leaf_m) {}
+      : matching_(matching),
+        own_(&matching.own),
+        sampled_(&matching.of_samples),
+        cutter_(matching.leaf_m) {}
+
+  // From the next scan on, matches in these localizers, made for the same options.
+  void use(const Localizer& own, const Localizer& sampled) {
+    own_ = &own;
+    sampled_ = &sampled;
+  }
 
   // The scan to be matched next, cut as far as no start changes it. What a look takes of it may
   // depend on the start: then match() cuts the rest.
@@ -95,6 +104,8 @@ class LookMatcher {
 
  private:
   LookMatching matching_;
+  const Localizer* own_;
+  const Localizer* sampled_;
   ScanCutter near_cutter_;
   LookCutter cutter_;
   ScanForMatch cut_;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "formats/base/check.h"
 #include "formats/base/portable_math.h"
 #include "formats/symmetric_eigen.h"
 
@@ -66,6 +67,7 @@ void add_point(const PointScore& point, const Eigen::Vector3d& arm_m, MatchScore
 
 MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
                        const Pose& T_map_sensor) {
+  SIGHTLINE_CHECK(grid.cells.size() > 0 || grid.records.size() <= 1);  // not keep_for_kernels()
   MatchScore total;
   for (const Eigen::Vector3d& point_sensor_m : points_m) {
     const Eigen::Vector3d arm_m = T_map_sensor.linear() * point_sensor_m;

@@ -1,8 +1,6 @@
 #include "passes/vehicle/sightline_localizer.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -18,6 +16,8 @@
 #include "passes/matching/covariance/known_start.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_plan.h"
+#include "passes/vehicle/c_values.h"
+#include "passes/vehicle/map_windows.h"
 #include "passes/vehicle/vehicle_map.h"
 
 // Everything that a match needs memory for lies in a Workspace. A call takes a free one and gives
@@ -27,22 +27,12 @@
 namespace sightline {
 namespace {
 
-using PoseRows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-
 static_assert(SIGHTLINE_CONVERGED == static_cast<unsigned>(MatchStop::kConverged));
 static_assert(SIGHTLINE_ITERATION_LIMIT == static_cast<unsigned>(MatchStop::kIterationLimit));
 static_assert(SIGHTLINE_NO_POINTS == static_cast<unsigned>(MatchStop::kNoPoints));
 static_assert(SIGHTLINE_NO_OVERLAP == static_cast<unsigned>(MatchStop::kNoOverlap));
 
 constexpr double kMostCells = 0x1.0p29;  // that a start may be away from the map's origin
-
-Pose pose_of(const double rows[12]) {
-  Pose pose = Pose::Identity();
-  pose.affine() = Eigen::Map<const PoseRows>(rows);
-  return pose;
-}
-
-void put(const Pose& pose, double rows[12]) { Eigen::Map<PoseRows>(rows, 3, 4) = pose.affine(); }
 
 Look look_of(const sightline_look& look) {
   return {.range_m = look.range_m,
@@ -61,17 +51,6 @@ LookPlan plan_of(const sightline_look_plan& plan) {
   result.test.constant = plan.constant;
   result.doubt_above = plan.doubt_above;
   return result;
-}
-
-template <class Number>
-void take_returns(const sightline_points& from, std::vector<Eigen::Vector3d>& points_m) {
-  const char* place = static_cast<const char*>(from.first);
-  for (std::size_t i = 0; i < from.count; ++i, place += from.stride_bytes) {
-    Number xyz[3];
-    std::memcpy(xyz, place, sizeof xyz);
-    const Eigen::Vector3d point_m(xyz[0], xyz[1], xyz[2]);
-    if (point_m.allFinite() && !point_m.isZero(0.0)) points_m.push_back(point_m);
-  }
 }
 
 sightline_nd c_nd(const Nd& nd, const MapFrame& frame) {
@@ -97,40 +76,51 @@ struct Workspace {
 struct sightline_localizer {
   explicit sightline_localizer(sightline::VehicleMap opened);
 
-  [[nodiscard]] std::unique_ptr<sightline::Workspace> take_workspace() const;
+  [[nodiscard]] std::unique_ptr<sightline::Workspace> take_workspace(
+      const sightline::MapWindow& window) const;
   void give_back(std::unique_ptr<sightline::Workspace> workspace) const;
 
-  sightline::VehicleMap map;  // its NDs are below
-  sightline::Localizer own;
-  sightline::Localizer samples;
-  sightline::StructureMap structures;
-  std::vector<sightline_nd> nds;
+  sightline::VehicleMap map;      // its NDs are below
+  std::vector<sightline_nd> nds;  // of a map that is held whole
+  std::unique_ptr<sightline::MapWindows> windows;
   std::string kernel;
   mutable std::mutex mutex;
   mutable std::vector<std::unique_ptr<sightline::Workspace>> free;
 };
 
 sightline_localizer::sightline_localizer(sightline::VehicleMap opened)
-    : map(std::move(opened)),
-      own(make_localizer(map.ndt, sightline::localizer_named(map.localizer, map.coarse_cells))),
-      samples(localizer_for_samples(own, map.ndt, map.coarse_cells)),
-      structures(map.ndt, own.levels.back().grid),
-      kernel(sightline::kernel_name(sightline::fastest_kernel())) {
+    : map(std::move(opened)), kernel(sightline::kernel_name(sightline::fastest_kernel())) {
+  const sightline::WindowOptions options{
+      .own = sightline::localizer_named(map.localizer, map.coarse_cells),
+      .usual_range_m = map.longest_look_m,
+      .mounting_m = map.sensor.T_vehicle_lidar.translation().norm()};
   nds.reserve(map.ndt.nds.size());
   for (const sightline::Nd& nd : map.ndt.nds) nds.push_back(sightline::c_nd(nd, map.ndt.frame));
-  map.ndt.nds = {};
+  std::vector<sightline::Nd> all = std::exchange(map.ndt.nds, {});
+  sightline::NdtMap whole = map.ndt;
+  whole.nds = std::move(all);
+  windows = map.tiles == nullptr
+                ? std::make_unique<sightline::MapWindows>(std::move(whole), options)
+                : std::make_unique<sightline::MapWindows>(*map.tiles, options);
 }
 
-std::unique_ptr<sightline::Workspace> sightline_localizer::take_workspace() const {
-  const std::scoped_lock lock(mutex);
-  if (free.empty()) {
-    const sightline::LookMatching matching{own, samples, map.sensor, map.leaf_m,
+std::unique_ptr<sightline::Workspace> sightline_localizer::take_workspace(
+    const sightline::MapWindow& window) const {
+  std::unique_ptr<sightline::Workspace> workspace;
+  {
+    const std::scoped_lock lock(mutex);
+    if (!free.empty()) {
+      workspace = std::move(free.back());
+      free.pop_back();
+    }
+  }
+  if (workspace == nullptr) {
+    const sightline::LookMatching matching{window.own, window.samples, map.sensor, map.leaf_m,
                                            map.takes_every_return};
     return std::make_unique<sightline::Workspace>(sightline::Workspace{
         {}, sightline::LookMatcher(matching), {sightline::LookCutter(map.leaf_m), {}}, {}});
   }
-  std::unique_ptr<sightline::Workspace> workspace = std::move(free.back());
-  free.pop_back();
+  workspace->matcher.use(window.own, window.samples);
   return workspace;
 }
 
@@ -151,6 +141,7 @@ Result<VehicleMap> open_map(const char* path, const sightline_localizer_options&
     chosen.T_vehicle_sensor = pose_of(options.T_vehicle_sensor);
   }
   chosen.threads = options.threads;
+  chosen.is_whole = options.holds_whole_map != 0;
   return read_vehicle_map(path, chosen);
 }
 
@@ -160,40 +151,11 @@ bool is_good(const sightline_points& scan) {
 
 constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
 
-struct MatchKnowledge {
-  std::optional<Matrix6d> start_covariance;
-  InformationScale scale = default_information_scale();
-};
-
-// Nothing where an option makes no sense.
-std::optional<MatchKnowledge> knowledge_of(const sightline_match_options* options) {
-  MatchKnowledge knowledge;
-  if (options == nullptr) return knowledge;
-  if (options->start_covariance != nullptr) {
-    const Eigen::Map<const Matrix6d> given(options->start_covariance);
-    if (!is_covariance(given)) return std::nullopt;
-    knowledge.start_covariance = 0.5 * (given + given.transpose());
-  }
-  for (const double number : {options->variance_factor, options->map_m, options->map_rad}) {
-    if (!(number >= 0.0 && std::isfinite(number))) return std::nullopt;
-  }
-  if (options->variance_factor > 0.0) knowledge.scale.variance_factor = options->variance_factor;
-  if (options->map_m > 0.0 || options->map_rad > 0.0) {
-    knowledge.scale.map_m = options->map_m;
-    knowledge.scale.map_rad = options->map_rad;
-  }
-  return knowledge;
-}
-
-// What a call answers that is refused.
+// The answer of a call that is refused.
 void put_start(const double T_world_start[12], sightline_match& answer) {
   answer = {};
   if (T_world_start != nullptr) std::copy_n(T_world_start, 12, answer.T_world_vehicle);
   answer.stop = SIGHTLINE_NO_POINTS;
-}
-
-void put(const Matrix6d& symmetric, double numbers[36]) {
-  Eigen::Map<Matrix6d>(numbers, 6, 6) = symmetric;
 }
 
 void put(const MatchResult& found, sightline_match& answer) {
@@ -206,9 +168,9 @@ void put(const MatchResult& found, sightline_match& answer) {
 }
 
 void put(const MatchEnd& end, const MapFrame& frame, sightline_match& answer) {
-  put(rebase(end.estimate.T_map_vehicle, frame, MapFrame{}), answer.T_world_vehicle);
-  put(end.information, answer.information);
-  put(end.estimate.covariance, answer.covariance);
+  put_pose(rebase(end.estimate.T_map_vehicle, frame, MapFrame{}), answer.T_world_vehicle);
+  put_matrix(end.information, answer.information);
+  put_matrix(end.estimate.covariance, answer.covariance);
   answer.weak = end.weak;
 }
 
@@ -228,6 +190,7 @@ bool is_unconstrained(const MatchResult& found, const MatchEnd& end) {
 // What the calls share.
 struct MatchCall {
   const sightline_localizer& localizer;
+  double range_m;  // of the longest look
   const sightline_points& scan;
   const double* T_world_start;
   const sightline_match_options* options;
@@ -249,34 +212,32 @@ struct MatchBegin {
 // Checks the other arguments and fills the answer. `use` matches the workspace's scan.
 template <class Use>
 int match_scan(const MatchCall& call, const Use& use) {
-  const auto& [localizer, scan, T_world_start, options, answer] = call;
+  const auto& [localizer, range_m, scan, T_world_start, options, answer] = call;
   const MapFrame& frame = localizer.map.ndt.frame;
   const Pose T_world_given = pose_of(T_world_start);
   if (!is_rigid(T_world_given) || !is_good(scan)) return kBadArgument;
   const Pose T_map_start = rebase(T_world_given, MapFrame{}, frame);
   const double away_m = T_map_start.translation().cwiseAbs().maxCoeff();
   if (!(away_m < kMostCells * localizer.map.ndt.cell_m)) return kBadArgument;
-  const std::optional<MatchKnowledge> knowledge = knowledge_of(options);
+  const sightline_match_options known = options == nullptr ? sightline_match_options{} : *options;
+  const std::optional<MatchKnowledge> knowledge =
+      knowledge_of(known.start_covariance, known.variance_factor, known.map_m, known.map_rad);
   if (!knowledge) return kBadArgument;
   try {
-    std::unique_ptr<Workspace> workspace = localizer.take_workspace();
+    const std::shared_ptr<const MapWindow> window =
+        localizer.windows->at(T_map_start.translation(), range_m);
+    std::unique_ptr<Workspace> workspace = localizer.take_workspace(*window);
     std::vector<Eigen::Vector3d>& points_m = workspace->scan.points_m;
-    points_m.clear();
-    points_m.reserve(scan.count);
-    if (scan.is_double != 0) {
-      take_returns<double>(scan, points_m);
-    } else {
-      take_returns<float>(scan, points_m);
-    }
+    take_returns({scan.first, scan.count, scan.stride_bytes, scan.is_double != 0}, points_m);
     answer.dropped_count = static_cast<std::uint32_t>(scan.count - points_m.size());
     const std::optional<KnownStart> start = start_of(*knowledge, T_map_start);
     MatchBegin begin{.T_map_start = T_map_start};
     if (start) begin.search_m = search_of_start_m(start->covariance);
-    const MatchOfScan found = use(*workspace, begin, answer);
+    const MatchOfScan found = use(*window, *workspace, begin, answer);
     answer.point_count = static_cast<std::uint32_t>(found.scan.points_m.size());
     put(found.match, answer);
     const MatchEnd end = end_of_match(found.match, found.scan, start ? &*start : nullptr,
-                                      localizer.structures, knowledge->scale, workspace->observer);
+                                      window->structures, knowledge->scale, workspace->observer);
     put(end, frame, answer);
     if (is_unconstrained(found.match, end)) answer.stop = SIGHTLINE_UNCONSTRAINED;
     localizer.give_back(std::move(workspace));
@@ -307,7 +268,9 @@ int sightline_localizer_open(const char* path, const sightline_localizer_options
     Result<VehicleMap> map =
         open_map(path, options == nullptr ? sightline_localizer_options{} : *options);
     if (map) {
-      *localizer = new sightline_localizer(*std::move(map));
+      auto opened = std::make_unique<sightline_localizer>(*std::move(map));
+      if (options == nullptr || options->has_no_thread == 0) opened->windows->start_thread();
+      *localizer = opened.release();
       return 0;
     }
     copy_message(to_string(map.error()), message, message_size);
@@ -329,7 +292,7 @@ void sightline_localizer_get_info(const sightline_localizer* localizer,
   const VehicleMap& map = localizer->map;
   Eigen::Map<Eigen::Vector3d>(info->origin_world_m) = map.ndt.frame.origin_world_m;
   info->cell_m = map.ndt.cell_m;
-  put(map.sensor.T_vehicle_lidar, info->T_vehicle_sensor);
+  put_pose(map.sensor.T_vehicle_lidar, info->T_vehicle_sensor);
   info->leaf_m = map.leaf_m;
   info->localizer = map.localizer.c_str();
   info->kernel = localizer->kernel.c_str();
@@ -347,14 +310,15 @@ int sightline_localizer_match(const sightline_localizer* localizer, const sightl
   }
   const Look chosen = look_of(*look);
   if (!validate(chosen)) return kBadArgument;
-  return match_scan(
-      {*localizer, *scan, T_world_start, options, *match},
-      [&](Workspace& workspace, const MatchBegin& begin, sightline_match& answer) -> MatchOfScan {
-        workspace.matcher.take(workspace.scan, chosen);
-        answer.look_count = 1;
-        const MatchResult found = workspace.matcher.match(begin.T_map_start, begin.search_m);
-        return {found, workspace.matcher.scan()};
-      });
+  return match_scan({*localizer, chosen.range_m, *scan, T_world_start, options, *match},
+                    [&](const MapWindow& /*window*/, Workspace& workspace, const MatchBegin& begin,
+                        sightline_match& answer) -> MatchOfScan {
+                      workspace.matcher.take(workspace.scan, chosen);
+                      answer.look_count = 1;
+                      const MatchResult found =
+                          workspace.matcher.match(begin.T_map_start, begin.search_m);
+                      return {found, workspace.matcher.scan()};
+                    });
 }
 
 int sightline_localizer_match_plan(const sightline_localizer* localizer,
@@ -370,16 +334,48 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
   if (localizer == nullptr || scan == nullptr || T_world_start == nullptr) return kBadArgument;
   const LookPlan chosen = plan_of(*plan);
   if (!validate(chosen)) return kBadArgument;
-  PlannedLocalizer planned{localizer->samples, localizer->map.sensor, chosen};
-  return match_scan(
-      {*localizer, *scan, T_world_start, options, *match},
-      [&](Workspace& workspace, const MatchBegin& begin, sightline_match& answer) -> MatchOfScan {
-        planned.options.search_m = begin.search_m;
-        const PlannedMatch found = localize_in_looks(planned, workspace.scan,
-                                                     {begin.T_map_start, true}, workspace.planned);
-        answer.look_count = found.look_count;
-        return {found.match, workspace.planned.cut};
-      });
+  const double range_m = std::max(chosen.first.range_m, chosen.second.range_m);
+  return match_scan({*localizer, range_m, *scan, T_world_start, options, *match},
+                    [&](const MapWindow& window, Workspace& workspace, const MatchBegin& begin,
+                        sightline_match& answer) -> MatchOfScan {
+                      PlannedLocalizer planned{window.samples, localizer->map.sensor, chosen};
+                      planned.options.search_m = begin.search_m;
+                      const PlannedMatch found = localize_in_looks(
+                          planned, workspace.scan, {begin.T_map_start, true}, workspace.planned);
+                      answer.look_count = found.look_count;
+                      return {found.match, workspace.planned.cut};
+                    });
+}
+
+int sightline_localizer_prepare(const sightline_localizer* localizer,
+                                const double position_world_m[3], double budget_ms, int* is_done) {
+  if (is_done != nullptr) *is_done = 0;
+  if (localizer == nullptr || position_world_m == nullptr) return kBadArgument;
+  const NdtMap& ndt = localizer->map.ndt;
+  const Eigen::Vector3d p_map_m =
+      Eigen::Map<const Eigen::Vector3d>(position_world_m) - ndt.frame.origin_world_m;
+  if (!(p_map_m.cwiseAbs().maxCoeff() < kMostCells * ndt.cell_m)) return kBadArgument;
+  try {
+    const bool is_all = localizer->windows->prepare(p_map_m, budget_ms);
+    if (is_done != nullptr) *is_done = is_all ? 1 : 0;
+    return 0;
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+size_t sightline_localizer_fault_count(const sightline_localizer* localizer) {
+  return localizer == nullptr ? 0 : localizer->windows->faults().size();
+}
+
+int sightline_localizer_get_fault(const sightline_localizer* localizer, std::size_t number,
+                                  char* message, std::size_t message_size) {
+  copy_message("", message, message_size);
+  if (localizer == nullptr) return kBadArgument;
+  const std::vector<Error> faults = localizer->windows->faults();
+  if (number >= faults.size()) return kBadArgument;
+  copy_message(to_string(faults[number]), message, message_size);
+  return static_cast<int>(faults[number].code);
 }
 
 const char* sightline_localizer_version(void) {

@@ -30,6 +30,12 @@ typedef struct sightline_localizer_options {
   int threads;                    /* that open a point cloud; 0: all there are */
   double azimuth_step_deg;        /* of the sensor; 0: the map's, of a point cloud 0.2 */
   const double* T_vehicle_sensor; /* 12 numbers; NULL: the map's, of a point cloud the identity */
+  /* 1: a compiled map is read, checked and prepared whole when it is opened, and info lists its
+   * NDs. 0: it is read tile by tile, and only what is near the vehicle is held in memory. Of a
+   * point cloud all is held. Matches give the same bits. */
+  int holds_whole_map;
+  /* 1: the library starts no thread. 0: a thread prepares the map ahead of the vehicle. */
+  int has_no_thread;
 } sightline_localizer_options;
 
 /* Points of one scan in the sensor's frame, in metres, as they lie in memory: x, y and z follow
@@ -107,10 +113,10 @@ typedef struct sightline_localizer_info {
   double origin_world_m[3]; /* of the frame that is matched in, near the map */
   double cell_m;
   double T_vehicle_sensor[12];
-  double leaf_m;         /* edge of the voxels that thin a scan */
-  const char* localizer; /* "searching": what the reader of this map is to be asked for */
-  const char* kernel;    /* "avx2": the fastest of this processor; all give the same bits */
-  const sightline_nd* nds;
+  double leaf_m;           /* edge of the voxels that thin a scan */
+  const char* localizer;   /* "searching": what the reader of this map is to be asked for */
+  const char* kernel;      /* "avx2": the fastest of this processor; all give the same bits */
+  const sightline_nd* nds; /* of a map that is held whole, else NULL and 0 */
   size_t nd_count;
 } sightline_localizer_info;
 
@@ -148,6 +154,23 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_points* scan, const double T_world_start[12],
                                    const sightline_look_plan* plan,
                                    const sightline_match_options* options, sightline_match* match);
+
+/* Prepares the map ahead of a vehicle at that place, which moves as its last matches did, in steps
+ * of about a millisecond, the longest of about four, until budget_ms have passed; at least one.
+ * *is_done, which may be NULL, is 1 once nothing is left to prepare. For a program that has its own
+ * threads or a real-time loop (has_no_thread). Optional: a match prepares what it needs and is not
+ * prepared, so results never depend on it. Errors: bad-argument, out-of-memory. */
+int sightline_localizer_prepare(const sightline_localizer* localizer,
+                                const double position_world_m[3], double budget_ms, int* is_done);
+
+/* Tiles of the map that were needed and could not be read, so far. Matches use the rest. */
+size_t sightline_localizer_fault_count(const sightline_localizer* localizer);
+
+/* Why the tile of that fault, from 0 to fault_count - 1, could not be read: returns the error, and
+ * writes a sentence that names the tile to message, as sightline_localizer_open does. Error:
+ * bad-argument, where there is no such fault. */
+int sightline_localizer_get_fault(const sightline_localizer* localizer, size_t number,
+                                  char* message, size_t message_size);
 
 /* "0.1.0": of the library that answers. */
 const char* sightline_localizer_version(void);

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "formats/base/result.h"
 #include "formats/reader/reader.h"
@@ -106,6 +107,29 @@ class VehicleLocalizer {
     return checked(sightline_localizer_match_plan(localizer_.get(), &scan, T_world_start.data(),
                                                   &chosen, &options, &answer),
                    answer);
+  }
+
+  // Prepares the map ahead of a vehicle at that place, for about so long; true once all is
+  // prepared. Optional: see sightline_localizer_prepare. Error: bad-argument, out-of-memory.
+  [[nodiscard]] Result<bool> prepare(const std::array<double, 3>& position_world_m,
+                                     double budget_ms) const {
+    int is_done = 0;
+    const int code =
+        sightline_localizer_prepare(localizer_.get(), position_world_m.data(), budget_ms, &is_done);
+    if (code == 0) return is_done != 0;
+    return Error{static_cast<ErrorCode>(code), "the position is not finite or far from the map"};
+  }
+
+  // Tiles of the map that could not be read so far.
+  [[nodiscard]] std::vector<Error> faults() const {
+    std::vector<Error> faults;
+    for (std::size_t i = 0; i < sightline_localizer_fault_count(localizer_.get()); ++i) {
+      std::array<char, 1024> message{};
+      const int code =
+          sightline_localizer_get_fault(localizer_.get(), i, message.data(), message.size());
+      faults.push_back({static_cast<ErrorCode>(code), message.data()});
+    }
+    return faults;
   }
 
   [[nodiscard]] sightline_localizer_info info() const {

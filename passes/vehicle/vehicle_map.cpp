@@ -1,5 +1,7 @@
 #include "passes/vehicle/vehicle_map.h"
 
+#include <algorithm>
+#include <memory>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -24,17 +26,41 @@ bool is_own(const LocalizerProfile& profile) {
          profile.name == localizer_name(LocalizerKind::kSearching);
 }
 
-Result<VehicleMap> read_compiled(const std::filesystem::path& path) {
-  SIGHTLINE_ASSIGN(CompiledMap map, read_map(path));
+double longest_look_m(const CompiledMap& map) {
+  double longest_m = 0.0;
+  for (const Look& look : map.ranges.looks) longest_m = std::max(longest_m, look.range_m);
+  if (!map.looks) return longest_m;
+  for (const Look& look : map.looks->ranges.looks) longest_m = std::max(longest_m, look.range_m);
+  return longest_m;
+}
+
+// `map` may be without NDs.
+VehicleMap vehicle_map_of(const CompiledMap& map) {
   VehicleMap result;
-  result.ndt = std::move(map.ndt);
+  result.ndt = map.ndt;
   result.sensor = map.sensor;
+  result.longest_look_m = longest_look_m(map);
   const LocalizerProfile& measured = map.measurement.localizer;
   if (!is_own(measured)) return result;
   result.localizer = measured.name;
   result.coarse_cells = static_cast<int>(map.measurement.coarse_cells);
   result.leaf_m = map.measurement.leaf_m;
   result.takes_every_return = took_every_return(measured);
+  return result;
+}
+
+Result<VehicleMap> read_compiled(const std::filesystem::path& path, bool is_whole) {
+  if (is_whole) {
+    SIGHTLINE_ASSIGN(CompiledMap map, read_map(path));
+    NdtMap ndt = std::move(map.ndt);
+    map.ndt = {};
+    VehicleMap result = vehicle_map_of(map);
+    result.ndt = std::move(ndt);
+    return result;
+  }
+  SIGHTLINE_ASSIGN(MapTiles tiles, MapTiles::open(path));
+  VehicleMap result = vehicle_map_of(tiles.head());
+  result.tiles = std::make_unique<const MapTiles>(std::move(tiles));
   return result;
 }
 
@@ -91,7 +117,7 @@ Result<VehicleMap> read_either(const std::filesystem::path& path,
                    read_beginning(path.string(), kMapBeginning.size()));
   const bool is_map =
       path.extension() == ".slmap" || beginning.starts_with(kMapBeginning.substr(0, 4));
-  return is_map ? read_compiled(path) : read_cloud(path, options);
+  return is_map ? read_compiled(path, options.is_whole) : read_cloud(path, options);
 }
 
 Result<void> check(const VehicleMapOptions& options) {

@@ -148,6 +148,7 @@ int run(const std::string& file, int copies, const std::string& output) {
   CompiledMap& map = *read;
   // As large as it is: a model of more route would grow with it, but lie packed as well.
   const PackedModel model = *pack_model(map.model);
+  const RecordingCards recordings = map.recordings.value_or(RecordingCards{});
   repeat(map.ndt, map.sites, copies);
   repeat(map.predicted, copies);
   repeat(map.ranges, copies);
@@ -198,7 +199,7 @@ int run(const std::string& file, int copies, const std::string& output) {
                                            .model = model,
                                            .factors = own_factors,
                                            .sensor = mapping.sensor,
-                                           .recordings = {},
+                                           .recordings = recordings,
                                            .mapping = &mapping,
                                            .trajectory = &own_trajectory});
   if (!linked) {

@@ -119,6 +119,7 @@ struct Opened {
 // The sensor is that of the configuration. A recording alone is taken to be of the map's sensor.
 Result<VehicleLocalizer> open_localizer(const LocalizeFlags& flags, SensorProfile& sensor) {
   sightline_localizer_options options{};
+  options.holds_whole_map = 1;  // places are checked by its NDs
   options.threads = flags.threads;
   const bool is_known = is_configuration(flags) || sensor.name != SensorProfile().name;
   const PoseMatrix rows = sensor.T_vehicle_lidar.affine();

@@ -1,10 +1,13 @@
 #include "passes/matching/grid/match_grid.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
+#include "formats/base/check.h"
 #include "formats/base/hash.h"
 #include "formats/base/portable_math.h"
 
@@ -115,30 +118,71 @@ GaussConstants gauss_constants(double cell_m) {
 }
 
 MatchGrid make_match_grid(const NdtMap& map) {
-  return make_match_grid(
-      map, [](const Nd& nd) -> Eigen::Matrix3d { return regularised_covariance_m2(nd).inverse(); });
+  return make_match_grid(map, plain_information_per_m2);
+}
+
+Eigen::Matrix3d plain_information_per_m2(const Nd& nd) {
+  return regularised_covariance_m2(nd).inverse();
 }
 
 MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_per_m2) {
-  MatchGrid grid;
-  grid.cell_m = map.cell_m;
-  grid.gauss = gauss_constants(map.cell_m);
-  grid.nds.reserve(map.nds.size());
-  for (const Nd& nd : map.nds) {
-    const MatchNd usable{nd.mean_m, information_per_m2(nd), normal_class(nd.eigenvectors.col(2))};
+  MatchGridBuilder builder(map.cell_m, information_per_m2);
+  builder.reserve(map.nds.size());
+  builder.add(map.nds);
+  builder.fill(std::numeric_limits<std::size_t>::max());
+  return builder.finish();
+}
+
+MatchGridBuilder::MatchGridBuilder(double cell_m, InformationOfNd information_per_m2)
+    : information_per_m2_(std::move(information_per_m2)) {
+  grid_.cell_m = cell_m;
+  grid_.gauss = gauss_constants(cell_m);
+}
+
+void MatchGridBuilder::reserve(std::size_t nd_count) {
+  constexpr std::size_t kCellsOfNd = 5;  // what is not used is never touched
+  grid_.nds.reserve(nd_count);
+  grid_.neighbourhoods.reserve(kCellsOfNd * nd_count);
+}
+
+void MatchGridBuilder::add(std::span<const Nd> nds) {
+  SIGHTLINE_CHECK(grid_.records.empty());
+  for (const Nd& nd : nds) {
+    const MatchNd usable{nd.mean_m, information_per_m2_(nd), normal_class(nd.eigenvectors.col(2))};
     if (!is_usable(usable)) continue;
-    list_in_neighbourhoods(nd.key, static_cast<std::int32_t>(grid.nds.size()), grid);
-    grid.nds.push_back(usable);
+    list_in_neighbourhoods(nd.key, static_cast<std::int32_t>(grid_.nds.size()), grid_);
+    grid_.nds.push_back(usable);
   }
-  grid.records.reserve(grid.cells.size() + 1);
-  grid.records.push_back(make_record(grid, {}, empty_neighbourhood()));
-  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
-    grid.records.push_back(make_record(grid, grid.cells.keys()[i], grid.neighbourhoods[i]));
-    grid.normal_classes.push_back(class_of(grid, grid.neighbourhoods[i]));
+}
+
+bool MatchGridBuilder::fill(std::size_t record_count) {
+  const std::size_t cell_count = grid_.cells.size();
+  if (grid_.records.empty()) {
+    grid_.records.reserve(cell_count + 1);
+    grid_.normal_classes.reserve(cell_count);
+    grid_.records.push_back(make_record(grid_, {}, empty_neighbourhood()));
   }
-  grid.cells_digest = xxh3(std::as_bytes(std::span(grid.cells.keys())));
-  grid.columns = CellColumns(grid.cells.keys());
-  return grid;
+  const std::size_t begin = grid_.normal_classes.size();
+  const std::size_t end = begin + std::min(record_count, cell_count - begin);
+  for (std::size_t i = begin; i < end; ++i) {
+    grid_.records.push_back(make_record(grid_, grid_.cells.keys()[i], grid_.neighbourhoods[i]));
+    grid_.normal_classes.push_back(class_of(grid_, grid_.neighbourhoods[i]));
+  }
+  return end == cell_count;
+}
+
+MatchGrid MatchGridBuilder::finish() {
+  SIGHTLINE_CHECK(grid_.records.size() == grid_.cells.size() + 1);
+  grid_.cells_digest = xxh3(std::as_bytes(std::span(grid_.cells.keys())));
+  grid_.columns = CellColumns(grid_.cells.keys());
+  return std::move(grid_);
+}
+
+void keep_for_kernels(MatchGrid& grid) {
+  if (grid.columns.is_empty()) return;
+  grid.nds = {};
+  grid.cells = {};
+  grid.neighbourhoods = {};
 }
 
 RollingMatchGrid::RollingMatchGrid(double cell_m) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/base/huge_pages.h"
+#include "formats/base/mapped_allocator.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/grid/cell_columns.h"
@@ -45,12 +46,12 @@ struct MatchGrid {
 
   double cell_m = 2.0;
   GaussConstants gauss;
-  std::vector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
+  MappedVector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
   CellIndex cells;
-  CellColumns columns;                        // of `cells`; empty in a grid that changes
-  std::vector<Neighbourhood> neighbourhoods;  // of `cells`
-  HugeVector<KernelRecord> records;           // of `cells`, in float, after one without any ND
-  HugeVector<std::uint8_t> normal_classes;    // of `cells`: of the first ND that each has
+  CellColumns columns;                         // of `cells`; empty in a grid that changes
+  MappedVector<Neighbourhood> neighbourhoods;  // of `cells`
+  MappedVector<KernelRecord> records;          // of `cells`, in float, after one without any ND
+  HugeVector<std::uint8_t> normal_classes;     // of `cells`: of the first ND that each has
   // Of `cells`: 1 for one that has no ND any more and is not found. Empty in a grid made at once.
   std::vector<std::uint8_t> is_unused;
   // Of `cells` and `is_unused`: grids of one digest number the same cells alike.
@@ -62,6 +63,7 @@ MatchGrid make_match_grid(const NdtMap& map);
 
 // The same with another opinion of what each ND says than its inverse regularised covariance.
 using InformationOfNd = std::function<Eigen::Matrix3d(const Nd&)>;
+Eigen::Matrix3d plain_information_per_m2(const Nd& nd);  // that inverse
 MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_per_m2);
 
 // The number of a cell, or MatchGrid::kNone.
@@ -70,6 +72,25 @@ std::int32_t find_cell(const MatchGrid& grid, const CellKey& key);
 std::int32_t record_of_cell(const MatchGrid& grid, const CellKey& key);
 // Brings what that looks into first nearer.
 void prefetch_cell(const MatchGrid& grid, const CellKey& key);
+
+// make_match_grid() in steps, to the bit, for a caller that has little time at once.
+class MatchGridBuilder {
+ public:
+  MatchGridBuilder(double cell_m, InformationOfNd information_per_m2);
+
+  void reserve(std::size_t nd_count);
+  void add(std::span<const Nd> nds);    // in the order of the map
+  bool fill(std::size_t record_count);  // so many more records; true once all are filled
+  MatchGrid finish();                   // the grid, of which all records are filled
+
+ private:
+  InformationOfNd information_per_m2_;
+  MatchGrid grid_;
+};
+
+// Frees what only MatchKernel::kExact and nd_of_cell() read, two fifths of a grid: these may no
+// longer be used. Keeps a grid whole that has no columns.
+void keep_for_kernels(MatchGrid& grid);
 
 // Index of the ND in a cell, or MatchGrid::kNone.
 inline std::int32_t nd_of_cell(const MatchGrid& grid, const CellKey& key) {

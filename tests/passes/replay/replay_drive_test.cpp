@@ -51,7 +51,9 @@ struct OpenedStreet {
 const OpenedStreet& opened() {
   static const OpenedStreet kOpened = [] {
     const std::string path = write_map();
-    return OpenedStreet{value_of(VehicleLocalizer::open(path)),
+    sightline_localizer_options options{};
+    options.holds_whole_map = 1;
+    return OpenedStreet{value_of(VehicleLocalizer::open(path, options)),
                         value_of(MapReader::open(path, "searching"))};
   }();
   return kOpened;

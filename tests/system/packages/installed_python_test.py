@@ -168,7 +168,7 @@ class Map(unittest.TestCase):
 
 class Localizer(unittest.TestCase):
     def setUp(self):
-        self.localizer = sightline.Localizer(MAP)
+        self.localizer = sightline.Localizer(MAP, whole_map=True)
         half_rad = math.radians(GUESS[3]) / 2
         self.start = sightline.pose(GUESS[:3], (0, 0, math.sin(half_rad), math.cos(half_rad)))
 
@@ -182,6 +182,18 @@ class Localizer(unittest.TestCase):
             self.assertTrue((nds["covariance_m2"][:, 0] > 0).all())
         else:
             self.assertTrue(all(nd.covariance_m2[0] > 0 for nd in nds))
+
+    def test_reads_the_map_tile_by_tile_with_the_same_matches(self):
+        near = sightline.Localizer(MAP)
+        with self.assertRaises(ValueError):
+            near.nds
+        for _ in range(10000):
+            if near.prepare(GUESS[:3], 1.0):
+                break
+        look = sightline.Look(range_m=30.0)
+        self.assertEqual(bytes(near.match(scan_rows(), self.start, look)),
+                         bytes(self.localizer.match(scan_rows(), self.start, look)))
+        self.assertEqual(near.faults, [])
 
     def test_nds_outlive_the_localizer(self):
         nds = self.localizer.nds

@@ -116,7 +116,8 @@ class Promise(Structure):
 
 class LocalizerOptions(Structure):
     _fields_ = [("cell_m", c_double), ("least_points", c_int), ("threads", c_int),
-                ("azimuth_step_deg", c_double), ("T_vehicle_sensor", POINTER(c_double))]
+                ("azimuth_step_deg", c_double), ("T_vehicle_sensor", POINTER(c_double)),
+                ("holds_whole_map", c_int), ("has_no_thread", c_int)]
 
 
 class Points(Structure):
@@ -210,6 +211,9 @@ def localizer():
          POINTER(MatchOptions), POINTER(Match)),
         ("sightline_localizer_match_plan", c_int, c_void_p, POINTER(Points), POINTER(c_double),
          POINTER(LookPlan), POINTER(MatchOptions), POINTER(Match)),
+        ("sightline_localizer_prepare", c_int, c_void_p, POINTER(c_double), c_double, POINTER(c_int)),
+        ("sightline_localizer_fault_count", c_size_t, c_void_p),
+        ("sightline_localizer_get_fault", c_int, c_void_p, c_size_t, c_char_p, c_size_t),
         ("sightline_localizer_version", c_char_p)])
 
 

@@ -55,14 +55,16 @@ class Localizer:
     """A map to localize in: a compiled map, a point cloud, or a folder of clouds.
 
     cell_m and least_points: of the cells made of a cloud. T_vehicle_sensor: the sensor's place in the
-    vehicle where it is not the map's. Errors are sightline.Error. Safe to use from several threads at
+    vehicle where it is not the map's. Of a compiled map only what is near the vehicle is in memory, and a
+    thread of the library prepares what comes next; whole_map: all of it is read, checked and kept. Errors are sightline.Error. Safe to use from several threads at
     once; a match runs without Python's lock.
     """
 
     def __init__(self, path, *, cell_m=0.0, least_points=0, threads=0, azimuth_step_deg=0.0,
-                 T_vehicle_sensor=None):
+                 T_vehicle_sensor=None, whole_map=False):
         library = c.localizer()
-        options = c.LocalizerOptions(cell_m, least_points, threads, azimuth_step_deg, None)
+        options = c.LocalizerOptions(cell_m, least_points, threads, azimuth_step_deg, None,
+                                     1 if whole_map else 0, 0)
         if T_vehicle_sensor is not None:
             options.T_vehicle_sensor = _rows(T_vehicle_sensor)
         self._handle = c.Handle(library.sightline_localizer_open, library.sightline_localizer_close,
@@ -98,8 +100,35 @@ class Localizer:
 
     @property
     def nds(self):
-        """The map's normal distributions: an array of sightline.Nd, in the library's memory."""
-        return c.records(self._opened(self._nds))
+        """The map's normal distributions: an array of sightline.Nd, in the library's memory.
+
+        Of a point cloud, or a compiled map opened with whole_map.
+        """
+        nds = self._opened(self._nds)
+        if not len(nds):
+            raise ValueError("the map is read tile by tile: open it with whole_map=True")
+        return c.records(nds)
+
+    @property
+    def faults(self):
+        """A sightline.Error for each tile of the map that could not be read so far."""
+        handle, library = self._opened(self._handle), c.localizer()
+        faults = []
+        for number in range(library.sightline_localizer_fault_count(handle)):
+            message = ctypes.create_string_buffer(1024)
+            code = library.sightline_localizer_get_fault(handle, number, message, len(message))
+            faults.append(c.Error(code, message.value.decode(errors="replace")))
+        return faults
+
+    def prepare(self, position_world_m, budget_ms):
+        """Prepares the map ahead of a vehicle there, for about so long. True once all is prepared.
+
+        Optional: a thread of the library does it, and a match prepares what it needs.
+        """
+        is_done = ctypes.c_int()
+        c.check(c.localizer().sightline_localizer_prepare(
+            self._opened(self._handle), c.doubles(position_world_m, 3), budget_ms, byref(is_done)))
+        return bool(is_done.value)
 
     def match(self, scan, T_world_start, look, *, start_covariance=None, variance_factor=0.0, map_m=0.0,
               map_rad=0.0):
