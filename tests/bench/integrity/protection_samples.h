@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/base/result.h"
+#include "formats/reader/protection_table.h"
+#include "tests/bench/integrity/closed_loop.h"
+
+namespace sightline {
+
+// A matched scan of a drive of a generated world.
+struct KindSample {
+  std::string kind;  // of place
+  std::uint64_t seed = 0;
+  std::size_t scan = 0;  // 1 m apart
+  MatchSample sample;    // from a tracking start
+};
+
+// Lines of integrity_bench --samples. Error: bad-value, a line that is none.
+Result<std::vector<KindSample>> read_samples(const std::string& path);
+
+// The returned pose's errors, and their standard deviations, by axis.
+struct AxisErrors {
+  ProtectionFactors errors{};
+  ProtectionFactors sigmas{};
+};
+AxisErrors returned_errors(const MatchSample& sample, double covariance_factor);
+
+// 60 m of one kind of place of one world, in the order of the scans.
+struct Block {
+  std::string kind;
+  std::vector<MatchSample> samples;
+};
+// Blocks that a kind of place does not fill are left out.
+std::vector<Block> blocks_of(const std::vector<KindSample>& samples);
+PlaceGroup group_of_world(const std::string& kind);
+
+// A row from blocks; infinite factors where they are fewer than 99.
+ProtectionRow fitted_row(const std::vector<const Block*>& blocks);
+
+}  // namespace sightline
