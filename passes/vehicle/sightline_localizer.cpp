@@ -18,6 +18,7 @@
 #include "passes/matching/covariance/known_start.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_plan.h"
+#include "passes/vehicle/match_protection.h"
 #include "passes/vehicle/vehicle_map.h"
 
 // Everything that a match needs memory for lies in a Workspace. A call takes a free one and gives
@@ -160,34 +161,10 @@ bool is_good(const sightline_points& scan) {
 
 constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
 
-struct MatchKnowledge {
-  std::optional<Matrix6d> start_covariance;
-  InformationScale scale = default_information_scale();
-};
-
-// Nothing where an option makes no sense.
-std::optional<MatchKnowledge> knowledge_of(const sightline_match_options* options) {
-  MatchKnowledge knowledge;
-  if (options == nullptr) return knowledge;
-  if (options->start_covariance != nullptr) {
-    const Eigen::Map<const Matrix6d> given(options->start_covariance);
-    if (!is_covariance(given)) return std::nullopt;
-    knowledge.start_covariance = 0.5 * (given + given.transpose());
-  }
-  for (const double number : {options->variance_factor, options->map_m, options->map_rad}) {
-    if (!(number >= 0.0 && std::isfinite(number))) return std::nullopt;
-  }
-  if (options->variance_factor > 0.0) knowledge.scale.variance_factor = options->variance_factor;
-  if (options->map_m > 0.0 || options->map_rad > 0.0) {
-    knowledge.scale.map_m = options->map_m;
-    knowledge.scale.map_rad = options->map_rad;
-  }
-  return knowledge;
-}
-
 // What a call answers that is refused.
 void put_start(const double T_world_start[12], sightline_match& answer) {
   answer = {};
+  put_unavailable(answer);
   if (T_world_start != nullptr) std::copy_n(T_world_start, 12, answer.T_world_vehicle);
   answer.stop = SIGHTLINE_NO_POINTS;
 }
@@ -256,7 +233,7 @@ int match_scan(const MatchCall& call, const Use& use) {
   const Pose T_map_start = rebase(T_world_given, MapFrame{}, frame);
   const double away_m = T_map_start.translation().cwiseAbs().maxCoeff();
   if (!(away_m < kMostCells * localizer.map.ndt.cell_m)) return kBadArgument;
-  const std::optional<MatchKnowledge> knowledge = knowledge_of(options);
+  const std::optional<MatchKnowledge> knowledge = knowledge_of(options, kind_at(localizer.map, T_map_start));
   if (!knowledge) return kBadArgument;
   try {
     std::unique_ptr<Workspace> workspace = localizer.take_workspace();
@@ -279,6 +256,7 @@ int match_scan(const MatchCall& call, const Use& use) {
                                       localizer.structures, knowledge->scale, workspace->observer);
     put(end, frame, answer);
     if (is_unconstrained(found.match, end)) answer.stop = SIGHTLINE_UNCONSTRAINED;
+    put_protection(*knowledge, found.match, end, answer);
     localizer.give_back(std::move(workspace));
     return 0;
   } catch (const std::bad_alloc&) {
@@ -380,6 +358,14 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
         answer.look_count = found.look_count;
         return {found.match, workspace.planned.cut};
       });
+}
+
+std::uint32_t sightline_monitor_add(sightline_monitor* monitor, const sightline_match* match) {
+  if (monitor == nullptr || match == nullptr) return SIGHTLINE_INTEGRITY_UNKNOWN;
+  IntegrityMonitor test{monitor->doubt};
+  const Integrity all = test.add(static_cast<Integrity>(match->integrity));
+  monitor->doubt = test.doubt;
+  return static_cast<std::uint32_t>(all);
 }
 
 const char* sightline_localizer_version(void) {

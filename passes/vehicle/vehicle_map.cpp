@@ -29,6 +29,11 @@ Result<VehicleMap> read_compiled(const std::filesystem::path& path) {
   VehicleMap result;
   result.ndt = std::move(map.ndt);
   result.sensor = map.sensor;
+  result.sites = PointGrid(positions_m(map.sites));
+  result.reach_m = map.reach_m;
+  for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
+    result.site_kinds.push_back(kind_at(map.columns, site));
+  }
   const LocalizerProfile& measured = map.measurement.localizer;
   if (!is_own(measured)) return result;
   result.localizer = measured.name;
@@ -109,6 +114,12 @@ Result<void> check(const VehicleMapOptions& options) {
 }
 
 }  // namespace
+
+PlaceKind kind_at(const VehicleMap& map, const Pose& T_map_vehicle) {
+  const Eigen::Vector3d p_map_m = (T_map_vehicle * map.sensor.T_vehicle_lidar).translation();
+  const std::optional<NearPoint> site = map.sites.nearest_on_level(p_map_m, map.reach_m);
+  return site ? map.site_kinds[site->index] : PlaceKind::kUnknown;
+}
 
 Result<VehicleMap> read_vehicle_map(const std::filesystem::path& path,
                                     const VehicleMapOptions& options) {

@@ -3,9 +3,12 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "formats/drive/localizer_profile.h"
 #include "formats/drive/sensor_profile.h"
+#include "formats/grid/point_grid.h"
+#include "formats/model/place_kind.h"
 #include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
@@ -18,7 +21,13 @@ struct VehicleMap {
   int coarse_cells = 1;
   double leaf_m = 1.0;
   bool takes_every_return = false;
+  PointGrid sites;                     // by the sensor's place; of a cloud none
+  std::vector<PlaceKind> site_kinds;  // [site]
+  double reach_m = 0.0;                // of a site
 };
+
+// Of the site nearest to a vehicle there; unknown beyond its reach.
+PlaceKind kind_at(const VehicleMap& map, const Pose& T_map_vehicle);
 
 struct VehicleMapOptions {
   // Of the NDs that are made of a point cloud, as build-ndt makes them.

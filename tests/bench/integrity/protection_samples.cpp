@@ -5,11 +5,9 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <numbers>
 #include <sstream>
 #include <tuple>
 
-#include "formats/base/statistics.h"
 #include "passes/matching/covariance/protection.h"
 
 namespace sightline {
@@ -20,21 +18,12 @@ constexpr std::size_t kFullScans = 55;
 constexpr double kRisk = 0.01;
 constexpr double kFalse = 0.005;  // of good matches
 
-// "Tracking starts" in schemas/definitions.md.
-Matrix6d start_covariance() {
-  constexpr double kYaw_rad = 0.5 * std::numbers::pi / 180.0;
-  constexpr double kDeviations[] = {0.141, 0.141, 0.05, kYaw_rad, kYaw_rad, kYaw_rad};
-  Matrix6d covariance = Matrix6d::Zero();
-  for (int i = 0; i < 6; ++i) covariance(i, i) = kDeviations[i] * kDeviations[i];
-  return covariance;
-}
-
 PoseEstimate returned_pose(const MatchSample& sample, double covariance_factor) {
   InformationScale scale = default_information_scale();
   scale.covariance_factor = covariance_factor;
   const Matrix6d information = match_information(sample.structure, scale);
   return pose_of_known_start(moved(Pose::Identity(), sample.found), information,
-                             {moved(Pose::Identity(), sample.start), start_covariance()});
+                             {moved(Pose::Identity(), sample.start), tracking_start_covariance()});
 }
 
 // Of forward, left and yaw together, by degree of freedom.
