@@ -32,16 +32,9 @@ void print_numbers(const char* name, const ProtectionFactors& numbers) {
 }
 
 void print_fit(const std::vector<Block>& blocks) {
-  for (std::size_t g = 0; g < kPlaceGroups; ++g) {
-    const auto group = static_cast<PlaceGroup>(g);
-    std::vector<const Block*> some;
-    for (const Block& block : blocks) {
-      if (group == PlaceGroup::kAny || group_of_world(block.kind) == group) some.push_back(&block);
-    }
-    const ProtectionRow row = fitted_row(some);
+  for (const ProtectionRow& row : fitted_rows(blocks)) {
     std::printf("    {.place = \"%s\",\n     .block_count = %u,\n     .covariance_factor = %.3g,\n",
-                std::string(protection_row(group).place).c_str(), row.block_count,
-                row.covariance_factor);
+                std::string(row.place).c_str(), row.block_count, row.covariance_factor);
     print_numbers("percent_factors", row.percent_factors);
     print_numbers("percent_errors", row.percent_errors);
     std::printf("     .least_likelihood = %.4g,\n     .least_scored_share = %.4g},\n",

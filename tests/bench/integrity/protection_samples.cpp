@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <sstream>
 #include <tuple>
@@ -75,23 +76,32 @@ double lowest_share(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size()))];
 }
 
-void fit_bounds(const std::vector<const Block*>& blocks, ProtectionRow& row) {
-  for (std::size_t axis = 0; axis < kProtectionAxes; ++axis) {
-    std::vector<double> ratios;
-    std::vector<double> errors;
-    for (const Block* block : blocks) {
-      double ratio = 0.0;
-      double error = 0.0;
-      for (const MatchSample& sample : block->samples) {
-        const AxisErrors found = returned_errors(sample, row.covariance_factor);
-        ratio = std::max(ratio, std::abs(found.errors[axis]) / found.sigmas[axis]);
-        error = std::max(error, std::abs(found.errors[axis]));
+// `factor_of`: of a block.
+template <class FactorOf>
+void fit_bounds(const std::vector<const Block*>& blocks, const FactorOf& factor_of,
+                ProtectionRow& row) {
+  std::array<std::vector<double>, kProtectionAxes> ratios;
+  std::array<std::vector<double>, kProtectionAxes> errors;
+  for (const Block* block : blocks) {
+    ProtectionFactors ratio{};
+    ProtectionFactors error{};
+    for (const MatchSample& sample : block->samples) {
+      const AxisErrors found = returned_errors(sample, factor_of(*block));
+      for (std::size_t axis = 0; axis < kProtectionAxes; ++axis) {
+        const double off = std::abs(found.errors[axis]);
+        ratio[axis] = std::max(ratio[axis], off / found.sigmas[axis]);
+        error[axis] = std::max(error[axis], off);
       }
-      ratios.push_back(ratio);
-      errors.push_back(error);
     }
-    row.percent_factors[axis] = conformal_bound(ratios, kRisk);
-    row.percent_errors[axis] = conformal_bound(errors, kRisk);
+    for (std::size_t axis = 0; axis < kProtectionAxes; ++axis) {
+      ratios[axis].push_back(ratio[axis]);
+      errors[axis].push_back(error[axis]);
+    }
+  }
+  row.block_count = static_cast<std::uint32_t>(blocks.size());
+  for (std::size_t axis = 0; axis < kProtectionAxes; ++axis) {
+    row.percent_factors[axis] = conformal_bound(ratios[axis], kRisk);
+    row.percent_errors[axis] = conformal_bound(errors[axis], kRisk);
   }
 }
 
@@ -148,13 +158,29 @@ PlaceGroup group_of_world(const std::string& kind) {
   return is_open ? PlaceGroup::kOpenRoad : PlaceGroup::kAny;
 }
 
-ProtectionRow fitted_row(const std::vector<const Block*>& blocks) {
-  ProtectionRow row;
-  row.block_count = static_cast<std::uint32_t>(blocks.size());
-  row.covariance_factor = consistent_factor(blocks);
-  fit_bounds(blocks, row);
-  fit_signs(blocks, row);
-  return row;
+std::array<ProtectionRow, kPlaceGroups> fitted_rows(const std::vector<Block>& blocks) {
+  constexpr std::size_t kFewest = 99;
+  std::array<ProtectionRow, kPlaceGroups> rows;
+  std::array<std::vector<const Block*>, kPlaceGroups> of_group;
+  std::vector<const Block*>& all = of_group[static_cast<std::size_t>(PlaceGroup::kAny)];
+  for (const Block& block : blocks) {
+    const auto group = static_cast<std::size_t>(group_of_world(block.kind));
+    if (&of_group[group] != &all) of_group[group].push_back(&block);
+    all.push_back(&block);
+  }
+  for (std::size_t g = 0; g < kPlaceGroups; ++g) {
+    rows[g].covariance_factor = consistent_factor(of_group[g]);
+    fit_signs(of_group[g], rows[g]);
+  }
+  const auto factor_of = [&](const Block& block) {
+    return rows[static_cast<std::size_t>(group_of_world(block.kind))].covariance_factor;
+  };
+  for (std::size_t g = 0; g < kPlaceGroups; ++g) {
+    const bool is_by_itself = of_group[g].size() >= kFewest;
+    fit_bounds(is_by_itself ? of_group[g] : all, factor_of, rows[g]);
+    rows[g].place = protection_row(static_cast<PlaceGroup>(g)).place;
+  }
+  return rows;
 }
 
 Result<std::vector<KindSample>> read_samples(const std::string& path) {

@@ -39,7 +39,8 @@ struct Block {
 std::vector<Block> blocks_of(const std::vector<KindSample>& samples);
 PlaceGroup group_of_world(const std::string& kind);
 
-// A row from blocks; infinite factors where they are fewer than 99.
-ProtectionRow fitted_row(const std::vector<const Block*>& blocks);
+// All rows. A group of fewer than 99 blocks has the bounds of all blocks together, each with the
+// covariance of its own group; infinite where these are fewer than 99 too.
+std::array<ProtectionRow, kPlaceGroups> fitted_rows(const std::vector<Block>& blocks);
 
 }  // namespace sightline
