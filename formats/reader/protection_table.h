@@ -26,7 +26,8 @@ struct ProtectionRow {
   ProtectionFactors percent_factors = {kUnavailable, kUnavailable, kUnavailable, kUnavailable};
   // Error that at most one block in 100 exceeds, for a tracking start; m and rad.
   ProtectionFactors percent_errors = {kUnavailable, kUnavailable, kUnavailable, kUnavailable};
-  // One good match in 200 is below each of these.
+  // Below either, a match is doubtful: 0.9 times the likelihood, and the share less 0.05, that all
+  // but one good match in 200 exceed.
   double least_likelihood = 0.0;
   double least_scored_share = 0.0;
 };

@@ -17,14 +17,17 @@ struct SiteProtection {
   std::uint32_t block_count = 0;  // of 60 m that calibrated the levels
 };
 
+// Each level is the bound of the kind of place, or the site's own measured error times the factor
+// of its kind, if that is larger.
+SiteProtection site_protection(std::uint32_t place_kind, const PoseErrors& own, double risk);
+
 // Refers into the map.
 class MapProtection {
  public:
   MapProtection(MapColumn kinds, MapErrors errors);
 
-  // At RangeAnswer::site, for a risk per 60 m and axis. Each level is the bound of its kind of
-  // place, or the site's own measured error times the factor of its kind, if that is larger. The
-  // error is that of the longest range, or of a look that takes a sample.
+  // site_protection() at RangeAnswer::site, for a risk per 60 m and axis. The measured error is that
+  // of the longest range, or of a look that takes a sample.
   [[nodiscard]] SiteProtection at(std::uint32_t site, double risk = 0.01,
                                   bool is_sample = false) const;
 

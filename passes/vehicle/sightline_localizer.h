@@ -75,7 +75,6 @@ typedef struct sightline_match_options {
 /* Whether a match is like the good ones of such places. */
 #define SIGHTLINE_INTEGRITY_UNKNOWN 0u /* nothing was matched */
 #define SIGHTLINE_INTEGRITY_OK 1u
-/* A single match: one good match in 200 is doubtful. */
 #define SIGHTLINE_INTEGRITY_DOUBTFUL 2u
 #define SIGHTLINE_INTEGRITY_LOST 3u /* of sightline_monitor_add alone */
 

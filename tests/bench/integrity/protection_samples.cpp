@@ -15,9 +15,12 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kBlockScans = 60;
-constexpr std::size_t kFullScans = 55;
+constexpr std::size_t kFullScans = 55;  // matched, of these
 constexpr double kRisk = 0.01;
 constexpr double kFalse = 0.005;  // of good matches
+// Matches a metre off in streets have half of the likelihood of good ones.
+constexpr double kLikelihoodMargin = 0.9;
+constexpr double kShareMargin = 0.05;
 
 PoseEstimate returned_pose(const MatchSample& sample, double covariance_factor) {
   InformationScale scale = default_information_scale();
@@ -118,8 +121,8 @@ void fit_signs(const std::vector<const Block*>& blocks, ProtectionRow& row) {
                        std::max(1.0, static_cast<double>(sample.point_count)));
     }
   }
-  row.least_likelihood = lowest_share(likelihoods, kFalse);
-  row.least_scored_share = lowest_share(shares, kFalse);
+  row.least_likelihood = kLikelihoodMargin * lowest_share(likelihoods, kFalse);
+  row.least_scored_share = lowest_share(shares, kFalse) - kShareMargin;
 }
 
 }  // namespace
@@ -169,7 +172,8 @@ std::array<ProtectionRow, kPlaceGroups> fitted_rows(const std::vector<Block>& bl
     all.push_back(&block);
   }
   for (std::size_t g = 0; g < kPlaceGroups; ++g) {
-    rows[g].covariance_factor = consistent_factor(of_group[g]);
+    // At places of unknown kind matches are those that a compile measures.
+    if (&of_group[g] != &all) rows[g].covariance_factor = consistent_factor(of_group[g]);
     fit_signs(of_group[g], rows[g]);
   }
   const auto factor_of = [&](const Block& block) {
