@@ -6,8 +6,7 @@
 #include <string_view>
 
 // How wrong a pose may be, by kind of place: "Protection levels" in schemas/definitions.md. The
-// table ships with the program and was calibrated on generated worlds; it holds for no real street
-// that nobody compared it with.
+// table ships with the program. It was calibrated on generated worlds, not on real streets.
 
 namespace sightline {
 

@@ -225,8 +225,8 @@ typedef struct sightline_errors {
 int sightline_get_errors(const sightline_map* map, uint32_t site, int is_sample,
                          sightline_errors* errors);
 
-/* Bounds of the errors of a vehicle that tracks, in its axes: forward, left, up; infinite where none
- * is available. */
+/* Bounds of the errors of a vehicle that tracks, in its axes: forward, left, up; infinite where
+ * none is available. */
 typedef struct sightline_protection {
   double protection_m[3];
   double protection_yaw_rad;

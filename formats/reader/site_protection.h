@@ -10,7 +10,8 @@
 
 namespace sightline {
 
-// Bounds of the errors of a vehicle that tracks, before any match: m and rad, in the vehicle's axes.
+// Bounds of the errors of a vehicle that tracks, before any match: m and rad, in the vehicle's
+// axes.
 struct SiteProtection {
   ProtectionFactors levels = {kUnavailable, kUnavailable, kUnavailable, kUnavailable};
   std::uint32_t place_kind = 0;   // the map's column of that name; 0: unknown
@@ -26,8 +27,8 @@ class MapProtection {
  public:
   MapProtection(MapColumn kinds, MapErrors errors);
 
-  // site_protection() at RangeAnswer::site, for a risk per 60 m and axis. The measured error is that
-  // of the longest range, or of a look that takes a sample.
+  // site_protection() at RangeAnswer::site, for a risk per 60 m and axis. The measured error is
+  // that of the longest range, or of a look that takes a sample.
   [[nodiscard]] SiteProtection at(std::uint32_t site, double risk = 0.01,
                                   bool is_sample = false) const;
 

@@ -5,11 +5,19 @@
 #include "formats/model/place_kind.h"
 #include "passes/matching/covariance/known_start.h"
 #include "passes/matching/covariance/protection.h"
-#include "passes/vehicle/sightline_localizer.h"
 
-// How the errors of a place enter an answer of the C interface.
+// How the errors of a place enter a match and its protection levels.
 
 namespace sightline {
+
+// As the caller gives them; 0: default.
+struct GivenErrors {
+  const double* start_covariance = nullptr;  // 36 numbers
+  double variance_factor = 0.0;
+  double map_m = 0.0;
+  double map_rad = 0.0;
+  double protection_risk = 0.0;
+};
 
 // What is known before a match.
 struct MatchKnowledge {
@@ -19,13 +27,13 @@ struct MatchKnowledge {
   double protection_risk = 0.0;  // 0: no level is available
 };
 
-// Nothing where an option makes no sense. Numbers of a place that are given replace those of its
+// Nothing where a number makes no sense. Numbers of a place that are given replace those of its
 // kind, and no level was calibrated for them.
-std::optional<MatchKnowledge> knowledge_of(const sightline_match_options* options, PlaceKind kind);
+std::optional<MatchKnowledge> knowledge_of(const GivenErrors& given, PlaceKind kind);
 
-// Levels, integrity and kind of place; `answer` already has its point count and stop.
-void put_protection(const MatchKnowledge& knowledge, const MatchResult& found, const MatchEnd& end,
-                    sightline_match& answer);
-void put_unavailable(sightline_match& answer);
+const ProtectionRow& protection_row(PlaceKind kind);
+
+// Infinite where no level is available.
+ProtectionFactors levels_of_match(const MatchKnowledge& knowledge, const PoseEstimate& estimate);
 
 }  // namespace sightline

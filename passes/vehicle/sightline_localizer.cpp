@@ -161,10 +161,20 @@ bool is_good(const sightline_points& scan) {
 
 constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
 
+GivenErrors given_errors(const sightline_match_options* o) {
+  if (o == nullptr) return {};
+  return {o->start_covariance, o->variance_factor, o->map_m, o->map_rad, o->protection_risk};
+}
+
+void put_levels(const ProtectionFactors& levels, sightline_match& answer) {
+  std::copy_n(levels.begin(), 3, answer.protection_m);
+  answer.protection_yaw_rad = levels[3];
+}
+
 // What a call answers that is refused.
 void put_start(const double T_world_start[12], sightline_match& answer) {
   answer = {};
-  put_unavailable(answer);
+  put_levels({kUnavailable, kUnavailable, kUnavailable, kUnavailable}, answer);
   if (T_world_start != nullptr) std::copy_n(T_world_start, 12, answer.T_world_vehicle);
   answer.stop = SIGHTLINE_NO_POINTS;
 }
@@ -187,6 +197,17 @@ void put(const MatchEnd& end, const MapFrame& frame, sightline_match& answer) {
   put(end.information, answer.information);
   put(end.estimate.covariance, answer.covariance);
   answer.weak = end.weak;
+}
+
+// Of a match whose point count and stop are in `answer`.
+void put_protection(const MatchKnowledge& knowledge, const MatchResult& found, const MatchEnd& end,
+                    sightline_match& answer) {
+  const ProtectionRow& row = protection_row(knowledge.kind);
+  answer.place_kind = static_cast<std::uint32_t>(knowledge.kind);
+  answer.protection_blocks = row.block_count;
+  answer.integrity = static_cast<std::uint32_t>(integrity_of(found, answer.point_count, row));
+  if (answer.stop > SIGHTLINE_ITERATION_LIMIT) return;
+  put_levels(levels_of_match(knowledge, end.estimate), answer);
 }
 
 // What is known of the start, if anything is.
@@ -233,7 +254,8 @@ int match_scan(const MatchCall& call, const Use& use) {
   const Pose T_map_start = rebase(T_world_given, MapFrame{}, frame);
   const double away_m = T_map_start.translation().cwiseAbs().maxCoeff();
   if (!(away_m < kMostCells * localizer.map.ndt.cell_m)) return kBadArgument;
-  const std::optional<MatchKnowledge> knowledge = knowledge_of(options, kind_at(localizer.map, T_map_start));
+  const std::optional<MatchKnowledge> knowledge =
+      knowledge_of(given_errors(options), kind_at(localizer.map, T_map_start));
   if (!knowledge) return kBadArgument;
   try {
     std::unique_ptr<Workspace> workspace = localizer.take_workspace();
@@ -358,14 +380,6 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
         answer.look_count = found.look_count;
         return {found.match, workspace.planned.cut};
       });
-}
-
-std::uint32_t sightline_monitor_add(sightline_monitor* monitor, const sightline_match* match) {
-  if (monitor == nullptr || match == nullptr) return SIGHTLINE_INTEGRITY_UNKNOWN;
-  IntegrityMonitor test{monitor->doubt};
-  const Integrity all = test.add(static_cast<Integrity>(match->integrity));
-  monitor->doubt = test.doubt;
-  return static_cast<std::uint32_t>(all);
 }
 
 const char* sightline_localizer_version(void) {

@@ -99,11 +99,12 @@ typedef struct sightline_match {
   int32_t look_count;     /* 1; 2 where a plan's second look followed */
   uint32_t weak;          /* SIGHTLINE_WEAK_*: not constrained to 0.25 m or 0.02 rad */
   uint32_t place_kind;    /* of the nearest site: the column `place_kind` of the map; 0: unknown */
-  /* Protection levels of this pose: forward, left and up of the vehicle, and of its yaw. At most the
-   * chosen share of stretches of 60 m has a scan whose error exceeds it, each axis by itself, if
-   * places are like those that calibrated it ("Protection levels" in schemas/definitions.md: worlds
-   * that were generated). Infinity: unavailable, because no covariance of the start was given, the
-   * numbers of a place were, nothing was matched, or too few places calibrated that risk. */
+  /* Protection levels of this pose: forward, left and up of the vehicle, and of its yaw. At most
+   * the chosen share of stretches of 60 m has a scan whose error exceeds it, each axis by itself,
+   * if places are like those that calibrated it ("Protection levels" in schemas/definitions.md:
+   * worlds that were generated). Infinity: unavailable, because no covariance of the start was
+   * given, the numbers of a place were, nothing was matched, or too few places calibrated that
+   * risk. */
   double protection_m[3];
   double protection_yaw_rad;
   uint32_t integrity;         /* SIGHTLINE_INTEGRITY_* of this match alone */
@@ -171,8 +172,8 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_look_plan* plan,
                                    const sightline_match_options* options, sightline_match* match);
 
-/* Adds the next scan's match, and returns SIGHTLINE_INTEGRITY_* of all so far: doubtful matches count
- * up to 6, others down; doubtful from 2 on, lost from 4 on. NULL: unknown. */
+/* Adds the next scan's match, and returns SIGHTLINE_INTEGRITY_* of all so far: doubtful matches
+ * count up to 6, others down; doubtful from 2 on, lost from 4 on. NULL: unknown. */
 uint32_t sightline_monitor_add(sightline_monitor* monitor, const sightline_match* match);
 
 /* "0.1.0": of the library that answers. */

@@ -21,9 +21,9 @@ struct VehicleMap {
   int coarse_cells = 1;
   double leaf_m = 1.0;
   bool takes_every_return = false;
-  PointGrid sites;                     // by the sensor's place; of a cloud none
+  PointGrid sites;                    // by the sensor's place; of a cloud none
   std::vector<PlaceKind> site_kinds;  // [site]
-  double reach_m = 0.0;                // of a site
+  double reach_m = 0.0;               // of a site
 };
 
 // Of the site nearest to a vehicle there; unknown beyond its reach.

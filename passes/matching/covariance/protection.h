@@ -16,8 +16,9 @@ ProtectionFactors protection_levels(const PoseEstimate& estimate, const Protecti
 
 enum class Integrity : std::uint8_t { kUnknown, kOk, kDoubtful, kLost };
 
-// Of one match of so many points, whatever came before: doubtful where its likelihood or its share of
-// scored points is below that of good matches at such a place. Unknown where nothing was matched.
+// Of one match of so many points, whatever came before: doubtful where its likelihood or its share
+// of scored points is below that of good matches at such a place. Unknown where nothing was
+// matched.
 Integrity integrity_of(const MatchResult& found, std::size_t point_count, const ProtectionRow& row);
 
 // A sequential test over the matches of successive scans. It counts doubtful ones up and others

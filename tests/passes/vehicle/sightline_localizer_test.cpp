@@ -10,8 +10,8 @@
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/map/map_reader.h"
-#include "passes/matching/match_score.h"
 #include "formats/reader/protection_table.h"
+#include "passes/matching/match_score.h"
 #include "tests/passes/vehicle/localized_room.h"
 
 namespace sightline {
