@@ -22,10 +22,9 @@ double value_at(const CompiledMap& map, std::string_view name, std::size_t site)
 }  // namespace
 
 std::string describe_protection(const CompiledMap& map, std::size_t site) {
-  const PoseErrors own = {value_at(map, kTrackingRangeColumns[0], site),
-                          value_at(map, kTrackingRangeColumns[1], site),
-                          value_at(map, kTrackingRangeColumns[2], site),
-                          value_at(map, kTrackingRangeColumns[3], site)};
+  const PoseErrors own = {
+      value_at(map, kTrackingRangeColumns[0], site), value_at(map, kTrackingRangeColumns[1], site),
+      value_at(map, kTrackingRangeColumns[2], site), value_at(map, kTrackingRangeColumns[3], site)};
   const auto kind = static_cast<std::uint32_t>(kind_at(map.columns, site));
   const SiteProtection found = site_protection(kind, own, kRisk);
   const auto& [forward_m, left_m, up_m, yaw_rad] = found.levels;

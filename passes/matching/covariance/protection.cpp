@@ -28,10 +28,9 @@ ProtectionFactors protection_levels(const PoseEstimate& estimate, const Protecti
 Integrity integrity_of(const MatchResult& found, std::size_t point_count,
                        const ProtectionRow& row) {
   if (found.scored_points == 0 || point_count == 0) return Integrity::kUnknown;
-  const double share =
-      static_cast<double>(found.scored_points) / static_cast<double>(point_count);
-  const bool is_usual = found.nearest_voxel_likelihood >= row.least_likelihood &&
-                        share >= row.least_scored_share;
+  const double share = static_cast<double>(found.scored_points) / static_cast<double>(point_count);
+  const bool is_usual =
+      found.nearest_voxel_likelihood >= row.least_likelihood && share >= row.least_scored_share;
   return is_usual ? Integrity::kOk : Integrity::kDoubtful;
 }
 
