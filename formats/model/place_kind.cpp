@@ -139,12 +139,15 @@ Result<std::vector<PlaceKind>> place_kinds(const Sites& sites,
   return smoothed(sites, kinds);
 }
 
+PlaceKind place_kind_of(float number) {
+  const bool is_known = number >= 0.0F && number < static_cast<float>(kPlaceKindCount);
+  return is_known ? static_cast<PlaceKind>(number) : PlaceKind::kUnknown;
+}
+
 PlaceKind kind_at(const std::vector<SiteColumn>& columns, std::size_t site) {
   const auto column = std::ranges::find(columns, kPlaceKindColumn, &SiteColumn::name);
   if (column == columns.end()) return PlaceKind::kUnknown;
-  const float number = column->values[site];
-  const bool is_known = number >= 0.0F && number < static_cast<float>(kPlaceKindCount);
-  return is_known ? static_cast<PlaceKind>(number) : PlaceKind::kUnknown;
+  return place_kind_of(column->values[site]);
 }
 
 }  // namespace sightline

@@ -50,6 +50,9 @@ std::vector<PlaceKind> smoothed(const Sites& sites, const std::vector<PlaceKind>
 Result<std::vector<PlaceKind>> place_kinds(const Sites& sites,
                                            const StoredTable<FactorTable>& factors);
 
+// By its number in that column; kUnknown where it is none of these.
+PlaceKind place_kind_of(float number);
+
 // By the columns of a map; kUnknown where it has none.
 PlaceKind kind_at(const std::vector<SiteColumn>& columns, std::size_t site);
 

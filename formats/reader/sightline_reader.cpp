@@ -13,6 +13,7 @@
 #include "formats/base/copy_message.h"
 #include "formats/base/version.h"
 #include "formats/reader/reader.h"
+#include "formats/reader/site_protection.h"
 
 using sightline::copy_message;
 using sightline::ErrorCode;
@@ -22,17 +23,20 @@ using sightline::MapColumn;
 using sightline::MapErrors;
 using sightline::MapInfo;
 using sightline::MapPromise;
+using sightline::MapProtection;
 using sightline::MapReader;
 using sightline::MapSite;
 using sightline::PoseErrors;
 using sightline::RangeAnswer;
 using sightline::Result;
+using sightline::SiteProtection;
 
 // What callers have got so far, which lasts as long as the map.
 struct KeptOfMap {
   std::mutex mutex;
   std::map<size_t, std::shared_ptr<const std::vector<float>>> columns;  // by their number
   std::optional<MapErrors> errors;
+  std::optional<MapProtection> protection;
 };
 
 struct sightline_map {
@@ -304,6 +308,29 @@ int sightline_get_errors(const sightline_map* map, uint32_t site, int is_sample,
       map->kept.errors = *found;
     }
     set(is_sample != 0 ? map->kept.errors->of_sample(site) : map->kept.errors->of_range(site));
+    return 0;
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+int sightline_get_protection(const sightline_map* map, uint32_t site, double risk, int is_sample,
+                             sightline_protection* protection) {
+  if (protection == nullptr) return kBadArgument;
+  const auto set = [&](const SiteProtection& from) {
+    const auto& [forward_m, left_m, up_m, yaw_rad] = from.levels;
+    *protection = {{forward_m, left_m, up_m}, yaw_rad, from.place_kind, from.block_count};
+  };
+  set({});
+  if (map == nullptr || !(risk > 0.0 && risk < 1.0)) return kBadArgument;
+  try {
+    const std::scoped_lock lock(map->kept.mutex);
+    if (!map->kept.protection) {
+      Result<MapProtection> found = sightline::protection_of(map->reader);
+      if (!found) return static_cast<int>(found.error().code);
+      map->kept.protection = *found;
+    }
+    set(map->kept.protection->at(site, risk, is_sample != 0));
     return 0;
   } catch (const std::bad_alloc&) {
     return static_cast<int>(ErrorCode::kOutOfMemory);

@@ -225,6 +225,23 @@ typedef struct sightline_errors {
 int sightline_get_errors(const sightline_map* map, uint32_t site, int is_sample,
                          sightline_errors* errors);
 
+/* Bounds of the errors of a vehicle that tracks, in its axes: forward, left, up; infinite where
+ * none is available. */
+typedef struct sightline_protection {
+  double protection_m[3];
+  double protection_yaw_rad;
+  uint32_t place_kind;  /* the column of that name at this site; 0: unknown */
+  uint32_t block_count; /* of 60 m of generated worlds that calibrated the bounds */
+} sightline_protection;
+
+/* Before any match, at a site (sightline_range.site): each bound is exceeded in at most this share
+ * of stretches of 60 m of such places ("Protection levels" in schemas/definitions.md). `is_sample`:
+ * see sightline_get_errors. The first call checks the columns of the map. Returns 0, or the number
+ * of bad-argument (a risk that is not between 0 and 1), checksum-mismatch, bad-layer or
+ * out-of-memory; then all are infinite. */
+int sightline_get_protection(const sightline_map* map, uint32_t site, double risk, int is_sample,
+                             sightline_protection* protection);
+
 /* "0.1.0": of the library that answers. */
 const char* sightline_reader_version(void);
 

@@ -18,6 +18,7 @@
 #include "passes/matching/look_plan.h"
 #include "passes/vehicle/c_values.h"
 #include "passes/vehicle/map_windows.h"
+#include "passes/vehicle/match_protection.h"
 #include "passes/vehicle/vehicle_map.h"
 
 // Everything that a match needs memory for lies in a Workspace. A call takes a free one and gives
@@ -151,9 +152,20 @@ bool is_good(const sightline_points& scan) {
 
 constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
 
+GivenErrors given_errors(const sightline_match_options* o) {
+  if (o == nullptr) return {};
+  return {o->start_covariance, o->variance_factor, o->map_m, o->map_rad, o->protection_risk};
+}
+
+void put_levels(const ProtectionFactors& levels, sightline_match& answer) {
+  std::copy_n(levels.begin(), 3, answer.protection_m);
+  answer.protection_yaw_rad = levels[3];
+}
+
 // The answer of a call that is refused.
 void put_start(const double T_world_start[12], sightline_match& answer) {
   answer = {};
+  put_levels({kUnavailable, kUnavailable, kUnavailable, kUnavailable}, answer);
   if (T_world_start != nullptr) std::copy_n(T_world_start, 12, answer.T_world_vehicle);
   answer.stop = SIGHTLINE_NO_POINTS;
 }
@@ -172,6 +184,17 @@ void put(const MatchEnd& end, const MapFrame& frame, sightline_match& answer) {
   put_matrix(end.information, answer.information);
   put_matrix(end.estimate.covariance, answer.covariance);
   answer.weak = end.weak;
+}
+
+// Of a match whose point count and stop are in `answer`.
+void put_protection(const MatchKnowledge& knowledge, const MatchResult& found, const MatchEnd& end,
+                    sightline_match& answer) {
+  const ProtectionRow& row = protection_row(knowledge.kind);
+  answer.place_kind = static_cast<std::uint32_t>(knowledge.kind);
+  answer.protection_blocks = row.block_count;
+  answer.integrity = static_cast<std::uint32_t>(integrity_of(found, answer.point_count, row));
+  if (answer.stop > SIGHTLINE_ITERATION_LIMIT) return;
+  put_levels(levels_of_match(knowledge, end.estimate), answer);
 }
 
 // What is known of the start, if anything is.
@@ -219,9 +242,8 @@ int match_scan(const MatchCall& call, const Use& use) {
   const Pose T_map_start = rebase(T_world_given, MapFrame{}, frame);
   const double away_m = T_map_start.translation().cwiseAbs().maxCoeff();
   if (!(away_m < kMostCells * localizer.map.ndt.cell_m)) return kBadArgument;
-  const sightline_match_options known = options == nullptr ? sightline_match_options{} : *options;
   const std::optional<MatchKnowledge> knowledge =
-      knowledge_of(known.start_covariance, known.variance_factor, known.map_m, known.map_rad);
+      knowledge_of(given_errors(options), kind_at(localizer.map, T_map_start));
   if (!knowledge) return kBadArgument;
   try {
     const std::shared_ptr<const MapWindow> window =
@@ -240,6 +262,7 @@ int match_scan(const MatchCall& call, const Use& use) {
                                       window->structures, knowledge->scale, workspace->observer);
     put(end, frame, answer);
     if (is_unconstrained(found.match, end)) answer.stop = SIGHTLINE_UNCONSTRAINED;
+    put_protection(*knowledge, found.match, end, answer);
     localizer.give_back(std::move(workspace));
     return 0;
   } catch (const std::bad_alloc&) {

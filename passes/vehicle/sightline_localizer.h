@@ -75,7 +75,14 @@ typedef struct sightline_match_options {
   double variance_factor; /* of a place: of errors that differ from cell to cell; 0: default */
   double map_m;           /* and of those that all cells in view share, along each axis */
   double map_rad;         /* about each axis; both 0: default */
+  double protection_risk; /* of protection levels, in 60 m; 0: 0.01 */
 } sightline_match_options;
+
+/* Whether a match is like the good ones of such places. */
+#define SIGHTLINE_INTEGRITY_UNKNOWN 0u /* nothing was matched */
+#define SIGHTLINE_INTEGRITY_OK 1u
+#define SIGHTLINE_INTEGRITY_DOUBTFUL 2u
+#define SIGHTLINE_INTEGRITY_LOST 3u /* of sightline_monitor_add alone */
 
 typedef struct sightline_match {
   double T_world_vehicle[12];
@@ -97,8 +104,24 @@ typedef struct sightline_match {
   uint32_t dropped_count; /* points of the scan that are no returns */
   int32_t look_count;     /* 1; 2 where a plan's second look followed */
   uint32_t weak;          /* SIGHTLINE_WEAK_*: not constrained to 0.25 m or 0.02 rad */
-  int32_t reserved;       /* 0 */
+  uint32_t place_kind;    /* of the nearest site: the column `place_kind` of the map; 0: unknown */
+  /* Protection levels of this pose: forward, left and up of the vehicle, and of its yaw. At most
+   * the chosen share of stretches of 60 m has a scan whose error exceeds it, each axis by itself,
+   * if places are like those that calibrated it ("Protection levels" in schemas/definitions.md:
+   * worlds that were generated). Infinity: unavailable, because no covariance of the start was
+   * given, the numbers of a place were, nothing was matched, or too few places calibrated that
+   * risk. */
+  double protection_m[3];
+  double protection_yaw_rad;
+  uint32_t integrity;         /* SIGHTLINE_INTEGRITY_* of this match alone */
+  uint32_t protection_blocks; /* of 60 m that calibrated the levels */
 } sightline_match;
+
+/* A test of the matches of successive scans (about 1 m apart): a single doubtful match in several
+ * hundred is no alarm. All zeros: a new one. Copy it freely; it needs no memory. */
+typedef struct sightline_monitor {
+  uint32_t doubt;
+} sightline_monitor;
 
 /* A normal distribution of the map. */
 typedef struct sightline_nd {
@@ -171,6 +194,9 @@ size_t sightline_localizer_fault_count(const sightline_localizer* localizer);
  * bad-argument, where there is no such fault. */
 int sightline_localizer_get_fault(const sightline_localizer* localizer, size_t number,
                                   char* message, size_t message_size);
+/* Adds the next scan's match, and returns SIGHTLINE_INTEGRITY_* of all so far: doubtful matches
+ * count up to 6, others down; doubtful from 2 on, lost from 4 on. NULL: unknown. */
+uint32_t sightline_monitor_add(sightline_monitor* monitor, const sightline_match* match);
 
 /* "0.1.0": of the library that answers. */
 const char* sightline_localizer_version(void);

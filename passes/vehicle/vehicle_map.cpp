@@ -49,6 +49,15 @@ VehicleMap vehicle_map_of(const CompiledMap& map) {
   return result;
 }
 
+// By which kind_at() finds kinds of places. A map may have none.
+Result<void> open_kinds(const std::filesystem::path& path, VehicleMap& map) {
+  SIGHTLINE_ASSIGN(map.reader, MapReader::open(path.string(), map.localizer));
+  const Result<MapColumn> kinds = map.reader->column(kPlaceKindColumn);
+  if (kinds) map.kinds = *kinds;
+  if (!kinds && kinds.error().code != ErrorCode::kBadArgument) return kinds.error();
+  return {};
+}
+
 Result<VehicleMap> read_compiled(const std::filesystem::path& path, bool is_whole) {
   if (is_whole) {
     SIGHTLINE_ASSIGN(CompiledMap map, read_map(path));
@@ -56,11 +65,13 @@ Result<VehicleMap> read_compiled(const std::filesystem::path& path, bool is_whol
     map.ndt = {};
     VehicleMap result = vehicle_map_of(map);
     result.ndt = std::move(ndt);
+    SIGHTLINE_TRY(open_kinds(path, result));
     return result;
   }
   SIGHTLINE_ASSIGN(MapTiles tiles, MapTiles::open(path));
   VehicleMap result = vehicle_map_of(tiles.head());
   result.tiles = std::make_unique<const MapTiles>(std::move(tiles));
+  SIGHTLINE_TRY(open_kinds(path, result));
   return result;
 }
 
@@ -135,6 +146,18 @@ Result<void> check(const VehicleMapOptions& options) {
 }
 
 }  // namespace
+
+PlaceKind kind_at(const VehicleMap& map, const Pose& T_map_vehicle) {
+  if (!map.reader || map.kinds.values.empty()) return PlaceKind::kUnknown;
+  const Eigen::Vector3d p_world_m =
+      (T_map_vehicle * map.sensor.T_vehicle_lidar).translation() + map.ndt.frame.origin_world_m;
+  const Result<RangeAnswer> nearest = map.reader->observation_range(
+      {p_world_m.x(), p_world_m.y(), p_world_m.z()}, map.reader->info().limits_m.front());
+  if (!nearest || nearest->site == kNoSite || nearest->distance_m > map.reader->info().reach_m) {
+    return PlaceKind::kUnknown;
+  }
+  return place_kind_of(map.kinds.values[nearest->site]);
+}
 
 Result<VehicleMap> read_vehicle_map(const std::filesystem::path& path,
                                     const VehicleMapOptions& options) {

@@ -8,6 +8,8 @@
 #include "formats/drive/localizer_profile.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/map/tiles/map_tiles.h"
+#include "formats/model/place_kind.h"
+#include "formats/reader/reader.h"
 #include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
@@ -22,7 +24,12 @@ struct VehicleMap {
   int coarse_cells = 1;
   double leaf_m = 1.0;
   bool takes_every_return = false;
+  std::optional<MapReader> reader;  // of a compiled map: finds the site that is nearest
+  MapColumn kinds;                  // of its sites; empty where they have none
 };
+
+// Of the site nearest to a vehicle there; unknown beyond its reach. Allocates nothing.
+PlaceKind kind_at(const VehicleMap& map, const Pose& T_map_vehicle);
 
 struct VehicleMapOptions {
   // Of the NDs that are made of a point cloud, as build-ndt makes them.

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "compiler/views/text/describe_protection.h"
 #include "formats/annotation/range_rule.h"
 #include "formats/model/place_kind.h"
 
@@ -264,7 +265,8 @@ Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& ro
                  fmt::format("found site {}, expected 0 to {}", site, map.sites.sites.size() - 1)};
   }
   std::string text =
-      describe_place(map, site) + describe_columns(map, site) + describe_prediction(map, site);
+      describe_place(map, site) + describe_columns(map, site) + describe_protection(map, site);
+  text += describe_prediction(map, site);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_choice(map, site, limit);
     text += describe_look(map, site, limit);

@@ -21,7 +21,7 @@ Matrix6d diagonal(double m2, double rad2) {
 
 }  // namespace
 
-InformationScale default_information_scale() { return {0.5, 0.008, 0.0003}; }
+InformationScale default_information_scale() { return {0.5, 0.008, 0.0003, 1.0}; }
 
 bool is_covariance(const Matrix6d& matrix) {
   const double size = matrix.cwiseAbs().maxCoeff();
@@ -45,7 +45,7 @@ Matrix6d match_information(const StructureEvidence& structure, const Information
   const Vector6d step = held.llt().solve(structure.descent);
   const Vector6d pull = result * step;
   const double more = 1.0 + step.dot(pull);
-  return result - pull * pull.transpose() / more;
+  return (result - pull * pull.transpose() / more) / scale.covariance_factor;
 }
 
 // (I + P^-1)^-1 = (1 + P I)^-1 P.

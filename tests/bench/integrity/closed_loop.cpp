@@ -19,6 +19,9 @@ constexpr double kWheelNoise_m = 0.01;                // in a step
 constexpr double kGyroNoise_rad = 0.03 * kRadPerDeg;  // in a step
 constexpr double kStep_s = 0.1;
 constexpr double kHeightOff_m = 0.03;  // of starts
+constexpr double kStartTurn_rad = 0.5 * kRadPerDeg;
+constexpr double kStartDeviations[] = {0.141,          0.141,          0.05,
+                                       kStartTurn_rad, kStartTurn_rad, kStartTurn_rad};
 
 PlanarPose planar_pose(const Pose& pose) {
   return {pose.translation().x(), pose.translation().y(),
@@ -138,15 +141,14 @@ Sensors sensors_of(std::uint64_t seed) {
   return sensors;
 }
 
-// Of a vehicle that tracks: "Tracking starts" in schemas/definitions.md.
+// Of a vehicle that tracks.
 KnownStart tracking_start(const Pose& T_map_true, Random& random) {
-  constexpr double kDeviations[] = {0.141, 0.141, 0.05, 0.0, 0.0, 0.5 * kRadPerDeg};
   Vector6d off;
-  for (int i = 0; i < 6; ++i) off[i] = kDeviations[i] * random.normal();
-  KnownStart start{moved(T_map_true, off), Matrix6d::Zero()};
-  for (int i = 0; i < 6; ++i) start.covariance(i, i) = kDeviations[i] * kDeviations[i];
-  start.covariance(3, 3) = start.covariance(4, 4) = start.covariance(5, 5);
-  return start;
+  for (int i = 0; i < 6; ++i) {
+    const bool is_level = i == 3 || i == 4;
+    off[i] = (is_level ? 0.0 : kStartDeviations[i]) * random.normal();
+  }
+  return {moved(T_map_true, off), tracking_start_covariance()};
 }
 
 KnownStart start_of_filter(const PoseFilter& filter, const Pose& T_map_true, Random& random) {
@@ -253,6 +255,12 @@ LoopMatch match_of_rival(WorldLocalizer& localizer, const KnownStart& start,
 std::string_view source_name(CovarianceSource source) {
   constexpr std::string_view kNames[] = {"fixed", "laplace", "multi-ndt", "structure"};
   return kNames[static_cast<std::size_t>(source)];
+}
+
+Matrix6d tracking_start_covariance() {
+  Matrix6d covariance = Matrix6d::Zero();
+  for (int i = 0; i < 6; ++i) covariance(i, i) = kStartDeviations[i] * kStartDeviations[i];
+  return covariance;
 }
 
 WorldLocalizer::WorldLocalizer(const IntegrityWorld& world, const Look& look)

@@ -59,6 +59,9 @@ class WorldLocalizer {
   double information_s_ = 0.0;
 };
 
+// "Tracking starts" in schemas/definitions.md, of all six motions.
+Matrix6d tracking_start_covariance();
+
 // A match as a fit needs it, in the vehicle's true axes: motions from the true pose to the end of
 // the match and to its start, and the evidence of structures at that end, unscaled.
 struct MatchSample {

@@ -14,6 +14,7 @@
 #include <fstream>
 
 #include "tests/bench/integrity/closed_loop.h"
+#include "tests/bench/integrity/faults.h"
 #include "tests/bench/integrity/loop_table.h"
 
 namespace {
@@ -29,6 +30,7 @@ struct Flags {
   double range_m = 50.0;
   std::uint32_t points = 0;
   std::string samples;
+  bool has_faults = false;
 };
 
 Look look_of(const Flags& flags) {
@@ -76,6 +78,7 @@ void write_samples(std::ofstream& file, const IntegrityWorld& world,
 
 int run(const Flags& flags) {
   std::map<std::string, LoopSummaries> all;
+  FaultTable faults;
   std::ofstream samples;
   if (!flags.samples.empty()) samples.open(flags.samples);
   std::size_t worlds = 0;
@@ -95,6 +98,7 @@ int run(const Flags& flags) {
       ++worlds;
       WorldLocalizer localizer(*world, look_of(flags));
       for (std::size_t d = 0; d < world->drives.size(); ++d) {
+        if (flags.has_faults) add_faults(localizer, world->drives[d], faults);
         for (const std::string& source : flags.sources) {
           LoopOptions options = flags.loop;
           options.source = source_of(source);
@@ -125,6 +129,7 @@ int run(const Flags& flags) {
   for (const auto& [source, summaries] : all) {
     for (const auto& [kind, summary] : summaries) print_row(source, kind, summary);
   }
+  if (flags.has_faults) print_faults(faults);
   return 0;
 }
 
@@ -153,6 +158,7 @@ int main(int argc, char** argv) {
                  "the filter, since errors of successive scans are correlated");
   app.add_flag("--tracking-starts", flags.loop.has_tracking_starts,
                "start each match 0.2 m and 0.5 degrees off instead of at the filter's prediction");
+  app.add_flag("--faults", flags.has_faults, "pull poses off sideways too");
   app.add_option("--samples", flags.samples, "a file for errors and structures of each scan");
   CLI11_PARSE(app, argc, argv);
   return run(flags);

@@ -177,6 +177,12 @@ TEST(CInterface, GivesColumnsOfSites) {
   sightline_errors errors;
   EXPECT_EQ(sightline_get_errors(opened, 7, 0, &errors), 0);
   EXPECT_TRUE(std::isinf(errors.longitudinal_m)) << "a map without these columns";
+  sightline_protection protection;
+  EXPECT_EQ(sightline_get_protection(opened, 7, 0.01, 0, &protection), 0);
+  EXPECT_TRUE(std::isfinite(protection.protection_m[1])) << "of all kinds of place";
+  EXPECT_EQ(sightline_get_protection(opened, 7, 0.0, 0, &protection),
+            static_cast<int>(ErrorCode::kBadArgument));
+  EXPECT_TRUE(std::isinf(protection.protection_m[1]));
   EXPECT_EQ(sightline_get_column(opened, 2, &column), 1001);
   EXPECT_EQ(column.count, 0U);
   EXPECT_EQ(column.values, nullptr);
@@ -362,6 +368,10 @@ TEST(CInterface, WithoutAMapTheLongestRangeIsInfinite) {
   sightline_errors errors;
   EXPECT_EQ(sightline_get_errors(nullptr, 0, 0, &errors), kBadArgument);
   EXPECT_EQ(errors.longitudinal_m, std::numeric_limits<double>::infinity());
+  sightline_protection protection;
+  EXPECT_EQ(sightline_get_protection(nullptr, 0, 0.01, 0, &protection), kBadArgument);
+  EXPECT_EQ(protection.protection_m[1], std::numeric_limits<double>::infinity());
+  EXPECT_EQ(sightline_get_protection(nullptr, 0, 0.01, 0, nullptr), kBadArgument);
 }
 
 }  // namespace

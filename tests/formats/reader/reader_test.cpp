@@ -1,4 +1,5 @@
 #include "formats/reader/reader.h"
+#include "formats/reader/site_protection.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -709,6 +710,34 @@ TEST(MapReaderColumns, AreRefusedWhereTheyAreDamaged) {
   const MapReader reader = value_of(MapReader::open(file, "annealed"));
   EXPECT_TRUE(reader.column("clearance_m"));
   EXPECT_EQ(reader.column("kind").error().code, ErrorCode::kChecksumMismatch);
+}
+
+TEST(MapProtection, IsThatOfTheKindOfPlaceUnlessTheSitesOwnErrorIsLarger) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 130});
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  SiteColumn kinds{"place_kind", "", std::vector<float>(130, 1.0F), {}};
+  kinds.values[9] = 77.0F;  // of a later program
+  map.columns.push_back(kinds);
+  for (const std::string_view name : kTrackingRangeColumns) {
+    map.columns.push_back(
+        {std::string(name), "", std::vector<float>(130, kInfinity), {0.5F, kInfinity}});
+  }
+  map.columns.back().values[7] = 0.5F;
+  map.columns[map.columns.size() - 2].values[7] = 0.5F;  // yaw
+  std::ranges::sort(map.columns, {}, &SiteColumn::name);
+  const std::vector<std::byte> file = encode_map(map);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  const MapProtection protection = value_of(protection_of(reader));
+  const ProtectionRow& row = protection_row(PlaceGroup::kStreet);
+  EXPECT_EQ(protection.at(6).levels, row.percent_errors);
+  EXPECT_EQ(protection.at(6).place_kind, 1u);
+  EXPECT_EQ(protection.at(7).levels[0], row.percent_errors[0]);
+  EXPECT_EQ(protection.at(7).levels[3], row.percent_factors[3] * 0.5);
+  const ProtectionRow& any = protection_row(PlaceGroup::kAny);
+  EXPECT_EQ(protection.at(9).levels, any.percent_errors);
+  EXPECT_EQ(protection.at(130).levels, any.percent_errors) << "no such site";
+  EXPECT_EQ(protection.at(6, 0.001).levels[1], kUnavailable) << "a risk without blocks";
+  EXPECT_TRUE(std::isfinite(protection.at(6).levels[1]));
 }
 
 }  // namespace

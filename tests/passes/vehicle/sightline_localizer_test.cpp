@@ -10,6 +10,7 @@
 
 #include "formats/foreign/clouds/pcd_writer.h"
 #include "formats/map/map_reader.h"
+#include "formats/reader/protection_table.h"
 #include "passes/matching/match_score.h"
 #include "tests/passes/vehicle/localized_room.h"
 
@@ -242,6 +243,47 @@ TEST(SightlineLocalizer, RefusesWhatIsNoCovariance) {
     options.map_m = wrong;
     EXPECT_EQ(RoomMatch(&options).code, bad_argument);
   }
+}
+
+// The room's sites are of no kind, so that its row is that of all places.
+TEST(SightlineLocalizer, BoundsTheErrorsOfAMatchOfAKnownStart) {
+  const Matrix6d small = 1e-4 * Matrix6d::Identity();
+  sightline_match_options options{};
+  options.start_covariance = small.data();
+  const sightline_match known = RoomMatch(&options).match;
+  const ProtectionRow& row = protection_row(PlaceGroup::kAny);
+  EXPECT_EQ(known.place_kind, 0u);
+  EXPECT_EQ(known.protection_blocks, row.block_count);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_GT(known.protection_m[i], 0.0);
+    EXPECT_LT(known.protection_m[i], row.percent_factors[static_cast<std::size_t>(i)] * 0.011);
+  }
+  EXPECT_LE(known.protection_yaw_rad, row.percent_factors[3] * 0.011);
+  options.protection_risk = 0.001;
+  EXPECT_EQ(RoomMatch(&options).match.protection_m[1], kUnavailable);
+  options.protection_risk = -1.0;
+  EXPECT_EQ(RoomMatch(&options).code, static_cast<int>(ErrorCode::kBadArgument));
+}
+
+TEST(SightlineLocalizer, BoundsNothingThatWasNotCalibrated) {
+  EXPECT_EQ(RoomMatch().match.protection_m[0], kUnavailable);  // no covariance of the start
+  const Matrix6d small = 1e-4 * Matrix6d::Identity();
+  sightline_match_options options{};
+  options.start_covariance = small.data();
+  options.map_m = 0.1;
+  EXPECT_EQ(RoomMatch(&options).match.protection_m[0], kUnavailable);
+}
+
+TEST(SightlineMonitor, GivesAnAlarmAfterSeveralDoubtfulMatches) {
+  sightline_monitor monitor{};
+  sightline_match match{};
+  match.integrity = SIGHTLINE_INTEGRITY_DOUBTFUL;
+  EXPECT_EQ(sightline_monitor_add(&monitor, &match), SIGHTLINE_INTEGRITY_OK);
+  EXPECT_EQ(sightline_monitor_add(&monitor, &match), SIGHTLINE_INTEGRITY_DOUBTFUL);
+  sightline_monitor_add(&monitor, &match);
+  EXPECT_EQ(sightline_monitor_add(&monitor, &match), SIGHTLINE_INTEGRITY_LOST);
+  EXPECT_EQ(sightline_monitor_add(nullptr, &match), SIGHTLINE_INTEGRITY_UNKNOWN);
+  EXPECT_EQ(sightline_monitor_add(&monitor, nullptr), SIGHTLINE_INTEGRITY_UNKNOWN);
 }
 
 TEST(SightlineLocalizer, WithoutAMatchTheCovarianceIsTheStarts) {

@@ -141,6 +141,13 @@ class Map(unittest.TestCase):
                 for name, column in columns.items():
                     self.assertEqual(getattr(errors, name), column[site], (site, name))
 
+    def test_bounds_errors_before_any_match(self):
+        kinds = self.map.column("place_kind").values
+        bounds = self.map.protection(3)
+        self.assertEqual(bounds.place_kind, kinds[3])
+        self.assertTrue(all(0 < level < 10 for level in bounds.protection_m), list(bounds.protection_m))
+        self.assertTrue(math.isinf(self.map.protection(3, risk=1e-6).protection_m[0]))
+
     def test_names_the_flags_of_an_answer(self):
         far = self.map.observation_range((1e5, 0, 0), 0.1)
         self.assertEqual(far.flag_names, ["far"])

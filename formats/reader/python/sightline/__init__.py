@@ -10,14 +10,16 @@ Over the C interfaces of libsightline-reader.so.0 and, for Localizer, libsightli
 and sites are arrays in the library's memory: of NumPy if it is installed, else of ctypes.
 """
 
-from ._interface import (CONVERGED, EXTRAPOLATED, FAR, ITERATION_LIMIT, NO_OVERLAP, NO_POINTS, NO_SITE,
+from ._interface import (CONVERGED, EXTRAPOLATED, FAR, INTEGRITY_DOUBTFUL, INTEGRITY_LOST,
+                         INTEGRITY_OK, INTEGRITY_UNKNOWN, ITERATION_LIMIT, NO_OVERLAP, NO_POINTS, NO_SITE,
                          NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNCONSTRAINED, UNKNOWN_LOCALIZER, UNMET,
                          WEAK_FORWARD, WEAK_LEFT, WEAK_PITCH, WEAK_ROLL, WEAK_UP, WEAK_YAW, Column,
-                         Error, Look, LookPlan, Match, Nd, Promise, Range, Site)
+                         Error, Look, LookPlan, Match, Monitor, Nd, Promise, Protection, Range, Site)
 from .localizer import Localizer, pose
 from .map import Map
 
-__all__ = ["CONVERGED", "Column", "EXTRAPOLATED", "Error", "FAR", "ITERATION_LIMIT", "Localizer", "Look",
-           "LookPlan", "Map", "Match", "NO_OVERLAP", "NO_POINTS", "NO_SITE", "NOT_VISIBLE", "Nd",
-           "Promise", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNCONSTRAINED", "UNKNOWN_LOCALIZER", "UNMET",
+__all__ = ["CONVERGED", "Column", "EXTRAPOLATED", "Error", "FAR", "INTEGRITY_DOUBTFUL", "INTEGRITY_LOST",
+           "INTEGRITY_OK", "INTEGRITY_UNKNOWN", "ITERATION_LIMIT", "Localizer", "Look",
+           "LookPlan", "Map", "Match", "Monitor", "NO_OVERLAP", "NO_POINTS", "NO_SITE", "NOT_VISIBLE", "Nd",
+           "Promise", "Protection", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNCONSTRAINED", "UNKNOWN_LOCALIZER", "UNMET",
            "WEAK_FORWARD", "WEAK_LEFT", "WEAK_PITCH", "WEAK_ROLL", "WEAK_UP", "WEAK_YAW", "pose"]

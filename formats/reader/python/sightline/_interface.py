@@ -12,6 +12,7 @@ _FLAG_NAMES = {UNMET: "unmet", EXTRAPOLATED: "extrapolated", FAR: "far", TIGHTER
                SIMULATED: "simulated"}
 CONVERGED, ITERATION_LIMIT, NO_POINTS, NO_OVERLAP, UNCONSTRAINED = 0, 1, 2, 3, 4
 WEAK_FORWARD, WEAK_LEFT, WEAK_UP, WEAK_ROLL, WEAK_PITCH, WEAK_YAW = 1, 2, 4, 8, 16, 32
+INTEGRITY_UNKNOWN, INTEGRITY_OK, INTEGRITY_DOUBTFUL, INTEGRITY_LOST = 0, 1, 2, 3
 NO_SITE = 0xFFFFFFFF
 
 
@@ -52,6 +53,12 @@ class Errors(Structure):
     """Errors by direction of a vehicle that tracks: sightline_errors."""
     _fields_ = [("longitudinal_m", c_double), ("lateral_m", c_double), ("yaw_rad", c_double),
                 ("kept_longitudinal", c_double)]
+
+
+class Protection(Structure):
+    """Bounds of the errors of a tracking vehicle at a site: sightline_protection."""
+    _fields_ = [("protection_m", c_double * 3), ("protection_yaw_rad", c_double),
+                ("place_kind", c_uint32), ("block_count", c_uint32)]
 
 
 class Site(Structure):
@@ -128,7 +135,7 @@ class Points(Structure):
 class MatchOptions(Structure):
     """The covariance of a start, and the errors of a place: sightline_match_options."""
     _fields_ = [("start_covariance", POINTER(c_double)), ("variance_factor", c_double),
-                ("map_m", c_double), ("map_rad", c_double)]
+                ("map_m", c_double), ("map_rad", c_double), ("protection_risk", c_double)]
 
 
 class Match(Structure):
@@ -137,11 +144,22 @@ class Match(Structure):
                 ("covariance", c_double * 36), ("score", c_double),
                 ("nearest_voxel_likelihood", c_double), ("work", c_uint64), ("iterations", c_int32),
                 ("stop", c_uint32), ("point_count", c_uint32), ("scored_points", c_uint32),
-                ("dropped_count", c_uint32), ("look_count", c_int32), ("weak", c_uint32), ("reserved", c_int32)]
+                ("dropped_count", c_uint32), ("look_count", c_int32), ("weak", c_uint32), ("place_kind", c_uint32),
+                ("protection_m", c_double * 3), ("protection_yaw_rad", c_double),
+                ("integrity", c_uint32), ("protection_blocks", c_uint32)]
 
     @property
     def is_matched(self):
         return self.stop in (CONVERGED, ITERATION_LIMIT)
+
+
+class Monitor(Structure):
+    """A test of the matches of successive scans: sightline_monitor."""
+    _fields_ = [("doubt", c_uint32)]
+
+    def add(self, match):
+        """Adds the next scan's match: the integrity of all so far, INTEGRITY_OK, .._LOST, ..."""
+        return localizer().sightline_monitor_add(byref(self), byref(match))
 
 
 class Nd(Structure):
@@ -196,6 +214,8 @@ def reader():
         ("sightline_column_count", c_size_t, c_void_p),
         ("sightline_get_column", c_int, c_void_p, c_size_t, POINTER(Column)),
         ("sightline_get_errors", c_int, c_void_p, c_uint32, c_int, POINTER(Errors)),
+        ("sightline_get_protection", c_int, c_void_p, c_uint32, c_double, c_int,
+         POINTER(Protection)),
         ("sightline_reader_version", c_char_p),
         ("sightline_error_name", c_char_p, c_int)])
 
@@ -214,6 +234,7 @@ def localizer():
         ("sightline_localizer_prepare", c_int, c_void_p, POINTER(c_double), c_double, POINTER(c_int)),
         ("sightline_localizer_fault_count", c_size_t, c_void_p),
         ("sightline_localizer_get_fault", c_int, c_void_p, c_size_t, c_char_p, c_size_t),
+        ("sightline_monitor_add", c_uint32, POINTER(Monitor), POINTER(Match)),
         ("sightline_localizer_version", c_char_p)])
 
 

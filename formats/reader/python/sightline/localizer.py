@@ -131,7 +131,7 @@ class Localizer:
         return bool(is_done.value)
 
     def match(self, scan, T_world_start, look, *, start_covariance=None, variance_factor=0.0, map_m=0.0,
-              map_rad=0.0):
+              map_rad=0.0, protection_risk=0.0):
         """The pose of the vehicle: a sightline.Match.
 
         scan: n rows of x, y, z and maybe more, in the sensor's frame: an array of NumPy, or a
@@ -139,11 +139,12 @@ class Localizer:
         look: of Map.look, Map.look_plan, Map.observation_range, or Look(range_m=...).
         start_covariance: 6 x 6 or 36 numbers, in the order of Match.covariance; the pose is then the
         most probable one. Without it the start is unknown. variance_factor, map_m, map_rad: of the errors of this place; 0: the defaults.
+        protection_risk: of Match.protection_m and .protection_yaw_rad in 60 m; 0: 0.01.
         """
         handle = self._opened(self._handle)
         points, memory = _points(scan)
         match = c.Match()
-        options = c.MatchOptions(None, variance_factor, map_m, map_rad)
+        options = c.MatchOptions(None, variance_factor, map_m, map_rad, protection_risk)
         if start_covariance is not None:
             options.start_covariance = c.doubles(_flat(start_covariance), 36)
         arguments = (handle, byref(points), _rows(T_world_start))

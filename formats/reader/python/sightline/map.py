@@ -119,6 +119,16 @@ class Map:
                                                 byref(errors)))
         return errors
 
+    def protection(self, site, risk=0.01, is_sample=False):
+        """Bounds of a tracking vehicle's errors at a site, infinite if not available.
+
+        Each is exceeded in at most the share `risk` of stretches of 60 m of such places.
+        """
+        protection = c.Protection()
+        c.check(c.reader().sightline_get_protection(self._open(), site, risk, 1 if is_sample else 0,
+                                                    byref(protection)))
+        return protection
+
     def sites(self, limit=0):
         """Every site with the map's answer for limits_m[limit]: an array of sightline.Site."""
         sites = (c.Site * self.site_count)()

@@ -3,12 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "formats/reader/site_errors.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/value_of.h"
 
 namespace sightline {
 namespace {
 
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -119,6 +121,13 @@ TEST(DescribeSite, ListsTheColumnsOfTheMap) {
   map.columns[0].values[7] = 3.5F;
   map.columns[1].values[7] = 2.0F;
   EXPECT_THAT(*describe_site(map, 7), HasSubstr("  clearance_m 3.5 m\n  kind 2\n"));
+}
+
+TEST(DescribeSite, BoundsTheErrorsOfAVehicleThatTracks) {
+  CompiledMap map = short_route();
+  EXPECT_THAT(value_of(describe_site(map, 3)), HasSubstr("risk 1 % in 60 m: forward "));
+  map.columns = {{std::string(kTrackingRangeColumns[1]), "m", std::vector<float>(10, 1000.0F), {}}};
+  EXPECT_THAT(value_of(describe_site(map, 3)), ContainsRegex("left [0-9]{4,5}[.][0-9]{2}, up"));
 }
 
 TEST(DescribeSite, RefusesASiteThatIsNotThere) {
