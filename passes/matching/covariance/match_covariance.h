@@ -14,16 +14,16 @@ namespace sightline {
 // How errors of matches compare with structure_information(). The defaults were fitted to matches
 // in generated worlds; a map may have those of a place.
 struct InformationScale {
-  double variance_factor = 1.0;  // of errors that differ from cell to cell, to those assumed
-  double map_m = 0.0;            // errors that all cells in view share, along each axis
-  double map_rad = 0.0;          // about each axis
+  double variance_factor = 1.0;    // of errors that differ from cell to cell, to those assumed
+  double map_m = 0.0;              // errors that all cells in view share, along each axis
+  double map_rad = 0.0;            // about each axis
   double covariance_factor = 1.0;  // that the result of all that is multiplied by
 };
 InformationScale default_information_scale();
 
-// (factor structure^-1 + map + d d^T)^-1 / covariance_factor, which exists where the structure's information is
-// singular too. d is the step from the match to where the residuals of structures are least: a
-// match that contradicts the structures is that far off, or they are.
+// (factor structure^-1 + map + d d^T)^-1 / covariance_factor, which exists where the structure's
+// information is singular too. d is the step from the match to where the residuals of structures
+// are least: a match that contradicts the structures is that far off, or they are.
 Matrix6d match_information(const StructureEvidence& structure, const InformationScale& scale);
 
 // Symmetric, finite, and no variance below 0.
