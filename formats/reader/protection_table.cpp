@@ -28,6 +28,13 @@ constexpr std::array<ProtectionRow, kPlaceGroups> kRows = {{
      .percent_errors = {0.5456, 0.4324, 0.08606, 0.02359},
      .least_likelihood = 1.854,
      .least_scored_share = 0.8356},
+    {.place = "field",
+     .block_count = 166,
+     .covariance_factor = 1.19,
+     .percent_factors = {20.08, 5.642, 3.813, 3.84},
+     .percent_errors = {0.5456, 0.4324, 0.08606, 0.02359},
+     .least_likelihood = 1.854,
+     .least_scored_share = 0.8356},
     {.place = "any",
      .block_count = 166,
      .covariance_factor = 1,
@@ -42,7 +49,7 @@ constexpr std::array<ProtectionRow, kPlaceGroups> kRows = {{
 constexpr std::array<PlaceGroup, 12> kGroups = {
     PlaceGroup::kAny,      PlaceGroup::kStreet,   PlaceGroup::kStreet, PlaceGroup::kStreet,
     PlaceGroup::kStreet,   PlaceGroup::kStreet,   PlaceGroup::kTunnel, PlaceGroup::kTunnel,
-    PlaceGroup::kOpenRoad, PlaceGroup::kOpenRoad, PlaceGroup::kAny,    PlaceGroup::kAny};
+    PlaceGroup::kOpenRoad, PlaceGroup::kField,   PlaceGroup::kAny,    PlaceGroup::kAny};
 
 }  // namespace
 

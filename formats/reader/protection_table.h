@@ -33,8 +33,8 @@ struct ProtectionRow {
 };
 
 // The groups of kinds of place that have a row, and last the row of all of them.
-enum class PlaceGroup : std::uint8_t { kStreet, kTunnel, kOpenRoad, kAny };
-inline constexpr std::size_t kPlaceGroups = 4;
+enum class PlaceGroup : std::uint8_t { kStreet, kTunnel, kOpenRoad, kField, kAny };
+inline constexpr std::size_t kPlaceGroups = 5;
 
 // By the number of the column `place_kind` of a map's sites. A kind that was not calibrated, and an
 // unknown one, has the row of all places.

@@ -156,8 +156,9 @@ std::vector<Block> blocks_of(const std::vector<KindSample>& samples) {
 PlaceGroup group_of_world(const std::string& kind) {
   if (kind == "town" || kind == "streets") return PlaceGroup::kStreet;
   if (kind == "tunnel" || kind == "noise-barrier") return PlaceGroup::kTunnel;
-  const bool is_open = kind == "motorway" || kind == "field" || kind == "bridge" ||
-                       kind == "plaza" || kind == "hills";
+  if (kind == "field") return PlaceGroup::kField;
+  const bool is_open =
+      kind == "motorway" || kind == "bridge" || kind == "plaza" || kind == "hills";
   return is_open ? PlaceGroup::kOpenRoad : PlaceGroup::kAny;
 }
 
