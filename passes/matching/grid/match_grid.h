@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "formats/base/huge_pages.h"
-#include "formats/base/mapped_allocator.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/grid/cell_columns.h"
+#include "passes/matching/grid/mapped_allocator.h"
 #include "passes/matching/kernel/match_kernel.h"
 
 namespace sightline {
