@@ -54,6 +54,13 @@ MappedTownOptions town_of(const BenchOptions& options, const std::string& world,
   return making;
 }
 
+// Whole, since the NDs are needed here too.
+Result<VehicleLocalizer> open_whole(const std::string& path) {
+  sightline_localizer_options options{};
+  options.holds_whole_map = 1;
+  return VehicleLocalizer::open(path, options);
+}
+
 // The vehicle's library opens files only.
 Result<VehicleLocalizer> open(const MappedTown& town) {
   CompiledMap map = random_map({.site_count = 10, .run_count = 1, .looks = {}});
@@ -63,7 +70,7 @@ Result<VehicleLocalizer> open(const MappedTown& town) {
   map.sensor = town.sensor;
   const std::filesystem::path path = std::filesystem::temp_directory_path() / "place_bench.slmap";
   SIGHTLINE_TRY(write_file_atomically(path, encode_map(map), IfExists::kReplace));
-  Result<VehicleLocalizer> localizer = VehicleLocalizer::open(path.string());
+  Result<VehicleLocalizer> localizer = open_whole(path.string());
   std::filesystem::remove(path);
   return localizer;
 }
@@ -195,7 +202,7 @@ Result<void> run_recording(const BenchOptions& options, std::FILE* lines) {
   drive.scans = options.recording;
   drive.sensor = options.sensor;
   SIGHTLINE_ASSIGN(const Recording recording, list_recording(drive));
-  SIGHTLINE_ASSIGN(const VehicleLocalizer localizer, VehicleLocalizer::open(options.map));
+  SIGHTLINE_ASSIGN(const VehicleLocalizer localizer, open_whole(options.map));
   SIGHTLINE_ASSIGN(const MapReader map, MapReader::open(options.map, "searching"));
   SIGHTLINE_ASSIGN(const std::vector<MapSite> sites, map.sites(0));
   std::vector<Eigen::Vector3d> route_world_m;

@@ -74,7 +74,9 @@ class MapOfStreets {
     map.sensor.T_vehicle_lidar = sensor().T_vehicle_lidar;
     const std::filesystem::path path = scratch_folder() / "streets.slmap";
     EXPECT_TRUE(write_file_atomically(path, encode_map(map), IfExists::kReplace));
-    localizer_.emplace(value_of(VehicleLocalizer::open(path.string())));
+    sightline_localizer_options whole{};
+    whole.holds_whole_map = 1;
+    localizer_.emplace(value_of(VehicleLocalizer::open(path.string(), whole)));
     check_.emplace(localizer_->info());
     finder_.emplace(check_->map(), route_m_, sensor().T_vehicle_lidar);
   }
