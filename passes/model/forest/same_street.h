@@ -15,7 +15,7 @@ double street_likeness(const DrivenPlace& a, const DrivenPlace& b);
 
 inline constexpr double kLeastStretch_m = 60.0;  // shorter ones agree by chance
 // tests/bench/README.md, "Identity of recordings and places".
-inline constexpr double kOneStreet = 0.8;
+inline constexpr double kOneStreet = 0.82;
 
 // Whether more than a fifth of the shorter of two routes is within 20 m of the other one, if both
 // are in world coordinates; else whether their likeness is at least kOneStreet.
