@@ -47,9 +47,9 @@ constexpr std::array<ProtectionRow, kPlaceGroups> kRows = {{
 // By number of kind: unknown, lane, canyon, avenue, open, crossing, tunnel, corridor, open-road,
 // field, forest, hall.
 constexpr std::array<PlaceGroup, 12> kGroups = {
-    PlaceGroup::kAny,      PlaceGroup::kStreet,   PlaceGroup::kStreet, PlaceGroup::kStreet,
-    PlaceGroup::kStreet,   PlaceGroup::kStreet,   PlaceGroup::kTunnel, PlaceGroup::kTunnel,
-    PlaceGroup::kOpenRoad, PlaceGroup::kField,   PlaceGroup::kAny,    PlaceGroup::kAny};
+    PlaceGroup::kAny,      PlaceGroup::kStreet, PlaceGroup::kStreet, PlaceGroup::kStreet,
+    PlaceGroup::kStreet,   PlaceGroup::kStreet, PlaceGroup::kTunnel, PlaceGroup::kTunnel,
+    PlaceGroup::kOpenRoad, PlaceGroup::kField,  PlaceGroup::kAny,    PlaceGroup::kAny};
 
 }  // namespace
 

@@ -1,6 +1,5 @@
 #include "passes/vehicle/c_values.h"
 
-#include <cmath>
 #include <cstddef>
 #include <cstring>
 
@@ -44,25 +43,6 @@ void take_returns(const PointsInMemory& from, std::vector<Eigen::Vector3d>& poin
   } else {
     take_numbers<float>(from, points_m);
   }
-}
-
-std::optional<MatchKnowledge> knowledge_of(const double* start_covariance, double variance_factor,
-                                           double map_m, double map_rad) {
-  MatchKnowledge knowledge;
-  if (start_covariance != nullptr) {
-    const Eigen::Map<const Matrix6d> given(start_covariance);
-    if (!is_covariance(given)) return std::nullopt;
-    knowledge.start_covariance = 0.5 * (given + given.transpose());
-  }
-  for (const double number : {variance_factor, map_m, map_rad}) {
-    if (!(number >= 0.0 && std::isfinite(number))) return std::nullopt;
-  }
-  if (variance_factor > 0.0) knowledge.scale.variance_factor = variance_factor;
-  if (map_m > 0.0 || map_rad > 0.0) {
-    knowledge.scale.map_m = map_m;
-    knowledge.scale.map_rad = map_rad;
-  }
-  return knowledge;
 }
 
 }  // namespace sightline

@@ -2,11 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "formats/geometry.h"
-#include "passes/matching/covariance/known_start.h"
 #include "passes/matching/match_score.h"
 
 // Numbers of the C interface as values of this program, and back.
@@ -26,14 +24,5 @@ struct PointsInMemory {
 };
 // Without what is no return.
 void take_returns(const PointsInMemory& from, std::vector<Eigen::Vector3d>& points_m);
-
-struct MatchKnowledge {
-  std::optional<Matrix6d> start_covariance;
-  InformationScale scale = default_information_scale();
-};
-// 36 numbers or null; errors of the map as in sightline_match_options, 0: default. Nothing where a
-// number makes no sense.
-std::optional<MatchKnowledge> knowledge_of(const double* start_covariance, double variance_factor,
-                                           double map_m, double map_rad);
 
 }  // namespace sightline

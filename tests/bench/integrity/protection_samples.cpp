@@ -157,8 +157,7 @@ PlaceGroup group_of_world(const std::string& kind) {
   if (kind == "town" || kind == "streets") return PlaceGroup::kStreet;
   if (kind == "tunnel" || kind == "noise-barrier") return PlaceGroup::kTunnel;
   if (kind == "field") return PlaceGroup::kField;
-  const bool is_open =
-      kind == "motorway" || kind == "bridge" || kind == "plaza" || kind == "hills";
+  const bool is_open = kind == "motorway" || kind == "bridge" || kind == "plaza" || kind == "hills";
   return is_open ? PlaceGroup::kOpenRoad : PlaceGroup::kAny;
 }
 
