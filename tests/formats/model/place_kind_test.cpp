@@ -126,7 +126,8 @@ TEST(PlaceKind, IsThatOfTheStretch) {
   std::fill(kinds.begin() + 30, kinds.end(), PlaceKind::kOpen);
   EXPECT_EQ(along(kinds), kinds) << "stretches keep their bounds";
   std::vector<PlaceKind> with_gaps = kinds;
-  for (const std::size_t i : std::vector<std::size_t>{3, 4, 17, 44, 58}) with_gaps[i] = PlaceKind::kLane;
+  for (const std::size_t i : std::vector<std::size_t>{3, 4, 17, 44, 58})
+    with_gaps[i] = PlaceKind::kLane;
   EXPECT_EQ(along(with_gaps), kinds);
 }
 
