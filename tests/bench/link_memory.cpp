@@ -52,9 +52,10 @@ void repeat(RangeTable& ranges, int copies) {
 
 // Whole tiles farther along x with each copy.
 void repeat(NdtMap& ndt, Sites& sites, int copies) {
-  const auto [west, east] = std::ranges::minmax(ndt.nds, {}, [](const Nd& nd) { return nd.key.x; });
+  const auto [west, east] =
+      std::ranges::minmax_element(ndt.nds, {}, [](const Nd& nd) { return nd.key.x; });
   const auto cells_of_tile = static_cast<std::int32_t>(ndt.tile_m / ndt.cell_m);
-  const std::int32_t step = ((east.key.x - west.key.x) / cells_of_tile + 2) * cells_of_tile;
+  const std::int32_t step = ((east->key.x - west->key.x) / cells_of_tile + 2) * cells_of_tile;
   const std::vector<Nd> nds = std::exchange(ndt.nds, {});
   const std::vector<Site> all = std::exchange(sites.sites, {});
   for (int copy = 0; copy < copies; ++copy) {

@@ -113,9 +113,11 @@ double step_of_copies_m(const std::string& town) {
   const Result<CompiledMap> map = read_map(town);
   if (!map) std::exit(EXIT_FAILURE);
   const NdtMap& ndt = map->ndt;
-  const auto [west, east] = std::ranges::minmax(ndt.nds, {}, [](const Nd& nd) { return nd.key.x; });
+  const auto [west, east] =
+      std::ranges::minmax_element(ndt.nds, {}, [](const Nd& nd) { return nd.key.x; });
   const auto cells_of_tile = static_cast<std::int32_t>(ndt.tile_m / ndt.cell_m);
-  return ((east.key.x - west.key.x) / cells_of_tile + 2) * cells_of_tile * ndt.cell_m;
+  const std::int32_t tiles = (east->key.x - west->key.x) / cells_of_tile + 2;
+  return tiles * cells_of_tile * ndt.cell_m;
 }
 
 struct Figures {
