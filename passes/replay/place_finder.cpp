@@ -31,7 +31,9 @@ constexpr double kWorse = 0.15;
 // Along a wall every pose meets it: so many of a stretch.
 constexpr std::size_t kMostOfStretch = 24;
 constexpr std::size_t kMostPlaces = 400;
+// Stretches that are searched at once; the largest share so far shortens the next ones.
 constexpr std::size_t kGroup = 8;
+// Half of both costs a quarter of the time, and the matches that follow correct the rest.
 constexpr int kHeadings = 180;
 constexpr std::size_t kPoints = 120;
 // Between points on the surface of an ND.

@@ -2,6 +2,7 @@
 
 #include "formats/drive/drive.h"
 #include "formats/geometry.h"
+#include "passes/vehicle/c_values.h"
 #include "passes/vehicle/vehicle_localizer.h"
 
 // Poses and scans as the vehicle's library takes them.
@@ -10,14 +11,8 @@ namespace sightline {
 
 inline PoseRows rows_of(const Pose& pose) {
   PoseRows rows{};
-  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(rows.data()) = pose.affine();
+  put_pose(pose, rows.data());
   return rows;
-}
-
-inline Pose pose_of(const double rows[12]) {
-  Pose pose = Pose::Identity();
-  pose.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(rows);
-  return pose;
 }
 
 // Refers to the scan.

@@ -28,8 +28,8 @@ bool begins_from_nothing(const ReplayOptions& options, const ReplayInputs& input
 Error nowhere(const ReplayInputs& inputs, std::size_t tried_count) {
   return {ErrorCode::kNoOverlap,
           concat("none of the first ", tried_count,
-                 " scans shows one place of the map, and no other one nearly as well: the drive is "
-                 "of another place, or its places look alike. Give --start X Y Z YAW"),
+                 " scans fits one place of the map clearly better than all others: the drive is of "
+                 "another place, or places of the map look alike. Give --start X Y Z YAW"),
           "", inputs.scans.front().name};
 }
 

@@ -24,8 +24,8 @@ struct ReplayedDrive {
 // is searched (find_place); a scan that fits two places is not found. Scans that cannot be read or
 // have no returns are left out with a warning, up to 5 %. The same bits for any number of threads,
 // but time_ms. Errors: no-overlap (the start is beside the map; none of the first 20 scans shows
-// the map, or one place of it alone), those of reading a scan, where there are more than 5 % of
-// them, and of MapReader::look_plan and sites.
+// the map, or fits one place of it clearly better than others), those of reading a scan, where
+// there are more than 5 % of them, and of MapReader::look_plan and sites.
 Result<ReplayedDrive> replay_drive(const PassContext& ctx, const ReplayOptions& options,
                                    const ReplayInputs& inputs);
 

@@ -46,7 +46,8 @@ struct ReplayedScan {
   ScanState state = ScanState::kSkipped;
   // Localized, but by the plan's second look, or where the scan was found to contradict the map.
   bool is_in_doubt = false;
-  bool begins = false;  // found from outside: at the start, after a pause, after it was lost
+  bool begins = false;   // found from outside: at the start, after a pause, after it was lost
+  bool has_pose = true;  // false: lost, and without a pose before it
   // Where localized; where lost, the pose that the last ones predict, which is not known.
   Pose T_world_vehicle = Pose::Identity();
   Matrix6d covariance = Matrix6d::Zero();  // of the match (sightline_match)
@@ -54,7 +55,7 @@ struct ReplayedScan {
   int look_count = 0;
   std::uint32_t point_count = 0;  // that were matched
   std::uint32_t weak = 0;         // SIGHTLINE_WEAK_*
-  double time_ms = 0.0;           // CPU time, without reading the file; differs between runs
+  double time_ms = 0.0;           // CPU time of all threads, without reading; differs between runs
 };
 
 }  // namespace sightline

@@ -234,6 +234,7 @@ Result<ReplayedScan> ReplayedVehicle::begin(std::size_t number, const Scan& scan
   result.begins = true;
   if (best.met_share < least_met()) {
     result.state = ScanState::kLost;
+    result.has_pose = T_world_start.has_value();
     result.T_world_vehicle = T_world_start.value_or(Pose::Identity());
     return result;
   }
@@ -246,13 +247,13 @@ Result<ReplayedScan> ReplayedVehicle::begin(std::size_t number, const Scan& scan
 }
 
 Result<ReplayedScan> ReplayedVehicle::take(std::size_t number, Scan scan) {
-  const double begin_ms = thread_cpu_ms();
+  const double begin_ms = process_cpu_ms();
   const std::int64_t step_ns = inputs_.scans[number].stamp_ns - last_ns_;
   if (tracks() && step_ns > kLongestStep_ns) result_count_ = 0;
   const VehicleMotion motion = {T_before_last_, tracks() ? last_step_ns_ : 0};
   straighten(scan, motion, inputs_.sensor.T_vehicle_lidar);
   Result<ReplayedScan> result = tracks() ? follow(number, scan) : begin(number, scan);
-  if (result) result->time_ms = thread_cpu_ms() - begin_ms;
+  if (result) result->time_ms = process_cpu_ms() - begin_ms;
   return result;
 }
 

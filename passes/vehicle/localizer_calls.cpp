@@ -349,17 +349,21 @@ int sightline_localizer_prepare(const sightline_localizer* localizer,
 }
 
 size_t sightline_localizer_fault_count(const sightline_localizer* localizer) {
-  return localizer == nullptr ? 0 : localizer->windows->faults().size();
+  return localizer == nullptr ? 0 : localizer->windows->fault_count();
 }
 
 int sightline_localizer_get_fault(const sightline_localizer* localizer, std::size_t number,
                                   char* message, std::size_t message_size) {
   copy_message("", message, message_size);
   if (localizer == nullptr) return kBadArgument;
-  const std::vector<Error> faults = localizer->windows->faults();
-  if (number >= faults.size()) return kBadArgument;
-  copy_message(to_string(faults[number]), message, message_size);
-  return static_cast<int>(faults[number].code);
+  if (number >= localizer->windows->fault_count()) return kBadArgument;
+  try {
+    const Error fault = localizer->windows->fault(number);
+    copy_message(to_string(fault), message, message_size);
+    return static_cast<int>(fault.code);
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
 }
 
 const char* sightline_localizer_version(void) {

@@ -191,11 +191,14 @@ bool MapWindows::prepare(const Eigen::Vector3d& p_map_m, double budget_ms) {
   return false;
 }
 
-std::vector<Error> MapWindows::faults() const {
+std::size_t MapWindows::fault_count() const {
   const std::scoped_lock lock(mutex_);
-  std::vector<Error> errors;
-  for (const TileFault& fault : faults_) errors.push_back(fault.error);
-  return errors;
+  return faults_.size();
+}
+
+Error MapWindows::fault(std::size_t number) const {
+  const std::scoped_lock lock(mutex_);
+  return faults_[number].error;
 }
 
 // Until the next match.

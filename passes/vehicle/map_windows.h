@@ -39,8 +39,9 @@ class MapWindows {
   // least one, until the time is over. True once all is prepared.
   bool prepare(const Eigen::Vector3d& p_map_m, double budget_ms);
 
-  // Of the tiles that could not be read, in the order in which they were needed.
-  [[nodiscard]] std::vector<Error> faults() const;
+  // Tiles that could not be read, in the order in which they were needed.
+  [[nodiscard]] std::size_t fault_count() const;
+  [[nodiscard]] Error fault(std::size_t number) const;  // below fault_count()
 
  private:
   struct Need {

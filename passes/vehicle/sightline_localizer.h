@@ -190,8 +190,8 @@ int sightline_localizer_prepare(const sightline_localizer* localizer,
 size_t sightline_localizer_fault_count(const sightline_localizer* localizer);
 
 /* Why the tile of that fault, from 0 to fault_count - 1, could not be read: returns the error, and
- * writes a sentence that names the tile to message, as sightline_localizer_open does. Error:
- * bad-argument, where there is no such fault. */
+ * writes a sentence that names the tile to message, as sightline_localizer_open does. Errors:
+ * bad-argument, where there is no such fault; out-of-memory. */
 int sightline_localizer_get_fault(const sightline_localizer* localizer, size_t number,
                                   char* message, size_t message_size);
 /* Adds the next scan's match, and returns SIGHTLINE_INTEGRITY_* of all so far: doubtful matches

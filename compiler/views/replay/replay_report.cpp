@@ -43,9 +43,10 @@ std::vector<DoubtfulStretch> stretches_of(const ReplayedDrive& drive) {
     if (!is_doubtful(scan)) continue;
     const bool is_lost = scan.state == ScanState::kLost;
     const Eigen::Vector3d at_m = scan.T_world_vehicle.translation();
-    const bool goes_on =
-        !stretches.empty() && stretches.back().last + 1 == i && stretches.back().is_lost == is_lost;
-    if (!goes_on) stretches.push_back({is_lost, i, i, at_m, at_m});
+    const bool goes_on = !stretches.empty() && stretches.back().last + 1 == i &&
+                         stretches.back().is_lost == is_lost &&
+                         stretches.back().has_place == scan.has_pose;
+    if (!goes_on) stretches.push_back({is_lost, i, i, at_m, at_m, scan.has_pose});
     stretches.back().last = i;
     stretches.back().last_world_m = at_m;
   }
@@ -58,6 +59,12 @@ std::string place_text(const Eigen::Vector3d& at_m) {
 
 std::string stretch_text(const DoubtfulStretch& stretch) {
   const std::string what = stretch.is_lost ? "lost at " : "";
+  if (!stretch.has_place && stretch.scan_count() == 1) {
+    return fmt::format("not found: scan {}", stretch.first);
+  }
+  if (!stretch.has_place) {
+    return fmt::format("not found: scans {} to {}", stretch.first, stretch.last);
+  }
   if (stretch.scan_count() == 1) {
     return fmt::format("{}scan {} {}", what, stretch.first, place_text(stretch.first_world_m));
   }
@@ -148,11 +155,14 @@ std::string compared_text(const ComparedPoses& compared) {
 Json position_json(const Eigen::Vector3d& at_m) { return {at_m.x(), at_m.y(), at_m.z()}; }
 
 Json stretch_json(const DoubtfulStretch& stretch) {
+  const auto place = [&](const Eigen::Vector3d& at_m) {
+    return stretch.has_place ? position_json(at_m) : Json();
+  };
   return {{"state", stretch.is_lost ? "lost" : "in-doubt"},
           {"first_scan", stretch.first},
           {"last_scan", stretch.last},
-          {"first_world_m", position_json(stretch.first_world_m)},
-          {"last_world_m", position_json(stretch.last_world_m)}};
+          {"first_world_m", place(stretch.first_world_m)},
+          {"last_world_m", place(stretch.last_world_m)}};
 }
 
 Json statistics_json(const ErrorStatistics& errors) {

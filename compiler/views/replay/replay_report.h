@@ -20,6 +20,7 @@ struct DoubtfulStretch {
   std::size_t last = 0;
   Eigen::Vector3d first_world_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_world_m = Eigen::Vector3d::Zero();
+  bool has_place = true;  // false: lost before anything was found, the positions mean nothing
   [[nodiscard]] std::size_t scan_count() const { return last - first + 1; }
 };
 

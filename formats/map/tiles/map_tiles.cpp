@@ -38,7 +38,7 @@ Result<void> check_root_digest(const MapContainer& container) {
 }
 
 // Bytes of a mapped file that were read: the process no longer holds their pages, the system may.
-void forget(std::span<const std::byte> bytes) {
+void release_pages(std::span<const std::byte> bytes) {
   static const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
   const std::uintptr_t begin = reinterpret_cast<std::uintptr_t>(bytes.data()) / page * page;
   const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(bytes.data()) + bytes.size();
@@ -75,7 +75,7 @@ Result<std::vector<Nd>> MapTiles::decoded(std::size_t number) const {
   if (required_digest(tile) != tile.digest) return wrong_digest("the tile", "");
   const PackedBlock block = packed_block(container_, *find_layer(container_, place, kNdtLayer));
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(block));
-  if (block.codec != BlockCodec::kNone) forget(block.stored);
+  if (block.codec != BlockCodec::kNone) release_pages(block.stored);
   NdtMap of_tile = head_.ndt;
   SIGHTLINE_TRY(decode_ndt_layer(raw.bytes(), block.row_count, tile.key, of_tile));
   SIGHTLINE_TRY(validate(of_tile));

@@ -55,6 +55,7 @@ double mean_nees(const std::vector<const Block*>& blocks, double covariance_fact
 
 // By halves between 1/16 and 16: the mean falls as covariances grow.
 double consistent_factor(const std::vector<const Block*>& blocks) {
+  if (blocks.empty()) return 1.0;
   double low = -4.0;
   double high = 4.0;
   for (int i = 0; i < 12; ++i) {

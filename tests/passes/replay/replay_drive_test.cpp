@@ -191,7 +191,8 @@ TEST(ReplayDrive, FindsNoPlaceForADriveOfAnotherStreet) {
   const Result<ReplayedDrive> drive = replay({.is_other = [](std::size_t) { return true; }});
   ASSERT_FALSE(drive);
   EXPECT_EQ(drive.error().code, ErrorCode::kNoOverlap);
-  EXPECT_THAT(drive.error().message, HasSubstr("none of the first 44 scans shows one place"));
+  EXPECT_THAT(drive.error().message,
+              HasSubstr("none of the first 44 scans fits one place of the map"));
   EXPECT_THAT(drive.error().message, HasSubstr("--start X Y Z YAW"));
 }
 

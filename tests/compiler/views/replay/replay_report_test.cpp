@@ -16,11 +16,17 @@ namespace {
 
 using Json = nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 ReplayReport small_report() {
   const SmallReplay small = small_replay();
   return {"monday", "town.slmap", figures_of(small.scans, small.drive), {}};
+}
+
+Json localize_schema() {
+  return Json::parse(
+      *read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/localize.schema.json"));
 }
 
 ComparedPoses small_comparison() {
@@ -60,6 +66,21 @@ TEST(ReplayReport, IsFourLines) {
                               "0.5) to (1008.0, -2.0, 0.5); scan 2 (1002.0, -2.0, 0.5)\n"));
 }
 
+TEST(ReplayReport, HasNoPlaceOfScansBeforeTheVehicleWasFound) {
+  SmallReplay small = small_replay();
+  for (std::size_t i : {std::size_t{0}, std::size_t{1}}) {
+    ReplayedScan& scan = small.drive.scans[i] = ReplayedScan();
+    scan.state = ScanState::kLost;
+    scan.has_pose = false;
+  }
+  const ReplayReport report{"monday", "town.slmap", figures_of(small.scans, small.drive), {}};
+  EXPECT_THAT(to_text(report), HasSubstr("not found: scans 0 to 1; "));
+  EXPECT_THAT(to_text(report), Not(HasSubstr("(0.0, 0.0, 0.0)")));
+  const Json json = Json::parse(to_json(report));
+  EXPECT_TRUE(json["stretches"][0]["first_world_m"].is_null());
+  EXPECT_EQ(schema_faults(localize_schema(), json), "");
+}
+
 TEST(ReplayReport, NamesTheLongestStretchesAndCountsTheRest) {
   ReplayReport report = small_report();
   const DoubtfulStretch stretch = report.figures.stretches.front();
@@ -77,8 +98,7 @@ TEST(ReplayReport, HasATableOfErrorsWhereItCompares) {
 }
 
 TEST(ReplayReport, InJsonKeepsToItsSchema) {
-  const Json schema =
-      Json::parse(*read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/localize.schema.json"));
+  const Json schema = localize_schema();
   ReplayReport report = small_report();
   const Json plain = Json::parse(to_json(report));
   EXPECT_EQ(schema_faults(schema, plain), "");
