@@ -15,6 +15,7 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   // With every pass that a compile or an evaluation may run.
   CompileConfig complete;
   complete.localization.scans = "any";
+  complete.passes.own["emit-map"]["size"] = "promise";
   CompileConfig finished = complete;
   finished.map.points = "any";
   CompileConfig everywhere = finished;

@@ -20,6 +20,7 @@
 #include "passes/map/build_nd_surface.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
+#include "passes/map/choose_nds.h"
 #include "passes/map/choose_scans.h"
 #include "passes/map/choose_sites.h"
 #include "passes/map/count_drives.h"
@@ -204,6 +205,16 @@ MappingScans scans_of_all_sensors(CompilePlan& compile) {
   return {joined, complete, plan.run(kUndistortScans, joined, complete)};
 }
 
+// Of a small map the NDs are chosen before anything is measured in them.
+void keep_what_is_needed(CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  const PackNdsOptions packing{plan.options(kEmitMap).size};
+  if (packing.size == MapSize::kPromise) {
+    compile.ndt = plan.run(kChooseNds, compile.ndt, compile.sites);
+  }
+  compile.packed_nds = plan.run_as("", kPackNds, packing, compile.ndt);
+}
+
 void build_map(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
   const MappingScans mapping = scans_of_all_sensors(compile);
@@ -216,12 +227,12 @@ void build_map(const CompileConfig& config, CompilePlan& compile) {
     compile.tile_drives = plan.run(kCountDrives, mapping.drive, mapping.trajectory, compile.points);
   }
   compile.ndt = plan.run(kBuildNdt, compile.points);
-  compile.packed_nds = plan.run(kPackNds, compile.ndt);
   compile.surface = plan.run(kBuildSurface, compile.points);
   const bool is_one_sensor = mapping.drive == compile.drive;
   compile.sharpness = plan.run(
       kMeasureSharpness, is_one_sensor ? compile.undistorted : compile.drive, compile.trajectory);
   compile.sites = plan.run_as("", kChooseSites, route, compile.drive, compile.trajectory);
+  keep_what_is_needed(compile);
   compile.columns.push_back(plan.run(kCountRemoved, compile.points, compile.sites));
 }
 
@@ -256,14 +267,14 @@ void take_finished_map(const CompileConfig& config, CompilePlan& compile) {
   finished.sensor = plan.input<SensorProfile>("map/sensor");
   if (!compile.localizing_sensor.is_connected()) compile.localizing_sensor = finished.sensor;
   add_surroundings(compile);
-  compile.packed_nds = plan.run(kPackNds, compile.ndt);
   if (config.route.is_everywhere()) {
     compile.sites = plan.run(kChooseFieldSites, compile.surface, compile.localizing_sensor);
-    return;
+  } else {
+    finished.route = plan.input<Route>("route");
+    compile.sites =
+        plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
   }
-  finished.route = plan.input<Route>("route");
-  compile.sites =
-      plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
+  keep_what_is_needed(compile);
 }
 
 // Step 5: factors. From here on the map is done; what follows asks how well a vehicle localizes in

@@ -2,7 +2,7 @@
 """Reads a compiled map (.slmap) with Python's standard library alone.
 
 Written from schemas/map_format.md and schemas/map.fbs alone, so it is also a second opinion on what the
-compiler wrote. NDs are read where they lie unpacked: Python 3.11 has no zstd.
+compiler wrote. What is packed is read where the module `zstandard` is installed: Python 3.11 has no zstd.
 
     sightline_map.py MAP                      what the map is
     sightline_map.py MAP X_M Y_M Z_M [LIMIT_M [LOCALIZER]]
@@ -17,6 +17,11 @@ import mmap
 import struct
 import sys
 from typing import NamedTuple
+
+try:
+    import zstandard
+except ImportError:
+    zstandard = None
 
 UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE = 1, 2, 4, 8, 16, 32, 64
 SIMULATED = 128  # no scan was ever seen here: what simulation found of the place decided
@@ -249,6 +254,80 @@ def columns_of(raw, rows, layout):
     return columns
 
 
+# --- What is packed -------------------------------------------------------------------------------
+
+NONE, ZSTD, NDS, COLUMNS = range(4)  # codecs
+QUARTERS = (1.0, 1.189207115002721, 1.4142135623730951, 1.681792830507429)  # 2^(i/4)
+ORDERS = ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
+ENTRY = ((0, 1, 2), (1, 3, 4), (2, 4, 5))  # of a symmetric matrix in xx, xy, xz, yy, yz, zz
+
+
+def is_readable(block):
+    return block.codec == NONE or zstandard is not None
+
+
+def unpacked_frame(frame):
+    demand(zstandard is not None, "bad-layer", "a block is packed, and the module zstandard is not installed")
+    return zstandard.ZstdDecompressor().decompress(frame)
+
+
+def from_planes(planes, rows, per_row, width):
+    """The array whose differences from row to row these are, byte by byte of each number of a row."""
+    array = bytearray(rows * per_row * width)
+    modulus = 1 << (8 * width)
+    for number in range(per_row):
+        value, begin = 0, number * width * rows
+        for row in range(rows):
+            value += sum(planes[begin + i * rows + row] << (8 * i) for i in range(width))
+            value %= modulus
+            place = (row * per_row + number) * width
+            array[place:place + width] = value.to_bytes(width, "little")
+    return bytes(array)
+
+
+def padded(column):
+    return column + bytes(-len(column) % 64)
+
+
+def raw_of_columns(packed, rows):
+    count = struct.unpack_from("<I", packed)[0]
+    raw, place = b"", 4 + 8 * count
+    for i in range(count):
+        per_row, width = struct.unpack_from("<II", packed, 4 + 8 * i)
+        size = rows * per_row * width
+        raw += padded(from_planes(packed[place:place + size], rows, per_row, width))
+        place += size
+    demand(place == len(packed), "bad-layer", "the columns do not fill the frame")
+    return raw
+
+
+def small_nd(half_step, numbers):
+    """(point count, mean in units of the layer, covariance) of eleven numbers of a byte."""
+    c, *means, order, d0, d1, d2, l10, l20, l21 = (n - 256 if i > 4 and n > 127 else n for i, n in enumerate(numbers))
+    d0, d1, d2 = (math.ldexp(QUARTERS[d & 3], d >> 2) for d in (d0, d1, d2))
+    l10, l20, l21 = l10 / 127, l20 / 127, l21 / 127
+    a, b, c_axis = ORDERS[order]
+    covariance = [0.0] * 6
+    for (i, j), value in {(a, a): d0, (a, b): l10 * d0, (a, c_axis): l20 * d0, (b, b): l10 * l10 * d0 + d1,
+                          (b, c_axis): l20 * l10 * d0 + l21 * d1,
+                          (c_axis, c_axis): l20 * l20 * d0 + l21 * l21 * d1 + d2}.items():
+        covariance[ENTRY[i][j]] = value
+    count = c if c < 8 else (4 + c % 4) << (c // 4 - 1)
+    return count, [(2 * m - 255) * half_step for m in means], covariance
+
+
+def raw_of_nds(packed, rows):
+    half_step = struct.unpack_from("<i", packed)[0]
+    keys = [from_planes(packed[4 + 4 * rows * axis:4 + 4 * rows * (axis + 1)], rows, 1, 4) for axis in range(3)]
+    begin = 4 + 12 * rows
+    demand(len(packed) == begin + 11 * rows, "bad-layer", "the NDs do not fill the frame")
+    nds = [small_nd(half_step, [packed[begin + i * rows + row] for i in range(11)]) for row in range(rows)]
+    columns = [*keys, struct.pack(f"<{rows}I", *(nd[0] for nd in nds))]
+    columns += [struct.pack(f"<{rows}i", *(nd[1][axis] for nd in nds)) for axis in range(3)]
+    columns += [struct.pack(f"<{rows}f", *(nd[2][entry] for nd in nds)) for entry in range(6)]
+    return b"".join(padded(column) for column in columns)
+
+
 class SightlineMap:
     """A map for a vehicle that localizes with `localizer` ("searching", or "searching/3" for that version
     of its definition alone). Probabilities are unknown for one whose errors were not measured."""
@@ -263,7 +342,8 @@ class SightlineMap:
         self.map_id, self.version = manifest.string(0), manifest.string(1)
         self.release, self.writer = manifest.number(2, "Q"), manifest.string(3)
         self.origin_world_m = manifest.struct(4, "3d")
-        self.world = manifest.string(31) if manifest.offset(31) else "local"
+        self.is_small = manifest.number(35, "B") == 1
+        self.world = manifest.string(32) if manifest.offset(32) else "local"
         # Of exported clouds: a vehicle that localizes in one asks at its position plus this.
         self.export_origin_world_m = tuple(
             math.floor(o / 1e5) * 1e5 if abs(o) >= 1e5 else 0.0 for o in self.origin_world_m[:2]) + (0.0,)
@@ -352,11 +432,17 @@ class SightlineMap:
         return block
 
     def raw(self, block):
-        """The bytes of a block that is not packed, after their digest."""
-        demand(block.codec == 0, "bad-layer", f"{block.name} is packed")
+        """The bytes of a block as they were before it was packed, after their digest."""
         demand(block.offset % 64 == 0 and block.offset + block.stored_size <= self.directory_place[0],
                "out-of-bounds", block.name)
         raw = self.data[block.offset:block.offset + block.stored_size]
+        if block.codec != NONE:
+            demand(block.codec <= COLUMNS, "unknown-required-feature", f"codec {block.codec} of {block.name}")
+            raw = unpacked_frame(raw)
+        if block.codec == NDS:
+            raw = raw_of_nds(raw, block.row_count)
+        if block.codec == COLUMNS:
+            raw = raw_of_columns(raw, block.row_count)
         demand(hashlib.sha256(raw).digest() == block.raw_digest, "digest-mismatch", block.name)
         return raw
 
@@ -387,12 +473,12 @@ class SightlineMap:
         return sites
 
     def nds(self):
-        """(key, point count, mean in m, covariance in m^2) of each ND that is not packed."""
+        """(key, point count, mean in m, covariance in m^2) of each ND that can be unpacked."""
         names = [("key", "i")] * 3 + [("count", "I")] + [("mean", "i")] * 3 + [("covariance", "f")] * 6
         layout = [(f"{name}{i}", code, 1) for i, (name, code) in enumerate(names)]
         for tile in self.tiles():
             for layer in tile.layers:
-                if layer.name != "ndt" or layer.codec != 0:
+                if layer.name != "ndt" or not is_readable(layer):
                     continue
                 columns = list(columns_of(self.raw(layer), layer.row_count, layout).values())
                 for row in range(layer.row_count):
@@ -402,14 +488,14 @@ class SightlineMap:
                     yield tuple(values[:3]), values[3], mean_m, values[7:]
 
     def check(self):
-        """Digests of tiles, of the map and of all that is not packed; how many blocks were packed."""
+        """Digests of tiles, of the map and of all that can be unpacked; how many blocks could not."""
         tile_digests = []
         packed = 0
         keys = []
         for tile in self.tiles():
             for layer in tile.layers:
-                packed += layer.codec != 0
-                if layer.codec == 0:
+                packed += not is_readable(layer)
+                if is_readable(layer):
                     self.raw(layer)
             parts = [part for layer in tile.layers if layer.is_required for part in layer.digest_parts()]
             keys.append(tile.key)
@@ -417,13 +503,14 @@ class SightlineMap:
             demand(tile_digests[-1] == tile.digest, "digest-mismatch", f"tile {tile.key}")
         demand(all(a < b for a, b in zip(keys, keys[1:])), "bad-order", "tiles")
         for section in self.sections():
-            packed += section.codec != 0
-            if section.codec == 0:
+            packed += not is_readable(section)
+            if is_readable(section):
                 self.raw(section)
         root = digest(b"sightline map", self.manifest_digest, struct.pack("<Q", 0),
                       struct.pack("<Q", len(tile_digests)), *tile_digests)
         demand(root == self.root_digest, "digest-mismatch", "the map")
-        self.sites()
+        if zstandard is not None or not self.is_small:
+            self.sites()
         return packed
 
     def observation_range(self, position_world_m, limit_m):
@@ -494,7 +581,7 @@ class LookUp:
         info = owner.data[end - PAGE:end]
         demand(info[:8] == b"\x89SLU\r\n\x1a\n", "bad-layer", "look-up")
         (version, page_size, pages, self.cell_m, self.slots, self.rows, limits,
-         text_size, looks) = struct.unpack_from("<IIQdQQIII", info, 8)
+         text_size, looks, is_small) = struct.unpack_from("<IIQdQQIIII", info, 8)
         demand(version == 2 and page_size == PAGE, "unknown-required-feature", "look-up")
         self.begin = end - PAGE * pages
         self.checked = set()
@@ -503,10 +590,13 @@ class LookUp:
             name, number = line.split(" ")
             demand((name, int(number)) in KNOWN_BLOCKS, "unknown-required-feature", "block " + line)
         self.look_limits = self.limits if looks else 0
-        self.row_size = (40 + 19 * (self.limits + self.look_limits) + 7) // 8 * 8
+        self.is_small = is_small == 1
+        answers = self.limits + self.look_limits
+        self.row_size = -(-(20 + 7 * answers) // 4) * 4 if self.is_small else -(-(40 + 19 * answers) // 8) * 8
         self.rows_per_page = 4080 // self.row_size
         self.slot_pages = -(-self.slots // 255)
         demand(limits == self.limits and looks == len(owner.looks) and self.rows == owner.site_count and
+               self.is_small == owner.is_small and
                pages == self.slot_pages - (-self.rows // self.rows_per_page) + 1, "bad-layer",
                "look-up")
 
@@ -530,6 +620,24 @@ class LookUp:
             slot = (slot + 1) % self.slots
         return 0, 0
 
+    def site_at(self, page, place):
+        """Number and position of the site of a row."""
+        if not self.is_small:
+            return struct.unpack_from("<I", page, place + 32)[0], struct.unpack_from("<3d", page, place)
+        x, y, z, site = struct.unpack_from("<3i4xI", page, place)
+        return site, (x / 1024, y / 1024, z / 1024)
+
+    def row_values(self, page, place):
+        n, m = self.limits, self.look_limits
+        code = "H" if self.is_small else "d"
+        head, start = ("<H6x", 12) if self.is_small else ("<d8x", 24)
+        answers = f"{n}{code}{n}{code}{m}{code}{m}{code}{n}B{n}B{m}B{m}B{n}B{m}B"
+        values = struct.unpack_from(head + answers, page, place + start)
+        if not self.is_small:
+            return values
+        units = [1 / 1024] + [1 / 256] * n + [1 / 1024] * n + [1 / 256] * m + [1 / 1024] * m
+        return [value * unit for value, unit in zip(values, units)] + list(values[len(units):])
+
     def nearest(self, p_m):
         best = None
         low = [math.floor((p - self.map.reach_m) / self.cell_m) for p in p_m[:2]]
@@ -541,8 +649,7 @@ class LookUp:
                 for row in range(first, first + count):
                     page = self.page(self.slot_pages + row // self.rows_per_page)
                     place = row % self.rows_per_page * self.row_size
-                    site = struct.unpack_from("<I", page, place + 32)[0]
-                    site_m = struct.unpack_from("<3d", page, place)
+                    site, site_m = self.site_at(page, place)
                     distance_m = math.dist(p_m, site_m)
                     if abs(p_m[2] - site_m[2]) >= LEVEL_M or distance_m > self.map.reach_m:
                         continue
@@ -552,7 +659,7 @@ class LookUp:
             return None
         distance_m, site, page, place = best
         n, m = self.limits, self.look_limits
-        values = struct.unpack_from(f"<d8x{n}d{n}d{m}d{m}d{n}B{n}B{m}B{m}B{n}B{m}B", page, place + 24)
+        values = self.row_values(page, place)
         index = 1 + 2 * n + 2 * m
         reason = index + 2 * n + 2 * m
         choices = [(values[index + i], values[index + n + i], values[1 + i], values[1 + n + i],

@@ -19,6 +19,7 @@
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
 #include "formats/drive/unconstrained_stretches.h"
+#include "formats/map/map_size.h"
 #include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
 #include "formats/record/fields.h"
@@ -148,6 +149,7 @@ struct CompiledMap {
   std::vector<Notice> notices;      // contradictions in the inputs that were accepted
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
   std::optional<LooksOfMap> looks;
+  MapSize size = MapSize::kFull;
 };
 
 // As passes take them.

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <map>
 
+#include "formats/map/container/packed_columns.h"
+#include "formats/map/container/small_nds.h"
 #include "formats/reader/map_layout.h"
 
 namespace sightline {
@@ -21,25 +23,6 @@ T load(std::span<const std::byte> bytes, std::uint64_t column, std::uint64_t i) 
   return value;
 }
 
-double mean_m(std::int32_t units, std::int32_t key, double cell_m) {
-  return cell_centre_m(key, cell_m) + static_cast<double>(units) * kMeanUnit_m;
-}
-
-// The nearest whole number of units that keeps the mean inside its cell.
-std::int32_t mean_units(double mean, std::int32_t key, double cell_m) {
-  auto units =
-      static_cast<std::int32_t>(std::lround((mean - cell_centre_m(key, cell_m)) / kMeanUnit_m));
-  while (floor_to_int(mean_m(units, key, cell_m) / cell_m) != key) units -= units > 0 ? 1 : -1;
-  return units;
-}
-
-// Columns 7.. of the ndt layer: the upper triangle.
-struct Entry {
-  int row;
-  int column;
-};
-constexpr std::array<Entry, 6> kTriangle = {{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
-
 Error bad(ErrorCode code, const char* message, std::uint64_t row) {
   return {code, message, "", concat("row ", row)};
 }
@@ -50,22 +33,10 @@ Error bad_site(ErrorCode code, const char* message, std::uint64_t row, std::uint
 
 Nd load_nd(std::span<const std::byte> raw, const NdtLayout& layout, std::uint64_t row,
            double cell_m) {
-  Nd nd;
-  nd.key = {load<std::int32_t>(raw, layout.column[0], row),
-            load<std::int32_t>(raw, layout.column[1], row),
-            load<std::int32_t>(raw, layout.column[2], row)};
-  nd.point_count = load<std::uint32_t>(raw, layout.column[3], row);
-  const std::array<std::int32_t, 3> key = {nd.key.x, nd.key.y, nd.key.z};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    nd.mean_m[static_cast<int>(axis)] =
-        mean_m(load<std::int32_t>(raw, layout.column[4 + axis], row), key[axis], cell_m);
-  }
-  for (std::size_t i = 0; i < kTriangle.size(); ++i) {
-    const double value = static_cast<double>(load<float>(raw, layout.column[7 + i], row));
-    nd.covariance_m2(kTriangle[i].row, kTriangle[i].column) = value;
-    nd.covariance_m2(kTriangle[i].column, kTriangle[i].row) = value;
-  }
-  return nd;
+  const CellKey key = {load<std::int32_t>(raw, layout.column[0], row),
+                       load<std::int32_t>(raw, layout.column[1], row),
+                       load<std::int32_t>(raw, layout.column[2], row)};
+  return nd_of(load_nd_row(raw, layout, row), key, cell_m);
 }
 
 Site load_site(std::span<const std::byte> raw, const RangeLayout& layout, std::uint64_t row) {
@@ -138,6 +109,34 @@ void for_answers(Map& map, const AnswerShape& shape, const RangeLayout& layout,
   visit(predicted.extrapolated, shape.looks, layout.look_extrapolated);
 }
 
+// As RangeLayout has them.
+std::vector<ArrayShape> columns_of(std::uint64_t rows, const AnswerShape& shape) {
+  const auto ranges = static_cast<std::uint32_t>(shape.ranges);
+  const auto limits = static_cast<std::uint32_t>(shape.limits);
+  const auto looks = static_cast<std::uint32_t>(shape.looks);
+  const std::uint32_t look_limits = looks > 0 ? limits : 0;
+  return {{rows, 1, 4},
+          {rows, 1, 4},
+          {rows, 1, 8},
+          {rows, 1, 8},
+          {rows, 1, 8},
+          {rows, 1, 8},
+          {rows, limits, 1},
+          {rows, limits, 1},
+          {rows, ranges, 8},
+          {rows, ranges * limits, 8},
+          {rows, 1, 1},
+          {rows, ranges, 1},
+          {rows, 12, 8},
+          {rows, look_limits, 1},
+          {rows, look_limits, 1},
+          {rows, looks, 8},
+          {rows, looks * limits, 8},
+          {rows, looks, 1},
+          {rows, limits, 1},
+          {rows, look_limits, 1}};
+}
+
 void set_site_flags(std::uint8_t flags, std::uint32_t id, PredictedError& predicted) {
   predicted.out_of_fold[id] = (flags & kSiteOutOfFold) != 0 ? 1 : 0;
   predicted.has_history[id] = (flags & kSiteHasHistory) != 0 ? 1 : 0;
@@ -163,7 +162,7 @@ void make_room_for(std::size_t sites, PredictedError& predicted) {
 
 AnswerShape answer_shape(const CompiledMap& map) {
   return {map.ranges.looks.size(), map.ranges.promises.size(),
-          map.looks ? map.looks->ranges.looks.size() : 0};
+          map.looks ? map.looks->ranges.looks.size() : 0, map.size == MapSize::kPromise};
 }
 
 std::vector<TileRows> tiles_of(const CompiledMap& map) {
@@ -189,17 +188,10 @@ std::vector<std::byte> encode_ndt_layer(const NdtMap& ndt, std::span<const std::
   std::vector<std::byte> raw(layout.size);
   for (std::size_t row = 0; row < rows.size(); ++row) {
     const Nd& nd = ndt.nds[rows[row]];
-    const std::array<std::int32_t, 3> key = {nd.key.x, nd.key.y, nd.key.z};
-    store(raw, layout.column[3], row, nd.point_count);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      store(raw, layout.column[axis], row, key[axis]);
-      store(raw, layout.column[4 + axis], row,
-            mean_units(nd.mean_m[static_cast<int>(axis)], key[axis], ndt.cell_m));
-    }
-    for (std::size_t i = 0; i < kTriangle.size(); ++i) {
-      store(raw, layout.column[7 + i], row,
-            static_cast<float>(nd.covariance_m2(kTriangle[i].row, kTriangle[i].column)));
-    }
+    store(raw, layout.column[0], row, nd.key.x);
+    store(raw, layout.column[1], row, nd.key.y);
+    store(raw, layout.column[2], row, nd.key.z);
+    store_nd_row(row_of(nd, ndt.cell_m), layout, row, raw);
   }
   return raw;
 }
@@ -279,6 +271,21 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
     if (map.looks) set_site_flags(flags, id, map.looks->predicted);
   }
   return {};
+}
+
+StoredBlock store_ndt_layer(std::span<const std::byte> raw, std::uint64_t row_count, double cell_m,
+                            MapSize size) {
+  if (size == MapSize::kFull) return pack(raw);
+  std::optional<std::vector<std::byte>> small = pack_small_nds(raw, row_count, cell_m);
+  return small ? StoredBlock{BlockCodec::kNds, std::move(*small)} : pack(raw);
+}
+
+// Plain, so that a vehicle needs no decompressor; of a small map it reads the section look-up
+// alone.
+StoredBlock store_range_layer(std::span<const std::byte> raw, std::uint64_t row_count,
+                              const AnswerShape& shape) {
+  if (!shape.is_small) return {BlockCodec::kNone, {raw.begin(), raw.end()}};
+  return {BlockCodec::kColumns, pack_columns(raw, columns_of(row_count, shape))};
 }
 
 }  // namespace sightline

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/map/compiled_map.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/reader/map_layout.h"
 
 // Layers of a tile as they lie in the file (schemas/map_format.md), and back.
@@ -42,5 +43,12 @@ std::vector<std::byte> encode_range_layer(const CompiledMap& map,
 // marks which slots are taken. Errors: bad-layer, bad-order.
 Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t row_count,
                                 TileKey key, CompiledMap& map, std::vector<bool>& is_filled);
+
+// As a map of this size stores them: Zstandard and plain, or the codecs "nds" and "columns". NDs of
+// a small map that are not all small are stored as in a full one.
+StoredBlock store_ndt_layer(std::span<const std::byte> raw, std::uint64_t row_count, double cell_m,
+                            MapSize size);
+StoredBlock store_range_layer(std::span<const std::byte> raw, std::uint64_t row_count,
+                              const AnswerShape& shape);
 
 }  // namespace sightline

@@ -297,6 +297,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
     }
   }
   map.notices = decode_notices(manifest.notices());
+  map.size = static_cast<MapSize>(manifest.size());
   map.predicted.support_margin = manifest.support_margin();
   map.ranges.extrapolated_takes_static = manifest.extrapolated_takes_static();
   if (!map.looks) return {};

@@ -281,7 +281,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_
       all_quality, sensor, measurement, all_definitions, model, sharpness, trajectory,
       map.predicted.support_margin, map.ranges.extrapolated_takes_static, looks.looks,
       looks.promises, looks.quality, looks.plan, simulated_site_count(map.ranges), world, columns,
-      notices));
+      notices, static_cast<schema::MapSize>(map.size)));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }

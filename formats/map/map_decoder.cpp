@@ -65,7 +65,8 @@ Result<RawBytes> MapDecoder::raw_bytes(const PackedBlock& block) {
   sum.raw_size += block.raw_size;
   sum.stored_size += block.stored.size();
   if (block.is_required) required_kinds_.insert({block.name, block.version});
-  if (block.codec > BlockCodec::kZstd) {  // optional and unknown: its checksum alone can be checked
+  if (block.codec >
+      BlockCodec::kColumns) {  // optional and unknown: its checksum alone can be checked
     if (block_checksum(block.stored) == block.stored_checksum) return RawBytes(block.stored);
     return Error{ErrorCode::kChecksumMismatch, "the block does not match its checksum", "",
                  byte_place(offset)};

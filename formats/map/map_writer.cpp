@@ -35,9 +35,11 @@ std::vector<BlockParts> layers_of_sites(const CompiledMap& map,
   };
   append(*factors.ranges, kFactorLayer);
   if (factors.samples) append(**factors.samples, kSampleFactorLayer);
-  // As it lies in memory, so that a vehicle needs no decompressor.
   layers.push_back({std::string(kRangeLayer), kRangeLayerVersion, true, sites.size(), false,
                     encode_range_layer(map, sites)});
+  if (map.size == MapSize::kPromise) {
+    layers.back().stored = store_range_layer(layers.back().raw, sites.size(), answer_shape(map));
+  }
   return layers;
 }
 
@@ -46,6 +48,10 @@ TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
   if (!rows.nds.empty()) {
     tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, rows.nds.size(), true,
                            encode_ndt_layer(map.ndt, rows.nds)});
+    if (map.size == MapSize::kPromise) {
+      tile.layers.back().stored =
+          store_ndt_layer(tile.layers.back().raw, rows.nds.size(), map.ndt.cell_m, map.size);
+    }
   }
   std::ranges::sort(tile.layers, {}, &BlockParts::name);
   return tile;

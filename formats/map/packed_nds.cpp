@@ -42,7 +42,7 @@ Result<void> append_unpacked(const PackedNds& nds, const PackedNdTile& tile, Ndt
 
 }  // namespace
 
-Result<PackedNds> pack_nds(const TiledNds& nds) {
+Result<PackedNds> pack_nds(const TiledNds& nds, MapSize size) {
   const NdtMap& head = nds.head();
   PackedNds packed{head.frame,
                    head.cell_m,
@@ -59,7 +59,7 @@ Result<PackedNds> pack_nds(const TiledNds& nds) {
     std::vector<std::uint32_t> rows(of_tile.nds.size());
     std::iota(rows.begin(), rows.end(), 0U);
     const std::vector<std::byte> raw = encode_ndt_layer(of_tile, rows);
-    const StoredBlock stored = pack(raw);
+    const StoredBlock stored = store_ndt_layer(raw, rows.size(), head.cell_m, size);
     packed.tiles.push_back({tile.key, rows.size(), stored.codec, raw.size(),
                             block_checksum(stored.bytes), sha256(raw), blocks.size(),
                             stored.bytes.size()});

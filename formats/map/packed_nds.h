@@ -6,6 +6,7 @@
 
 #include "formats/base/files/stored_bytes.h"
 #include "formats/map/container/packed_block.h"
+#include "formats/map/map_size.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/tables/head_and_bytes.h"
 
@@ -44,8 +45,8 @@ template <>
 inline constexpr auto kBytesOf<PackedNds> = &PackedNds::blocks;
 SIGHTLINE_ARTIFACT(PackedNds, "packed-nds", 2)
 
-// Rounded as layers.h says. Errors: cannot-read, disk-full, cannot-write.
-Result<PackedNds> pack_nds(const TiledNds& nds);
+// Rounded and stored as layers.h says. Errors: cannot-read, disk-full, cannot-write.
+Result<PackedNds> pack_nds(const TiledNds& nds, MapSize size = MapSize::kFull);
 
 // A layer as container_writer.h takes it; what is stored lies in `bytes`. Error: cannot-read.
 Result<PackedBlock> read_layer(const PackedNds& nds, const PackedNdTile& tile,

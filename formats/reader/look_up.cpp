@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <string_view>
+#include <type_traits>
 
 #include "formats/base/bytes.h"
 #include "formats/base/level.h"
@@ -36,6 +37,20 @@ T load(const std::byte* bytes) {
   return value;
 }
 
+template <class T>
+void store(std::byte* bytes, T value) {
+  std::memcpy(bytes, &value, sizeof value);
+}
+
+// The nearest that T can be.
+template <class T>
+T whole_multiple(double value, double unit) {
+  using Limits = std::numeric_limits<T>;
+  const double count = std::round(value / unit);
+  if (!(count > static_cast<double>(Limits::min()))) return Limits::min();
+  return static_cast<T>(std::min(count, static_cast<double>(Limits::max())));
+}
+
 std::uint64_t divide_up(std::uint64_t count, std::uint64_t per_page) {
   return count / per_page + (count % per_page == 0 ? 0 : 1);
 }
@@ -59,8 +74,13 @@ LookUpInfo decode_info(const std::byte* page) {
   decode(reader, info);
   const auto text_size = std::min<std::size_t>(reader.get<std::uint32_t>(), kMostRequiredText);
   reader.get(info.look_count);
+  info.is_small = reader.get<std::uint32_t>() != 0;
   info.required_blocks.assign(reinterpret_cast<const char*>(page) + 64, text_size);
   return info;
+}
+
+LookUpRowLayout layout_of(const LookUpInfo& info) {
+  return LookUpRowLayout({0, info.limit_count, info.look_count, info.is_small});
 }
 
 // Numbers that no sum of them can overflow, then that they agree.
@@ -74,6 +94,7 @@ Result<void> check_info(const LookUpInfo& info, const MapFront& front, std::uint
       info.row_count != front.manifest->site_count() ||
       info.limit_count != front.manifest->promises()->size() ||
       info.look_count != answer_shape(*front.manifest).looks ||
+      info.is_small != answer_shape(*front.manifest).is_small ||
       info.page_count != slot_page_count(info) + row_page_count(info) + 1 ||
       info.page_count > front.header.directory_offset / kPageSize) {
     return bad_section(ErrorCode::kBadLayer, "counts differ from each other or from the manifest",
@@ -140,13 +161,18 @@ struct RowAndDistance {
 // The first of the nearest of `count` rows on the level of `p_m`. Without a branch that hangs on a
 // distance: a processor that guesses it wrong waits for one row after the other, and most of a
 // look-up's time is such waiting.
+template <class Place>
 RowAndDistance nearest_row(const std::byte* rows, std::uint64_t count, std::uint64_t row_size,
                            const std::array<double, 3>& p_m) {
+  constexpr double kUnit_m = std::is_integral_v<Place> ? kSmallLength_m : 1.0;
+  const auto place_m = [&](std::size_t axis) {
+    return kUnit_m * static_cast<double>(load<Place>(rows + axis * sizeof(Place)));
+  };
   RowAndDistance nearest;
   for (std::uint64_t i = 0; i < count; ++i, rows += row_size) {
-    const double dx_m = load<double>(rows) - p_m[0];
-    const double dy_m = load<double>(rows + 8) - p_m[1];
-    const double dz_m = load<double>(rows + 16) - p_m[2];
+    const double dx_m = place_m(0) - p_m[0];
+    const double dy_m = place_m(1) - p_m[1];
+    const double dz_m = place_m(2) - p_m[2];
     const double distance2_m2 = dx_m * dx_m + dy_m * dy_m + dz_m * dz_m;
     const bool is_on_level = is_same_level(dz_m, 0.0);
     const bool is_nearer = is_on_level & (distance2_m2 < nearest.distance2_m2);
@@ -157,9 +183,10 @@ RowAndDistance nearest_row(const std::byte* rows, std::uint64_t count, std::uint
 }
 
 // Keeps the lower site of two that are equally near.
-void take_nearer(const RowAndDistance& found, LookUp::Nearest& nearest) {
+void take_nearer(const RowAndDistance& found, const LookUpRowLayout& layout,
+                 LookUp::Nearest& nearest) {
   if (found.row == nullptr || found.distance2_m2 > nearest.distance2_m2) return;
-  const auto site = load<std::uint32_t>(found.row + LookUpRowLayout::site);
+  const auto site = load<std::uint32_t>(found.row + layout.site);
   const bool is_tie = nearest.row != nullptr && found.distance2_m2 == nearest.distance2_m2;
   if (is_tie && site >= nearest.site) return;
   nearest.distance2_m2 = found.distance2_m2;
@@ -174,8 +201,7 @@ std::uint64_t slot_page_count(const LookUpInfo& info) {
 }
 
 std::uint64_t row_page_count(const LookUpInfo& info) {
-  return divide_up(info.row_count,
-                   LookUpRowLayout(info.limit_count, info.look_count).rows_per_page);
+  return divide_up(info.row_count, layout_of(info).rows_per_page);
 }
 
 std::uint64_t page_seed(const FileHeader& header) {
@@ -200,9 +226,43 @@ void encode_look_up_info(const LookUpInfo& info, std::span<std::byte> page) {
   encode(info, writer);
   writer.put(static_cast<std::uint32_t>(info.required_blocks.size()));
   writer.put(info.look_count);
-  writer.put<std::uint32_t>(0);
+  writer.put<std::uint32_t>(info.is_small ? 1 : 0);
   writer.append(info.required_blocks.data(), info.required_blocks.size());
   std::copy(writer.bytes().begin(), writer.bytes().end(), page.begin());
+}
+
+double LookUpRowLayout::place_m(const std::byte* row, std::size_t axis) const {
+  if (!is_small) return load<double>(row + 8 * axis);
+  return kSmallLength_m * load<std::int32_t>(row + 4 * axis);
+}
+
+double LookUpRowLayout::length_m(const std::byte* row, std::uint64_t field, std::size_t i) const {
+  const std::byte* value = row + field + value_size * i;
+  return is_small ? kSmallLength_m * load<std::uint16_t>(value) : load<double>(value);
+}
+
+double LookUpRowLayout::share(const std::byte* row, std::uint64_t field, std::size_t i) const {
+  const std::byte* value = row + field + value_size * i;
+  return is_small ? kSmallShare * load<std::uint16_t>(value) : load<double>(value);
+}
+
+void LookUpRowLayout::put_place(std::byte* row, std::size_t axis, double value_m) const {
+  if (!is_small) return store(row + 8 * axis, value_m);
+  store(row + 4 * axis, whole_multiple<std::int32_t>(value_m, kSmallLength_m));
+}
+
+void LookUpRowLayout::put_length(std::byte* row, std::uint64_t field, std::size_t i,
+                                 double value_m) const {
+  std::byte* value = row + field + value_size * i;
+  if (!is_small) return store(value, value_m);
+  store(value, whole_multiple<std::uint16_t>(value_m, kSmallLength_m));
+}
+
+void LookUpRowLayout::put_share(std::byte* row, std::uint64_t field, std::size_t i,
+                                double value_of_share) const {
+  std::byte* value = row + field + value_size * i;
+  if (!is_small) return store(value, value_of_share);
+  store(value, whole_multiple<std::uint16_t>(value_of_share, kSmallShare));
 }
 
 LookUp::LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offset)
@@ -216,7 +276,7 @@ LookUp::LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offs
       most_slots_(std::min(info.slot_count, info.row_count + 1)),
       first_row_page_(slot_page_count(info)),
       row_count_(info.row_count),
-      row_layout_(info.limit_count, info.look_count),
+      row_layout_(layout_of(info)),
       is_checked_(std::make_unique<std::atomic<std::uint8_t>[]>(info.page_count)) {}
 
 Result<LookUp> LookUp::open(const MapFront& front) {
@@ -277,7 +337,7 @@ LookUp::Nearest LookUp::row(std::uint64_t number) const {
   const std::byte* rows = page(first_row_page_ + number / row_layout_.rows_per_page, found);
   if (rows == nullptr) return found;
   found.row = rows + number % row_layout_.rows_per_page * row_layout_.size;
-  found.site = load<std::uint32_t>(found.row + LookUpRowLayout::site);
+  found.site = load<std::uint32_t>(found.row + row_layout_.site);
   return found;
 }
 
@@ -316,7 +376,9 @@ void LookUp::search_cell(std::int32_t x, std::int32_t y, const std::array<double
     if (rows == nullptr) return;
     const std::uint64_t page_end = std::min(end, (number + 1) * row_layout_.rows_per_page);
     rows += (row - number * row_layout_.rows_per_page) * row_layout_.size;
-    take_nearer(nearest_row(rows, page_end - row, row_layout_.size, p_m), nearest);
+    const auto nearest_of =
+        row_layout_.is_small ? &nearest_row<std::int32_t> : &nearest_row<double>;
+    take_nearer(nearest_of(rows, page_end - row, row_layout_.size, p_m), row_layout_, nearest);
     row = page_end;
   }
 }

@@ -35,28 +35,44 @@ constexpr std::uint64_t first_slot(std::int32_t x, std::int32_t y, std::uint64_t
   return ((key * 0x9E3779B97F4A7C15ULL) >> 32) * slot_count >> 32;
 }
 
-// Where each field of a row begins.
+// Where each field of a row begins. In a small map lengths are whole multiples of kSmallLength_m
+// and probabilities of kSmallShare: i32 for places, u16 for the others.
 struct LookUpRowLayout {
-  explicit LookUpRowLayout(std::uint64_t limits, std::uint64_t looks)
-      : mean_error(probability + 8 * limits),
-        look_probability(mean_error + 8 * limits),
-        look_mean_error(look_probability + (looks > 0 ? 8 * limits : 0)),
-        range_index(look_mean_error + (looks > 0 ? 8 * limits : 0)),
-        range_flags(range_index + limits),
-        look_index(range_flags + limits),
-        look_flags(look_index + (looks > 0 ? limits : 0)),
-        range_reason(look_flags + (looks > 0 ? limits : 0)),
-        look_reason(range_reason + limits),
-        size((look_reason + (looks > 0 ? limits : 0) + 7) / 8 * 8),
+  explicit LookUpRowLayout(const AnswerShape& shape)
+      : is_small(shape.is_small),
+        value_size(is_small ? 2 : 8),
+        longest_error(is_small ? 12 : 24),
+        site(is_small ? 16 : 32),
+        probability(is_small ? 20 : 40),
+        mean_error(probability + value_size * shape.limits),
+        look_probability(mean_error + value_size * shape.limits),
+        look_mean_error(look_probability + value_size * look_limits(shape)),
+        range_index(look_mean_error + value_size * look_limits(shape)),
+        range_flags(range_index + shape.limits),
+        look_index(range_flags + shape.limits),
+        look_flags(look_index + look_limits(shape)),
+        range_reason(look_flags + look_limits(shape)),
+        look_reason(range_reason + shape.limits),
+        size((look_reason + look_limits(shape) + row_step() - 1) / row_step() * row_step()),
         rows_per_page(kPagePayload / size) {}
-  static constexpr std::uint64_t p = 0;               // f64[3], map frame, m
-  static constexpr std::uint64_t longest_error = 24;  // f64, at the longest range
-  static constexpr std::uint64_t site = 32;           // u32, then 4 bytes of 0
-  static constexpr std::uint64_t probability = 40;    // f64[limits], at the chosen range
-  std::uint64_t mean_error;                           // f64[limits], at the chosen range
+
+  [[nodiscard]] double place_m(const std::byte* row, std::size_t axis) const;
+  [[nodiscard]] double length_m(const std::byte* row, std::uint64_t field, std::size_t i) const;
+  [[nodiscard]] double share(const std::byte* row, std::uint64_t field, std::size_t i) const;
+  // Of a small map: rounded to the nearest multiple.
+  void put_place(std::byte* row, std::size_t axis, double value_m) const;
+  void put_length(std::byte* row, std::uint64_t field, std::size_t i, double value_m) const;
+  void put_share(std::byte* row, std::uint64_t field, std::size_t i, double value) const;
+
+  bool is_small;
+  std::uint64_t value_size;
+  std::uint64_t longest_error;  // at the longest range
+  std::uint64_t site;           // u32
+  std::uint64_t probability;    // [limits], at the chosen range
+  std::uint64_t mean_error;     // [limits], at the chosen range
   // What begins with "look" is of the looks that take a sample, and empty where there are none.
-  std::uint64_t look_probability;  // f64[limits], at the chosen look
-  std::uint64_t look_mean_error;   // f64[limits]
+  std::uint64_t look_probability;  // [limits], at the chosen look
+  std::uint64_t look_mean_error;   // [limits]
   std::uint64_t range_index;       // u8[limits]
   std::uint64_t range_flags;       // u8[limits]
   std::uint64_t look_index;        // u8[limits]
@@ -65,6 +81,12 @@ struct LookUpRowLayout {
   std::uint64_t look_reason;       // u8[limits]
   std::uint64_t size;
   std::uint64_t rows_per_page;
+
+ private:
+  static std::uint64_t look_limits(const AnswerShape& shape) {
+    return shape.looks > 0 ? shape.limits : 0;
+  }
+  [[nodiscard]] std::uint64_t row_step() const { return is_small ? 4 : 8; }
 };
 
 // The last page: what the others are.
@@ -75,6 +97,7 @@ struct LookUpInfo {
   std::uint64_t row_count = 0;
   std::uint32_t limit_count = 0;
   std::uint32_t look_count = 0;
+  bool is_small = false;        // the rows
   std::string required_blocks;  // lines "name version", ascending: what a reader must know
 };
 inline constexpr std::size_t kMostRequiredText = kPagePayload - 64;

@@ -151,14 +151,15 @@ Result<void> check_known(const schema::Block& block, const std::string& place) {
     return unknown_feature(
         concat("block ", name, " of version ", block.version(), " is required and"), place);
   }
-  if (block.codec() != schema::Codec::None && block.codec() != schema::Codec::Zstd) {
+  // Of sites, what changes little from row to row packs well; nothing else is done with them.
+  const schema::Codec own = is_ndt ? schema::Codec::Nds : schema::Codec::Columns;
+  const bool is_zstd = block.codec() == schema::Codec::Zstd;
+  if (block.codec() != schema::Codec::None && block.codec() != own && !is_zstd) {
     return unknown_feature(
         concat("codec ", static_cast<int>(block.codec()), " of block ", name, " is"), place);
   }
-  // The section look-up, which a vehicle reads, is made of the range layer. Neither is compressed,
-  // since a vehicle's reader has no decompressor.
-  if (is_range && block.codec() != schema::Codec::None) {
-    return Error{ErrorCode::kBadLayer, "the range layer is compressed", "", place};
+  if (is_range && is_zstd) {
+    return Error{ErrorCode::kBadLayer, "the range layer is compressed as a whole", "", place};
   }
   return {};
 }
@@ -275,7 +276,8 @@ Result<void> check_manifest(const schema::Manifest& manifest) {
 
 AnswerShape answer_shape(const schema::Manifest& manifest) {
   return {manifest.ranges_m()->size(), manifest.promises()->size(),
-          manifest.looks() == nullptr ? 0 : manifest.looks()->size()};
+          manifest.looks() == nullptr ? 0 : manifest.looks()->size(),
+          manifest.size() == schema::MapSize::Promise};
 }
 
 Result<void> check_features(const FileHeader& header, const schema::Directory& directory) {

@@ -144,7 +144,7 @@ NdtLayout::NdtLayout(std::uint64_t rows) {
 }
 
 RangeLayout::RangeLayout(std::uint64_t rows, const AnswerShape& shape) {
-  const auto [ranges, limits, looks] = shape;
+  const auto& [ranges, limits, looks, is_small] = shape;
   const auto place = [&](std::uint64_t& begin, std::uint64_t bytes_per_row) {
     begin = size;
     size = aligned(size + rows * bytes_per_row);

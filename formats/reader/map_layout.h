@@ -145,7 +145,13 @@ struct AnswerShape {
   std::uint64_t ranges = 0;
   std::uint64_t limits = 0;
   std::uint64_t looks = 0;  // that take a sample; may be none
+  bool is_small = false;    // rounded, so that the section look-up keeps fewer bytes of each
 };
+// What numbers of a small map are multiples of.
+inline constexpr double kSmallLength_m = 0x1.0p-10;
+inline constexpr double kSmallShare = 0x1.0p-8;
+inline constexpr double kSmallRotation = 0x1.0p-22;  // entries of rotation matrices
+inline constexpr double kLongestSmallError_m = 65535 * kSmallLength_m;
 
 struct RangeLayout {
   RangeLayout(std::uint64_t rows, const AnswerShape& shape);

@@ -201,7 +201,7 @@ Result<RangeAnswer> MapReader::range_of(const Found& found) const {
   answer.distance_m = std::sqrt(nearest.distance2_m2);
   if (!info_.is_for_caller) return believable(answer, info_.site_count);
   if (!found.limit) {
-    answer.mean_error_m = load<double>(nearest.row + LookUpRowLayout::longest_error, 0);
+    answer.mean_error_m = layout.length_m(nearest.row, layout.longest_error, 0);
     return believable(answer, info_.site_count);
   }
   const auto range = load<std::uint8_t>(nearest.row + layout.range_index, *found.limit);
@@ -209,8 +209,8 @@ Result<RangeAnswer> MapReader::range_of(const Found& found) const {
   answer.range_m = ranges_m_[range];
   answer.flags |= load<std::uint8_t>(nearest.row + layout.range_flags, *found.limit);
   answer.reason = load<Reason>(nearest.row + layout.range_reason, *found.limit);
-  answer.probability = load<double>(nearest.row + LookUpRowLayout::probability, *found.limit);
-  answer.mean_error_m = load<double>(nearest.row + layout.mean_error, *found.limit);
+  answer.probability = layout.share(nearest.row, layout.probability, *found.limit);
+  answer.mean_error_m = layout.length_m(nearest.row, layout.mean_error, *found.limit);
   return believable(answer, info_.site_count);
 }
 
@@ -249,7 +249,8 @@ Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
     }
     site.range = range;
     for (std::size_t i = 0; i < 3; ++i) {
-      site.position_world_m[i] = load<double>(found.nearest.row, i) + info_.origin_world_m[i];
+      site.position_world_m[i] =
+          look_up_.row_layout().place_m(found.nearest.row, i) + info_.origin_world_m[i];
     }
   }
   return sites;
@@ -343,8 +344,8 @@ Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m
       RangeAnswer numbers = range;
       numbers.flags = load<std::uint8_t>(row + layout.look_flags, *found.limit);
       numbers.reason = load<Reason>(row + layout.look_reason, *found.limit);
-      numbers.probability = load<double>(row + layout.look_probability, *found.limit);
-      numbers.mean_error_m = load<double>(row + layout.look_mean_error, *found.limit);
+      numbers.probability = layout.share(row, layout.look_probability, *found.limit);
+      numbers.mean_error_m = layout.length_m(row, layout.look_mean_error, *found.limit);
       SIGHTLINE_ASSIGN(numbers, believable(numbers, info_.site_count));
       return look_answer(looks_[number], numbers);
     }

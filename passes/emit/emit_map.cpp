@@ -8,6 +8,7 @@
 #include "formats/base/hash.h"
 #include "formats/base/version.h"
 #include "formats/map/map_writer.h"
+#include "formats/map/rounded_answers.h"
 #include "formats/reader/site_errors.h"
 #include "passes/emit/tracking_columns.h"
 #include "passes/emit/unconstrained_sites.h"
@@ -265,6 +266,8 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   SIGHTLINE_TRY(put_tracking(inputs, map));
   std::ranges::sort(map.columns, {}, &SiteColumn::name);
   map.quality.resize(map.ranges.promises.size());
+  map.size = options.size;
+  if (map.size == MapSize::kPromise) round_answers(map);
   const Result<void> valid = validate(map);
   if (!valid) return mismatched(valid.error());
   SIGHTLINE_TRY(put_quality(ctx, inputs, map));
@@ -329,7 +332,11 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
       shared(choice("mapping_scans", options.mapping_scans, "scans that make the map",
                     {"all", "even", "odd"})),
       flag("has_factors", options.has_factors,
-           "store the map factors, which inspect --site uses to explain a range")};
+           "store the map factors, which inspect --site uses to explain a range"),
+      choice("size", options.size,
+             "what the map keeps: full, or promise: rounded, and only the NDs that its answers "
+             "need; everything is measured in what it keeps",
+             {"full", "promise"})};
 }
 
 Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,

@@ -35,6 +35,7 @@ struct EmitMapOptions {
   double reach_m = 10.0;        // a site farther away than this says nothing about a position
   ScanSelection mapping_scans = ScanSelection::kAll;  // that made the map
   bool has_factors = true;                            // for engineers; no vehicle needs them
+  MapSize size = MapSize::kFull;                      // what it keeps
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
 

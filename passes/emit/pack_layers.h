@@ -9,7 +9,12 @@ namespace sightline {
 
 // The NDs of a map tile by tile as its file carries them, so that who writes the file need not hold
 // them. Rounded (formats/map/layers.h). Errors: disk-full, cannot-write (temporary files).
-Result<PackedNds> pack_nds_step(PassContext& ctx, const NoOptions& options, const TiledNds& nds);
+struct PackNdsOptions {
+  MapSize size = MapSize::kFull;
+};
+std::vector<OptionField> option_fields(PackNdsOptions& options);
+Result<PackedNds> pack_nds_step(PassContext& ctx, const PackNdsOptions& options,
+                                const TiledNds& nds);
 inline constexpr Pass kPackNds =
     Pass{"pack-nds", 1, "packed-nds", "NDs packed for the map file", &pack_nds_step}.in(
         Stage::kTiles);

@@ -26,6 +26,9 @@ ContainerParts unpacked(ContainerParts parts) {
 void add_maps(std::vector<Seed>& seeds) {
   const RandomMapOptions small{.seed = 2, .site_count = 3, .nd_count = 4, .model_size = 90};
   seeds.push_back({"map/seed_packed", encode_map(random_map(small))});
+  RandomMapOptions promise = small;
+  promise.size = MapSize::kPromise;
+  seeds.push_back({"map/seed_promise", encode_map(random_map(promise))});
   ContainerParts parts = unpacked(parts_of(random_map(small)));
   seeds.push_back({"manifest/seed_whole", parts.manifest});
   seeds.push_back({"map/seed_plain", assemble(parts)});

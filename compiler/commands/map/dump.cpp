@@ -35,6 +35,7 @@ struct DumpFlags {
 std::vector<Plan> complete_plans() {
   CompileConfig config;
   config.localization.scans = "any";
+  config.passes.own["emit-map"]["size"] = "promise";
   CompileConfig several;
   several.localization.scans = "any";
   several.later_mapping.emplace_back();

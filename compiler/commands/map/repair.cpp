@@ -51,8 +51,9 @@ Verb strip_verb() {
   verb.name = "strip";
   verb.summary = "Write a map without the parts that vehicles do not need";
   verb.details =
-      "Removes the map factors and the error model. The root digest is unchanged, so signatures "
-      "stay valid.";
+      "Removes the map factors, the error model and the sketches of the recordings' scans. The "
+      "root digest is unchanged, so signatures stay valid. A map compiled with "
+      "emit-map.size=promise is then about a fifth as large.";
   verb.examples = {"sightline strip town.slmap -o town.vehicle.slmap"};
   verb.positionals = {map_positional(flags->map, "The map to read")};
   verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),

@@ -57,11 +57,22 @@ PackedBlock plain_block(std::string_view name, std::uint32_t version, std::uint6
           block_checksum(bytes), sha256(bytes), bytes};
 }
 
+// Puts the sites of a range layer in, where it is one.
+bool is_in_look_up(const PackedBlock& layer, LookUpBuilder& look_up) {
+  if (layer.version != kRangeLayerVersion || layer.row_count > kMostRows) return false;
+  if (layer.codec == BlockCodec::kNone) return look_up.add(layer.stored, layer.row_count);
+  const Result<std::vector<std::byte>> raw =
+      unpack(layer.codec, layer.stored, layer.row_count, layer.raw_size);
+  return raw && look_up.add(*raw, layer.row_count);
+}
+
 }  // namespace
 
 SelfContainedBlock packed(const BlockParts& parts) {
   SelfContainedBlock packed;
-  packed.stored = parts.may_compress ? pack(parts.raw) : StoredBlock{{}, parts.raw};
+  packed.stored = parts.stored         ? *parts.stored
+                  : parts.may_compress ? pack(parts.raw)
+                                       : StoredBlock{{}, parts.raw};
   packed.block = {parts.name,
                   parts.version,
                   parts.is_required,
@@ -173,10 +184,7 @@ Result<void> ContainerWriter::add_tile(TileKey key, std::span<const PackedBlock>
     if (layer.is_required) required.push_back(name_of(layer));
     if (layer.name != kRangeLayer || !state.look_up) continue;
     // A layer of another kind or size is a mistake that readers name; there is no looking up in it.
-    const bool is_added = layer.version == kRangeLayerVersion && layer.codec == BlockCodec::kNone &&
-                          layer.row_count <= kMostRows &&
-                          state.look_up->add(layer.stored, layer.row_count);
-    if (!is_added) state.look_up.reset();
+    if (!is_in_look_up(layer, *state.look_up)) state.look_up.reset();
   }
   state.tile_digests.push_back(tile_digest(key, required));
   const TileContents contents = contents_of(key, state.tile_digests.back(), layers);

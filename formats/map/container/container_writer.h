@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -59,6 +60,7 @@ struct BlockParts {
   std::uint64_t row_count = 0;
   bool may_compress = true;
   std::vector<std::byte> raw;
+  std::optional<StoredBlock> stored = {};  // packed already
 };
 
 // A block and the bytes that it points to.

@@ -53,15 +53,15 @@ LookUpBuilder::LookUpBuilder(const AnswerShape& shape, double reach_m)
 
 bool LookUpBuilder::add_choices(std::span<const std::byte> raw, const RangeLayout& from,
                                 std::uint64_t row, std::byte* out) const {
-  const LookUpRowLayout to(shape_.limits, shape_.looks);
+  const LookUpRowLayout to(shape_);
   for (std::uint64_t limit = 0; limit < shape_.limits; ++limit) {
     const std::uint64_t choice = row * shape_.limits + limit;
     const auto range = load<std::uint8_t>(raw, from.range_index, choice);
     if (range >= shape_.ranges) return false;
     const std::uint64_t cell = row * shape_.ranges + range;
-    store(out + LookUpRowLayout::probability + 8 * limit,
-          load<double>(raw, from.probability, cell * shape_.limits + limit));
-    store(out + to.mean_error + 8 * limit, load<double>(raw, from.mean_error, cell));
+    to.put_share(out, to.probability, limit,
+                 load<double>(raw, from.probability, cell * shape_.limits + limit));
+    to.put_length(out, to.mean_error, limit, load<double>(raw, from.mean_error, cell));
     store(out + to.range_index + limit, range);
     store(out + to.range_flags + limit, load<std::uint8_t>(raw, from.range_flags, choice));
     store(out + to.range_reason + limit, load<std::uint8_t>(raw, from.range_reason, choice));
@@ -69,9 +69,10 @@ bool LookUpBuilder::add_choices(std::span<const std::byte> raw, const RangeLayou
     const auto look = load<std::uint8_t>(raw, from.look_index, choice);
     if (look >= shape_.looks) return false;
     const std::uint64_t look_cell = row * shape_.looks + look;
-    store(out + to.look_probability + 8 * limit,
-          load<double>(raw, from.look_probability, look_cell * shape_.limits + limit));
-    store(out + to.look_mean_error + 8 * limit, load<double>(raw, from.look_mean_error, look_cell));
+    to.put_share(out, to.look_probability, limit,
+                 load<double>(raw, from.look_probability, look_cell * shape_.limits + limit));
+    to.put_length(out, to.look_mean_error, limit,
+                  load<double>(raw, from.look_mean_error, look_cell));
     store(out + to.look_index + limit, look);
     store(out + to.look_flags + limit, load<std::uint8_t>(raw, from.look_flags, choice));
     store(out + to.look_reason + limit, load<std::uint8_t>(raw, from.look_reason, choice));
@@ -82,7 +83,7 @@ bool LookUpBuilder::add_choices(std::span<const std::byte> raw, const RangeLayou
 bool LookUpBuilder::add(std::span<const std::byte> raw, std::uint64_t row_count) {
   const RangeLayout from(row_count, shape_);
   is_possible_ = is_possible_ && raw.size() == from.size;
-  const LookUpRowLayout to(shape_.limits, shape_.looks);
+  const LookUpRowLayout to(shape_);
   for (std::uint64_t row = 0; row < row_count && is_possible_; ++row) {
     const double p_x_m = load<double>(raw, from.p_x, row);
     const double p_y_m = load<double>(raw, from.p_y, row);
@@ -95,12 +96,12 @@ bool LookUpBuilder::add(std::span<const std::byte> raw, std::uint64_t row_count)
                        static_cast<std::int32_t>(std::floor(p_y_m / cell_m_)), site, rows_.size()});
     rows_.resize(rows_.size() + to.size);
     std::byte* out = rows_.data() + places_.back().offset;
-    store(out, p_x_m);
-    store(out + 8, p_y_m);
-    store(out + 16, load<double>(raw, from.p_z, row));
-    store(out + LookUpRowLayout::longest_error,
-          load<double>(raw, from.mean_error, row * shape_.ranges + shape_.ranges - 1));
-    store(out + LookUpRowLayout::site, site);
+    to.put_place(out, 0, p_x_m);
+    to.put_place(out, 1, p_y_m);
+    to.put_place(out, 2, load<double>(raw, from.p_z, row));
+    to.put_length(out, to.longest_error, 0,
+                  load<double>(raw, from.mean_error, row * shape_.ranges + shape_.ranges - 1));
+    store(out + to.site, site);
     is_possible_ = add_choices(raw, from, row, out);
   }
   return is_possible_;
@@ -122,11 +123,12 @@ std::vector<std::byte> LookUpBuilder::finish(const FileHeader& header,
   info.row_count = sorted.size();
   info.limit_count = static_cast<std::uint32_t>(shape_.limits);
   info.look_count = static_cast<std::uint32_t>(shape_.looks);
+  info.is_small = shape_.is_small;
   info.required_blocks = required_blocks;
   const std::uint64_t first_row_page = slot_page_count(info);
   info.page_count = first_row_page + row_page_count(info) + 1;
 
-  const LookUpRowLayout layout(shape_.limits, shape_.looks);
+  const LookUpRowLayout layout(shape_);
   std::vector<std::byte> section(info.page_count * kPageSize);
   for (std::size_t first = 0; first < sorted.size();) {
     std::size_t end = first;

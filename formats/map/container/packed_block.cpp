@@ -8,6 +8,8 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/zstd_memory.h"
+#include "formats/map/container/packed_columns.h"
+#include "formats/map/container/small_nds.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"
 
@@ -91,8 +93,9 @@ Result<RawBytes> checked_bytes(const PackedBlock& block) {
     return wrong(ErrorCode::kChecksumMismatch, block, "checksum");
   }
   RawBytes raw(block.stored);
-  if (block.codec == BlockCodec::kZstd) {
-    SIGHTLINE_ASSIGN(std::vector<std::byte> unpacked, unpack_zstd(block.stored, block.raw_size));
+  if (block.codec != BlockCodec::kNone && block.codec <= BlockCodec::kColumns) {
+    SIGHTLINE_ASSIGN(std::vector<std::byte> unpacked,
+                     unpack(block.codec, block.stored, block.row_count, block.raw_size));
     raw = RawBytes(std::move(unpacked));
   } else if (block.codec != BlockCodec::kNone || block.raw_size != block.stored.size()) {
     return Error{ErrorCode::kBadLayer, "the codec is unknown or the sizes differ"};
@@ -146,6 +149,21 @@ Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
       with_memory(ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size()));
   if (ZSTD_isError(size) != 0 || size != raw_size) return unreadable_block();
   return raw;
+}
+
+Result<std::vector<std::byte>> unpack(BlockCodec codec, std::span<const std::byte> stored,
+                                      std::uint64_t row_count, std::uint64_t raw_size) {
+  switch (codec) {
+    case BlockCodec::kZstd:
+      return unpack_zstd(stored, raw_size);
+    case BlockCodec::kNds:
+      return unpack_small_nds(stored, row_count, raw_size);
+    case BlockCodec::kColumns:
+      return unpack_columns(stored, row_count, raw_size);
+    case BlockCodec::kNone:
+      break;
+  }
+  return unreadable_block();
 }
 
 Digest tile_digest(TileKey key, const std::vector<BlockName>& required_layers) {

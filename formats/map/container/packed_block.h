@@ -20,9 +20,10 @@ struct Digest;
 
 // How the bytes of a layer or section are carried in the file.
 
-enum class BlockCodec : std::uint8_t { kNone, kZstd };
+// The last two are of maps that keep no more than their promise needs.
+enum class BlockCodec : std::uint8_t { kNone, kZstd, kNds, kColumns };
 template <>
-inline constexpr auto kNamesOf<BlockCodec> = enum_names("none", "zstd");
+inline constexpr auto kNamesOf<BlockCodec> = enum_names("none", "zstd", "nds", "columns");
 
 struct StoredBlock {
   BlockCodec codec = BlockCodec::kNone;
@@ -44,6 +45,9 @@ Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
 Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
                                std::uint64_t raw_size);
 Error unreadable_block();
+// What was packed by any codec but "none". Errors: those of unpack_zstd().
+Result<std::vector<std::byte>> unpack(BlockCodec codec, std::span<const std::byte> stored,
+                                      std::uint64_t row_count, std::uint64_t raw_size);
 
 // A block as it lies in a file, and what its entry says of it.
 struct PackedBlock {

@@ -50,8 +50,10 @@ Result<void> DigestCheck::check_block(const schema::Block& block) {
   SIGHTLINE_ASSIGN(const std::span<const std::byte> stored, stored_bytes(map_, block));
   if (!block.is_required()) return {};
   Digest digest{};
-  if (block.codec() == schema::Codec::Zstd) {
-    SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, unpack_zstd(stored, block.raw_size()));
+  if (block.codec() != schema::Codec::None) {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> raw,
+                     unpack(static_cast<BlockCodec>(block.codec()), stored, block.row_count(),
+                            block.raw_size()));
     digest = sha256(raw);
   } else {
     digest = sha256(stored);

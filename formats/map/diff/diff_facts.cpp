@@ -78,6 +78,7 @@ Facts facts_of(const CompiledMap& map) {
   add_ndt(map.ndt, facts);
   facts.add("site_spacing_m", map.sites.spacing_m);
   facts.add("reach_m", map.reach_m);
+  facts.add("size", map.size);
   add_choice(map, facts);
   add_looks(map, facts);
   facts.add("sensor.name", map.sensor.name);

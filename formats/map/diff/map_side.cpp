@@ -138,7 +138,10 @@ TileKey MapSide::tile_key(std::uint32_t tile) const {
 Result<std::vector<std::byte>> MapSide::raw_bytes(const schema::Block& block) {
   bytes_read_ += block.stored_size();
   SIGHTLINE_ASSIGN(const std::span<const std::byte> stored, stored_bytes(container_, block));
-  if (block.codec() == schema::Codec::Zstd) return unpack_zstd(stored, block.raw_size());
+  if (block.codec() != schema::Codec::None) {
+    return unpack(static_cast<BlockCodec>(block.codec()), stored, block.row_count(),
+                  block.raw_size());
+  }
   return std::vector<std::byte>(stored.begin(), stored.end());
 }
 

@@ -69,7 +69,7 @@ const PackedBlock* find_layer(const PackedTile& tile, std::string_view name) {
 Result<void> check_rows(const PackedBlock& layer, const schema::Manifest& manifest) {
   const bool is_ndt = layer.name == kNdtLayer && layer.version == kNdtLayerVersion;
   const bool is_range = layer.name == kRangeLayer && layer.version == kRangeLayerVersion &&
-                        layer.codec == BlockCodec::kNone;
+                        (layer.codec == BlockCodec::kNone || layer.codec == BlockCodec::kColumns);
   if ((!is_ndt && !is_range) || layer.row_count == 0 || layer.row_count > kMostRows) {
     return Error{ErrorCode::kBadLayer, "layer " + layer.name + " is of an unknown kind"};
   }
@@ -102,9 +102,11 @@ SiteIds sites_of(const std::vector<PackedTile>& tiles) {
   for (const PackedTile& tile : tiles) {
     const PackedBlock* layer = find_layer(tile, kRangeLayer);
     if (layer == nullptr) continue;
+    const Result<RawBytes> raw = checked_bytes(*layer);  // as check_tile() did
+    if (!raw) continue;
     const std::size_t before = ids.size();
     ids.resize(before + layer->row_count);
-    std::memcpy(ids.data() + before, layer->stored.data(), layer->row_count * sizeof ids[0]);
+    std::memcpy(ids.data() + before, raw->bytes().data(), layer->row_count * sizeof ids[0]);
   }
   std::ranges::sort(ids);
   return ids;
@@ -249,6 +251,15 @@ void mark_as_part(const SiteIds& ids, CompiledMap& map) {
   if (map.looks) map.looks->quality = quality_of(map.looks->predicted, map.looks->ranges, nullptr);
 }
 
+// The recordings without the sketches of their scans; as it is where it is of another version.
+Result<SelfContainedBlock> without_sketches(const PackedBlock& block) {
+  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(block));
+  SIGHTLINE_ASSIGN(RecordingCards recordings, decode_recordings(raw.bytes(), block.row_count));
+  for (RecordingCard& card : recordings.cards) card.scans.clear();
+  return packed(
+      {block.name, block.version, false, block.row_count, true, encode_recordings(recordings)});
+}
+
 using Keep = std::function<bool(const PackedBlock&)>;
 
 std::vector<PackedBlock> kept_blocks(const MapContainer& container, const auto& entries,
@@ -286,6 +297,11 @@ Result<std::vector<std::byte>> repack(const MapContainer& container, const Keep&
   }
   for (const PackedBlock& section :
        kept_blocks(container, *container.directory->sections(), keep)) {
+    if (section.name == kRecordingsSection && section.version == kRecordingsSectionVersion) {
+      SIGHTLINE_ASSIGN(const SelfContainedBlock own, without_sketches(section));
+      SIGHTLINE_CHECK(writer.add_section(own.block));
+      continue;
+    }
     SIGHTLINE_CHECK(writer.add_section(section));
   }
   const Result<Digest> root = writer.finish();

@@ -34,9 +34,9 @@ struct Repacked {
 };
 
 // The map without what only engineers need: the layers "factors" and "debug", the sections
-// "factor-names" and "error-model". What is optional and unknown stays. The map is checked as a
-// whole first: damage is not copied. `file` starts at a multiple of 8. Errors: those of
-// verify_map().
+// "factor-names" and "error-model", and of the section "recordings" the sketches of scans. What is
+// optional and unknown stays. The map is checked as a whole first: damage is not copied. `file`
+// starts at a multiple of 8. Errors: those of verify_map().
 Result<Repacked> strip_map(std::span<const std::byte> file);
 
 }  // namespace sightline

@@ -5,6 +5,8 @@
 #include <map>
 
 #include "formats/base/random.h"
+#include "formats/map/container/small_nd.h"
+#include "formats/map/rounded_answers.h"
 
 namespace sightline {
 namespace {
@@ -168,6 +170,12 @@ std::vector<SiteColumn> random_columns(const RandomMapOptions& options) {
   return columns;
 }
 
+void make_small(CompiledMap& map) {
+  for (Nd& nd : map.ndt.nds) nd = rounded_small(nd, map.ndt.cell_m);
+  decompose(std::span(map.ndt.nds));
+  round_answers(map);
+}
+
 }  // namespace
 
 CompiledMap random_map(const RandomMapOptions& options) {
@@ -204,6 +212,8 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.factors = random_factors(options, ranges, random);
   if (!options.looks.empty()) add_looks(options, random, map);
   if (options.has_columns) map.columns = random_columns(options);
+  map.size = options.size;
+  if (map.size == MapSize::kPromise) make_small(map);
   return map;
 }
 

@@ -23,7 +23,8 @@ struct RandomMapOptions {
                               .point_count = 80,
                               .is_by_normals = true,
                               .mode = LookMode::kSettle}};
-  bool has_columns = false;      // two columns of sites: "clearance_m" and "kind"
+  bool has_columns = false;  // two columns of sites: "clearance_m" and "kind"
+  MapSize size = MapSize::kFull;
   std::size_t model_size = 300;  // bytes of a made-up model; 0: stripped
 };
 

@@ -1,4 +1,5 @@
-// Writes a made-up map and what `dump` prints of it: write_random_map SEED FOLDER
+// Writes a made-up map and what `dump` prints of it: write_random_map SEED FOLDER [KIND]
+// KIND: plain (unpacked), small-plain (of a small map, unpacked), small.
 
 #include <cstdio>
 #include <cstdlib>
@@ -12,15 +13,20 @@
 
 int main(int argc, char** argv) {
   using namespace sightline;
-  if (argc != 3) return 64;
+  if (argc < 3 || argc > 4) return 64;
+  const std::string kind = argc == 4 ? argv[3] : "plain";
   RandomMapOptions options;
   options.seed = std::strtoull(argv[1], nullptr, 10);
   options.site_count = 120;
   options.nd_count = 300;
-  // Unpacked, for a reader without zstd.
+  options.size = kind == "plain" ? MapSize::kFull : MapSize::kPromise;
   ContainerParts parts = parts_of(random_map(options));
   for (TileParts& tile : parts.tiles) {
-    for (BlockParts& layer : tile.layers) layer.may_compress = false;
+    for (BlockParts& layer : tile.layers) {
+      if (kind == "small") break;
+      layer.may_compress = false;  // for a reader without zstd
+      layer.stored.reset();
+    }
   }
   const std::vector<std::byte> file = assemble(parts);
   const Result<CompiledMap> map = read_map(file);

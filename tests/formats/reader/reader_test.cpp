@@ -441,7 +441,7 @@ TEST(MapReader, VisitsNoMoreSlotsThanThereAreRows) {
   ASSERT_TRUE(sought);
   std::vector<std::byte> file = encode_map(map);
   const FileHeader header = *decode_header(file);
-  const std::uint64_t rows = LookUpRowLayout(2, 2).rows_per_page;
+  const std::uint64_t rows = LookUpRowLayout({2, 2, 2}).rows_per_page;
   const std::uint64_t row_pages = (kSites + rows - 1) / rows;
   const std::span<std::byte> slots = std::span(file).subspan(
       header.directory_offset - (1 + row_pages + 4) * kPageSize, 4 * kPageSize);

@@ -227,6 +227,20 @@ TEST(StripMap, OfAStrippedMapChangesNothing) {
   EXPECT_THAT(twice.actions, testing::ElementsAre("there was nothing to drop"));
 }
 
+TEST(StripMap, KeepsTheDigestsOfRecordingsAndNotTheirSketches) {
+  CompiledMap map = random_map({.seed = 2});
+  RecordingCard card{"mapping", "street", sha256("street"), std::vector<ScanSketch>(40)};
+  map.recordings = RecordingCards{{card}};
+  const std::vector<std::byte> file = encode_map(map);
+  const Repacked stripped = value_of(strip_map(file));
+  card.scans.clear();
+  const CompiledMap left = value_of(read_map(stripped.file));
+  ASSERT_TRUE(left.recordings);
+  EXPECT_THAT(left.recordings->cards, testing::ElementsAre(card));
+  EXPECT_EQ(value_of(verify_map(stripped.file)).root_digest, verify_map(file)->root_digest);
+  EXPECT_EQ(value_of(strip_map(stripped.file)).file, stripped.file);
+}
+
 TEST(StripMap, KeepsWhatIsOptionalAndUnknown) {
   ContainerParts parts = parts_of(random_map({.seed = 3}));
   parts.sections.push_back({"kerbs", 3, false, 1, true, std::vector<std::byte>(100)});
