@@ -19,7 +19,7 @@
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
 #include "formats/drive/unconstrained_stretches.h"
-#include "formats/map/map_size.h"
+#include "formats/map/container/map_size.h"
 #include "formats/model/error_model.h"
 #include "formats/reader/map_layout.h"
 #include "formats/record/fields.h"
@@ -179,6 +179,11 @@ Table dump(const CompiledMap& map);
 // of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();
+
+// Rounds the places of sites and what is predicted there to what a small map keeps
+// (kSmallLength_m, kSmallShare, kSmallRotation): along a street most bits are then equal. Choices,
+// flags and reasons stay as they are.
+void round_answers(CompiledMap& map);
 
 ModelRecord record_of(const ByFamily<ErrorModel>& model);
 // The same without bytes and digest, of the head of the ranges' model (encode_head).

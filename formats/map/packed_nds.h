@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "formats/base/files/stored_bytes.h"
+#include "formats/map/container/map_size.h"
 #include "formats/map/container/packed_block.h"
-#include "formats/map/map_size.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/tables/head_and_bytes.h"
 

@@ -8,7 +8,6 @@
 #include "formats/base/hash.h"
 #include "formats/base/version.h"
 #include "formats/map/map_writer.h"
-#include "formats/map/rounded_answers.h"
 #include "formats/reader/site_errors.h"
 #include "passes/emit/tracking_columns.h"
 #include "passes/emit/unconstrained_sites.h"

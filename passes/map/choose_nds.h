@@ -17,7 +17,7 @@ std::vector<OptionField> option_fields(ChooseNdsOptions& options);
 // The NDs that a small map keeps, rounded to what it stores ("Small maps" in
 // schemas/definitions.md): near the route, and in each cube those that hold a vehicle best in each
 // direction. What is kept of a cube depends on that cube and the route alone. The passes behind
-// this one use these NDs, so what the map promises is measured with them. Errors: empty-map (none
+// this one use these NDs, so promises are calibrated with them. Errors: empty-map (none
 // is left), those of reading and writing temporary files.
 Result<TiledNds> choose_nds(PassContext& ctx, const ChooseNdsOptions& options, const TiledNds& nds,
                             const Sites& sites);

@@ -3,8 +3,12 @@
 #include <benchmark/benchmark.h>
 
 #include "formats/base/random.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/map/map_writer.h"
+#include "formats/reader/map_container.h"
 #include "formats/reader/reader.h"
+#include "map_generated.h"
+#include "tests/formats/map/random_map.h"
 
 namespace {
 
@@ -60,10 +64,20 @@ std::vector<std::array<double, 3>> places(const CompiledMap& map, double off_m) 
   return places;
 }
 
-// Argument: how far beside the street a position may be, m; 200 finds no site every other time.
+// As a map of this size.
+std::vector<std::byte> file_of(CompiledMap map, MapSize size) {
+  map.size = size;
+  if (size == MapSize::kPromise) round_answers(map);
+  return encode_map(map);
+}
+
+// Arguments: how far beside the street a position may be, m (200 finds no site every other time);
+// 1: of a small map.
 void look_up(benchmark::State& state) {
   static const CompiledMap kMap = city();
-  static const std::vector<std::byte> kFile = encode_map(kMap);
+  static const std::array<std::vector<std::byte>, 2> kFiles = {file_of(kMap, MapSize::kFull),
+                                                               file_of(kMap, MapSize::kPromise)};
+  const std::vector<std::byte>& kFile = kFiles[static_cast<std::size_t>(state.range(1))];
   const Result<MapReader> reader = MapReader::open(kFile, "searching");
   const std::vector<std::array<double, 3>> positions =
       places(kMap, static_cast<double>(state.range(0)));
@@ -75,7 +89,34 @@ void look_up(benchmark::State& state) {
   state.counters["sites"] = static_cast<double>(kMap.sites.sites.size());
   state.counters["file_MiB"] = static_cast<double>(kFile.size()) / (1 << 20);
 }
-BENCHMARK(look_up)->Arg(1)->Arg(5)->Arg(200);
+BENCHMARK(look_up)->Args({1, 0})->Args({5, 0})->Args({200, 0})->Args({1, 1})->Args({5, 1});
+
+// A tile of a small map: bytes of its unpacked layers. Argument: 0 its NDs, 1 its sites.
+void decode(benchmark::State& state) {
+  static const RandomMapOptions kTile{.site_count = 200,
+                                      .nd_count = 2000,
+                                      .tile_m = 256.0,
+                                      .extent_m = 100.0,
+                                      .size = MapSize::kPromise};
+  const std::vector<std::byte> file = encode_map(random_map(kTile));
+  const Result<MapContainer> container = open_container(file);
+  std::vector<PackedBlock> layers;
+  for (const schema::Tile* tile : *container->directory->tiles()) {
+    for (PackedBlock& layer : packed_tile(*container, *tile).layers) {
+      if (layer.codec == (state.range(0) == 0 ? BlockCodec::kNds : BlockCodec::kColumns)) {
+        layers.push_back(std::move(layer));
+      }
+    }
+  }
+  std::size_t raw_bytes = 0;
+  for (auto _ : state) {
+    for (const PackedBlock& layer : layers) {
+      raw_bytes += unpack(layer.codec, layer.stored, layer.row_count, layer.raw_size)->size();
+    }
+  }
+  state.SetBytesProcessed(static_cast<std::int64_t>(raw_bytes));
+}
+BENCHMARK(decode)->Arg(0)->Arg(1);
 
 void open_map(benchmark::State& state) {
   static const std::vector<std::byte> kFile = encode_map(city());

@@ -119,10 +119,12 @@ std::string facts_text(const InspectedMap& inspected) {
   const std::size_t runs = run_count(map.sites);
   text += field("route", fmt::format("{}, a place every {:g} m, in {} {}", extent_text(map.sites),
                                      map.sites.spacing_m, runs, runs == 1 ? "run" : "runs"));
-  text += field("content", fmt::format("{} NDs of {:g} m in {} tiles; factors {}, model {}",
-                                       rows_of(summary, "ndt"), map.ndt.cell_m, summary.tile_count,
-                                       map.factors.factors.empty() ? "stripped" : "included",
-                                       map.model.bytes.empty() ? "stripped" : "included"));
+  text += field(
+      "content",
+      fmt::format("{} NDs of {:g} m{} in {} tiles; factors {}, model {}", rows_of(summary, "ndt"),
+                  map.ndt.cell_m, map.size == MapSize::kFull ? "" : " (a small map)",
+                  summary.tile_count, map.factors.factors.empty() ? "stripped" : "included",
+                  map.model.bytes.empty() ? "stripped" : "included"));
   text += field("world", world_text(map));
   text += field("drives", drives_text(map.measurement));
   if (map.trajectory) text += field("poses", poses_text(*map.trajectory));
@@ -336,6 +338,7 @@ Json to_json(const InspectedMap& inspected) {
             {"release", map.release},
             {"writer", map.writer},
             {"world", map.world},
+            {"size", name_of(map.size)},
             {"origin_world_m", {origin_m.x(), origin_m.y(), origin_m.z()}}}},
           {"sites",
            {{"count", map.sites.sites.size()},

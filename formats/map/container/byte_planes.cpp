@@ -1,10 +1,6 @@
 #include "formats/map/container/byte_planes.h"
 
-#include <zstd.h>
-
 #include "formats/base/check.h"
-#include "formats/base/zstd_memory.h"
-#include "formats/map/container/packed_block.h"
 
 namespace sightline {
 namespace {
@@ -61,22 +57,6 @@ void from_planes(std::span<const std::byte> planes, const ArrayShape& shape,
       for (std::uint32_t i = 0; i < shape.width; ++i) out[row * stride + i] = byte_of(value, i);
     }
   }
-}
-
-std::vector<std::byte> zstd_frame(std::span<const std::byte> bytes) {
-  std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
-  const std::size_t size = with_memory(
-      ZSTD_compress(frame.data(), frame.size(), bytes.data(), bytes.size(), kPackLevel));
-  SIGHTLINE_CHECK(ZSTD_isError(size) == 0);
-  frame.resize(size);
-  return frame;
-}
-
-Result<std::vector<std::byte>> bytes_of_frame(std::span<const std::byte> frame,
-                                              std::uint64_t most) {
-  const std::uint64_t size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (size > most) return unreadable_block();  // also where the frame does not state it
-  return unpack_zstd(frame, size);
 }
 
 }  // namespace sightline

@@ -5,8 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "formats/base/result.h"
-
 namespace sightline {
 
 // An array of rows of `per_row` numbers of `width` bytes (1, 2, 4 or 8), little-endian.
@@ -25,10 +23,5 @@ void append_planes(std::span<const std::byte> array, const ArrayShape& shape,
 // Back into `array`; both have shape.size() bytes.
 void from_planes(std::span<const std::byte> planes, const ArrayShape& shape,
                  std::span<std::byte> array);
-
-// Zstandard, as pack() does it, whether or not that saves anything.
-std::vector<std::byte> zstd_frame(std::span<const std::byte> bytes);
-// Of a frame that states its size, which is at most `most`. Errors: bad-layer, too-large.
-Result<std::vector<std::byte>> bytes_of_frame(std::span<const std::byte> frame, std::uint64_t most);
 
 }  // namespace sightline

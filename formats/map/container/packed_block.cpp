@@ -122,35 +122,6 @@ StoredBlock pack(std::span<const std::byte> raw) {
   return block;
 }
 
-bool is_worth_packing(std::uint64_t raw_size, std::uint64_t packed_size) {
-  return packed_size <= raw_size - raw_size / 16 && raw_size / kMostExpansion <= packed_size;
-}
-
-Error unreadable_block() { return {ErrorCode::kBadLayer, "zstd cannot unpack it"}; }
-
-Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
-                               std::uint64_t raw_size) {
-  if (raw_size > kLargestBlock || raw_size / kMostExpansion > stored_size) {
-    return Error{ErrorCode::kTooLarge,
-                 concat(stored_size, " packed bytes cannot unpack to ", raw_size)};
-  }
-  if (ZSTD_getFrameContentSize(beginning.data(), beginning.size()) != raw_size) {
-    return Error{ErrorCode::kBadLayer,
-                 concat("the compressed frame does not unpack to ", raw_size, " bytes")};
-  }
-  return {};
-}
-
-Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
-                                           std::uint64_t raw_size) {
-  SIGHTLINE_TRY(check_packed_size(stored, stored.size(), raw_size));
-  std::vector<std::byte> raw(raw_size);
-  const std::size_t size =
-      with_memory(ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size()));
-  if (ZSTD_isError(size) != 0 || size != raw_size) return unreadable_block();
-  return raw;
-}
-
 Result<std::vector<std::byte>> unpack(BlockCodec codec, std::span<const std::byte> stored,
                                       std::uint64_t row_count, std::uint64_t raw_size) {
   switch (codec) {

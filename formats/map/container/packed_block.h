@@ -9,6 +9,7 @@
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "formats/grid/cell_key.h"
+#include "formats/map/container/zstd_frame.h"
 #include "formats/reader/map_container.h"
 #include "formats/record/fields.h"
 #include "formats/surroundings/ndt_map.h"
@@ -20,7 +21,7 @@ struct Digest;
 
 // How the bytes of a layer or section are carried in the file.
 
-// The last two are of maps that keep no more than their promise needs.
+// The last two are of maps that keep only what their promise needs.
 enum class BlockCodec : std::uint8_t { kNone, kZstd, kNds, kColumns };
 template <>
 inline constexpr auto kNamesOf<BlockCodec> = enum_names("none", "zstd", "nds", "columns");
@@ -34,17 +35,6 @@ struct StoredBlock {
 // into one), the bytes as they are where it does not. The
 // same bytes for the same version of the zstd library.
 StoredBlock pack(std::span<const std::byte> raw);
-// Of Zstandard: slow to write, as quick to read as any: a map is written once and read by many.
-inline constexpr int kPackLevel = 15;
-[[nodiscard]] bool is_worth_packing(std::uint64_t raw_size, std::uint64_t packed_size);
-
-// Exactly raw_size bytes. Errors: too-large (kLargestBlock, kMostExpansion), bad-layer.
-Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
-                                           std::uint64_t raw_size);
-// What it checks before it takes memory, of the first bytes (18 at most) of `stored_size`.
-Result<void> check_packed_size(std::span<const std::byte> beginning, std::uint64_t stored_size,
-                               std::uint64_t raw_size);
-Error unreadable_block();
 // What was packed by any codec but "none". Errors: those of unpack_zstd().
 Result<std::vector<std::byte>> unpack(BlockCodec codec, std::span<const std::byte> stored,
                                       std::uint64_t row_count, std::uint64_t raw_size);

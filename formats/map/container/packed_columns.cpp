@@ -2,7 +2,7 @@
 
 #include "formats/base/bytes.h"
 #include "formats/base/check.h"
-#include "formats/map/container/packed_block.h"
+#include "formats/map/container/zstd_frame.h"
 #include "formats/reader/map_layout.h"
 
 // Packed: the number of columns (u32), of each its numbers in a row and their width in bytes (u32

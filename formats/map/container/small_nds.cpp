@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "formats/map/container/byte_planes.h"
-#include "formats/map/container/packed_block.h"
+#include "formats/map/container/zstd_frame.h"
 
 // Packed: half the step of means (i32), differences of the three columns of keys as planes, then
 // the eleven numbers of each ND, all rows of one after all rows of another; in one frame.

@@ -6,7 +6,6 @@
 
 #include "formats/base/random.h"
 #include "formats/map/container/small_nd.h"
-#include "formats/map/rounded_answers.h"
 
 namespace sightline {
 namespace {

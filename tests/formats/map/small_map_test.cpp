@@ -6,7 +6,6 @@
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/map/repair/repair.h"
-#include "formats/map/rounded_answers.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/reader.h"
 #include "map_generated.h"

@@ -82,6 +82,24 @@ TEST_F(Delta, MakesTheNewMapByteForByteOverRandomMaps) {
   }
 }
 
+TEST_F(Delta, BetweenFullAndSmallMapsMakesTheNewMapByteForByte) {
+  RandomMapOptions options{.seed = 5, .site_count = 40, .nd_count = 200, .has_columns = true};
+  const CompiledMap full = random_map(options);
+  options.size = MapSize::kPromise;
+  const CompiledMap small = later(random_map(options));
+  const Bytes full_file = encode_map(full);
+  const Bytes small_file = encode_map(small);
+  CompiledMap again = later(small);
+  const Bytes again_file = encode_map(again);
+  for (const auto& [base, result] : {std::pair(&full_file, &small_file),
+                                     {&small_file, &full_file},
+                                     {&small_file, &again_file}}) {
+    EXPECT_TRUE(apply(*base, make(*base, *result)));
+    expect_map(*result, "between sizes");
+  }
+  EXPECT_LT(make(small_file, again_file).size(), small_file.size() / 2);
+}
+
 TEST_F(Delta, OfEqualMapsHoldsNothing) {
   const Bytes base = encode_map(random_map({.seed = 3}));
   EXPECT_LE(make(base, base).size(), kDeltaHeaderSize + kDeltaStepSize);

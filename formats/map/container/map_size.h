@@ -6,7 +6,7 @@
 
 namespace sightline {
 
-// How much a map keeps: everything as it was computed, or no more than its promise needs, rounded
+// How much a map keeps: everything as it was computed, or only what its promise needs, rounded
 // ("Small maps" in schemas/definitions.md).
 enum class MapSize : std::uint8_t { kFull, kPromise };
 template <>
