@@ -142,7 +142,7 @@ def bodies_of(core):
 def main():
     package = pathlib.Path(sys.argv[1])
     node = "".join((package / "src" / name).read_text() for name in ("localizer_node.h", "localizer_node.cpp"))
-    core = (package / "core" / "scan_matcher.cpp").read_text()
+    core = "".join((package / "core" / name).read_text() for name in ("scan_matcher.cpp", "scan_matcher_services.cpp"))
     sections = rows_of((package / "README.md").read_text())
     faults = []
     check_messages(faults, sections["input"], INPUTS, made(node, "create_subscription"))

@@ -10,7 +10,7 @@ namespace sightline_ros2 {
 
 // Poses around a time, and the pose at that time.
 struct PoseAtTime {
-  StampedPose pose;  // its covariance is that of `before`
+  StampedPose pose;    // its covariance is that of `before`
   StampedPose before;  // the last one that is not later; `after` where the filter is behind
   StampedPose after;
 };

@@ -35,8 +35,10 @@ namespace tf2_ros {
 class Buffer {
  public:
   explicit Buffer(rclcpp::Clock::SharedPtr) {}
-  geometry_msgs::msg::TransformStamped lookupTransform(const std::string& target, const std::string& source,
-                                                       const tf2::TimePoint&, const tf2::Duration) const {
+  geometry_msgs::msg::TransformStamped lookupTransform(const std::string& target,
+                                                       const std::string& source,
+                                                       const tf2::TimePoint&,
+                                                       const tf2::Duration) const {
     const auto found = tf2::recorded().known.find({target, source});
     if (found == tf2::recorded().known.end()) {
       throw tf2::TransformException('"' + source + "\" does not exist");
