@@ -8,7 +8,6 @@
 namespace sightline_ros2 {
 namespace {
 
-using sightline::Error;
 using sightline::LookPlanAnswer;
 using sightline::MapLook;
 using sightline::MapReader;
