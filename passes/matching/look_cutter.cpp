@@ -219,4 +219,15 @@ MatchResult LookMatcher::match(const Pose& T_map_start, double search_m) {
                                          : localize(*sampled_, cut_, T_map_start, options, shared);
 }
 
+MatchResult LookMatcher::score(const Pose& T_map_vehicle) {
+  const bool is_sample = !takes_every_return(look_);
+  if (is_sample && look_.is_by_normals) {
+    cutter_.finish(*sampled_, matching_.sensor, T_map_vehicle, cut_);
+  }
+  MatchResult result =
+      settle(is_sample ? *sampled_ : *own_, cut_, T_map_vehicle, {.max_iterations = 1});
+  result.T_map_sensor = T_map_vehicle;  // without the one step
+  return result;
+}
+
 }  // namespace sightline

@@ -96,6 +96,9 @@ class LookMatcher {
   MatchResult match(const Pose& T_map_start,
                     double search_m = std::numeric_limits<double>::infinity());
 
+  // The score at a pose, which stays, in the finest level that a match of this look ends in.
+  MatchResult score(const Pose& T_map_vehicle);
+
   // Of the last match.
   [[nodiscard]] std::size_t point_count() const { return cut_.points_m.size(); }
   // As it was matched, in the vehicle's frame; valid until the next match.

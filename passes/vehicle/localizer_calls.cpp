@@ -17,14 +17,11 @@
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_plan.h"
 #include "passes/vehicle/c_values.h"
+#include "passes/vehicle/localizer_handle.h"
 #include "passes/vehicle/map_windows.h"
 #include "passes/vehicle/match_answer.h"
 #include "passes/vehicle/match_protection.h"
 #include "passes/vehicle/vehicle_map.h"
-
-// Everything that a match needs memory for lies in a Workspace. A call takes a free one and gives
-// it back, so that several threads can match, and a vehicle that matches scan after scan allocates
-// next to nothing.
 
 namespace sightline {
 namespace {
@@ -54,85 +51,6 @@ LookPlan plan_of(const sightline_look_plan& plan) {
   result.doubt_above = plan.doubt_above;
   return result;
 }
-
-sightline_nd c_nd(const Nd& nd, const MapFrame& frame) {
-  const Eigen::Vector3d mean_m = nd.mean_m + frame.origin_world_m;
-  const Eigen::Matrix3d& c = nd.covariance_m2;
-  return {{mean_m.x(), mean_m.y(), mean_m.z()},
-          {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)},
-          nd.point_count,
-          0};
-}
-
-// All that a match needs memory for.
-struct Workspace {
-  Scan scan;
-  LookMatcher matcher;
-  LookMemory planned;
-  StructureObserver observer;
-};
-
-}  // namespace
-}  // namespace sightline
-
-struct sightline_localizer {
-  explicit sightline_localizer(sightline::VehicleMap opened);
-
-  [[nodiscard]] std::unique_ptr<sightline::Workspace> take_workspace(
-      const sightline::MapWindow& window) const;
-  void give_back(std::unique_ptr<sightline::Workspace> workspace) const;
-
-  sightline::VehicleMap map;      // its NDs are below
-  std::vector<sightline_nd> nds;  // of a map that is held whole
-  std::unique_ptr<sightline::MapWindows> windows;
-  std::string kernel;
-  mutable std::mutex mutex;
-  mutable std::vector<std::unique_ptr<sightline::Workspace>> free;
-};
-
-sightline_localizer::sightline_localizer(sightline::VehicleMap opened)
-    : map(std::move(opened)), kernel(sightline::kernel_name(sightline::fastest_kernel())) {
-  const sightline::WindowOptions options{
-      .own = sightline::localizer_named(map.localizer, map.coarse_cells),
-      .usual_range_m = map.longest_look_m,
-      .mounting_m = map.sensor.T_vehicle_lidar.translation().norm()};
-  nds.reserve(map.ndt.nds.size());
-  for (const sightline::Nd& nd : map.ndt.nds) nds.push_back(sightline::c_nd(nd, map.ndt.frame));
-  std::vector<sightline::Nd> all = std::exchange(map.ndt.nds, {});
-  sightline::NdtMap whole = map.ndt;
-  whole.nds = std::move(all);
-  windows = map.tiles == nullptr
-                ? std::make_unique<sightline::MapWindows>(std::move(whole), options)
-                : std::make_unique<sightline::MapWindows>(*map.tiles, options);
-}
-
-std::unique_ptr<sightline::Workspace> sightline_localizer::take_workspace(
-    const sightline::MapWindow& window) const {
-  std::unique_ptr<sightline::Workspace> workspace;
-  {
-    const std::scoped_lock lock(mutex);
-    if (!free.empty()) {
-      workspace = std::move(free.back());
-      free.pop_back();
-    }
-  }
-  if (workspace == nullptr) {
-    const sightline::LookMatching matching{window.own, window.samples, map.sensor, map.leaf_m,
-                                           map.takes_every_return};
-    return std::make_unique<sightline::Workspace>(sightline::Workspace{
-        {}, sightline::LookMatcher(matching), {sightline::LookCutter(map.leaf_m), {}}, {}});
-  }
-  workspace->matcher.use(window.own, window.samples);
-  return workspace;
-}
-
-void sightline_localizer::give_back(std::unique_ptr<sightline::Workspace> workspace) const {
-  const std::scoped_lock lock(mutex);
-  free.push_back(std::move(workspace));
-}
-
-namespace sightline {
-namespace {
 
 Result<VehicleMap> open_map(const char* path, const sightline_localizer_options& options) {
   VehicleMapOptions chosen;
@@ -193,9 +111,9 @@ struct MatchBegin {
   double search_m = std::numeric_limits<double>::infinity();
 };
 
-// Checks the other arguments and fills the answer. `use` matches the workspace's scan.
+// Checks start and scan and takes the scan's points into a workspace, by which `use` answers.
 template <class Use>
-int match_scan(const MatchCall& call, const Use& use) {
+int with_scan(const MatchCall& call, const Use& use) {
   const auto& [localizer, range_m, scan, T_world_start, options, answer] = call;
   const MapFrame& frame = localizer.map.ndt.frame;
   const Pose T_world_given = pose_of(T_world_start);
@@ -203,9 +121,6 @@ int match_scan(const MatchCall& call, const Use& use) {
   const Pose T_map_start = rebase(T_world_given, MapFrame{}, frame);
   const double away_m = T_map_start.translation().cwiseAbs().maxCoeff();
   if (!(away_m < kMostCells * localizer.map.ndt.cell_m)) return kBadArgument;
-  const std::optional<MatchKnowledge> knowledge =
-      knowledge_of(given_errors(options), kind_at(localizer.map, T_map_start));
-  if (!knowledge) return kBadArgument;
   try {
     const std::shared_ptr<const MapWindow> window =
         localizer.windows->at(T_map_start.translation(), range_m);
@@ -213,23 +128,40 @@ int match_scan(const MatchCall& call, const Use& use) {
     std::vector<Eigen::Vector3d>& points_m = workspace->scan.points_m;
     take_returns({scan.first, scan.count, scan.stride_bytes, scan.is_double != 0}, points_m);
     answer.dropped_count = static_cast<std::uint32_t>(scan.count - points_m.size());
-    const std::optional<KnownStart> start = start_of(*knowledge, T_map_start);
-    MatchBegin begin{.T_map_start = T_map_start};
-    if (start) begin.search_m = search_of_start_m(start->covariance);
-    const MatchOfScan found = use(*window, *workspace, begin, answer);
-    answer.point_count = static_cast<std::uint32_t>(found.scan.points_m.size());
-    put(found.match, answer);
-    const MatchEnd end = end_of_match(found.match, found.scan, start ? &*start : nullptr,
-                                      window->structures, knowledge->scale, workspace->observer);
-    put(end, frame, answer);
-    if (is_unconstrained(found.match, end)) answer.stop = SIGHTLINE_UNCONSTRAINED;
-    put_protection(*knowledge, found.match, end, answer);
+    const int code = use(*window, *workspace, T_map_start);
     localizer.give_back(std::move(workspace));
-    return 0;
+    return code;
   } catch (const std::bad_alloc&) {
     put_start(T_world_start, answer);
     return static_cast<int>(ErrorCode::kOutOfMemory);
   }
+}
+
+// Checks the options and fills the answer. `use` matches the workspace's scan.
+template <class Use>
+int match_scan(const MatchCall& call, const Use& use) {
+  return with_scan(
+      call, [&](const MapWindow& window, Workspace& workspace, const Pose& T_map_start) {
+        sightline_match& answer = call.answer;
+        const std::optional<MatchKnowledge> knowledge =
+            knowledge_of(given_errors(call.options), kind_at(call.localizer.map, T_map_start));
+        if (!knowledge) {
+          put_start(call.T_world_start, answer);
+          return kBadArgument;
+        }
+        const std::optional<KnownStart> start = start_of(*knowledge, T_map_start);
+        MatchBegin begin{.T_map_start = T_map_start};
+        if (start) begin.search_m = search_of_start_m(start->covariance);
+        const MatchOfScan found = use(window, workspace, begin, answer);
+        answer.point_count = static_cast<std::uint32_t>(found.scan.points_m.size());
+        put(found.match, answer);
+        const MatchEnd end = end_of_match(found.match, found.scan, start ? &*start : nullptr,
+                                          window.structures, knowledge->scale, workspace.observer);
+        put(end, call.localizer.map.ndt.frame, answer);
+        if (is_unconstrained(found.match, end)) answer.stop = SIGHTLINE_UNCONSTRAINED;
+        put_protection(*knowledge, found.match, end, answer);
+        return 0;
+      });
 }
 
 }  // namespace
@@ -329,6 +261,31 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
                       answer.look_count = found.look_count;
                       return {found.match, workspace.planned.cut};
                     });
+}
+
+int sightline_localizer_score(const sightline_localizer* localizer, const sightline_points* scan,
+                              const double T_world_vehicle[12], const sightline_look* look,
+                              sightline_match* match) {
+  if (match == nullptr) return kBadArgument;
+  put_start(T_world_vehicle, *match);
+  if (localizer == nullptr || scan == nullptr || T_world_vehicle == nullptr || look == nullptr) {
+    return kBadArgument;
+  }
+  const Look chosen = look_of(*look);
+  if (!validate(chosen)) return kBadArgument;
+  return with_scan({*localizer, chosen.range_m, *scan, T_world_vehicle, nullptr, *match},
+                   [&](const MapWindow& /*window*/, Workspace& workspace, const Pose& T_map) {
+                     workspace.matcher.take(workspace.scan, chosen);
+                     const MatchResult found = workspace.matcher.score(T_map);
+                     match->point_count =
+                         static_cast<std::uint32_t>(workspace.matcher.point_count());
+                     match->score = found.score;
+                     match->nearest_voxel_likelihood = found.nearest_voxel_likelihood;
+                     match->scored_points = found.scored_points;
+                     match->stop = static_cast<std::uint32_t>(
+                         found.scored_points > 0 ? MatchStop::kConverged : found.stop);
+                     return 0;
+                   });
 }
 
 int sightline_localizer_prepare(const sightline_localizer* localizer,

@@ -178,6 +178,15 @@ int sightline_localizer_match_plan(const sightline_localizer* localizer,
                                    const sightline_look_plan* plan,
                                    const sightline_match_options* options, sightline_match* match);
 
+/* How well the points of a scan fit the map at a pose, which stays: fills score,
+ * nearest_voxel_likelihood, point_count, scored_points, dropped_count and stop of *match, as a
+ * match that ends there does, and leaves the rest as sightline_localizer_match does on failure.
+ * Scores are comparable between scans that are cut by the same look. Errors: as
+ * sightline_localizer_match. */
+int sightline_localizer_score(const sightline_localizer* localizer, const sightline_points* scan,
+                              const double T_world_vehicle[12], const sightline_look* look,
+                              sightline_match* match);
+
 /* Prepares the map ahead of a vehicle at that place, which moves as its last matches did, in steps
  * of about a millisecond, the longest of about four, until budget_ms have passed; at least one.
  * *is_done, which may be NULL, is 1 once nothing is left to prepare. For a program that has its own

@@ -109,6 +109,17 @@ class VehicleLocalizer {
                    answer);
   }
 
+  // How well a scan fits the map at a pose, which stays: see sightline_localizer_score.
+  [[nodiscard]] Result<sightline_match> score(const sightline_points& scan,
+                                              const PoseRows& T_world_vehicle,
+                                              const MapLook& look) const {
+    const sightline_look chosen = c_look(look);
+    sightline_match answer;
+    return checked(sightline_localizer_score(localizer_.get(), &scan, T_world_vehicle.data(),
+                                             &chosen, &answer),
+                   answer);
+  }
+
   // Prepares the map ahead of a vehicle at that place, for about so long; true once all is
   // prepared. Optional: see sightline_localizer_prepare. Error: bad-argument, out-of-memory.
   [[nodiscard]] Result<bool> prepare(const std::array<double, 3>& position_world_m,

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Headers that a node of ROS 2 includes, made for its test: the messages from their definitions, as
-rosidl names and lays them out, and of rclcpp the calls that are used, which remember what they did.
+"""Headers of messages and services that nodes of ROS 2 include, made for their tests from the definitions,
+as rosidl names and lays them out. Those of rclcpp and tf2 are in ros2_stubs.
 
 usage: ros2_headers.py FOLDER
 """
@@ -9,9 +9,10 @@ import pathlib
 import re
 import sys
 
-# The definitions of common_interfaces and builtin_interfaces, without comments.
+# The definitions of common_interfaces, builtin_interfaces and autoware_internal_msgs, without comments.
 MESSAGES = {
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec",
+    "builtin_interfaces/Duration": "int32 sec\nuint32 nanosec",
     "std_msgs/Header": "builtin_interfaces/Time stamp\nstring frame_id",
     "std_msgs/Float64": "float64 data",
     "std_msgs/String": "string data",
@@ -19,6 +20,27 @@ MESSAGES = {
     "geometry_msgs/Quaternion": "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1",
     "geometry_msgs/Pose": "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation",
     "geometry_msgs/PoseStamped": "std_msgs/Header header\ngeometry_msgs/Pose pose",
+    "geometry_msgs/PoseWithCovariance": "geometry_msgs/Pose pose\nfloat64[36] covariance",
+    "geometry_msgs/PoseWithCovarianceStamped": "std_msgs/Header header\n"
+    "geometry_msgs/PoseWithCovariance pose",
+    "geometry_msgs/PoseArray": "std_msgs/Header header\ngeometry_msgs/Pose[] poses",
+    "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z",
+    "geometry_msgs/Transform": "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation",
+    "geometry_msgs/TransformStamped": "std_msgs/Header header\nstring child_frame_id\n"
+    "geometry_msgs/Transform transform",
+    "sensor_msgs/PointField": "uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\n"
+    "uint8 datatype\nuint32 count",
+    "sensor_msgs/PointCloud2": "std_msgs/Header header\nuint32 height\nuint32 width\n"
+    "sensor_msgs/PointField[] fields\nbool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\n"
+    "bool is_dense",
+    "std_msgs/ColorRGBA": "float32 r\nfloat32 g\nfloat32 b\nfloat32 a",
+    "visualization_msgs/Marker": "int32 ARROW=0\nint32 ADD=0\nstd_msgs/Header header\nstring ns\nint32 id\n"
+    "int32 type\nint32 action\ngeometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n"
+    "builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n"
+    "std_msgs/ColorRGBA[] colors\nstring text\nstring mesh_resource\nbool mesh_use_embedded_materials",
+    "visualization_msgs/MarkerArray": "visualization_msgs/Marker[] markers",
+    "autoware_internal_debug_msgs/Float32Stamped": "builtin_interfaces/Time stamp\nfloat32 data",
+    "autoware_internal_debug_msgs/Int32Stamped": "builtin_interfaces/Time stamp\nint32 data",
     "diagnostic_msgs/KeyValue": "string key\nstring value",
     "diagnostic_msgs/DiagnosticStatus": "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\n"
     "byte level\nstring name\nstring message\nstring hardware_id\ndiagnostic_msgs/KeyValue[] values",
@@ -26,228 +48,73 @@ MESSAGES = {
     "diagnostic_msgs/DiagnosticStatus[] status",
 }
 
-PLAIN = {"int32": "std::int32_t", "uint32": "std::uint32_t", "float64": "double",
-         "string": "std::string", "byte": "unsigned char"}
-
-RCLCPP = r'''
-#include <chrono>
-#include <cstdint>
-#include <cstdio>
-#include <functional>
-#include <future>
-#include <map>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <variant>
-#include <vector>
-
-#define RCLCPP_WARN(logger, ...) ((void)(logger), std::fprintf(stderr, __VA_ARGS__))
-
-enum rcl_clock_type_t { RCL_ROS_TIME = 1 };
-
-namespace rcl_interfaces::msg {
-struct SetParametersResult {
-  bool successful = true;
-  std::string reason;
-};
-}  // namespace rcl_interfaces::msg
-
-namespace rclcpp {
-
-class Duration {
- public:
-  explicit Duration(std::int64_t ns) : ns_(ns) {}
-  double seconds() const { return static_cast<double>(ns_) * 1e-9; }
-
- private:
-  std::int64_t ns_;
-};
-
-class Time {
- public:
-  Time(std::int32_t s, std::uint32_t ns, rcl_clock_type_t type) : ns_(s * 1000000000LL + ns), type_(type) {}
-  Duration operator-(const Time& other) const {
-    if (type_ != other.type_) throw std::runtime_error("can't subtract times with different time sources");
-    return Duration(ns_ - other.ns_);
-  }
-
- private:
-  std::int64_t ns_;
-  rcl_clock_type_t type_;
-};
-
-using ParameterValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
-
-class Parameter {
- public:
-  template <class T>
-  Parameter(const std::string& name, const T& value) : name_(name), value_(value) {}
-  const std::string& get_name() const { return name_; }
-  const ParameterValue& value() const { return value_; }
-
- private:
-  std::string name_;
-  ParameterValue value_;
-};
-
-class NodeOptions {
- public:
-  NodeOptions& parameter_overrides(std::vector<Parameter> overrides) {
-    overrides_ = std::move(overrides);
-    return *this;
-  }
-  const std::vector<Parameter>& parameter_overrides() const { return overrides_; }
-
- private:
-  std::vector<Parameter> overrides_;
-};
-
-class QoS {
- public:
-  QoS(std::size_t) {}
-};
-
-class Logger {};
-
-// What the node of a test did, for the test to look at.
-struct Recorded {
-  std::map<std::string, std::vector<std::shared_ptr<void>>> published;
-  std::map<std::string, std::function<void(std::shared_ptr<void>)>> subscribed;
-  std::map<std::string, std::vector<std::vector<Parameter>>> set_parameters;  // by remote node
-  std::map<std::string, bool> is_ready;                                       // likewise
-  std::int32_t now_s = 100;
-};
-inline Recorded& recorded() {
-  static Recorded all;
-  return all;
+# Request and response.
+SERVICES = {
+    "std_srvs/SetBool": ("bool data", "bool success\nstring message"),
+    "autoware_internal_localization_msgs/PoseWithCovarianceStamped":
+        ("geometry_msgs/PoseWithCovarianceStamped pose_with_covariance",
+         "bool success\nbool reliable\ngeometry_msgs/PoseWithCovarianceStamped pose_with_covariance"),
 }
 
-template <class T>
-class Publisher {
- public:
-  using SharedPtr = std::shared_ptr<Publisher<T>>;
-  explicit Publisher(std::string topic) : topic_(std::move(topic)) {}
-  void publish(const T& message) { recorded().published[topic_].push_back(std::make_shared<T>(message)); }
-
- private:
-  std::string topic_;
-};
-
-template <class T>
-class Subscription {
- public:
-  using SharedPtr = std::shared_ptr<Subscription<T>>;
-};
-
-class Node {
- public:
-  Node(const std::string& name, const NodeOptions& options) : name_(name), options_(options) {}
-  virtual ~Node() = default;
-  const char* get_name() const { return name_.c_str(); }
-  Logger get_logger() const { return {}; }
-  Time now() const { return {recorded().now_s, 0, RCL_ROS_TIME}; }
-
-  template <class T>
-  T declare_parameter(const std::string& name, const T& usual) {
-    for (const Parameter& parameter : options_.parameter_overrides()) {
-      if (parameter.get_name() == name) return std::get<T>(parameter.value());
-    }
-    return usual;
-  }
-  template <class T>
-  T declare_parameter(const std::string& name) {
-    for (const Parameter& parameter : options_.parameter_overrides()) {
-      if (parameter.get_name() == name) return std::get<T>(parameter.value());
-    }
-    throw std::runtime_error("Statically typed parameter '" + name + "' must be initialized.");
-  }
-
-  template <class T>
-  std::shared_ptr<Publisher<T>> create_publisher(const std::string& topic, const QoS&) {
-    return std::make_shared<Publisher<T>>(topic);
-  }
-  template <class T, class Callback>
-  std::shared_ptr<Subscription<T>> create_subscription(const std::string& topic, const QoS&, Callback callback) {
-    recorded().subscribed[topic] = [callback](std::shared_ptr<void> message) {
-      callback(std::static_pointer_cast<const T>(message));
-    };
-    return std::make_shared<Subscription<T>>();
-  }
-
- private:
-  std::string name_;
-  NodeOptions options_;
-};
-
-class AsyncParametersClient {
- public:
-  template <class NodeT>
-  AsyncParametersClient(NodeT*, const std::string& remote) : remote_(remote) {}
-  bool service_is_ready() const { return recorded().is_ready[remote_]; }
-  std::shared_future<rcl_interfaces::msg::SetParametersResult> set_parameters_atomically(
-      const std::vector<Parameter>& parameters,
-      std::function<void(std::shared_future<rcl_interfaces::msg::SetParametersResult>)> = nullptr) {
-    recorded().set_parameters[remote_].push_back(parameters);
-    return {};
-  }
-
- private:
-  std::string remote_;
-};
-
-inline void init(int, char**) {}
-inline void spin(std::shared_ptr<Node>) {}
-inline bool shutdown() { return true; }
-
-}  // namespace rclcpp
-'''
-
+PLAIN = {"bool": "bool", "uint8": "std::uint8_t", "int32": "std::int32_t", "uint32": "std::uint32_t",
+         "float32": "float", "float64": "double", "string": "std::string", "byte": "unsigned char"}
 
 def snake_case(name):
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
 
 
-def header_of(name):
+def header_of(name, kind="msg"):
     package, message = name.split("/")
-    return f"{package}/msg/{snake_case(message)}.hpp"
+    return f"{package}/{kind}/{snake_case(message)}.hpp"
 
 
 def cpp_type(name):
-    if name.endswith("[]"):
-        return f"std::vector<{cpp_type(name[:-2])}>"
+    array = re.fullmatch(r"(.+)\[(\d*)\]", name)
+    if array and array[2]:
+        return f"std::array<{cpp_type(array[1])}, {array[2]}>"
+    if array:
+        return f"std::vector<{cpp_type(array[1])}>"
     if name in PLAIN:
         return PLAIN[name]
     package, message = name.split("/")
     return f"{package}::msg::{message}"
 
 
-def struct_of(name, definition):
+def struct_of(name, definition, kind="msg"):
     includes, members = [], []
     package, message = name.split("/")
     for line in definition.splitlines():
-        kind, rest = line.split(maxsplit=1)
+        of, rest = line.split(maxsplit=1)
         if "=" in rest:
             constant, value = rest.split("=")
-            members.append(f"  static constexpr {cpp_type(kind)} {constant} = {value};")
+            members.append(f"  static constexpr {cpp_type(of)} {constant} = {value};")
             continue
         field, *value = rest.split()
-        members.append(f"  {cpp_type(kind)} {field}{{{' '.join(value)}}};")
-        plain = kind.removesuffix("[]")
+        members.append(f"  {cpp_type(of)} {field}{{{' '.join(value)}}};")
+        plain = re.sub(r"\[\d*\]$", "", of)
         if plain not in PLAIN:
             includes.append(f"#include <{header_of(plain)}>")
     return "\n".join(
-        ["#pragma once", "#include <cstdint>", "#include <memory>", "#include <string>", "#include <vector>",
-         *includes, f"namespace {package}::msg {{", f"struct {message} {{", *members,
+        ["#pragma once", "#include <array>", "#include <cstdint>", "#include <memory>", "#include <string>", "#include <vector>",
+         *includes, f"namespace {package}::{kind} {{", f"struct {message} {{", *members,
          f"  using SharedPtr = std::shared_ptr<{message}>;",
          f"  using ConstSharedPtr = std::shared_ptr<const {message}>;", "};", "}", ""])
+
+
+def service_of(name, definitions):
+    package, service = name.split("/")
+    parts = [struct_of(f"{name}_{part}", definition, "srv")
+             for part, definition in zip(("Request", "Response"), definitions)]
+    return "\n".join(
+        [*parts, f"namespace {package}::srv {{", f"struct {service} {{", f"  using Request = {service}_Request;",
+         f"  using Response = {service}_Response;", "};", "}", ""])
 
 
 def main():
     folder = pathlib.Path(sys.argv[1])
     texts = {header_of(name): struct_of(name, definition) for name, definition in MESSAGES.items()}
-    texts["rclcpp/rclcpp.hpp"] = "#pragma once\n" + RCLCPP
+    for name, definitions in SERVICES.items():
+        texts[header_of(name, "srv")] = service_of(name, definitions)
     for path, text in texts.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text)

@@ -2,7 +2,7 @@
 """The package examples/ros2: compiles over headers made for it, names in package.xml and
 CMakeLists.txt what it includes, and is built by colcon where ROS 2 is.
 
-usage: ros2_test.py SOURCE_FOLDER [BUILD_FOLDER]     whose reader is installed for colcon
+usage: ros2_test.py SOURCE_FOLDER [BUILD_FOLDER]     whose libraries are installed for colcon
 """
 
 import pathlib
@@ -20,8 +20,8 @@ def check_syntax(root, package):
     with tempfile.TemporaryDirectory() as headers:
         subprocess.run([sys.executable, HERE / "ros2_headers.py", headers], check=True)
         for source in sorted((package / "src").glob("*.cpp")):
-            subprocess.run(["g++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-I", root,
-                            "-isystem", headers, source], check=True)
+            subprocess.run(["g++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-I", root, "-I", package,
+                            "-isystem", headers, "-isystem", HERE / "ros2_stubs", source], check=True)
 
 
 def check_names(package):
@@ -29,27 +29,50 @@ def check_names(package):
     for source in (package / "src").iterdir():
         for name in re.findall(r"#include <(\w+)/", source.read_text()):
             included.add(name)
+        if "rclcpp_components" in source.read_text():
+            included.add("rclcpp_components")
     manifest = xml.etree.ElementTree.parse(package / "package.xml").getroot()
     depended = {element.text for element in manifest.findall("depend")}
     assert depended == included, (depended, included)
     build = (package / "CMakeLists.txt").read_text()
-    found = set(re.findall(r"find_package\((\w+) REQUIRED\)", build))
+    found = set(re.findall(r"find_package\((\w+) REQUIRED", build))
     assert found == included | {"ament_cmake", "sightline"}, found
     name = manifest.find("name").text
     assert f"project({name} " in build
-    launch = xml.etree.ElementTree.parse(package / "launch" / "observation.launch.xml").getroot()
-    assert launch.find("node").get("pkg") == name
-    executables = re.findall(r"add_executable\((\w+)", build)
-    assert launch.find("node").get("exec") in executables
+    executables = re.findall(r"add_executable\((\w+)", build) + re.findall(r"EXECUTABLE (\w+)", build)
+    for launch in sorted((package / "launch").iterdir()):
+        for node in xml.etree.ElementTree.parse(launch).getroot().iter("node"):
+            assert node.get("pkg") == name
+            assert node.get("exec") in executables, node.get("exec")
+    for source in (package / "core").glob("*.cpp"):
+        assert f"core/{source.name}" in build, source
+        assert not re.search(r"#include <(rclcpp|tf2|\w+_msgs)", source.read_text()), source
+    for source in (package / "src").glob("*.cpp"):
+        assert f"src/{source.name}" in build, source
 
 
-# Every parameter of the node stands in the file, but for the map; the file has no other.
+def keys_of(yaml):
+    """Names of parameters in a file: those of nested ones joined by dots."""
+    keys, parents = set(), []
+    for line in yaml.splitlines():
+        match = re.match(r"^( +)(\w+):(.*)$", line)
+        if not match or len(match[1]) < 4:
+            continue
+        parents = parents[:(len(match[1]) - 4) // 2] + [match[2]]
+        value = match[3].split("#")[0].strip()
+        is_parent = not value and match[2] != "output_pose_covariance"
+        if not is_parent:
+            keys.add(".".join(parents))
+    return keys
+
+
+# Every parameter of a node is in its file, but for the map; the file has no other.
 def check_parameters(package):
-    source = (package / "src" / "observation_node.cpp").read_text()
-    declared = set(re.findall(r'declare_parameter<[^(]+>\(\s*"(\w+)"', source))
-    text = (package / "config" / "observation.param.yaml").read_text()
-    written = set(re.findall(r"^    (\w+):", text, re.MULTILINE))
-    assert declared - {"map_file"} == written, (declared, written)
+    for node, file in (("observation_node", "observation"), ("localizer_node", "localizer"), ("nav2_node", "nav2")):
+        source = (package / "src" / f"{node}.cpp").read_text()
+        declared = set(re.findall(r'declare_parameter<[^(]+>\(\s*"([\w.]+)"', source))
+        written = keys_of((package / "config" / f"{file}.param.yaml").read_text())
+        assert declared - {"map_file"} == written, (node, declared ^ written)
 
 
 def build_with_colcon(package, build):
@@ -58,8 +81,8 @@ def build_with_colcon(package, build):
         return
     with tempfile.TemporaryDirectory() as folder:
         prefix = pathlib.Path(folder) / "prefix"
-        subprocess.run(["cmake", "--install", build, "--component", "reader", "--prefix", prefix],
-                       check=True)
+        for component in ("reader", "localizer_library", "localizer"):
+            subprocess.run(["cmake", "--install", build, "--component", component, "--prefix", prefix], check=True)
         shutil.copytree(package, pathlib.Path(folder) / "src" / "sightline_ros2")
         subprocess.run(["colcon", "build", "--packages-select", "sightline_ros2", "--cmake-args",
                         f"-DCMAKE_PREFIX_PATH={prefix}"], cwd=folder, check=True)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <thread>
 #include <vector>
@@ -113,6 +114,55 @@ TEST(SightlineLocalizer, TellsWhatItCannotOpen) {
   EXPECT_EQ(Opened(written_room("searching"), &options).code,
             static_cast<int>(ErrorCode::kBadValue));
   sightline_localizer_close(nullptr);
+}
+
+// The score where a match ended is that of the match; a wrong pose has less.
+TEST(SightlineLocalizer, ScoresAPoseWithoutMovingIt) {
+  const std::string path = written_room("searching");
+  const Opened opened(path);
+  const MapFrame frame = read_map(path)->ndt.frame;
+  const Scan scan = float_scan(9, 3000);
+  const sightline_points points = points_of(scan);
+  const PoseRows start = world_rows(Pose::Identity(), frame);
+  for (const Look& chosen : kLooks) {
+    const sightline_look look = c_look(chosen);
+    sightline_match found, scored, wrong;
+    ASSERT_EQ(
+        sightline_localizer_match(opened.localizer, &points, start.data(), &look, nullptr, &found),
+        0);
+    ASSERT_EQ(
+        sightline_localizer_score(opened.localizer, &points, found.T_world_vehicle, &look, &scored),
+        0);
+    EXPECT_EQ(scored.stop, SIGHTLINE_CONVERGED);
+    // A look by normals takes other points from another start.
+    const double share = chosen.is_by_normals ? 0.1 : 0.01;
+    EXPECT_NEAR(scored.score, found.score, share * found.score);
+    EXPECT_NEAR(scored.nearest_voxel_likelihood, found.nearest_voxel_likelihood, 0.1);
+    EXPECT_EQ(std::memcmp(scored.T_world_vehicle, found.T_world_vehicle, 96), 0);
+    PoseRows off = start;
+    off(0, 3) += 1.5;
+    ASSERT_EQ(sightline_localizer_score(opened.localizer, &points, off.data(), &look, &wrong), 0);
+    EXPECT_LT(wrong.nearest_voxel_likelihood, 0.9 * scored.nearest_voxel_likelihood);
+  }
+}
+
+TEST(SightlineLocalizer, ScoresNothingFarFromTheMapAndRefusesBadArguments) {
+  const Opened opened(written_room("searching"));
+  const Scan scan = float_scan(9, 100);
+  const sightline_points points = points_of(scan);
+  const sightline_look look = c_look(kLooks[1]);
+  PoseRows pose = Pose::Identity().affine();
+  sightline_match match;
+  EXPECT_EQ(sightline_localizer_score(opened.localizer, &points, pose.data(), &look, &match), 0);
+  EXPECT_EQ(match.stop, SIGHTLINE_NO_OVERLAP);
+  EXPECT_EQ(match.score, 0.0);
+  const int bad_argument = static_cast<int>(ErrorCode::kBadArgument);
+  EXPECT_EQ(sightline_localizer_score(nullptr, &points, pose.data(), &look, &match), bad_argument);
+  EXPECT_EQ(sightline_localizer_score(opened.localizer, &points, pose.data(), &look, nullptr),
+            bad_argument);
+  pose(1, 1) = 2.0;
+  EXPECT_EQ(sightline_localizer_score(opened.localizer, &points, pose.data(), &look, &match),
+            bad_argument);
 }
 
 TEST(SightlineLocalizer, RefusesWhatIsNoStartAndNoLook) {

@@ -231,6 +231,8 @@ def localizer():
          POINTER(MatchOptions), POINTER(Match)),
         ("sightline_localizer_match_plan", c_int, c_void_p, POINTER(Points), POINTER(c_double),
          POINTER(LookPlan), POINTER(MatchOptions), POINTER(Match)),
+        ("sightline_localizer_score", c_int, c_void_p, POINTER(Points), POINTER(c_double), POINTER(Look),
+         POINTER(Match)),
         ("sightline_localizer_prepare", c_int, c_void_p, POINTER(c_double), c_double, POINTER(c_int)),
         ("sightline_localizer_fault_count", c_size_t, c_void_p),
         ("sightline_localizer_get_fault", c_int, c_void_p, c_size_t, c_char_p, c_size_t),

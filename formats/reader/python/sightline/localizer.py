@@ -120,6 +120,22 @@ class Localizer:
             faults.append(c.Error(code, message.value.decode(errors="replace")))
         return faults
 
+    def score(self, scan, T_world_vehicle, look):
+        """How well a scan fits the map at a pose, which stays: a sightline.Match.
+
+        Its score, nearest_voxel_likelihood, point_count, scored_points, dropped_count and stop are set.
+        """
+        handle = self._opened(self._handle)
+        points, memory = _points(scan)
+        match = c.Match()
+        if isinstance(look, c.Range):
+            look = c.Look(range_m=look.range_m)
+        code = c.localizer().sightline_localizer_score(handle, byref(points), _rows(T_world_vehicle), byref(look),
+                                                       byref(match))
+        del memory  # until here the library read it
+        c.check(code)
+        return match
+
     def prepare(self, position_world_m, budget_ms):
         """Prepares the map ahead of a vehicle there, for about so long. True once all is prepared.
 
