@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
+#include "formats/model/place_count.h"
 #include "formats/text/table.h"
 #include "passes/model/choice/own_evidence.h"
 #include "passes/model/forest/forest_prediction.h"
@@ -141,15 +142,25 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
           1000, 10'000'000)};
 }
 
+namespace {
+
+void warn_of_one_place(const PassContext& ctx, const TrainingCard& card) {
+  if (place_count(card) > 1) return;
+  const std::string same = card.places.size() > 1 ? places_text(card) : "one place";
+  ctx.warn(concat("the model is trained on ", same,
+                  ": maps of other places get no promise; train it on two places or more"));
+}
+
+}  // namespace
+
 Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                          const ByFamily<DrivenPlaces>& places) {
-  if (places.ranges.places.size() == 1) {
-    ctx.warn(
-        "the model is trained on one place: maps of other places get no promise; train it on two "
-        "places or more");
-  }
-  return each_family(
-      [&](const DrivenPlaces& of_family) { return train_on(ctx, wanted, of_family); }, places);
+  SIGHTLINE_ASSIGN(
+      ByFamily<ErrorModel> model,
+      each_family([&](const DrivenPlaces& of_family) { return train_on(ctx, wanted, of_family); },
+                  places));
+  warn_of_one_place(ctx, model.ranges.card);
+  return model;
 }
 
 namespace {

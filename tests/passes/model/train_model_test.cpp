@@ -149,6 +149,23 @@ TEST(TrainModel, SaysThatOnePlaceAloneIsNoPromiseOfOthers) {
   EXPECT_NE(warnings.find("trained on one place"), std::string::npos) << warnings;
 }
 
+TEST(TrainModel, CountsACopyAsTheSamePlace) {
+  DrivenPlaces places = places_driven_twice(1, kSmall);
+  places.places.push_back(places.places.front());
+  places.places.back().name = "copy";
+  std::string warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings += message; };
+  const auto model = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value());
+  const std::string one = "1 place (copy is the same place as " + places.places[0].name + ")";
+  EXPECT_EQ(places_text(model->ranges.card), one);
+  EXPECT_NE(warnings.find("the model is trained on " + one), std::string::npos) << warnings;
+  EXPECT_NE(to_text(*model).find("\n" + one + "; "), std::string::npos) << to_text(*model);
+  const auto two = train_model(ctx, quick(), places_driven_twice(2, kSmall));
+  EXPECT_EQ(places_text(two.value().ranges.card), "2 places");
+}
+
 TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
   DrivenPlaces places = places_driven_twice(2, kSmall);
   for (DrivenPlace& place : places.places) {  // lanes, then open places

@@ -1,6 +1,7 @@
 #include "passes/vehicle/sightline_localizer.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -176,6 +177,27 @@ TEST(SightlineLocalizer, NeverSaysConvergedOfFewerThanSixPoints) {
         0);
     EXPECT_EQ(match.stop == SIGHTLINE_CONVERGED, count == 3000) << count << " points";
   }
+}
+
+// The floor alone holds neither a horizontal motion nor the heading.
+TEST(SightlineLocalizer, NeverSaysConvergedOfPointsOnOnePlane) {
+  const std::string path = written_room("searching");
+  const Opened opened(path);
+  const PoseRows start = world_rows(Pose::Identity(), read_map(path)->ndt.frame);
+  Scan scan = float_scan(9, 3000);
+  double lowest_m = 0.0;
+  for (const Eigen::Vector3d& p_m : scan.points_m) lowest_m = std::min(lowest_m, p_m.z());
+  std::erase_if(scan.points_m,
+                [&](const Eigen::Vector3d& p_m) { return p_m.z() > lowest_m + 0.15; });
+  ASSERT_GT(scan.points_m.size(), 100U);
+  const sightline_points points = points_of(scan);
+  const sightline_look look = c_look(every_return(30.0));
+  sightline_match match;
+  ASSERT_EQ(
+      sightline_localizer_match(opened.localizer, &points, start.data(), &look, nullptr, &match),
+      0);
+  EXPECT_GT(match.scored_points, 100U);
+  EXPECT_NE(match.stop, SIGHTLINE_CONVERGED);
 }
 
 // A match in the room, and what is known of its start.
