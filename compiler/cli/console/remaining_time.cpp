@@ -42,7 +42,7 @@ std::optional<double> RemainingTime::of_run_s(double step_left_s, double elapsed
   const double foreseen_s =
       foreseen_s_ + (step_s > 0.0 ? expected_[step_].wall_s * elapsed_s / step_s : 0.0);
   const double slower = (taken_s_ + elapsed_s + trust_s_) / (foreseen_s + trust_s_);
-  return step_left_s + later_s * std::clamp(slower, 0.1, 10.0);
+  return step_left_s + later_s * std::clamp(slower, 0.05, 50.0);
 }
 
 double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "formats/model/place_count.h"
 #include "passes/model/forest/growing/feature_rows.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/test_context.h"
