@@ -104,7 +104,6 @@ const Size& size_for(const std::string& step, const std::map<std::string, Size>&
 // The share of a step's time that its progress counts, of those that do much more afterwards.
 double counted(std::string_view step, const Size& size) {
   if (step.starts_with("estimate-trajectory")) return size.has_poses ? 1.0 : 0.18;
-  if (step.starts_with("train-model")) return 0.45;
   return 1.0;
 }
 

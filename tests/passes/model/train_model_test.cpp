@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <set>
+#include <vector>
 
 #include "formats/model/place_count.h"
 #include "passes/model/forest/growing/feature_rows.h"
@@ -148,6 +151,22 @@ TEST(TrainModel, SaysThatOnePlaceAloneIsNoPromiseOfOthers) {
   ctx.warning_sink = [&](const std::string& message) { warnings += message; };
   ASSERT_TRUE(train_model(ctx, quick(), places).has_value());
   EXPECT_NE(warnings.find("trained on one place"), std::string::npos) << warnings;
+}
+
+TEST(TrainModel, CountsItsProgressOverBothFamiliesOfLooks) {
+  ByFamily<DrivenPlaces> places(places_driven_twice(2, kSmall));
+  places.samples = places.ranges;
+  std::vector<std::size_t> done;
+  std::set<std::size_t> totals;
+  PassContext ctx;
+  ctx.progress_sink = [&](std::size_t count, std::size_t total) {
+    done.push_back(count);
+    totals.insert(total);
+  };
+  ASSERT_TRUE(train_model(ctx, quick(), places).has_value());
+  EXPECT_EQ(totals.size(), 1U);
+  EXPECT_TRUE(std::ranges::is_sorted(done));
+  EXPECT_EQ(done.back() + 1, *totals.begin()) << "the last forest is counted by nothing";
 }
 
 TEST(TrainModel, CountsACopyAsTheSamePlace) {
