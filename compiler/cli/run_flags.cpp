@@ -30,14 +30,14 @@ Result<void> choose_kernel(const std::string& name) {
 }
 
 // JSON on stderr replaces the text there; on another descriptor it is added.
-Result<RunObserver> observer_of(const RunFlags& flags, const std::vector<double>& expected_s) {
+Result<RunObserver> observer_of(const RunFlags& flags, const std::vector<ExpectedTime>& expected) {
   const RunObserver console = console_observer(flags.is_quiet     ? Verbosity::kQuiet
                                                : flags.is_verbose ? Verbosity::kVerbose
                                                                   : Verbosity::kNormal,
-                                               expected_s);
+                                               expected);
   if (flags.json_progress == 0) return console;
   SIGHTLINE_TRY(check_progress_descriptor(flags.json_progress));
-  RunObserver json = json_observer(flags.json_progress, expected_s);
+  RunObserver json = json_observer(flags.json_progress, expected);
   if (flags.json_progress != STDERR_FILENO) return both(console, std::move(json));
   json.printed = console.printed;
   return json;
@@ -139,11 +139,11 @@ Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<An
                                           const RunFlags& flags, const RunOptions& options,
                                           const CompileConfig& config, ArtifactSet& artifacts) {
   SIGHTLINE_TRY(choose_kernel(flags.kernel));
-  std::vector<double> expected_s;
+  std::vector<ExpectedTime> expected;
   for (const ExpectedStep& step : expected_cost(plan, wanted, options, config, artifacts).steps) {
-    expected_s.push_back(step.wall_s);
+    expected.push_back({step.wall_s, step.counted});
   }
-  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags, expected_s));
+  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags, expected));
   for (const std::string& note : config.notes) observer.warning("configuration", note);
   explain_interruption(!options.cache_directory.empty());
   std::vector<StepReport> reports;

@@ -101,6 +101,12 @@ const Size& size_for(const std::string& step, const std::map<std::string, Size>&
   return found == sizes.end() ? mapping : found->second;
 }
 
+// The share of a step's time that its progress counts, of those that do much more afterwards.
+double counted(std::string_view step, const Size& size) {
+  if (step.starts_with("estimate-trajectory")) return size.has_poses ? 1.0 : 0.18;
+  return 1.0;
+}
+
 double cpu_s(const Cost& cost, const Size& size) {
   const double unposed_s = size.has_poses ? 0.0 : cost.without_poses_s;
   return cost.scan_s * size.scans + (cost.million_points_s + unposed_s) * size.million_points;
@@ -187,7 +193,8 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
                             (cost.threads > 1 ? kUseOfThreads : 1.0);
     total_s += needed_s;
     missing_s += run.is_in_cache ? 0.0 : needed_s;
-    cost.steps.push_back({run.name, run.is_in_cache, run.is_in_cache ? 0.0 : needed_s});
+    cost.steps.push_back(
+        {run.name, run.is_in_cache, run.is_in_cache ? 0.0 : needed_s, counted(run.name, size)});
   }
   cost.memory_mib =
       kLeast_mib + kThread_mib * cost.threads + kScan_mib * mapping.scans + kept_scans_mib(sizes);

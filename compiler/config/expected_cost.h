@@ -18,6 +18,7 @@ struct ExpectedStep {
   std::string name;
   bool is_in_cache = false;
   double wall_s = 0.0;
+  double counted = 1.0;  // the share of it that its progress counts
 };
 
 struct ExpectedDrive {

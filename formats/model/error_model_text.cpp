@@ -2,6 +2,7 @@
 #include <functional>
 
 #include "formats/model/error_model.h"
+#include "formats/model/place_count.h"
 #include "formats/record/cells.h"
 #include "formats/text/numbers.h"
 #include "formats/text/table.h"
@@ -16,6 +17,34 @@ void add_figure(const std::string& name, CardFigureKind kind, const std::string&
 }
 
 }  // namespace
+
+std::string same_place(const TrainingCard& card, std::size_t i) {
+  const PlaceCard& place = card.places[i];
+  for (std::size_t k = 0; k < i && !place.recording_numbers.empty(); ++k) {
+    const PlaceCard& earlier = card.places[k];
+    if (!earlier.recording_numbers.empty() && earlier.number == place.number) return earlier.name;
+  }
+  return "";
+}
+
+std::size_t place_count(const TrainingCard& card) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < card.places.size(); ++i) count += same_place(card, i).empty() ? 1 : 0;
+  return count;
+}
+
+std::string places_text(const TrainingCard& card) {
+  const std::size_t count = place_count(card);
+  const std::string text = concat(count, count == 1 ? " place" : " places");
+  for (std::size_t i = 0; i < card.places.size(); ++i) {
+    const std::string same = same_place(card, i);
+    if (same.empty()) continue;
+    const std::size_t more = card.places.size() - count - 1;
+    return concat(text, " (", card.places[i].name, " is the same place as ", same,
+                  more > 0 ? concat("; ", more, " more") : "", ")");
+  }
+  return text;
+}
 
 CardFacts card_facts(const ErrorModel& model, std::size_t training_row_count) {
   CardFacts found;
@@ -127,12 +156,17 @@ std::string folds_text(const TrainingCard& card) {
 std::string card_text(const ErrorModel& model) {
   const TrainingCard& card = model.card;
   std::string text = "Model card\n";
-  TextGrid grid = {{"place", "drives", "route (m)", "blocks"}};
-  for (const PlaceCard& place : card.places) {
-    grid.push_back({place.name, std::to_string(place.drives.size()),
-                    fixed(place.labelled_route_m, 0), std::to_string(place.block_count)});
+  TextGrid grid = {{"place", "same as", "centre (m, world)", "drives", "route (m)", "blocks"}};
+  for (std::size_t i = 0; i < card.places.size(); ++i) {
+    const PlaceCard& place = card.places[i];
+    const std::string same = same_place(card, i);
+    grid.push_back(
+        {place.name, same.empty() ? "-" : same,
+         concat(fixed(place.centre_world_m.x(), 0), ", ", fixed(place.centre_world_m.y(), 0)),
+         std::to_string(place.drives.size()), fixed(place.labelled_route_m, 0),
+         std::to_string(place.block_count)});
   }
-  text += aligned(grid) + "\n";
+  text += aligned(grid) + "\n" + places_text(card) + "; ";
   text += concat(model.forest.trees.size(), " trees, ", model.forest.labels.size(),
                  " training rows, features: ", card.feature_set, "; ", folds_text(card),
                  (card.knows_history ? "; with earlier drives\n" : "; map only\n"));

@@ -33,6 +33,6 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
 void reattach(Drive& drive, const Recording& recording);
 inline constexpr Pass kIngest = Pass{"ingest", 6, "drive", "Recorded drives", &ingest}
                                     .in(Stage::kDrives)
-                                    .with({.scan_s = 0.0003});
+                                    .with({.scan_s = 0.0007, .million_points_s = 0.03});
 
 }  // namespace sightline

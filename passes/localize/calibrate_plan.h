@@ -54,6 +54,6 @@ inline constexpr Pass kCalibratePlan =
     Pass{"calibrate-plan", 3, "plan", "Threshold for a second scan sample while tracking",
          &calibrate_plan}
         .in(Stage::kLearn)
-        .with({.scan_s = 0.0003});
+        .with({.scan_s = 0.0003, .million_points_s = 0.04});
 
 }  // namespace sightline

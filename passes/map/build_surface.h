@@ -24,6 +24,6 @@ Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& 
 inline constexpr Pass kBuildSurface =
     Pass{"build-surface", 6, "surface", "The surface for ray casting", &build_surface}
         .in(Stage::kTiles)
-        .with({.million_points_s = 1.0});
+        .with({.million_points_s = 0.8});
 
 }  // namespace sightline

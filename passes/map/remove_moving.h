@@ -32,6 +32,6 @@ Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions&
 inline constexpr Pass kRemoveMoving =
     Pass{"remove-moving", 6, "points", "Removing moving objects", &remove_moving}
         .in(Stage::kTiles)
-        .with({.million_points_s = 0.6});
+        .with({.million_points_s = 0.75});
 
 }  // namespace sightline

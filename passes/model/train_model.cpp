@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
+#include "formats/model/place_count.h"
 #include "formats/text/table.h"
 #include "passes/model/choice/own_evidence.h"
 #include "passes/model/forest/forest_prediction.h"
@@ -141,15 +142,39 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
           1000, 10'000'000)};
 }
 
+namespace {
+
+// Whose progress counts the families of looks one after the other, each with the same total.
+PassContext counting_families(const PassContext& ctx, bool has_samples) {
+  PassContext counting = ctx;
+  if (!ctx.progress_sink || !has_samples) return counting;
+  counting.progress_sink = [sink = ctx.progress_sink, first = std::size_t{0},
+                            last = std::size_t{0}](std::size_t done, std::size_t total) mutable {
+    if (done <= last) first += total;  // the next family
+    last = done;
+    sink(first + done, 2 * total);
+  };
+  return counting;
+}
+
+void warn_of_one_place(const PassContext& ctx, const TrainingCard& card) {
+  if (place_count(card) > 1) return;
+  const std::string same = card.places.size() > 1 ? places_text(card) : "one place";
+  ctx.warn(concat("the model is trained on ", same,
+                  ": maps of other places get no promise; train it on two places or more"));
+}
+
+}  // namespace
+
 Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                          const ByFamily<DrivenPlaces>& places) {
-  if (places.ranges.places.size() == 1) {
-    ctx.warn(
-        "the model is trained on one place: maps of other places get no promise; train it on two "
-        "places or more");
-  }
-  return each_family(
-      [&](const DrivenPlaces& of_family) { return train_on(ctx, wanted, of_family); }, places);
+  PassContext of_families = counting_families(ctx, places.samples.has_value());
+  const auto of_family = [&](const DrivenPlaces& family) {
+    return train_on(of_families, wanted, family);
+  };
+  SIGHTLINE_ASSIGN(ByFamily<ErrorModel> model, each_family(of_family, places));
+  warn_of_one_place(ctx, model.ranges.card);
+  return model;
 }
 
 namespace {
@@ -201,10 +226,11 @@ Result<ByFamily<ErrorModel>> own_evidence_of(const std::vector<double>& limits_m
 // From one place; where that is too little, what its own scans say.
 Result<ByFamily<ErrorModel>> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
                                         const ByFamily<PlaceInUse>& place) {
+  PassContext of_families = counting_families(ctx, place.samples.has_value());
   const auto of_family = [&](const PlaceInUse& family) -> Result<ErrorModel> {
     DrivenPlaces places;
     SIGHTLINE_ASSIGN(places.places.emplace_back(), whole_place(family));
-    return train_on(ctx, wanted, std::move(places));
+    return train_on(of_families, wanted, std::move(places));
   };
   Result<ByFamily<ErrorModel>> model = each_family(of_family, place);
   const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||

@@ -24,6 +24,6 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
 inline constexpr Pass kEstimateTrajectory =
     Pass{"estimate-trajectory", 29, "trajectory", "Trajectory of the vehicle", &estimate_trajectory}
         .in(Stage::kGraph)
-        .with({.million_points_s = 0.5, .without_poses_s = 1.3});
+        .with({.million_points_s = 0.3, .without_poses_s = 0.9});
 
 }  // namespace sightline

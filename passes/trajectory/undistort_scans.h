@@ -26,6 +26,6 @@ Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& opt
 inline constexpr Pass kUndistortScans =
     Pass{"undistort-scans", 6, "undistorted", "Removing motion within scans", &undistort_scans}
         .in(Stage::kTiles)
-        .with({.scan_s = 0.0003, .million_points_s = 0.01});
+        .with({.scan_s = 0.0003, .million_points_s = 0.01, .without_poses_s = 0.08});
 
 }  // namespace sightline

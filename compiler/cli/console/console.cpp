@@ -10,12 +10,15 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
+#include <thread>
 #include <utility>
 
 #include "formats/base/printable.h"
@@ -98,17 +101,29 @@ std::shared_ptr<spdlog::logger> logger() {
 enum class ProgressForm { kNone, kMovingLine, kLines };
 
 // On a terminal a moving line, redrawn at most ten times a second and wiped before anything else is
-// printed; else, in a log, a line of its own now and then, so that a long pass is not silent.
+// printed; else, in a log, a line of its own now and then. A thread draws it where a pass reports
+// nothing for long, so that no long pass is silent.
 class ProgressLine {
  public:
-  ProgressLine(ProgressForm form, double line_every_s, std::vector<double> expected_s)
+  ProgressLine(ProgressForm form, double line_every_s, std::vector<ExpectedTime> expected)
       : form_(form),
         pause_s_(form == ProgressForm::kLines ? line_every_s : 0.1),
-        remaining_(std::move(expected_s)) {}
+        remaining_(std::move(expected)) {
+    if (form == ProgressForm::kNone) return;
+    const double silence_s = std::max(pause_s_, form == ProgressForm::kLines ? 0.1 : 1.0);
+    drawing_ = std::jthread([this, silence_s](const std::stop_token& stop) {
+      std::unique_lock<std::mutex> lock(mutex_);
+      while (!ended_.wait_for(lock, stop, std::chrono::duration<double>(silence_s),
+                              [&] { return stop.stop_requested(); })) {
+        if (!head_.empty() && seconds_since(drawn_) >= silence_s) show();
+      }
+    });
+  }
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
     head_ = fmt::format("[{}/{}] {}", step + 1, steps, name);
+    done_ = total_ = 0;
     remaining_.start(step);
     begin_ = drawn_ = Clock::now();
     draw(head_);
@@ -117,23 +132,15 @@ class ProgressLine {
   void update(std::size_t done, std::size_t total) {
     if (form_ == ProgressForm::kNone || total == 0) return;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (seconds_since(drawn_) < pause_s_) return;
-    drawn_ = Clock::now();
-    std::string line = concat(head_, "  ", done, "/", total);
-    if (done > 0) {
-      const double elapsed_s = seconds_since(begin_);
-      const double left_s = remaining_.of_step_s(elapsed_s, done, total);
-      line += concat("  ", clock_text(left_s), " left");
-      const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s);
-      if (run_s && *run_s > left_s) line += concat(", ", clock_text(*run_s), " of the whole run");
-    }
-    if (form_ == ProgressForm::kLines) return logger()->info("{}", line);
-    draw(line);
+    done_ = done;
+    total_ = total;
+    if (seconds_since(drawn_) >= pause_s_) show();
   }
 
   void finish(const StepReport& report) {
     const std::lock_guard<std::mutex> lock(mutex_);
     draw("");
+    head_.clear();
     remaining_.finish(report);
   }
 
@@ -143,6 +150,23 @@ class ProgressLine {
   }
 
  private:
+  // With the share done and the time that remains; without a count, the time so far.
+  void show() {
+    drawn_ = Clock::now();
+    const double elapsed_s = seconds_since(begin_);
+    std::string line = head_;
+    if (total_ > 0) line += concat("  ", done_, "/", total_);
+    if (done_ == 0) line += concat("  ", clock_text(elapsed_s), " so far");
+    if (done_ > 0) {
+      const double left_s = remaining_.of_step_s(elapsed_s, done_, total_);
+      line += concat("  ", clock_text(left_s), " left");
+      const std::optional<double> run_s = remaining_.of_run_s(left_s, elapsed_s);
+      if (run_s && *run_s > left_s) line += concat(", ", clock_text(*run_s), " of the whole run");
+    }
+    if (form_ == ProgressForm::kLines) return logger()->info("{}", line);
+    draw(line);
+  }
+
   void draw(const std::string& line) const {
     if (form_ != ProgressForm::kMovingLine) return;
     std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminal_width() - 1).c_str());
@@ -152,9 +176,13 @@ class ProgressLine {
   const double pause_s_;  // between two lines
   std::mutex mutex_;
   RemainingTime remaining_;
-  std::string head_;
+  std::string head_;      // of the present step; empty: none runs
+  std::size_t done_ = 0;  // of it
+  std::size_t total_ = 0;
   Clock::time_point begin_;
   Clock::time_point drawn_;
+  std::condition_variable_any ended_;
+  std::jthread drawing_;  // last: it uses the others
 };
 
 // Where the output of a step comes from.
@@ -189,14 +217,14 @@ std::function<void(Arguments...)> both(std::function<void(Arguments...)> first,
 
 }  // namespace
 
-RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s,
+RunObserver console_observer(Verbosity verbosity, std::vector<ExpectedTime> expected,
                              double line_every_s) {
   const bool is_quiet = verbosity == Verbosity::kQuiet;
   const bool is_verbose = verbosity == Verbosity::kVerbose;
   const ProgressForm form = is_quiet                          ? ProgressForm::kNone
                             : is_able_terminal(STDERR_FILENO) ? ProgressForm::kMovingLine
                                                               : ProgressForm::kLines;
-  const auto line = std::make_shared<ProgressLine>(form, line_every_s, std::move(expected_s));
+  const auto line = std::make_shared<ProgressLine>(form, line_every_s, std::move(expected));
   RunObserver observer;
   observer.started = [line, is_verbose](std::size_t step, std::size_t steps,
                                         const std::string& name) {

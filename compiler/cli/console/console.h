@@ -43,10 +43,10 @@ void print_warning(const std::string& text);
 void log_cost(const std::string& command, double wall_s);
 
 // Reports a run on stderr; unless quiet, with the share done and the time that remains; of the
-// whole run too where `expected_s` names the seconds that each of its steps is expected to take: on
+// whole run too where `expected` has what each of its steps is expected to take: on
 // a terminal in a moving line, else (and where TERM is unknown or dumb) in a line every so many
 // seconds. `printed` tables go to stdout as CSV.
-RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s = {},
+RunObserver console_observer(Verbosity verbosity, std::vector<ExpectedTime> expected = {},
                              double line_every_s = 30.0);
 
 // On stdout, with what could steer a terminal escaped (log_text()), except the colours of toned():
@@ -76,10 +76,10 @@ void explain_interruption(bool has_cache);
 //   {"event":"finished","pass":"build-ndt","step":6,"steps":21,"wall_s":1.52,"cpu_s":2.9,
 //    "peak_memory_mib":211.0,"from_cache":false}
 // Steps count from 1; "remaining_s" is of the pass, absent before anything is done, and
-// "run_remaining_s" of the whole run, where `expected_s` names the seconds that each of its steps
-// is expected to take. Progress comes at most five times a second, the last of a pass always. Lines
+// "run_remaining_s" of the whole run, where `expected` has what each of its steps is expected to
+// take. Progress comes at most five times a second, the last of a pass always. Lines
 // are written whole. A reader that has gone away ends the reports, not the run.
-RunObserver json_observer(int descriptor, std::vector<double> expected_s = {});
+RunObserver json_observer(int descriptor, std::vector<ExpectedTime> expected = {});
 
 // Error: bad-argument where the descriptor is not open for writing.
 Result<void> check_progress_descriptor(int descriptor);

@@ -22,8 +22,8 @@ double rounded(double seconds) { return std::round(seconds * 1000.0) / 1000.0; }
 
 class JsonLines {
  public:
-  JsonLines(int descriptor, std::vector<double> expected_s)
-      : descriptor_(descriptor), remaining_(std::move(expected_s)) {}
+  JsonLines(int descriptor, std::vector<ExpectedTime> expected)
+      : descriptor_(descriptor), remaining_(std::move(expected)) {}
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -92,9 +92,9 @@ class JsonLines {
 
 }  // namespace
 
-RunObserver json_observer(int descriptor, std::vector<double> expected_s) {
+RunObserver json_observer(int descriptor, std::vector<ExpectedTime> expected) {
   std::signal(SIGPIPE, SIG_IGN);
-  const auto lines = std::make_shared<JsonLines>(descriptor, std::move(expected_s));
+  const auto lines = std::make_shared<JsonLines>(descriptor, std::move(expected));
   RunObserver observer;
   observer.started = [lines](std::size_t step, std::size_t steps, const std::string& name) {
     lines->start(step, steps, name);

@@ -15,6 +15,7 @@
 #include "compiler/views/verdict/verdict_text.h"
 #include "formats/annotation/driven_places.h"
 #include "formats/base/files/atomic_file.h"
+#include "formats/model/place_count.h"
 #include "passes/model/choose_ranges.h"
 #include "passes/model/train_model.h"
 
@@ -188,7 +189,7 @@ void print_model(const TrainFlags& flags, const CompileConfig& config,
                  const ByFamily<ErrorModel>& model) {
   if (flags.run.is_quiet) return;
   if (flags.format == "json") return print_data(json_text(model_json(model)));
-  print_written(flags.output, concat("an error model of ", flags.configs.size(), " places"));
+  print_written(flags.output, "an error model of " + places_text(model.ranges.card));
   for (const std::string& promise :
        promises_of(config.passes.options(kChooseRanges), model.ranges)) {
     print_text(promise + "\n");

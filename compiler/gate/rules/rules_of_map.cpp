@@ -40,7 +40,7 @@ std::vector<Found> find_promise(const GateInput& input, const Threshold&) {
   for (const LimitPromise& promise : input.map->ranges.promises) {
     const double value = promise.is_earned ? 1.0 : 0.0;
     found.push_back({promise.limit_m, std::nullopt, value,
-                     concat("the promise", within(promise.limit_m), ": ", promise.statement)});
+                     concat(within(promise.limit_m).substr(1), ": ", promise.statement)});
   }
   return found;
 }
@@ -279,7 +279,7 @@ const GateRule kRules[] = {
      find_measured_coverage},
     {"worst-stretch", kMap, kError, kAtLeast, 0.50, "share",
      "Expected coverage of the worst piece of route, `stretch_m` long", find_worst_stretch},
-    {"promise-earned", kMap, kWarning, kAtLeast, 1.0, "",
+    {"promise-earned", kMap, kWarning, kAtLeast, 1.0, "promises",
      "The map has a promise about the next drive (1) or none (0): its threshold was set on enough "
      "route, by drives that the model was not trained on",
      find_promise},

@@ -56,14 +56,30 @@ std::string drives_text(const MeasurementCard& card) {
                      card.localization_scans, reference_text(card.reference));
 }
 
+// How far poses that nothing measured can be relied on.
+std::string doubt_text(const TrajectoryQuality& trajectory) {
+  if (trajectory.source != PoseSource::kEstimated) return "";
+  std::string text;
+  if (trajectory.overlap_count > 0) {
+    text = fmt::format(
+        "; {:.0f} % of the walls in a scan meet those of the scans before (median; least {:.0f} %)",
+        100.0 * trajectory.median_overlap, 100.0 * trajectory.least_overlap);
+  }
+  return trajectory.loop_edges > 0
+             ? text
+             : text + "; no place is passed twice, so errors add up along the route";
+}
+
 std::string poses_text(const TrajectoryQuality& trajectory) {
   std::string text(source_name(trajectory.source));
   if (trajectory.pieces.size() > 1) {
     text += fmt::format(", in {} pieces that are not connected", trajectory.pieces.size());
   }
-  if (trajectory.odometry_edges == 0) return text;
-  return text + fmt::format(", pose graph of {} steps and {} loops", trajectory.odometry_edges,
-                            trajectory.loop_edges);
+  if (trajectory.odometry_edges > 0) {
+    text += fmt::format(", pose graph of {} steps and {} loops", trajectory.odometry_edges,
+                        trajectory.loop_edges);
+  }
+  return text + doubt_text(trajectory);
 }
 
 // The one that leaves most of the way open: an assumed one before others, of these the longest.
@@ -157,6 +173,11 @@ void append_quality(const CompiledMap& map, const std::vector<LimitQuality>& qua
   }
 }
 
+constexpr const char* kWords =
+    "\nA look is a small sample of a scan, a range all points up to a distance; a plan is a look, "
+    "a "
+    "test, and a larger look.\n";
+
 // The figures of the map about its own answers.
 std::string map_table(const CompiledMap& map) {
   TextGrid grid = {{"places"}};
@@ -172,7 +193,7 @@ std::string map_table(const CompiledMap& map) {
     text += concat(limit > 0 ? ", " : "", fixed(map.quality[limit].mean_range_m, 1), " m for ",
                    centimetres(map.ranges.promises[limit].limit_m));
   }
-  return text + "\n";
+  return text + (map.looks ? kWords : "\n");
 }
 
 std::string lost_cell(const std::optional<std::uint32_t>& count) {

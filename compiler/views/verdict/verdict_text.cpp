@@ -108,7 +108,7 @@ std::string without_brackets(std::string text) {
 }
 
 // As many clauses of the promise as fit on so many lines; the whole is in `inspect --all` and JSON.
-std::string shortened(const std::string& promise, std::size_t most) {
+std::string shortened(const std::string& promise, std::size_t most = 2) {
   std::string text = promise;
   while (line_count(wrapped(text)) > most) {
     const std::size_t end = last_clause(text);
@@ -117,7 +117,7 @@ std::string shortened(const std::string& promise, std::size_t most) {
     if (shorter.size() >= text.size()) break;
     text = std::move(shorter);
   }
-  return wrapped(text);
+  return text;
 }
 
 }  // namespace
@@ -137,7 +137,7 @@ std::string to_text(const MapJudgement& judgement) {
   std::string text = wrapped(verdict_head(judgement) + verdict_rest(judgement));
   // With the next command at most five lines.
   const std::size_t most = line_count(text) > 2 ? 1 : 2;
-  if (!judgement.promise.empty()) text += shortened(judgement.promise, most);
+  if (!judgement.promise.empty()) text += wrapped(shortened(judgement.promise, most));
   return text + "Next: " + judgement.next + "\n";
 }
 
@@ -145,7 +145,7 @@ std::string to_markdown(const MapJudgement& judgement) {
   std::string text =
       concat("**Verdict: ", sign_of(judgement.verdict), " ", word_of(judgement.verdict), "**",
              markdown_text(verdict_rest(judgement)));
-  if (!judgement.promise.empty()) text += " " + markdown_text(judgement.promise);
+  if (!judgement.promise.empty()) text += " " + markdown_text(shortened(judgement.promise));
   return text + "\n";
 }
 

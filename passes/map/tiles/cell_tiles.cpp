@@ -225,6 +225,8 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
                                                 const BlockGrid& grid, const std::string& pass) {
   std::vector<ScanExtent> extents(part_count_of(points));
   std::vector<std::uint32_t> outside(block_count(points), kNone);
+  PassContext uncounted = ctx;  // what follows takes longer by far
+  uncounted.progress_sink = nullptr;
   RecordWork<Extents> work;
   work.count = outside.size();
   work.content = [&](std::size_t block) { return content_of_block(points, block); };
@@ -237,7 +239,7 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
     outside[block] = found.outside;
     return true;
   };
-  SIGHTLINE_TRY(work_in_parts(ctx, work));
+  SIGHTLINE_TRY(work_in_parts(uncounted, work));
   for (std::size_t block = 0; block < outside.size(); ++block) {
     if (outside[block] == kNone) continue;
     return outside_grid(points, block * kScansInBlock + outside[block], pass);

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <set>
+#include <vector>
 
+#include "formats/model/place_count.h"
 #include "passes/model/forest/growing/feature_rows.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/test_context.h"
@@ -147,6 +151,39 @@ TEST(TrainModel, SaysThatOnePlaceAloneIsNoPromiseOfOthers) {
   ctx.warning_sink = [&](const std::string& message) { warnings += message; };
   ASSERT_TRUE(train_model(ctx, quick(), places).has_value());
   EXPECT_NE(warnings.find("trained on one place"), std::string::npos) << warnings;
+}
+
+TEST(TrainModel, CountsItsProgressOverBothFamiliesOfLooks) {
+  ByFamily<DrivenPlaces> places(places_driven_twice(2, kSmall));
+  places.samples = places.ranges;
+  std::vector<std::size_t> done;
+  std::set<std::size_t> totals;
+  PassContext ctx;
+  ctx.progress_sink = [&](std::size_t count, std::size_t total) {
+    done.push_back(count);
+    totals.insert(total);
+  };
+  ASSERT_TRUE(train_model(ctx, quick(), places).has_value());
+  EXPECT_EQ(totals.size(), 1U);
+  EXPECT_TRUE(std::ranges::is_sorted(done));
+  EXPECT_EQ(done.back() + 1, *totals.begin()) << "the last forest is counted by nothing";
+}
+
+TEST(TrainModel, CountsACopyAsTheSamePlace) {
+  DrivenPlaces places = places_driven_twice(1, kSmall);
+  places.places.push_back(places.places.front());
+  places.places.back().name = "copy";
+  std::string warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings += message; };
+  const auto model = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value());
+  const std::string one = "1 place (copy is the same place as " + places.places[0].name + ")";
+  EXPECT_EQ(places_text(model->ranges.card), one);
+  EXPECT_NE(warnings.find("the model is trained on " + one), std::string::npos) << warnings;
+  EXPECT_NE(to_text(*model).find("\n" + one + "; "), std::string::npos) << to_text(*model);
+  const auto two = train_model(ctx, quick(), places_driven_twice(2, kSmall));
+  EXPECT_EQ(places_text(two.value().ranges.card), "2 places");
 }
 
 TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {

@@ -228,6 +228,39 @@ TEST(SightlineLocalizer, NeverSaysConvergedOfFewerThanSixPoints) {
   }
 }
 
+sightline_match match_of(const std::vector<Eigen::Vector3d>& points_m) {
+  const std::string path = written_room("searching");
+  const Opened opened(path);
+  const PoseRows start = world_rows(Pose::Identity(), read_map(path)->ndt.frame);
+  Scan scan;
+  scan.points_m = points_m;
+  const sightline_points points = points_of(scan);
+  const sightline_look look = c_look(every_return(30.0));
+  sightline_match match;
+  EXPECT_EQ(
+      sightline_localizer_match(opened.localizer, &points, start.data(), &look, nullptr, &match),
+      0);
+  return match;
+}
+
+// A hundred returns from one place hold no turn about it.
+TEST(SightlineLocalizer, NeverSaysConvergedWhereAMotionIsEntirelyFree) {
+  const sightline_match match = match_of(std::vector<Eigen::Vector3d>(100, {3.0, 1.0, -1.94}));
+  EXPECT_EQ(match.scored_points, 100U);
+  EXPECT_EQ(match.stop, SIGHTLINE_UNCONSTRAINED);
+}
+
+TEST(SightlineLocalizer, NamesTheMotionsThatTheFloorAloneDoesNotHold) {
+  Scan scan = float_scan(9, 3000);
+  std::erase_if(scan.points_m, [](const Eigen::Vector3d& p_m) {
+    return p_m.z() > -1.85 || p_m.head<2>().norm() > 4.0;  // the floor, away from the walls
+  });
+  const sightline_match match = match_of(scan.points_m);
+  EXPECT_GT(match.scored_points, 100U);
+  constexpr std::uint32_t kFree = SIGHTLINE_WEAK_FORWARD | SIGHTLINE_WEAK_LEFT | SIGHTLINE_WEAK_YAW;
+  EXPECT_EQ(match.weak & kFree, kFree);
+}
+
 // A match in the room, and what is known of its start.
 struct RoomMatch {
   explicit RoomMatch(const sightline_match_options* options = nullptr) {

@@ -2,7 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <chrono>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "compiler/pipeline/runner.h"
 
@@ -41,8 +44,14 @@ StepReport taken(double wall_s, bool from_cache = false) {
   return report;
 }
 
+std::vector<ExpectedTime> expected_s(const std::vector<double>& each_s) {
+  std::vector<ExpectedTime> expected;
+  for (const double of_step_s : each_s) expected.push_back({of_step_s, 1.0});
+  return expected;
+}
+
 TEST(RemainingTime, IsThatOfTheStepAndWhatIsExpectedOfLaterOnes) {
-  RemainingTime time({10.0, 20.0, 30.0});
+  RemainingTime time(expected_s({10.0, 20.0, 30.0}));
   time.start(0);
   EXPECT_EQ(time.of_run_s(4.0), 54.0);
   time.start(2);
@@ -50,32 +59,43 @@ TEST(RemainingTime, IsThatOfTheStepAndWhatIsExpectedOfLaterOnes) {
 }
 
 TEST(RemainingTime, IsCorrectedByWhatStepsTookThatRan) {
-  RemainingTime time({10.0, 0.0, 30.0, 8.0});
+  RemainingTime time(expected_s({10.0, 0.0, 30.0, 8.0}));
   time.start(0);
   time.finish(taken(20.0));
   time.start(1);
   time.finish(taken(0.1, true));  // says nothing of this machine
   time.start(2);
-  // Twice the expected 10 s, beside 1 s of trust in what was expected.
-  EXPECT_NEAR(time.of_run_s(60.0).value(), 60.0 + 21.0 / 11.0 * 8.0, 1e-9);
+  // Twice the expected 10 s, beside a twentieth of the 48 s of trust in what was expected.
+  EXPECT_NEAR(time.of_run_s(60.0).value(), 60.0 + 22.4 / 12.4 * 8.0, 1e-9);
 }
 
 TEST(RemainingTime, IsCorrectedByThePresentStepAlready) {
-  RemainingTime time({100.0, 100.0});
+  RemainingTime time(expected_s({100.0, 100.0}));
   time.start(0);
   // A quarter is done in 75 s: three times as slow as expected.
-  EXPECT_NEAR(time.of_run_s(225.0, 75.0).value(), 225.0 + 100.0 * 76.0 / 26.0, 1e-9);
+  EXPECT_NEAR(time.of_run_s(225.0, 75.0).value(), 225.0 + 100.0 * 85.0 / 35.0, 1e-9);
+}
+
+TEST(RemainingTime, OfAStepIsAsExpectedAtFirstAndAsCountedAtLast) {
+  RemainingTime time(expected_s({0.0, 20.0, 10.0}));
+  time.start(1);
+  EXPECT_NEAR(time.of_step_s(0.2, 10, 100), 18.2 - 0.2, 1e-9) << "a tenth of 2 s, the rest of 20 s";
+  EXPECT_NEAR(time.of_step_s(9.0, 90, 100), 11.0 - 9.0, 1e-9) << "of 10 s and of 20 s";
+  EXPECT_NEAR(time.of_step_s(30.0, 50, 100), 30.0, 1e-9) << "20 s are over";
+  EXPECT_EQ(time.of_step_s(40.0, 100, 100), 0.0);
+  time.start(3);
+  EXPECT_EQ(time.of_step_s(1.0, 50, 100), 1.0) << "nothing is expected";
 }
 
 // The odometry of a step is counted, what follows is not.
-TEST(RemainingTime, IsAsExpectedWhereTheCountIsFarFromIt) {
-  RemainingTime time({0.0, 20.0, 10.0});
-  time.start(1);
-  EXPECT_EQ(time.of_step_s(1.0, 50, 100), 19.0) << "not 1 s";
-  EXPECT_EQ(time.of_step_s(2.0, 100, 100), 0.0);
-  EXPECT_EQ(time.of_step_s(4.0, 50, 100), 4.0) << "8 s instead of 20 s are believed";
-  time.start(3);
-  EXPECT_EQ(time.of_step_s(1.0, 50, 100), 1.0) << "nothing is expected";
+TEST(RemainingTime, OfAStepThatCountsAPartOfItsWorkHasTheRest) {
+  RemainingTime time({{20.0, 0.25}});
+  time.start(0);
+  EXPECT_NEAR(time.of_step_s(5.0, 100, 100), 15.0, 1e-9);
+  EXPECT_NEAR(time.of_step_s(8.0, 100, 100), 12.0, 1e-9) << "without another report";
+  EXPECT_NEAR(time.of_step_s(30.0, 100, 100), 0.0, 1e-9);
+  time.start(0);
+  EXPECT_NEAR(time.of_step_s(10.0, 100, 100), 30.0, 1e-9) << "twice as slow";
 }
 
 TEST(RemainingTime, OfARunOfWhichNothingIsExpectedIsNotTold) {
@@ -111,6 +131,19 @@ TEST(ConsoleObserver, PrintsTheProgressOfALongPassInALogNowAndThen) {
   EXPECT_THAT(text, Not(HasSubstr("\033")));
   EXPECT_EQ(logged(0.0, Verbosity::kQuiet), "");
   EXPECT_EQ(logged(30.0, Verbosity::kNormal), "");
+}
+
+TEST(ConsoleObserver, PrintsInALogThatAPassIsStillAtWorkThatReportsNothing) {
+  const auto logged = [](std::size_t done) {
+    ::testing::internal::CaptureStderr();
+    const RunObserver observer = console_observer(Verbosity::kNormal, {}, 0.2);
+    observer.started(0, 2, "build-ndt");
+    if (done > 0) observer.progress(done, 4);
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    return ::testing::internal::GetCapturedStderr();
+  };
+  EXPECT_THAT(logged(0), HasSubstr("info [1/2] build-ndt  0:00 so far\n"));
+  EXPECT_THAT(logged(2), HasSubstr("info [1/2] build-ndt  2/4  0:00 left\n"));
 }
 
 TEST(ReportError, PrintsAPathOnOneLineAndNoCommandOfALog) {

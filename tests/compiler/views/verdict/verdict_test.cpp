@@ -169,6 +169,36 @@ TEST(Verdict, InspectNamesWhatWasNotObservedAndWhatWasContradicted) {
   EXPECT_THAT(without, testing::Not(HasSubstr("doubts")));
 }
 
+TEST(Verdict, InspectNamesHowGoodEstimatedPosesAre) {
+  CompiledMap map = good_map();
+  map.trajectory->source = PoseSource::kGiven;
+  const MapSummary summary;
+  const MapJudgement judgement = judge_map(map, nullptr, {});
+  const auto text = [&] { return summary_text({"road.slmap", map, summary, judgement}); };
+  EXPECT_THAT(text(), testing::Not(HasSubstr("walls")));
+  map.trajectory->source = PoseSource::kEstimated;
+  map.trajectory->loop_edges = 0;
+  map.trajectory->overlap_count = 60;
+  map.trajectory->median_overlap = 0.93;
+  map.trajectory->least_overlap = 0.71;
+  EXPECT_THAT(text(),
+              AllOf(HasSubstr("; 93 % of the walls in a scan meet those of the scans before"),
+                    HasSubstr("(median; least 71 %); no place is passed twice, so errors add up "
+                              "along the route\n")));
+  map.trajectory->loop_edges = 2;
+  EXPECT_THAT(text(), testing::Not(HasSubstr("passed twice")));
+}
+
+TEST(Verdict, InspectExplainsLooksWhereTheMapHasThem) {
+  const MapSummary summary;
+  for (const bool has_looks : {true, false}) {
+    const CompiledMap map = has_looks ? route_map(kSites) : good_map();
+    const MapJudgement judgement = judge_map(map, nullptr, {});
+    const std::string text = summary_text({"road.slmap", map, summary, judgement});
+    EXPECT_EQ(text.find("\nA look is a small sample of a scan, ") != std::string::npos, has_looks);
+  }
+}
+
 TEST(Verdict, TheCasesHaveTwoOfEachVerdict) {
   const std::vector<Case> all = cases();
   EXPECT_GE(all.size(), 10U);
@@ -440,6 +470,7 @@ TEST(Verdict, PromisesOfManyClausesAreShortened) {
   const MapJudgement judgement = judge_map(map, nullptr, {});
   EXPECT_LE(std::ranges::count(to_text(judgement), '\n'), 5);
   EXPECT_GT(judgement.promise.size(), 500U) << "the whole of it is in the JSON";
+  EXPECT_LE(to_markdown(judgement).size(), 600U) << to_markdown(judgement);
 }
 
 TEST(Verdict, PromisesAreNotCutWithinBrackets) {
