@@ -86,7 +86,7 @@ def read_parts(r):
 def read_model(data):
     file = Reader(data)
     assert file.take(4) == b"SLA\x1a"
-    assert file.one("I") == 7
+    assert file.one("I") == 8
     assert file.text() == "error-model"
     payload = file.take(file.one("Q"))
     file.one("Q")
