@@ -16,6 +16,10 @@ namespace sightline {
 
 enum class Split { kAuto, kEvenOdd };
 
+// Where the error model is from if none is given: trained on this compile's own drives, or on
+// generated worlds (it comes with the program).
+enum class DefaultModel { kOwn, kGenerated };
+
 // What several passes must agree on; each of them takes it from here.
 struct AnnotationOptions {
   std::vector<double> ranges_m = default_ranges_m();
@@ -29,6 +33,7 @@ struct AnnotationOptions {
   // even-odd: one recording is both drives; even scans map, odd scans localize. auto: even-odd
   // where no localization drive is named, or the mapping drive again.
   Split split = Split::kAuto;
+  DefaultModel model = DefaultModel::kGenerated;
 };
 std::vector<OptionField> option_fields(AnnotationOptions& options);
 

@@ -166,7 +166,13 @@ std::vector<OptionField> option_fields(AnnotationOptions& options) {
       choice("split", options.split,
              "even-odd: even scans of the mapping drive make the map, odd scans are localized in "
              "it; auto: even-odd where no localization drive is given",
-             {"auto", "even-odd"})};
+             {"auto", "even-odd"}),
+      choice(
+          "model", options.model,
+          "error model where --model names none; generated: the one that comes with the program, "
+          "trained on generated worlds, if it is of these ranges, looks, limits and localizer; "
+          "own: trained on the localization drives of this compile",
+          {"own", "generated"})};
 }
 
 std::string to_text(const RecordingRole& role) {

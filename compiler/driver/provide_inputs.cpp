@@ -16,6 +16,8 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/recording/same_recording.h"
 #include "formats/foreign/text/outside_errors_file.h"
+#include "formats/map/container/packed_block.h"
+#include "formats/map/delta/delta_steps.h"
 #include "formats/map/map_reader.h"
 #include "formats/text/table.h"
 #include "passes/emit/emit_map.h"
@@ -208,6 +210,16 @@ Result<void> provide_base(const CompilePlan& compile, ArtifactSet& artifacts) {
   return {};
 }
 
+// A model file may be packed as one frame of zstd.
+Result<std::vector<std::byte>> read_model_bytes(const std::filesystem::path& file) {
+  SIGHTLINE_ASSIGN(std::vector<std::byte> bytes, read_file(file));
+  const std::uint64_t raw_size = content_size(bytes);
+  if (raw_size == 0) return bytes;
+  Result<std::vector<std::byte>> unpacked = unpack_zstd(bytes, raw_size);
+  if (!unpacked) return in_file(unpacked.error(), file.string());
+  return unpacked;
+}
+
 }  // namespace
 
 Result<void> provide_drive(const EvaluatePlan& evaluate,
@@ -290,7 +302,7 @@ Result<ByFamily<ErrorModel>> read_model(const std::filesystem::path& file) {
     SIGHTLINE_ASSIGN(const CompiledMap map, read_map(file));
     model = model_of(map.model);
   } else {
-    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(file));
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_model_bytes(file));
     model = from_bytes<ByFamily<ErrorModel>>(bytes);
   }
   if (!model) return in_file(model.error(), file.string());

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "compiler/driver/model_source.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/pipeline/schedule.h"
 #include "compiler/store/cache.h"
@@ -204,13 +205,14 @@ Result<NewPlan> new_plan(const std::filesystem::path& plan,
   made.file.folder = std::filesystem::current_path();
   made.file.configuration = std::filesystem::absolute(configuration);
   made.file.overrides = overrides;
-  if (!model.empty()) made.file.model = std::filesystem::absolute(model);
   SharedWork& work = made.work;
   work.store = std::filesystem::absolute(store_in(plan));
   SIGHTLINE_ASSIGN(work.config, load_compile_config(made.file.configuration, overrides));
   made.file.values = digest_of(work.config);
-  const bool is_given = !model.empty();
-  work.compile = compile_plan(work.config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+  SIGHTLINE_ASSIGN(const ChosenModel chosen, choose_model(work.config, model));
+  const bool is_given = !chosen.file.empty();
+  if (is_given) made.file.model = std::filesystem::absolute(chosen.file);
+  work.compile = compile_plan(work.config, chosen.source());
   SIGHTLINE_TRY(provide_drives(work.compile, work.store, work.artifacts));
   if (is_given) {
     SIGHTLINE_TRY(provide_model(work.compile, made.file.model, work.artifacts));

@@ -17,6 +17,9 @@ Result<void> validate_card(const ErrorModel& model) {
   if (card.curve.slope <= 0.0) {
     return invalid_artifact("the curve of its probabilities does not increase", "model card");
   }
+  if (card.worlds != "recorded" && !card.is_of_generated_worlds()) {
+    return invalid_artifact("its worlds are neither recorded nor generated", "model card");
+  }
   SIGHTLINE_TRY(validate(card.localizer));
   if (card.places.empty() ||
       (card.hold_out != "blocks" && card.hold_out != "drives" && card.hold_out != "places")) {

@@ -75,10 +75,13 @@ struct TrainingCard {
   bool knows_history =
       false;               // some place was driven twice: one drive is history, the other is judged
   ProbabilityCurve curve;  // of the probabilities, out of fold and of the forest
+  std::string worlds = "recorded";  // or "generated": no vehicle has driven there
+
+  [[nodiscard]] bool is_of_generated_worlds() const { return worlds == "generated"; }
 };
 SIGHTLINE_FIELDS(TrainingCard, places, reference, localizer, feature_set, hold_out, seed,
                  tree_count, least_leaf_rows, feature_share, block_m, buffer_m, labelled_route_m,
-                 block_count, fold_count, knows_history, curve)
+                 block_count, fold_count, knows_history, curve, worlds)
 
 // One input of the forest.
 struct FeatureCard {
@@ -158,7 +161,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 7;
+  static constexpr std::uint32_t kVersion = 8;
 };
 
 Result<void> validate(const ErrorModel& model);

@@ -57,6 +57,7 @@ CardFacts card_facts(const ErrorModel& model, std::size_t training_row_count) {
   }
   found.facts = {{"places", places},
                  {"drives", drives},
+                 {"worlds", card.worlds},
                  {"reference", cell_of(card.reference)},
                  {"localizer", to_text(card.localizer)},
                  {"feature_set", card.feature_set},
@@ -156,6 +157,7 @@ std::string folds_text(const TrainingCard& card) {
 std::string card_text(const ErrorModel& model) {
   const TrainingCard& card = model.card;
   std::string text = "Model card\n";
+  if (card.is_of_generated_worlds()) text += "of generated worlds, not of recorded drives\n";
   TextGrid grid = {{"place", "same as", "centre (m, world)", "drives", "route (m)", "blocks"}};
   for (std::size_t i = 0; i < card.places.size(); ++i) {
     const PlaceCard& place = card.places[i];

@@ -14,6 +14,8 @@
 
 namespace sightline {
 
+enum class TrainingWorlds { kRecorded, kGenerated };
+
 struct TrainModelOptions {
   FeatureSet features = FeatureSet::kAll;
   std::vector<double> limits_m = {0.10, 0.25};
@@ -26,6 +28,7 @@ struct TrainModelOptions {
   int folds = 5;
   HoldOut hold_out = HoldOut::kAuto;
   int most_rows = 100000;  // that one forest learns from
+  TrainingWorlds worlds = TrainingWorlds::kRecorded;
 };
 std::vector<OptionField> option_fields(TrainModelOptions& options);
 
@@ -42,7 +45,7 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // fold nothing to learn from; both name the place.
 Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                          const ByFamily<DrivenPlaces>& places);
-inline constexpr Pass kTrainModel = Pass{"train-model", 10, "model", "Error model", &train_model}
+inline constexpr Pass kTrainModel = Pass{"train-model", 11, "model", "Error model", &train_model}
                                         .in(Stage::kLearn)
                                         .with({.scan_s = 0.009});
 

@@ -64,7 +64,8 @@ def read_parts(r):
     return {
         "card": r.struct(places=lambda: r.list(place), reference="B", localizer=localizer, feature_set=r.text, hold_out=r.text, seed="Q",
                          trees="I", least_leaf_rows="I", feature_share="d", block_m="d", buffer_m="d", route_m="d",
-                         blocks="I", folds="I", knows_history="B", offset="d", slope="d"),
+                         blocks="I", folds="I", knows_history="B", offset="d", slope="d",
+                         worlds=r.text),
         "features": r.list(lambda: r.struct(name=r.text, importance_m="d", least=lambda: r.array("d"),
                                             greatest=lambda: r.array("d"))),
         "ranges": r.list(lambda: r.struct(range_m="d", mean_error_m="d", r_squared="d", rmse_m="d",
@@ -85,7 +86,7 @@ def read_parts(r):
 def read_model(data):
     file = Reader(data)
     assert file.take(4) == b"SLA\x1a"
-    assert file.one("I") == 7
+    assert file.one("I") == 8
     assert file.text() == "error-model"
     payload = file.take(file.one("Q"))
     file.one("Q")

@@ -8,6 +8,7 @@
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/configuration.h"
+#include "compiler/driver/model_source.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"
@@ -37,11 +38,11 @@ Result<MapFile> compile_again(const VerifyFlags& flags) {
   run.no_cache = true;  // what somebody put there has no part in it
   run.is_quiet = true;
   SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(run.config_file, run.overrides));
-  const CompilePlan compile =
-      compile_plan(config, flags.model.empty() ? ModelSource::kTrained : ModelSource::kGiven);
+  SIGHTLINE_ASSIGN(const ChosenModel model, choose_model(config, flags.model));
+  const CompilePlan compile = compile_plan(config, model.source());
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(run), artifacts));
-  SIGHTLINE_TRY(provide_model(compile, flags.model, artifacts));
+  SIGHTLINE_TRY(provide_model(compile, model.file, artifacts));
   SIGHTLINE_TRY(run_steps(compile.plan, {compile.map}, run, config, artifacts));
   return artifacts.get(compile.map);
 }

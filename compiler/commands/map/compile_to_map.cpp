@@ -16,6 +16,7 @@
 #include "compiler/commands/verdict_output.h"
 #include "compiler/config/expected_cost.h"
 #include "compiler/config/inputs.h"
+#include "compiler/driver/model_source.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/plans.h"
 #include "compiler/driver/provenance.h"
@@ -96,21 +97,21 @@ Result<std::string> tables_text(const CompilePlan& made, const ArtifactSet& arti
 }
 
 // Files, one a line.
-Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config) {
-  SIGHTLINE_ASSIGN(const InputFiles inputs,
-                   input_files(config, flags.run.config_file, flags.model));
+Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config,
+                         const ChosenModel& model) {
+  SIGHTLINE_ASSIGN(const InputFiles inputs, input_files(config, flags.run.config_file, model.file));
   for (const std::filesystem::path& file : inputs.files) print_data(one_line(file.string()) + "\n");
   return {};
 }
 
 // Before the compile: what changes meanwhile is then newer than its map.
-Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& config) {
+Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& config,
+                           const ChosenModel& model) {
   if (flags.depfile.empty()) return {};
   if (flags.output.empty()) {
     return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of"};
   }
-  SIGHTLINE_ASSIGN(const InputFiles inputs,
-                   input_files(config, flags.run.config_file, flags.model));
+  SIGHTLINE_ASSIGN(const InputFiles inputs, input_files(config, flags.run.config_file, model.file));
   return write_file_atomically(flags.depfile, depfile_text(flags.output, inputs),
                                IfExists::kReplace);
 }
@@ -255,18 +256,18 @@ Setter strict_setter(CompileFlags& flags) {
 }  // namespace
 
 Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& config) {
-  if (flags.lists_inputs) return list_inputs(flags, config);
+  SIGHTLINE_ASSIGN(const ChosenModel model, choose_model(config, flags.model));
+  if (flags.lists_inputs) return list_inputs(flags, config, model);
   SIGHTLINE_TRY(check_outputs(flags));
   if (!flags.is_dry) {
-    SIGHTLINE_TRY(write_depfile(flags, config));
+    SIGHTLINE_TRY(write_depfile(flags, config, model));
   }
-  const bool is_given = !flags.model.empty();
-  const CompilePlan compile =
-      compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+  if (!model.why_own.empty()) print_note(model.why_own);
+  const CompilePlan compile = compile_plan(config, model.source());
   SIGHTLINE_TRY(try_poses_output(flags.output, if_exists(flags.is_forced), compile));
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
-  SIGHTLINE_TRY(provide_model(compile, flags.model, artifacts));
+  SIGHTLINE_TRY(provide_model(compile, model.file, artifacts));
   if (flags.is_dry) return estimate_cost(flags, config, compile, artifacts);
   std::vector<AnyWire> wanted = reported_artifacts(compile);
   if (!flags.poses.empty()) wanted.push_back(compile.released);
@@ -350,8 +351,9 @@ void add_compile_flags(Verb& verb, CompileFlags& flags) {
       force_flag(flags.is_forced),
       {.names = "--model",
        .value = "FILE",
-       .help = "Use the error model of this file (.slmodel, of `sightline train`) or map (.slmap) "
-               "instead of training one; errors of the localization drive are its inputs",
+       .help =
+           "Use the error model of this file (.slmodel, of `sightline train`) or map (.slmap) "
+           "instead of that of annotation.model; errors of the localization drive are its inputs",
        .target = &flags.model},
       {.names = "--risk",
        .value = "SHARE",

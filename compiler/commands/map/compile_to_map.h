@@ -24,7 +24,7 @@ struct SummaryFlags {
 struct CompileFlags {
   RunFlags run;
   std::string output;
-  std::string model;    // empty: trained on this compile's own drive
+  std::string model;    // empty: by annotation.model
   std::string depfile;  // empty: none
   std::string poses;    // of one drive, for the next map; empty: none
   bool lists_inputs = false;

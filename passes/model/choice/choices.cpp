@@ -105,6 +105,12 @@ void promise_nothing_elsewhere(LimitChoice& now) {
   now.withdraw(withdrawn_statement(NoPromise::kOnePlace));
 }
 
+// Generated worlds and recorded streets are not exchangeable.
+void mark_generated(LimitChoice& now) {
+  if (!now.inputs.model.card.is_of_generated_worlds()) return;
+  now.withdraw(generated_statement(now.promise));
+}
+
 void take_static_where_extrapolated(const LimitChoice& now, const PredictedError& predicted,
                                     Choice& choice) {
   mark_extrapolated(predicted, choice);
@@ -306,6 +312,8 @@ constexpr Rule kByProbability[] = {
     calibrate_ranges,
     // No promise for sites in another place than the only one that the model learnt from.
     promise_nothing_elsewhere,
+    // What a model of generated worlds promises is about such worlds: no promise here.
+    mark_generated,
     // The cheapest look with P(error <= limit) >= p*, else the most probable one, flagged kUnmet.
     // An extrapolated look is flagged, and the site takes the static answer (kStatic) if the option
     // says so. Then dilation. No promise where more than half of the sites are extrapolated.
@@ -334,6 +342,8 @@ constexpr Rule kByKind[] = {
     calibrate_looks,
     // No promise for sites in another place than the only one that the model learnt from.
     promise_nothing_elsewhere,
+    // What a model of generated worlds promises is about such worlds: no promise here.
+    mark_generated,
     // Sites take the look of their kind, flagged kUnmet where P(error <= limit) < p*. Extrapolated
     // sites are flagged, and answered where their own evidence is within the limit (kStatic) if the
     // option says so. No promise where more than half of the sites are extrapolated.
@@ -348,7 +358,7 @@ constexpr Rule kByKind[] = {
 constexpr Rule kByMean[] = {
     // The shortest range whose predicted mean error is within the limit, else the longest, flagged
     // kUnmet; extrapolated ones as by probability. No promise.
-    assess_by_mean, look_no_further_than_for_tighter, mark_simulated};
+    assess_by_mean, mark_generated, look_no_further_than_for_tighter, mark_simulated};
 
 }  // namespace
 

@@ -182,6 +182,14 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
          "was allowed";
 }
 
+std::string generated_statement(const LimitPromise& promise) {
+  const std::string predicted =
+      "Predicted from generated worlds, without a promise for recorded "
+      "drives, which needs a model of such drives (`sightline train`)";
+  if (!promise.is_earned) return predicted + ". " + promise.statement;
+  return predicted + ". Over generated worlds: " + promise.statement;
+}
+
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card) {
   return "No promise for the next drive: " + why_this_drive(promise, card) +
          (is_simulated(card) ? "; of the simulated scans " : "; on this drive ") +

@@ -16,6 +16,9 @@ namespace sightline {
 // far one may lie from it.
 std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share);
 
+// Of what a model of generated worlds predicts: `promise` is about these, and was withdrawn.
+std::string generated_statement(const LimitPromise& promise);
+
 // Of a threshold whose bound holds, set on drives that the trees learnt from or on one alone.
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card);
 

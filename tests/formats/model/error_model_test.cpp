@@ -86,7 +86,7 @@ TEST(ErrorModel, OfAnotherVersionIsRefusedAndSaysWhich) {
     return from_bytes<ErrorModel>(seal("error-model", version, writer.bytes())).error();
   };
   EXPECT_EQ(of_version(4).code, ErrorCode::kOldVersion);
-  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 7");
+  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 8");
   EXPECT_EQ(of_version(8).code, ErrorCode::kFutureVersion);
 }
 

@@ -107,6 +107,24 @@ ErrorModel with_a_tunnel(std::size_t block_count) {
   return model;
 }
 
+TEST(Promise, OfGeneratedWorldsIsNoPromiseForRecordedDrives) {
+  ErrorModel model = honest_model(1, 60);
+  const Result<RangeTable> recorded = choose(model, with(RiskControl::kConformal));
+  ASSERT_TRUE(recorded->promises[0].is_earned);
+  model.card.worlds = "generated";
+  const Result<RangeTable> generated = choose(model, with(RiskControl::kConformal));
+  ASSERT_TRUE(generated.has_value() && validate(*generated).has_value());
+  const LimitPromise& promise = generated->promises[0];
+  EXPECT_FALSE(promise.is_earned);
+  EXPECT_TRUE(promise.statement.starts_with(
+      "Predicted from generated worlds, without a promise for recorded drives"))
+      << promise.statement;
+  EXPECT_TRUE(
+      promise.statement.ends_with("Over generated worlds: " + recorded->promises[0].statement))
+      << promise.statement;
+  EXPECT_EQ(generated->range_index, recorded->range_index) << "answers stay as they are";
+}
+
 TEST(Promise, IsAboutTheAnsweredSitesAndStatesTheOthers) {
   const RangeTable table = value_of(choose(with_a_tunnel(60), with(RiskControl::kConformal)));
   const RangeTable without = value_of(choose(honest_model(1, 60), with(RiskControl::kConformal)));
