@@ -228,14 +228,14 @@ TEST(SightlineLocalizer, NeverSaysConvergedOfFewerThanSixPoints) {
   }
 }
 
-sightline_match match_of(const std::vector<Eigen::Vector3d>& points_m) {
+sightline_match match_of(const std::vector<Eigen::Vector3d>& points_m, const Look& taken) {
   const std::string path = written_room("searching");
   const Opened opened(path);
   const PoseRows start = world_rows(Pose::Identity(), read_map(path)->ndt.frame);
   Scan scan;
   scan.points_m = points_m;
   const sightline_points points = points_of(scan);
-  const sightline_look look = c_look(every_return(30.0));
+  const sightline_look look = c_look(taken);
   sightline_match match;
   EXPECT_EQ(
       sightline_localizer_match(opened.localizer, &points, start.data(), &look, nullptr, &match),
@@ -243,11 +243,18 @@ sightline_match match_of(const std::vector<Eigen::Vector3d>& points_m) {
   return match;
 }
 
-// A hundred returns from one place hold no turn about it.
+// Returns from one cell hold at most two motions.
 TEST(SightlineLocalizer, NeverSaysConvergedWhereAMotionIsEntirelyFree) {
-  const sightline_match match = match_of(std::vector<Eigen::Vector3d>(100, {3.0, 1.0, -1.94}));
-  EXPECT_EQ(match.scored_points, 100U);
-  EXPECT_EQ(match.stop, SIGHTLINE_UNCONSTRAINED);
+  std::vector<Eigen::Vector3d> of_one_cell_m;
+  for (int i = 0; i < 64; ++i) {
+    const double x = 2.3 + 0.2 * (i % 8);
+    of_one_cell_m.emplace_back(x, 0.3 + 0.2 * (i / 8), -2.0 + 0.02 * x);
+  }
+  for (const Look& look : kLooks) {
+    const sightline_match match = match_of(of_one_cell_m, look);
+    EXPECT_GT(match.scored_points, 6U);
+    EXPECT_NE(match.stop, SIGHTLINE_CONVERGED);
+  }
 }
 
 TEST(SightlineLocalizer, NamesTheMotionsThatTheFloorAloneDoesNotHold) {
@@ -255,7 +262,7 @@ TEST(SightlineLocalizer, NamesTheMotionsThatTheFloorAloneDoesNotHold) {
   std::erase_if(scan.points_m, [](const Eigen::Vector3d& p_m) {
     return p_m.z() > -1.85 || p_m.head<2>().norm() > 4.0;  // the floor, away from the walls
   });
-  const sightline_match match = match_of(scan.points_m);
+  const sightline_match match = match_of(scan.points_m, every_return(30.0));
   EXPECT_GT(match.scored_points, 100U);
   constexpr std::uint32_t kFree = SIGHTLINE_WEAK_FORWARD | SIGHTLINE_WEAK_LEFT | SIGHTLINE_WEAK_YAW;
   EXPECT_EQ(match.weak & kFree, kFree);
