@@ -87,7 +87,7 @@ TEST(ErrorModel, OfAnotherVersionIsRefusedAndSaysWhich) {
   };
   EXPECT_EQ(of_version(4).code, ErrorCode::kOldVersion);
   EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 8");
-  EXPECT_EQ(of_version(8).code, ErrorCode::kFutureVersion);
+  EXPECT_EQ(of_version(9).code, ErrorCode::kFutureVersion);
 }
 
 TEST(ErrorModel, NamesEveryRecordingInTextTableAndFacts) {
