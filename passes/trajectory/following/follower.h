@@ -165,7 +165,8 @@ class Follower {
   RunningAverage average_;
   std::vector<TimedStep> steps_;  // that may continue
   SteadyMotion steady_;
-  WayFilter way_;  // predicted up to the next scan while that is placed
+  std::size_t held_steps_ = 0;  // in a row, whose way scans constrain
+  WayFilter way_;               // predicted up to the next scan while that is placed
   SpeedForecast speed_;
   WayCheck way_check_;
   std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given

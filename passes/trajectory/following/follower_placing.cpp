@@ -20,6 +20,10 @@ constexpr double kSharedErrors = 2.0;
 // Above this, doubled, the speed is not changed: where nothing holds a scan, noise of surfaces
 // seems to, by some centimetres, and would carry the speed away.
 constexpr double kMeasuresNothing_m = 0.075;
+// Where another axis is as weak, a fit turns what it cannot place into way.
+constexpr double kOtherAxes = 0.5;
+// As many as the mean speed is of.
+constexpr std::size_t kHeldSteps = 10;
 // Of a match that many surfaces hold.
 constexpr double kLeastMatch_m = 0.01;
 // A shorter mean step has no direction.
@@ -81,17 +85,22 @@ Pose Follower::steady_step(std::size_t k) const {
   return step;
 }
 
-// The speed after a step that scans measured, or few surfaces and the forecast.
+// The speed is filtered from the first step that rests on constant speed until ten steps in a row
+// are constrained. It begins with the mean of the steps before.
 void Follower::take_way(std::size_t k, const Placed& to) {
+  const bool is_weak = to.constraint.weak[0] > 0.0 && to.constraint.forecast == Forecast::kSteady;
+  held_steps_ = is_weak ? 0 : held_steps_ + 1;
+  if (held_steps_ >= kHeldSteps) way_ = {};
   if (step_ns(k) <= 0) return;
   if (!way_.is_known()) {
-    if (!steady_.is_known()) return;
+    if (!is_weak || !steady_.is_known()) return;
     const Pose step = steady_.step(step_ns(k));
     return way_.begin(ahead_m(T_map_before(), T_map_before() * step) / step_s(k));
   }
   if (to.fitted_way) {
     const FittedWay& fitted = *to.fitted_way;
-    if (fitted.surfaces_sigma_m > kMeasuresNothing_m) return;
+    const bool is_alone = to.constraint.weak[1] < kOtherAxes && to.constraint.weak[2] < kOtherAxes;
+    if (!is_alone || fitted.surfaces_sigma_m > kMeasuresNothing_m) return;
     return way_.take_estimate(fitted.off_m, fitted.surfaces_sigma_m);
   }
   if (to.constraint.forecast != Forecast::kNone) return;
