@@ -279,6 +279,8 @@ void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
     steps_ = {{T_map_before().inverse() * to.T_map_lidar, step_ns(k)}};
     append(to.T_map_lidar, true, found.overlap);
     odometry.constraint.back() = to.constraint;
+    // The scan contradicts the map there, so that its surfaces are no evidence.
+    odometry.constraint.back().kept.setOnes();
     return;
   }
   begin_piece({static_cast<std::uint32_t>(k), is_jump(k),
