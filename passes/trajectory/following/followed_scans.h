@@ -36,6 +36,9 @@ struct StepConstraint {
   // Standard deviation of the way that was forecast, as a share of it; the same error all along a
   // stretch.
   double way_share = kSteadyShare;
+  // By axis: the share of an error of the forecast that the surfaces leave (kept_shares), 0 to 1.
+  // Poses are named by it.
+  Eigen::Vector3d kept = Eigen::Vector3d::Zero();
 };
 
 struct Odometry {

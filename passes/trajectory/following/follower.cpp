@@ -238,8 +238,12 @@ void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
   const bool is_matched = found.match.is_good();
   Placed to{T_map_given, {}, {}};
   if (is_matched && fits_given_better(scan, found.match.T_map_lidar, T_map_given)) {
-    to.constraint = {kNoConstraint_m, Eigen::Vector3d::Ones(), Forecast::kGiven,
-                     Eigen::Matrix3d::Identity(), 0.0};
+    to.constraint = {kNoConstraint_m,
+                     Eigen::Vector3d::Ones(),
+                     Forecast::kGiven,
+                     Eigen::Matrix3d::Identity(),
+                     0.0,
+                     Eigen::Vector3d::Ones()};
   } else if (is_matched) {
     average_.add(found.match, found.overlap);
     to = placed(k, scan, found.match.T_map_lidar);
@@ -266,6 +270,7 @@ bool Follower::fits_given_better(const ReadScan& scan, const Pose& T_map_matched
 
 void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
   Found found;
+  if (way_.is_known() && step_ns(k) > 0) way_.predict(step_s(k));
   if (!is_jump(k)) found = find(k, scan);
   if (found.is_believed) return step_to(k, scan, found);
   if (found.is_carried) {
@@ -274,6 +279,8 @@ void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
     steps_ = {{T_map_before().inverse() * to.T_map_lidar, step_ns(k)}};
     append(to.T_map_lidar, true, found.overlap);
     odometry.constraint.back() = to.constraint;
+    // The scan contradicts the map there, so that its surfaces are no evidence.
+    odometry.constraint.back().kept.setOnes();
     return;
   }
   begin_piece({static_cast<std::uint32_t>(k), is_jump(k),
@@ -289,6 +296,7 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const Pose& T_map_lidar = to.T_map_lidar;
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
   if (to.constraint.weak.isZero()) steady_.add(step);
+  take_way(k, to);
   speed_.take(step_to_scan(k, T_map_lidar), to.constraint.weak[0] == 0.0);
   if (to.off_measured_m) way_check_.take(*to.off_measured_m);
   was_found_widely_ = found.is_wide;
@@ -355,6 +363,7 @@ void Follower::begin_piece(const PieceStart& start) {
   average_ = {};
   steps_.clear();
   steady_ = {};
+  way_ = {};
   speed_.begin_piece();
   way_check_ = {};
   is_map_empty_ = true;

@@ -12,6 +12,7 @@
 #include "passes/trajectory/following/followed_scans.h"
 #include "passes/trajectory/following/speed_forecast.h"
 #include "passes/trajectory/following/steady_motion.h"
+#include "passes/trajectory/following/way_filter.h"
 #include "passes/trajectory/local/estimate_options.h"
 #include "passes/trajectory/local/local_map.h"
 #include "passes/trajectory/local/local_match.h"
@@ -81,12 +82,21 @@ class Follower {
     bool is_carried = false;  // poor, and no search can be better: in a sparse place
   };
 
+  // How far ahead of the forecast a fit is, and the standard deviation of its surfaces alone along
+  // the road.
+  struct FittedWay {
+    double off_m = 0.0;
+    double surfaces_sigma_m = 0.0;
+  };
+
   // A pose, and what its scan does not constrain of it.
   struct Placed {
     Pose T_map_lidar = Pose::Identity();
     StepConstraint constraint;
     // Of a match whose way the surfaces constrain from the way that sensors measured, ahead.
     std::optional<double> off_measured_m;
+    // Of a fit that used the forecast of a step at constant speed.
+    std::optional<FittedWay> fitted_way = std::nullopt;
   };
 
   [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
@@ -118,6 +128,11 @@ class Follower {
                                    const Eigen::Matrix3d& weak_part) const;
   [[nodiscard]] bool is_alarm(std::size_t k, const Pose& T_map_forecast,
                               const Pose& T_map_fitted) const;
+  [[nodiscard]] double step_s(std::size_t k) const;
+  // How far ahead of one pose of the sensor another one is, along the road.
+  [[nodiscard]] double ahead_m(const Pose& T_map_from, const Pose& T_map_to) const;
+  [[nodiscard]] Pose steady_step(std::size_t k) const;
+  void take_way(std::size_t k, const Placed& to);
   // A match, and the standard deviation from which on its motions are fitted instead.
   struct FitAbove {
     const ScanConstraint& by_match;
@@ -150,6 +165,8 @@ class Follower {
   RunningAverage average_;
   std::vector<TimedStep> steps_;  // that may continue
   SteadyMotion steady_;
+  std::size_t held_steps_ = 0;  // in a row, whose way scans constrain
+  WayFilter way_;               // predicted up to the next scan while that is placed
   SpeedForecast speed_;
   WayCheck way_check_;
   std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given

@@ -14,6 +14,20 @@ namespace {
 constexpr double kNearForecast_m = 0.5;
 // A local map of fewer scans constrains matches less than the place does.
 constexpr double kThinMap_m = 10.0;
+// Surfaces are mapped by the scans before this one, so that their errors are those of many scans:
+// standard deviations of surfaces count so many times beside the speed.
+constexpr double kSharedErrors = 2.0;
+// Above this, doubled, the speed is not changed: where nothing holds a scan, noise of surfaces
+// seems to, by some centimetres, and would carry the speed away.
+constexpr double kMeasuresNothing_m = 0.075;
+// Where another axis is as weak, a fit turns what it cannot place into way.
+constexpr double kOtherAxes = 0.5;
+// As many as the mean speed is of.
+constexpr std::size_t kHeldSteps = 10;
+// Of a match that many surfaces hold.
+constexpr double kLeastMatch_m = 0.01;
+// A shorter mean step has no direction.
+constexpr double kLeastSteady_m = 0.1;
 // Of a step at constant speed: a fixed part of its standard deviation, and that across the road and
 // of the heading as a share of the step.
 constexpr double kLeastForecast_m = 0.003;
@@ -25,6 +39,11 @@ constexpr double kMostAcceleration_m_s2 = 6.0;
 // Above this standard deviation of a match, few surfaces hold it, and it is off by centimetres: in
 // curves of car parks it is up to 9 mm, where a match is right to millimetres.
 constexpr double kFewSurfaces_m = 0.01;
+
+// Of a match along the road.
+double sigma_along_m(const ScanConstraint& constraint) {
+  return constraint.motions.row(0).transpose().cwiseProduct(constraint.sigma_m).norm();
+}
 
 }  // namespace
 
@@ -41,10 +60,52 @@ std::optional<Follower::Forecasted> Follower::forecast(std::size_t k) const {
   }
   const std::optional<SpeedForecast::Way> way = speed_.way(step_to_scan(k, T_map_before()));
   if (!way && !steady_.is_known()) return std::nullopt;
-  Pose step = steady_.is_known() ? steady_.step(step_ns(k)) : Pose::Identity();
+  Pose step = steady_.is_known() ? steady_step(k) : Pose::Identity();
   if (!way) return Forecasted{tidied(T_map_before() * step), Forecast::kSteady, kSteadyShare};
   step.translation() = way->moved_m;
   return Forecasted{tidied(T_map_before() * step), way->source, way->share, way->sigma_m};
+}
+
+double Follower::step_s(std::size_t k) const {
+  return static_cast<double>(step_ns(k)) / static_cast<double>(kSecond_ns);
+}
+
+double Follower::ahead_m(const Pose& T_map_from, const Pose& T_map_to) const {
+  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
+  return planar_motion(T_map_from * T_lidar_vehicle, T_map_to * T_lidar_vehicle).x();
+}
+
+// The mean of the last constrained steps, at the present speed.
+Pose Follower::steady_step(std::size_t k) const {
+  Pose step = steady_.step(step_ns(k));
+  const double mean_m = ahead_m(T_map_before(), T_map_before() * step);
+  if (way_.is_known() && std::abs(mean_m) > kLeastSteady_m) {
+    step.translation() *= way_.way_m(step_s(k)) / mean_m;
+  }
+  return step;
+}
+
+// The speed is filtered from the first step that rests on constant speed until ten steps in a row
+// are constrained. It begins with the mean of the steps before.
+void Follower::take_way(std::size_t k, const Placed& to) {
+  const bool is_weak = to.constraint.weak[0] > 0.0 && to.constraint.forecast == Forecast::kSteady;
+  held_steps_ = is_weak ? 0 : held_steps_ + 1;
+  if (held_steps_ >= kHeldSteps) way_ = {};
+  if (step_ns(k) <= 0) return;
+  if (!way_.is_known()) {
+    if (!is_weak || !steady_.is_known()) return;
+    const Pose step = steady_.step(step_ns(k));
+    return way_.begin(ahead_m(T_map_before(), T_map_before() * step) / step_s(k));
+  }
+  if (to.fitted_way) {
+    const FittedWay& fitted = *to.fitted_way;
+    const bool is_alone = to.constraint.weak[1] < kOtherAxes && to.constraint.weak[2] < kOtherAxes;
+    if (!is_alone || fitted.surfaces_sigma_m > kMeasuresNothing_m) return;
+    return way_.take_estimate(fitted.off_m, fitted.surfaces_sigma_m);
+  }
+  if (to.constraint.forecast != Forecast::kNone) return;
+  const double off_m = ahead_m(T_map_before(), to.T_map_lidar) - way_.way_m(step_s(k));
+  way_.take_measurement(off_m, std::max(kLeastMatch_m, to.constraint.sigma_m));
 }
 
 // Standard deviations of a step that is forecast.
@@ -52,6 +113,9 @@ PlanarMotion Follower::forecast_sigma_m(const Forecasted& by_forecast) const {
   const double step_m =
       (by_forecast.T_map_lidar.translation() - T_map_before().translation()).norm();
   const double aside_m = kLeastForecast_m + kAsideShare * step_m;
+  if (by_forecast.source == Forecast::kSteady && way_.is_known()) {
+    return {way_.sigma_m() / kSharedErrors, aside_m, aside_m};
+  }
   return {kLeastForecast_m + by_forecast.way_share * step_m, aside_m, aside_m};
 }
 
@@ -68,11 +132,8 @@ Pose Follower::with_forecast(const Pose& T_map_lidar, const Forecasted& by_forec
 
 // Whether a fit along the road needs a change of speed that no vehicle has.
 bool Follower::is_alarm(std::size_t k, const Pose& T_map_forecast, const Pose& T_map_fitted) const {
-  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
-  const double time_s = static_cast<double>(step_ns(k)) / static_cast<double>(kSecond_ns);
-  const double change_m =
-      planar_motion(T_map_forecast * T_lidar_vehicle, T_map_fitted * T_lidar_vehicle).x();
-  return std::abs(change_m) > kFitNoise_m + kMostAcceleration_m_s2 * time_s * time_s;
+  const double change_m = ahead_m(T_map_forecast, T_map_fitted);
+  return std::abs(change_m) > kFitNoise_m + kMostAcceleration_m_s2 * step_s(k) * step_s(k);
 }
 
 // A scan that few surfaces hold, by those and by the forecast. A match there is where the rings of
@@ -89,12 +150,20 @@ Follower::Placed Follower::fitted(std::size_t k, const ReadScan& scan, const Pos
   const ScanConstraint constraint = scan_constraint(
       met_surfaces(grids, points_m, to.T_map_lidar, T_lidar_vehicle), HoldRule::kClear);
   to.constraint.sigma_m = constraint.sigma_m[0];
-  if (is_alarm(k, start.T_map_lidar, to.T_map_lidar)) {
+  to.constraint.kept = kept_shares(constraint);
+  const FittedWay way{ahead_m(start.T_map_lidar, to.T_map_lidar),
+                      kSharedErrors * sigma_along_m(constraint)};
+  const bool is_steady = by_forecast.source == Forecast::kSteady && way_.is_known();
+  const bool is_contradicted = is_steady && way.surfaces_sigma_m <= kMeasuresNothing_m &&
+                               way_.is_contradicted(way.off_m, way.surfaces_sigma_m);
+  if (is_contradicted || is_alarm(k, start.T_map_lidar, to.T_map_lidar)) {
+    to.fitted_way = FittedWay{0.0, kNoConstraint_m};
     to.T_map_lidar = tidied(start.T_map_lidar);
     to.constraint.weak = few.by_match.weak_axes(few.sigma_m);
   } else {
     to.constraint.weak = constraint.weak_axes(kWeak_m);
     weak_part = constraint.weak_part(kWeak_m);
+    to.fitted_way = way;
   }
   if (to.constraint.weak.isZero(0.0)) return to;
   to.constraint.forecast = by_forecast.source;
@@ -110,6 +179,7 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   const ScanConstraint constraint = scan_constraint(
       met_surfaces(map_.grids(), scan.thinned.to_match_m, T_map_matched, T_lidar_vehicle));
   Placed to{T_map_matched, {constraint.sigma_m[0], constraint.weak_axes(kWeak_m)}, {}};
+  to.constraint.kept = kept_shares(constraint);
   const std::optional<Forecasted> by_forecast = forecast(k);
   if (!by_forecast) return to;
   if (by_forecast->source == Forecast::kSteady) {
@@ -165,7 +235,7 @@ Follower::Placed Follower::placed_or_carried(std::size_t k, const ReadScan& scan
   }
   return {by_forecast.T_map_lidar,
           {kNoConstraint_m, Eigen::Vector3d::Ones(), by_forecast.source,
-           Eigen::Matrix3d::Identity(), by_forecast.way_share},
+           Eigen::Matrix3d::Identity(), by_forecast.way_share, Eigen::Vector3d::Ones()},
           {}};
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "passes/trajectory/local/scan_constraint.h"
 
@@ -14,14 +15,13 @@ constexpr double kDrift_rad_per_m = 0.001;
 constexpr double kLongestGap_m = 5.0;
 constexpr double kLeastWay_m = 10.0;
 constexpr std::uint32_t kLeastScans = 10;
-// An axis is named where so much of it is not constrained.
-constexpr double kNamed = 0.5;
+// An axis is named where surfaces leave more of an error than this, by the median over so much of
+// the way to either side: noise of single scans is more than the difference of such places.
+constexpr double kLeft[] = {0.12, 0.3, 0.3};
+constexpr double kMedianReach_m = 8.0;
+constexpr std::size_t kMostMedianScans = 100;  // to either side
 
 bool is_weak(const StepConstraint& step) { return !step.weak.isZero(0.0); }
-
-double step_m(const Odometry& odometry, std::size_t k) {
-  return k == 0 ? 0.0 : odometry.driven_m[k] - odometry.driven_m[k - 1];
-}
 
 bool is_long(const WeakSteps& steps) {
   return steps.way_m >= kLeastWay_m ||
@@ -44,10 +44,57 @@ Substitute substitute_of(Forecast forecast) {
   return Substitute::kNone;
 }
 
-Unconstrained unconstrained_of(const WeakSteps& steps) {
-  const double least = std::min(kNamed, steps.weak.maxCoeff());
-  return {steps.weak[0] >= least, steps.weak[1] >= least, steps.weak[2] >= least,
-          substitute_of(steps.forecast)};
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// Whether surfaces leave more than the limit of an error along the axis, around each step.
+std::vector<bool> are_left(const Odometry& odometry, int axis) {
+  const std::size_t count = odometry.constraint.size();
+  const auto is_near = [&](std::size_t a, std::size_t b) {
+    return odometry.piece[a] == odometry.piece[b] &&
+           std::max(a, b) - std::min(a, b) <= kMostMedianScans &&
+           std::abs(odometry.driven_m[a] - odometry.driven_m[b]) <= kMedianReach_m;
+  };
+  std::vector<bool> are(count, false);
+  std::vector<double> kept;
+  for (std::size_t k = 1, begin = 1; k < count; ++k) {
+    while (!is_near(begin, k)) ++begin;
+    kept.clear();
+    for (std::size_t i = begin; i < count && is_near(i, k); ++i) {
+      kept.push_back(odometry.constraint[i].kept[axis]);
+    }
+    are[k] = median_of(kept) > kLeft[axis];
+  }
+  return are;
+}
+
+// Whether a step belongs to a stretch: near it, with the same forecast where both have one.
+bool continues(const Odometry& odometry, const WeakSteps& steps, std::uint32_t k) {
+  const StepConstraint& step = odometry.constraint[k];
+  const bool is_other = is_weak(step) && step.forecast != steps.forecast;
+  return !is_other && odometry.piece[k] == odometry.piece[steps.last] &&
+         odometry.driven_m[k - 1] - odometry.driven_m[steps.last] <= kLongestGap_m;
+}
+
+std::vector<WeakSteps> weak_steps_along(const Odometry& odometry, int axis) {
+  const std::vector<bool> are = are_left(odometry, axis);
+  std::vector<WeakSteps> all;
+  for (std::uint32_t k = 1; k < odometry.constraint.size(); ++k) {
+    // A step that surfaces constrain, among others, begins none: it has no forecast.
+    const bool begins = are[k] && is_weak(odometry.constraint[k]);
+    if (are[k] && !all.empty() && continues(odometry, all.back(), k)) {
+      all.back().way_m += odometry.driven_m[k] - odometry.driven_m[all.back().last];
+      all.back().last = k;
+    } else if (begins) {
+      const double step_m = odometry.driven_m[k] - odometry.driven_m[k - 1];
+      all.push_back({axis, k, k, step_m, odometry.constraint[k].forecast});
+    }
+  }
+  std::erase_if(all, [](const WeakSteps& steps) { return !is_long(steps); });
+  return all;
 }
 
 // What one unknown number, of standard deviation 1, does to a pose.
@@ -77,32 +124,22 @@ struct ForecastErrors {
 
 std::vector<WeakSteps> weak_steps(const Odometry& odometry) {
   std::vector<WeakSteps> all;
-  double last_m = 0.0;  // of the way, at the last weak step
-  std::uint32_t count = 0;
-  for (std::uint32_t k = 1; k < odometry.constraint.size(); ++k) {
-    const StepConstraint& step = odometry.constraint[k];
-    if (!is_weak(step)) continue;
-    const bool goes_on = !all.empty() && all.back().forecast == step.forecast &&
-                         odometry.piece[k] == odometry.piece[all.back().last] &&
-                         odometry.driven_m[k - 1] - last_m <= kLongestGap_m;
-    if (!goes_on) {
-      all.push_back({k, k, 0.0, Eigen::Vector3d::Zero(), step.forecast});
-      count = 0;
-    }
-    WeakSteps& steps = all.back();
-    steps.last = k;
-    steps.way_m += step_m(odometry, k);
-    steps.weak += (step.weak - steps.weak) / ++count;
-    last_m = odometry.driven_m[k];
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<WeakSteps> along = weak_steps_along(odometry, axis);
+    all.insert(all.end(), along.begin(), along.end());
   }
-  std::erase_if(all, [](const WeakSteps& steps) { return !is_long(steps); });
   return all;
 }
 
 void mark_unconstrained(const Odometry& odometry, std::vector<TrajectoryPose>& poses) {
   for (const WeakSteps& steps : weak_steps(odometry)) {
-    const Unconstrained directions = unconstrained_of(steps);
-    for (std::uint32_t k = steps.first; k <= steps.last; ++k) poses[k].unconstrained = directions;
+    for (std::uint32_t k = steps.first; k <= steps.last; ++k) {
+      Unconstrained& named = poses[k].unconstrained;
+      if (!named.is_any()) named.substitute = substitute_of(steps.forecast);
+      named.along = named.along || steps.axis == 0;
+      named.across = named.across || steps.axis == 1;
+      named.heading = named.heading || steps.axis == 2;
+    }
   }
 }
 

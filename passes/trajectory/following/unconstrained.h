@@ -14,21 +14,23 @@
 
 namespace sightline {
 
-// Steps in a row that scans do not constrain, in one or more of the vehicle's axes.
+// Steps in a row that scans do not constrain in one of the vehicle's axes.
 struct WeakSteps {
+  int axis = 0;             // forward, left, turn
   std::uint32_t first = 0;  // scans, by their place in the drive: those that the steps lead to
   std::uint32_t last = 0;
-  double way_m = 0.0;                              // of these steps
-  Eigen::Vector3d weak = Eigen::Vector3d::Zero();  // forward, left and turn: mean, 0 to 1
-  Forecast forecast = Forecast::kNone;             // what was used instead
+  double way_m = 0.0;                   // of these steps
+  Forecast forecast = Forecast::kNone;  // what was used instead
 };
 
-// Ascending. Steps up to 5 m of way apart are one stretch. Shorter ones than 10 m are left out;
-// where no forecast was known, as the way may be wrong there, those of fewer than ten scans.
+// By axis, then ascending ("Unconstrained poses" in schemas/definitions.md, v2). A step is one
+// where the median of what surfaces leave of an error along the axis, over the steps within 8 m of
+// way, is above a limit. Such steps up to 5 m of way apart are one stretch. Shorter ones than 10 m
+// are left out; where no forecast was known, as the way may be wrong there, those of fewer than ten
+// scans.
 std::vector<WeakSteps> weak_steps(const Odometry& odometry);
 
-// Sets `unconstrained` of the poses that these steps lead to: the axes of which a half or more is
-// weak; where there is none, the weakest.
+// Sets `unconstrained` of the poses that these steps lead to.
 void mark_unconstrained(const Odometry& odometry, std::vector<TrajectoryPose>& poses);
 
 // One warning of all stretches that rest on no given poses; none without any.

@@ -37,6 +37,11 @@ inline constexpr double kSparse_m = 0.0075;
 // Which surfaces count for a motion: those that hold it, or that clearly do (MetSurface).
 enum class HoldRule { kAll, kClear };
 
+// By axis, forward, left and turn: the share of an error of a start that a match with such a
+// constraint leaves, 0 to 1: variance / (variance + (0.1 m)^2), with 0.3 m instead to the left and
+// in turn.
+Eigen::Vector3d kept_shares(const ScanConstraint& constraint);
+
 // By the surfaces that a scan meets at its pose (met_surfaces). A surface constrains motions along
 // its normal, an upright line those across it. Rings on the ground and along walls, ends of cells,
 // and motions that a normal is within 10 degrees, or three standard deviations of its own, of being

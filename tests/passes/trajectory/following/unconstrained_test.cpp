@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "passes/trajectory/estimate_trajectory.h"
@@ -23,6 +24,7 @@ Odometry weak_way(std::size_t count, std::size_t first, std::size_t last, Foreca
     odometry.append(pose_at(static_cast<double>(k), 0.0, 0.0), k == 0 ? 0.0 : 1.0, true, {});
     if (k >= first && k <= last) {
       odometry.constraint.back() = {1.0, Eigen::Vector3d::UnitX(), forecast};
+      odometry.constraint.back().kept = Eigen::Vector3d::UnitX();
     }
   }
   return odometry;
@@ -61,11 +63,33 @@ TEST(Unconstrained, IsNamedByScansWayDirectionAndWhatWasUsed) {
 TEST(Unconstrained, BridgesShortGapsAndLeavesOutShortStretches) {
   Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
   for (const std::size_t k : {30U, 31U, 32U}) odometry.constraint[k] = {};
+  ASSERT_EQ(weak_steps(odometry).size(), 1U);
+  EXPECT_NEAR(weak_steps(odometry)[0].way_m, 40.0, 1e-9);
   EXPECT_EQ(unconstrained_stretches(trajectory_of(odometry)).size(), 1U);
   EXPECT_EQ(weak_steps(weak_way(80, 20, 28, Forecast::kSteady)).size(), 0U);
   // Without a forecast the way itself may be too short.
   EXPECT_EQ(weak_steps(weak_way(80, 1, 9, Forecast::kNone)).size(), 0U);
   EXPECT_EQ(weak_steps(weak_way(80, 1, 10, Forecast::kNone)).size(), 1U);
+}
+
+// Steps that rest on a forecast for some percent are not named, nor are single scans.
+TEST(Unconstrained, IsWhereMostScansOfSomeMetresLeaveAnErrorAlongAnAxis) {
+  Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
+  for (StepConstraint& step : odometry.constraint) step.kept *= 0.1;
+  EXPECT_TRUE(weak_steps(odometry).empty());
+  for (std::size_t k = 20; k < 60; k += 3) odometry.constraint[k].kept[0] = 1.0;
+  EXPECT_TRUE(weak_steps(odometry).empty());
+  for (std::size_t k = 20; k < 60; k += 3) odometry.constraint[k + 1].kept[0] = 0.2;
+  ASSERT_EQ(weak_steps(odometry).size(), 1U);
+  EXPECT_EQ(weak_steps(odometry)[0].axis, 0);
+  EXPECT_NEAR(weak_steps(odometry)[0].way_m, 40.0, 12.0) << "a median begins where most are";
+  odometry = weak_way(80, 20, 59, Forecast::kSteady);
+  for (std::size_t k = 40; k < 60; ++k) odometry.constraint[k].kept[1] = 0.5;
+  const std::vector<UnconstrainedStretch> found = unconstrained_stretches(trajectory_of(odometry));
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_FALSE(found[0].directions.across);
+  EXPECT_TRUE(found[1].directions.along);
+  EXPECT_TRUE(found[1].directions.across);
 }
 
 TEST(Unconstrained, WhereGivenPosesLeadIsSaidWithoutAWarning) {
@@ -118,8 +142,18 @@ TEST(SteadyMotion, IsTheMeanOfTheLatestStepsExtendedToATime) {
 // Houses up to x = 0, then bare walls; returns with 1 cm of noise. 30 m of houses are seen from
 // within for a while, so that the walls alone remain behind x = 50 m. From there on steps are
 // `later_share` as long.
-TestDrive tunnel_drive(std::size_t count, double step_m, double later_share = 1.0) {
+struct TunnelDrive {
+  std::size_t count = 120;
+  double step_m = 1.2;
+  double later_share = 1.0;
+  double pillars_m = 0.0;  // between pillars along the bare walls; 0: none
+  double change = 0.0;     // of the speed, in waves of 150 m
+};
+TestDrive tunnel_drive(const TunnelDrive& of) {
   BoxWorld world = bare_street();
+  for (double x_m = 40.0; of.pillars_m > 0.0 && x_m < 250.0; x_m += of.pillars_m) {
+    world.boxes.push_back({{x_m, 5.2, 0.0}, {x_m + 1.0, 6.0, 3.0}});
+  }
   Random random(3);
   for (double x_m = -40.0; x_m < 0.0; x_m += 5.0) {
     const double depth_m = random.uniform(1.0, 2.5);
@@ -128,9 +162,10 @@ TestDrive tunnel_drive(std::size_t count, double step_m, double later_share = 1.
   }
   std::vector<Pose> poses;
   double x_m = -20.0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < of.count; ++i) {
     poses.push_back(pose_at(x_m, 0.2, 0.01));
-    x_m += x_m < 50.0 ? step_m : later_share * step_m;
+    const double share = 1.0 + of.change * std::cos(x_m * 2.0 * std::numbers::pi / 150.0);
+    x_m += share * (x_m < 50.0 ? of.step_m : of.later_share * of.step_m);
   }
   TestDrive test = drive_through(world, poses, 0.5);
   add_noise(0.01, random, test);
@@ -153,7 +188,7 @@ std::vector<WheelSpeed> wheel_speeds_of(const Trajectory& truth) {
 }
 
 TEST(Unconstrained, ATunnelHasTheLengthThatTheWheelsMeasured) {
-  TestDrive test = tunnel_drive(120, 1.2, 0.7);
+  TestDrive test = tunnel_drive({.later_share = 0.7});
   TestContext without(2);
   const Trajectory steady = value_of(estimate_trajectory(without, {}, test.drive));
   EXPECT_GT(largest_error_m(steady, test.truth), 5.0);
@@ -167,7 +202,7 @@ TEST(Unconstrained, ATunnelHasTheLengthThatTheWheelsMeasured) {
 }
 
 TEST(Unconstrained, ATunnelKeepsItsLengthWhichIsSaid) {
-  const TestDrive test = tunnel_drive(120, 1.2);
+  const TestDrive test = tunnel_drive({});
   TestContext ctx(2);
   const Trajectory found = value_of(estimate_trajectory(ctx, {}, test.drive));
   EXPECT_LT(largest_error_m(found, test.truth), 0.02 * 119 * 1.2);
@@ -182,10 +217,20 @@ TEST(Unconstrained, ATunnelKeepsItsLengthWhichIsSaid) {
               0.2 * stretches.back().sigma_m.value());
 }
 
+// A speed that stayed as it was at the entrance would be metres off at the end, and would blur the
+// pillars.
+TEST(Unconstrained, PillarsHoldATunnelAtAChangingSpeed) {
+  const TestDrive test = tunnel_drive({.pillars_m = 20.0, .change = 0.05});
+  TestContext ctx(2);
+  const Trajectory found = value_of(estimate_trajectory(ctx, {}, test.drive));
+  EXPECT_LT(largest_error_m(found, test.truth), 0.5);
+  EXPECT_THAT(ctx.warnings, testing::IsEmpty());
+}
+
 // The rear of a lorry that drives ahead, a little slower or faster, is all that is seen along the
 // way.
 TEST(Unconstrained, ATunnelKeepsItsLengthBehindALorry) {
-  const TestDrive alone = tunnel_drive(120, 1.2);
+  const TestDrive alone = tunnel_drive({});
   const BoxWorld tube = bare_street();
   std::vector<Scan> scans = scans_of(alone.drive);
   std::vector<Pose> poses;
@@ -215,7 +260,7 @@ TEST(Unconstrained, ATunnelKeepsItsLengthBehindALorry) {
 }
 
 TEST(Unconstrained, GivenPosesOfATunnelStayWithoutAWarning) {
-  TestDrive test = tunnel_drive(80, 1.2);
+  TestDrive test = tunnel_drive({.count = 80});
   for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
     test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
   }

@@ -87,6 +87,25 @@ TEST(ScanConstraint, OfAStreetIsComplete) {
   }
 }
 
+TEST(KeptShares, AreOneWithoutConstraintAndAHalfAtTheErrorOfTheStart) {
+  ScanConstraint constraint;
+  constraint.sigma_m = {100.0, 0.3, 0.003};
+  Eigen::Vector3d kept = kept_shares(constraint);
+  EXPECT_NEAR(kept[0], 1.0, 1e-5);
+  EXPECT_NEAR(kept[1], 0.5, 1e-9);
+  EXPECT_NEAR(kept[2], 1e-4, 1e-6);
+  constraint.sigma_m[0] = 0.1;
+  EXPECT_NEAR(kept_shares(constraint)[0], 0.5, 1e-9);
+  // A weak motion between two axes leaves half of an error along each.
+  constraint.sigma_m = {100.0, 0.0, 0.0};
+  constraint.motions.col(0) = Eigen::Vector3d(1.0, 1.0, 0.0).normalized();
+  constraint.motions.col(1) = Eigen::Vector3d(-1.0, 1.0, 0.0).normalized();
+  kept = kept_shares(constraint);
+  EXPECT_NEAR(kept[0], 0.5, 1e-5);
+  EXPECT_NEAR(kept[1], 0.5, 1e-5);
+  EXPECT_EQ(kept[2], 0.0);
+}
+
 TEST(PlanarMotion, LeadsFromOnePoseToTheOther) {
   const Pose from = pose_at(3.0, -2.0, 0.7);
   const PlanarMotion motion(1.5, -0.4, 0.8);
