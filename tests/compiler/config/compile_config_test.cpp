@@ -268,8 +268,8 @@ TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
   std::vector<std::string> passes;
   for (const PassStep& step : compile.plan.steps()) passes.push_back(step.name);
   EXPECT_EQ(std::vector(passes.begin(), passes.begin() + 4),
-            (std::vector<std::string>{"ingest-compiled-map", "build-nd-surface", "pack-nds",
-                                      "choose-field-sites"}));
+            (std::vector<std::string>{"ingest-compiled-map", "build-nd-surface",
+                                      "choose-field-sites", "pack-nds"}));
   EXPECT_FALSE(compile.points.is_connected());
   EXPECT_FALSE(config.map.is_apollo);
   const CompileConfig lanes = value_of(load("map: tiles\nroute: lanes.osm\n"));
