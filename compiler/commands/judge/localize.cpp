@@ -353,9 +353,9 @@ Verb localize_verb() {
       "localized; "
       "how often the vehicle was lost; the processor time of a scan beside the time between scans; "
       "and where the poses are in doubt, by numbers of scans and positions in the world.\n\n"
-      "In doubt are poses of the plan's second look, and scans that contradict the map. After "
-      "three "
-      "such scans in a row the vehicle is lost, and is searched for from the recording's poses, or "
+      "In doubt are poses of the plan's second look, which are expected where a first look is not "
+      "enough and cost time, and scans that contradict the map. After three scans in a row that "
+      "contradict it the vehicle is lost, and is searched for from the recording's poses, or "
       "from its last pose and in the whole map. Poses of lost scans are not written. A drive of "
       "another place is refused.";
   verb.examples = {

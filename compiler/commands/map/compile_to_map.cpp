@@ -1,5 +1,7 @@
 #include "compiler/commands/map/compile_to_map.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -262,7 +264,8 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   if (!flags.is_dry) {
     SIGHTLINE_TRY(write_depfile(flags, config, model));
   }
-  if (!model.why_own.empty()) print_note(model.why_own);
+  const bool is_stderr_json = flags.run.json_progress == STDERR_FILENO;
+  if (!model.why_own.empty() && !is_stderr_json) print_note(model.why_own);
   const CompilePlan compile = compile_plan(config, model.source());
   SIGHTLINE_TRY(try_poses_output(flags.output, if_exists(flags.is_forced), compile));
   ArtifactSet artifacts;

@@ -118,8 +118,12 @@ std::string time_text(const ReplayFigures& figures) {
 
 std::string doubt_text(const ReplayFigures& figures) {
   if (figures.stretches.empty()) return "never";
-  return fmt::format("{} ({}): {}", counted(figures.doubtful_count, "scan"),
-                     share_text(figures.doubtful_count, figures.scan_count),
+  const std::string retried =
+      figures.second_look_count == 0
+          ? ""
+          : fmt::format(", {} of these after the plan's second look", figures.second_look_count);
+  return fmt::format("{} ({}){}: {}", counted(figures.doubtful_count, "scan"),
+                     share_text(figures.doubtful_count, figures.scan_count), retried,
                      stretches_text(figures.stretches));
 }
 
@@ -199,6 +203,7 @@ ReplayFigures figures_of(const std::vector<ListedScan>& scans, const ReplayedDri
     figures.skipped_count += scan.state == ScanState::kSkipped ? 1 : 0;
     const bool is_in_doubt = scan.state == ScanState::kLocalized && scan.is_in_doubt;
     figures.doubtful_count += is_in_doubt ? 1 : 0;
+    figures.second_look_count += is_in_doubt && scan.look_count > 1 ? 1 : 0;
     if (scan.state != ScanState::kSkipped) times_ms.push_back(scan.time_ms);
   }
   if (!scans.empty()) {

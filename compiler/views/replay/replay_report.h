@@ -28,6 +28,7 @@ struct ReplayFigures {
   std::size_t scan_count = 0;
   std::size_t localized_count = 0;  // in doubt or not
   std::size_t doubtful_count = 0;
+  std::size_t second_look_count = 0;  // of these, by the plan's second look
   std::size_t lost_scan_count = 0;
   std::size_t skipped_count = 0;  // could not be read
   std::size_t lost_count = 0;     // times that it was lost after it had been localized

@@ -184,8 +184,8 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
 
 std::string generated_statement(const LimitPromise& promise) {
   const std::string predicted =
-      "Predicted from generated worlds, without a promise for recorded "
-      "drives, which needs a model of such drives (`sightline train`)";
+      "Predicted from generated worlds: no promise for recorded drives. `sightline train` makes a "
+      "model of such drives";
   if (!promise.is_earned) return predicted + ". " + promise.statement;
   return predicted + ". Over generated worlds: " + promise.statement;
 }

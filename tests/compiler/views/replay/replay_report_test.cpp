@@ -62,7 +62,8 @@ TEST(ReplayReport, IsFourLines) {
                               "scan could not be read\n"));
   EXPECT_THAT(text, HasSubstr("Time       5.00 ms per scan (median), 9.92 ms (p99): 5.0 % and 9.9 "
                               "% of the 100 ms between scans\n"));
-  EXPECT_THAT(text, HasSubstr("In doubt   1 scan (10.0 %): lost at scans 7 to 8 (1007.0, -2.0, "
+  EXPECT_THAT(text, HasSubstr("In doubt   1 scan (10.0 %), 1 of these after the plan's second "
+                              "look: lost at scans 7 to 8 (1007.0, -2.0, "
                               "0.5) to (1008.0, -2.0, 0.5); scan 2 (1002.0, -2.0, 0.5)\n"));
 }
 
