@@ -18,6 +18,7 @@
 #include <mutex>
 #include <optional>
 #include <stop_token>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -110,14 +111,11 @@ class ProgressLine {
         pause_s_(form == ProgressForm::kLines ? line_every_s : 0.1),
         remaining_(std::move(expected)) {
     if (form == ProgressForm::kNone) return;
-    const double silence_s = std::max(pause_s_, form == ProgressForm::kLines ? 0.1 : 1.0);
-    drawing_ = std::jthread([this, silence_s](const std::stop_token& stop) {
-      std::unique_lock<std::mutex> lock(mutex_);
-      while (!ended_.wait_for(lock, stop, std::chrono::duration<double>(silence_s),
-                              [&] { return stop.stop_requested(); })) {
-        if (!head_.empty() && seconds_since(drawn_) >= silence_s) show();
-      }
-    });
+    try {
+      draw_when_silent(std::max(pause_s_, form == ProgressForm::kLines ? 0.1 : 1.0));
+    } catch (const std::system_error&) {
+      // The system starts no thread: then only what passes report is drawn.
+    }
   }
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
@@ -150,6 +148,16 @@ class ProgressLine {
   }
 
  private:
+  void draw_when_silent(double silence_s) {
+    drawing_ = std::jthread([this, silence_s](const std::stop_token& stop) {
+      std::unique_lock<std::mutex> lock(mutex_);
+      while (!ended_.wait_for(lock, stop, std::chrono::duration<double>(silence_s),
+                              [&] { return stop.stop_requested(); })) {
+        if (!head_.empty() && seconds_since(drawn_) >= silence_s) show();
+      }
+    });
+  }
+
   // With the share done and the time that remains; without a count, the time so far.
   void show() {
     drawn_ = Clock::now();
