@@ -39,7 +39,8 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
   const RealData data = real_data("kitti_0005");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   const ProgramResult run = compile("mapping: {scans: " + data.folder.string() +
-                                    ", sensor: hdl-64e, poses_of: sensor}\n");
+                                    ", sensor: hdl-64e, poses_of: sensor}\n"
+                                    "annotation: {model: own}\n");
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_NE(run.err.find("too short"), std::string::npos) << "71 m promise nothing";
   const ProgramResult inspected =
@@ -100,7 +101,7 @@ TEST_F(RealDrive, TooShortToTrainOnTakesItsOwnStaticAnswerOrAModelTrainedElsewhe
   const std::string yaml = "mapping: {scans: " + (mulran / "Scans").string() +
                            ", poses: " + (mulran / "optimized_poses.txt").string() +
                            ", sensor: os1-64, poses_of: sensor}\n";
-  const ProgramResult alone = compile(yaml);
+  const ProgramResult alone = compile(yaml + "annotation: {model: own}\n");
   EXPECT_EQ(alone.status, 0) << alone.err;
   EXPECT_NE(alone.err.find("too little data to train on"), std::string::npos) << alone.err;
   const ProgramResult inspected =
