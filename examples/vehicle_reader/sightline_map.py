@@ -312,6 +312,7 @@ def small_nd(half_step, numbers):
                           (b, c_axis): l20 * l10 * d0 + l21 * d1,
                           (c_axis, c_axis): l20 * l20 * d0 + l21 * l21 * d1 + d2}.items():
         covariance[ENTRY[i][j]] = value
+    c = min(c, 123)
     count = c if c < 8 else (4 + c % 4) << (c // 4 - 1)
     return count, [(2 * m - 255) * half_step for m in means], covariance
 

@@ -37,7 +37,9 @@ int nearest_scale(double value) {
 }
 
 // 0 to 7 are themselves, then four to an octave.
+constexpr std::uint8_t kMostCount = 4 * 30 + 3;
 std::uint32_t value_of_count(std::uint8_t code) {
+  code = std::min(code, kMostCount);
   if (code < 8) return code;
   return (4U + (code & 3U)) << (code / 4 - 1);
 }
@@ -47,7 +49,7 @@ std::uint8_t nearest_count(std::uint32_t count) {
   const int shift = static_cast<int>(std::bit_width(count)) - 3;
   const std::uint64_t rounded = (std::uint64_t{count} + (std::uint64_t{1} << (shift - 1))) >> shift;
   const int code = 4 * (shift + 1) + static_cast<int>(rounded) - 4;
-  return static_cast<std::uint8_t>(std::min(code, 4 * 30 + 3));
+  return static_cast<std::uint8_t>(std::min<int>(code, kMostCount));
 }
 
 std::size_t entry(int row, int column) {

@@ -1,6 +1,7 @@
 #include "passes/vehicle/sightline_localizer.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -138,7 +139,7 @@ TEST(SightlineLocalizer, ScoresAPoseWithoutMovingIt) {
     const double share = chosen.is_by_normals ? 0.1 : 0.01;
     EXPECT_NEAR(scored.score, found.score, share * found.score);
     EXPECT_NEAR(scored.nearest_voxel_likelihood, found.nearest_voxel_likelihood, 0.1);
-    EXPECT_EQ(std::memcmp(scored.T_world_vehicle, found.T_world_vehicle, 96), 0);
+    EXPECT_TRUE(std::ranges::equal(scored.T_world_vehicle, found.T_world_vehicle));
     PoseRows off = start;
     off(0, 3) += 1.5;
     ASSERT_EQ(sightline_localizer_score(opened.localizer, &points, off.data(), &look, &wrong), 0);
@@ -217,7 +218,7 @@ TEST(SightlineLocalizer, NeverSaysConvergedOfFewerThanSixPoints) {
   const PoseRows start = world_rows(Pose::Identity(), read_map(path)->ndt.frame);
   const Scan scan = float_scan(9, 3000);
   const sightline_look look = c_look(every_return(30.0));
-  for (const std::size_t count : {1, 2, 3, 4, 5, 6, 3000}) {
+  for (const std::size_t count : {1U, 2U, 3U, 4U, 5U, 6U, 3000U}) {
     sightline_points points = points_of(scan);
     points.count = count;
     sightline_match match;
@@ -246,9 +247,11 @@ sightline_match match_of(const std::vector<Eigen::Vector3d>& points_m, const Loo
 // Returns from one cell hold at most two motions.
 TEST(SightlineLocalizer, NeverSaysConvergedWhereAMotionIsEntirelyFree) {
   std::vector<Eigen::Vector3d> of_one_cell_m;
-  for (int i = 0; i < 64; ++i) {
-    const double x = 2.3 + 0.2 * (i % 8);
-    of_one_cell_m.emplace_back(x, 0.3 + 0.2 * (i / 8), -2.0 + 0.02 * x);
+  for (int row = 0; row < 8; ++row) {
+    for (int column = 0; column < 8; ++column) {
+      const double x = 2.3 + 0.2 * column;
+      of_one_cell_m.emplace_back(x, 0.3 + 0.2 * row, -2.0 + 0.02 * x);
+    }
   }
   for (const Look& look : kLooks) {
     const sightline_match match = match_of(of_one_cell_m, look);
