@@ -35,6 +35,7 @@ MeasureErrorOptions measuring_as(const CompiledMap& map, const CompileConfig& co
   MeasureErrorOptions measuring = plan.options(kMeasureError);
   measuring.ranges_m = ranges_of(map.predicted.looks);
   measuring.every_return = took_every_return(map.model.localizer);
+  measuring.in_small_map = map.size == MapSize::kPromise;
   measuring.looks.clear();
   if (map.looks) measuring.looks = with_baselines(map.looks->ranges.looks);
   measuring.scans = judges_other_scans(map, config) ? ScanSelection::kOdd : ScanSelection::kAll;

@@ -3,16 +3,21 @@
 #include <system_error>
 
 #include "compiler/driver/provide_inputs.h"
+#include "passes/emit/emit_map.h"
 #include "passes/localize/measure_error.h"
 #include "passes/map/build_ndt.h"
 
 namespace sightline {
 namespace {
 
+bool is_small(const CompileConfig& config) {
+  return config.passes.options(kEmitMap).size == MapSize::kPromise;
+}
+
 LocalizerProfile localizer_of(const CompileConfig& config) {
-  return matching_card(config.passes.options(kMeasureError),
-                       config.passes.options(kBuildNdt).cell_m)
-      .localizer;
+  MeasureErrorOptions measuring = config.passes.options(kMeasureError);
+  measuring.in_small_map = is_small(config);
+  return matching_card(measuring, config.passes.options(kBuildNdt).cell_m).localizer;
 }
 
 std::vector<Look> ranges_of(const CompileConfig& config) {
@@ -28,6 +33,7 @@ std::string difference(const CompileConfig& config, const ByFamily<ErrorModel>& 
   if (!model.samples || model.samples->out_of_fold.looks != config.annotation.looks)
     return "other looks";
   if (known.limits_m != config.annotation.limits_m) return "other limits";
+  if (is_small(config) != was_in_small_map(model.ranges.card.localizer)) return "full maps";
   const bool is_own =
       !config.imports_errors() && model.ranges.card.localizer == localizer_of(config);
   return is_own ? "" : "another localizer";

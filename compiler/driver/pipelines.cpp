@@ -66,6 +66,7 @@ MeasureErrorOptions measuring_options(const CompileConfig& config, const Plan& p
   MeasureErrorOptions options = plan.options(kMeasureError);
   const bool is_own = options.localizer != LocalizerKind::kPclNdt && !config.imports_errors();
   if (!is_own) options.looks.clear();
+  options.in_small_map = plan.options(kEmitMap).size == MapSize::kPromise;
   options.scans = scan_shares(config).localization;
   return options;
 }

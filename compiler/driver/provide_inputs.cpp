@@ -21,6 +21,7 @@
 #include "formats/map/map_reader.h"
 #include "formats/text/table.h"
 #include "passes/emit/emit_map.h"
+#include "passes/matching/localizer.h"
 
 namespace sightline {
 namespace {
@@ -288,10 +289,30 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
   return recordings;
 }
 
+namespace {
+
+// A promise of errors in full maps is none for a map whose NDs are fewer and rounded.
+Result<void> check_size_of_maps(const CompilePlan& compile, const TrainingCard& card,
+                                const std::filesystem::path& file) {
+  const bool is_small = compile.plan.options(kEmitMap).size == MapSize::kPromise;
+  const std::vector<std::string> ours = localizer_names();
+  const bool is_ours = std::ranges::find(ours, card.localizer.name) != ours.end();
+  if (!is_ours || is_small == was_in_small_map(card.localizer)) return {};
+  return Error{ErrorCode::kMismatchedInputs,
+               is_small ? "the model was trained on full maps, and this map is small: train it "
+                          "with --set emit-map.size=promise, or leave emit-map.size out"
+                        : "the model was trained on small maps, and this map is full: set "
+                          "emit-map.size=promise, or train it without",
+               file.string()};
+}
+
+}  // namespace
+
 Result<void> provide_model(const CompilePlan& compile, const std::filesystem::path& file,
                            ArtifactSet& artifacts) {
   if (file.empty()) return {};
   SIGHTLINE_ASSIGN(ByFamily<ErrorModel> model, read_model(file));
+  SIGHTLINE_TRY(check_size_of_maps(compile, model.ranges.card, file));
   artifacts.provide(compile.given_model, std::move(model));
   return {};
 }

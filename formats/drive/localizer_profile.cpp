@@ -11,6 +11,14 @@ bool is_printable(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
+// Whether it has this parameter with this value.
+bool has_parameter(const LocalizerProfile& profile,
+                   const std::pair<std::string_view, std::string_view>& wanted) {
+  return std::ranges::any_of(profile.parameters, [&](const auto& parameter) {
+    return parameter.first == wanted.first && parameter.second == wanted.second;
+  });
+}
+
 }  // namespace
 
 bool is_localizer_name(std::string_view name) {
@@ -39,10 +47,10 @@ Result<void> validate(const LocalizerProfile& profile) {
 }
 
 bool took_every_return(const LocalizerProfile& profile) {
-  return std::ranges::any_of(profile.parameters, [](const auto& parameter) {
-    return parameter.first == kEveryReturn.first && parameter.second == kEveryReturn.second;
-  });
+  return has_parameter(profile, kEveryReturn);
 }
+
+bool was_in_small_map(const LocalizerProfile& profile) { return has_parameter(profile, kSmallMap); }
 
 std::string localizer_title(const LocalizerProfile& profile) {
   return concat(profile.name, " v", profile.version);

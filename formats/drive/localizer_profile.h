@@ -33,6 +33,10 @@ Result<void> validate(const LocalizerProfile& profile);
 bool took_every_return(const LocalizerProfile& profile);
 inline constexpr std::pair<std::string_view, std::string_view> kEveryReturn = {"returns", "every"};
 
+// Whether it localized in a small map ("Small maps" in schemas/definitions.md), as they say.
+bool was_in_small_map(const LocalizerProfile& profile);
+inline constexpr std::pair<std::string_view, std::string_view> kSmallMap = {"map", "promise"};
+
 // "searching v3"
 std::string localizer_title(const LocalizerProfile& profile);
 // "coarse_cells=1, leaf_m=1"; empty where there is none.

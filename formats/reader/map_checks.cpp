@@ -271,6 +271,7 @@ Result<void> check_manifest(const schema::Manifest& manifest) {
   }
   SIGHTLINE_TRY(check_promises(*manifest.promises(), *manifest.quality()));
   SIGHTLINE_TRY(check_columns(manifest));
+  if (manifest.size() > schema::MapSize::MAX) return bad_manifest("the size is unknown");
   return check_looks(manifest);
 }
 

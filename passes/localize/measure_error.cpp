@@ -235,8 +235,9 @@ ByFamily<MeasuredError> empty_result(const SiteMeasuring& measuring, const Match
 MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m) {
   MatchingCard card;
   card.scans = options.scans;
-  card.localizer = profile_of(
-      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return}, cell_m);
+  card.localizer = profile_of({options.localizer, options.coarse_cells, options.leaf_m,
+                               options.every_return, options.in_small_map},
+                              cell_m);
   card.site_step = static_cast<std::uint32_t>(site_step_of(options));
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   card.coarse_cells = is_own ? static_cast<std::uint32_t>(options.coarse_cells) : 1;

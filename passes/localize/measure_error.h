@@ -22,6 +22,7 @@ struct MeasureErrorOptions {
   // Ranges take every return, as the paper does; else what lies denser than voxels need is left
   // out.
   bool every_return = false;
+  bool in_small_map = false;  // the NDs are those of a small map
   double leaf_m = 1.0;
   StartPattern starts{.count = 0};  // count 0: starts_of() says how many
   TrackingPattern tracking;

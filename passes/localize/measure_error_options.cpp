@@ -28,6 +28,7 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
       shared(looks("looks", options.looks,
                    "looks that take a sample, in order of matching time; paper: none")),
       shared(flag("every_return", options.every_return, "ranges use all returns, as in the paper")),
+      shared(flag("in_small_map", options.in_small_map, "the NDs are those of a small map")),
       shared(number("leaf_m", options.leaf_m, "voxel size for subsampling a scan, m", 0.05, 10.0)),
       integer("offset_count", options.starts.count,
               "start poses per match; 0: 12, or 3 with pcl-ndt", 0, 1000),

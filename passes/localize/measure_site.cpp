@@ -175,6 +175,16 @@ class PclSiteLocalizer : public SiteLocalizer {
   std::size_t point_count_ = 0;
 };
 
+LocalizerProfile own_profile(const LocalizerChoice& choice, double cell_m) {
+  LocalizerProfile profile{std::string(localizer_name(choice.kind)),
+                           kLocalizersVersion,
+                           {{"cell_m", format_double(cell_m)},
+                            {"coarse_cells", std::to_string(choice.coarse_cells)},
+                            {"leaf_m", format_double(choice.leaf_m)}}};
+  if (choice.takes_every_return) profile.parameters.emplace_back(kEveryReturn);
+  return profile;
+}
+
 LocalizerProfile pcl_profile(double cell_m) {
   return {"pcl-ndt",
           kLocalizersVersion,
@@ -223,13 +233,10 @@ std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& in
 }
 
 LocalizerProfile profile_of(const LocalizerChoice& choice, double cell_m) {
-  if (choice.kind == LocalizerKind::kPclNdt) return pcl_profile(cell_m);
-  LocalizerProfile profile{std::string(localizer_name(choice.kind)),
-                           kLocalizersVersion,
-                           {{"cell_m", format_double(cell_m)},
-                            {"coarse_cells", std::to_string(choice.coarse_cells)},
-                            {"leaf_m", format_double(choice.leaf_m)}}};
-  if (choice.takes_every_return) profile.parameters.emplace_back(kEveryReturn);
+  LocalizerProfile profile =
+      choice.kind == LocalizerKind::kPclNdt ? pcl_profile(cell_m) : own_profile(choice, cell_m);
+  if (choice.in_small_map) profile.parameters.emplace_back(kSmallMap);
+  std::ranges::sort(profile.parameters);
   return profile;
 }
 

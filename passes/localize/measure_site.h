@@ -39,12 +39,13 @@ class SiteLocalizer {
   [[nodiscard]] virtual double taken_over_ms() const { return 0.0; }
 };
 
-// Which localizer, and what its name leaves open; the last three of this program's own alone.
+// Which localizer, and what its name leaves open; the three behind it of this program's own alone.
 struct LocalizerChoice {
   LocalizerKind kind = LocalizerKind::kSearching;
   int coarse_cells = 1;
   double leaf_m = 1.0;
   bool takes_every_return = false;  // within a range, as ScanCut says
+  bool in_small_map = false;        // whose NDs are fewer and rounded
 };
 
 // What all of them share. `own` and `of_samples`, for looks that take a sample, serve this

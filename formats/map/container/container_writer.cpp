@@ -57,8 +57,8 @@ PackedBlock plain_block(std::string_view name, std::uint32_t version, std::uint6
           block_checksum(bytes), sha256(bytes), bytes};
 }
 
-// Puts the sites of a range layer in, where it is one.
-bool is_in_look_up(const PackedBlock& layer, LookUpBuilder& look_up) {
+// False where it is no range layer whose sites can be looked up.
+bool add_to_look_up(const PackedBlock& layer, LookUpBuilder& look_up) {
   if (layer.version != kRangeLayerVersion || layer.row_count > kMostRows) return false;
   if (layer.codec == BlockCodec::kNone) return look_up.add(layer.stored, layer.row_count);
   const Result<std::vector<std::byte>> raw =
@@ -184,7 +184,7 @@ Result<void> ContainerWriter::add_tile(TileKey key, std::span<const PackedBlock>
     if (layer.is_required) required.push_back(name_of(layer));
     if (layer.name != kRangeLayer || !state.look_up) continue;
     // A layer of another kind or size is a mistake that readers name; there is no looking up in it.
-    if (!is_in_look_up(layer, *state.look_up)) state.look_up.reset();
+    if (!add_to_look_up(layer, *state.look_up)) state.look_up.reset();
   }
   state.tile_digests.push_back(tile_digest(key, required));
   const TileContents contents = contents_of(key, state.tile_digests.back(), layers);

@@ -36,8 +36,6 @@ constexpr double kSearchReach_m = 3.0;
 
 constexpr std::int64_t kShortestJump_ns = kSecond_ns;
 constexpr double kNewShare = 0.1;
-// Where each axis is as weak, a scan is held by nothing that is sure.
-constexpr double kAllWeak = 0.5;
 constexpr double kUsual = 0.85;
 
 // Poses of a vehicle that turns or brakes harder than at constant velocity.
@@ -311,10 +309,7 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   }
   append(T_map_lidar, true, found.overlap);
   odometry.is_far.back() = found.is_far;
-  StepConstraint& constraint = odometry.constraint.back();
-  constraint = to.constraint;
-  // The match may be wrong, and so the surfaces that it met.
-  if (constraint.weak.minCoeff() >= kAllWeak) constraint.kept.setOnes();
+  odometry.constraint.back() = to.constraint;
 }
 
 bool Follower::is_poor(const Found& found) const {

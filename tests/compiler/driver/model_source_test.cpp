@@ -4,9 +4,9 @@
 
 #include <fstream>
 
+#include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "formats/text/table.h"
-
 #include "tests/support/scratch_folder.h"
 #include "tests/support/value_of.h"
 
@@ -72,6 +72,20 @@ TEST(ModelSource, ItIsNotUsedForOtherRangesLooksLimitsOrLocalizers) {
               HasSubstr("other limits"));
   EXPECT_THAT(why([](CompileConfig& c) { c.outside.file = "errors.csv"; }),
               HasSubstr("another localizer"));
+  EXPECT_THAT(why([](CompileConfig& c) { c.passes.own["emit-map"]["size"] = "promise"; }),
+              HasSubstr("full maps"));
+}
+
+TEST(ModelSource, AModelOfFullMapsIsRefusedForASmallMap) {
+  CompileConfig config = of_drives();
+  config.passes.own["emit-map"]["size"] = "promise";
+  ArtifactSet artifacts;
+  const Result<void> small =
+      provide_model(compile_plan(config, ModelSource::kGiven), kShipped, artifacts);
+  ASSERT_FALSE(small.has_value());
+  EXPECT_EQ(small.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_THAT(small.error().message, HasSubstr("emit-map.size=promise"));
+  EXPECT_TRUE(provide_model(compile_plan(of_drives(), ModelSource::kGiven), kShipped, artifacts));
 }
 
 TEST(ModelSource, AMissingModelIsAnErrorThatNamesTheRemedy) {

@@ -7,7 +7,6 @@
 #include "formats/map/map_writer.h"
 #include "formats/map/repair/repair.h"
 #include "formats/reader/map_container.h"
-#include "formats/reader/reader.h"
 #include "map_generated.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/value_of.h"
@@ -36,42 +35,6 @@ TEST(SmallMap, IsReadAsItWasWritten) {
   }
 }
 
-// The same map, were it not stored as a small one.
-std::vector<std::byte> as_full(CompiledMap map) {
-  map.size = MapSize::kFull;
-  return encode_map(map);
-}
-
-TEST(SmallMap, AnswersAsTheSameNumbersInAFullMap) {
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const CompiledMap map = small_map(seed);
-    const std::vector<std::byte> small = encode_map(map);
-    const std::vector<std::byte> full = as_full(map);
-    const MapReader a = value_of(MapReader::open(std::span(small), "annealed"));
-    const MapReader b = value_of(MapReader::open(std::span(full), "annealed"));
-    for (const double limit_m : {0.05, 0.1, 0.3}) {
-      for (const Site& site : map.sites.sites) {
-        std::array<double, 3> p_m{};
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const int i = static_cast<int>(axis);
-          p_m[axis] = site.p_map_m[i] + map.ndt.frame.origin_world_m[i] + 0.3;
-        }
-        const RangeAnswer of_small = value_of(a.observation_range(p_m, limit_m));
-        const RangeAnswer of_full = value_of(b.observation_range(p_m, limit_m));
-        EXPECT_EQ(of_small.site, of_full.site);
-        EXPECT_EQ(of_small.range_m, of_full.range_m);
-        EXPECT_EQ(of_small.probability, of_full.probability);
-        EXPECT_EQ(of_small.mean_error_m, of_full.mean_error_m);
-        EXPECT_EQ(of_small.distance_m, of_full.distance_m);
-        EXPECT_EQ(of_small.flags, of_full.flags);
-        EXPECT_EQ(of_small.reason, of_full.reason);
-        const LookAnswer look = value_of(a.look(p_m, limit_m, 60.0));
-        EXPECT_EQ(look.probability, value_of(b.look(p_m, limit_m, 60.0)).probability);
-      }
-    }
-  }
-}
-
 TEST(SmallMap, IsRecoveredStrippedAndVerified) {
   const CompiledMap map = small_map(9);
   const std::vector<std::byte> file = encode_map(map);
@@ -80,6 +43,12 @@ TEST(SmallMap, IsRecoveredStrippedAndVerified) {
   const std::vector<std::byte> stripped = value_of(strip_map(file)).file;
   EXPECT_EQ(open_container(stripped)->header.root_digest, open_container(file)->header.root_digest);
   EXPECT_TRUE(verify_map(stripped));
+}
+
+TEST(SmallMap, OfAnUnknownSizeIsRefused) {
+  CompiledMap map = small_map(2);
+  map.size = static_cast<MapSize>(7);
+  EXPECT_EQ(failure_of(read_map(encode_map(map))).code, ErrorCode::kBadManifest);
 }
 
 TEST(RoundAnswers, ChangesNoChoiceAndKeepsPredictionsValid) {

@@ -92,6 +92,9 @@ void expect_equal(const RangeAnswer& found, const RangeAnswer& expected) {
   }
 }
 
+// Every third map is a small one.
+MapSize size_of(std::uint64_t seed) { return seed % 3 == 1 ? MapSize::kPromise : MapSize::kFull; }
+
 TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
   std::size_t found_count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -100,7 +103,8 @@ TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
                                   .site_count = seed % 5 == 0 ? 900 : 200,
                                   .nd_count = 20,
                                   .tile_m = seed % 2 == 0 ? 16.0 : 64.0,
-                                  .limits_m = {0.10, 0.20, 0.30}});
+                                  .limits_m = {0.10, 0.20, 0.30},
+                                  .size = size_of(seed)});
     map.reach_m = seed % 3 == 0 ? 16.0 : 6.0;
     const std::vector<std::byte> file = encode_map(map);
     const MapReader reader = value_of(MapReader::open(file, "annealed"));
@@ -159,6 +163,7 @@ TEST(MapReader, NamesTheCheapestLookWithinWhatCanBeSeenAsBruteForceDoes) {
     Random random(seed);
     RandomMapOptions options{.seed = seed, .site_count = 200, .nd_count = 20};
     if (seed % 4 == 0) options.looks.clear();
+    options.size = size_of(seed);
     const CompiledMap map = random_map(options);
     const std::vector<std::byte> file = encode_map(map);
     const MapReader reader = value_of(MapReader::open(file, "annealed"));
@@ -222,7 +227,8 @@ TEST(MapReader, TellsAVehicleThatTracksThePlanAndAnyOtherTheLook) {
   std::size_t plan_count = 0, cheaper_count = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     Random random(seed);
-    const CompiledMap map = random_map({.seed = seed, .site_count = 200, .nd_count = 20});
+    const CompiledMap map =
+        random_map({.seed = seed, .site_count = 200, .nd_count = 20, .size = size_of(seed)});
     const std::optional<LookPlan>& plan = map.looks->ranges.plan;
     const std::vector<std::byte> file = encode_map(map);
     const MapReader reader = value_of(MapReader::open(file, "annealed"));
