@@ -23,9 +23,13 @@ std::vector<Look> with_baselines(std::vector<Look> looks) {
   return looks;
 }
 
+bool is_of_even_scans(const CompiledMap& map) {
+  return map.measurement.mapping_scans == name_of(ScanSelection::kEven);
+}
+
 // Whether the drive made the map by its even scans.
 bool judges_other_scans(const CompiledMap& map, const CompileConfig& config) {
-  return map.measurement.mapping_scans == name_of(ScanSelection::kEven) && config.is_split() &&
+  return is_of_even_scans(map) && config.is_split() &&
          is_same_recording(config.evaluation, config.mapping);
 }
 
@@ -100,6 +104,10 @@ Wire<ByFamily<MeasuredError>> add_errors(const CompileConfig& config, RecordingU
                                       on.measuring.site_radius_m};
   return on.plan.run_as(label, kImportErrors, importing, errors, drive.drive, drive.trajectory,
                         on.sites);
+}
+
+bool has_other_scans(const CompiledMap& map, const CompileConfig& config) {
+  return is_of_even_scans(map) && !map.tile_drives && config.is_split();
 }
 
 EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "formats/annotation/calibrated_plan.h"
@@ -16,23 +17,44 @@ namespace sightline {
 
 struct CalibratePlanOptions {
   double doubted_share = 0.02;   // of good first looks, that may be doubted
-  double good_m = 0.05;          // a first look no farther off is good
+  double good_m = 0.05;          // a look no farther off is good
   double reach_m = 10.0;         // a site farther away than this says nothing; the map's own
   MeasureErrorOptions matching;  // which scans are matched, in which voxels
 };
 std::vector<OptionField> option_fields(CalibratePlanOptions& options);
 
-// What a first look said of itself, and how far off it truly was.
-struct FirstLook {
-  double doubt = 0.0;
+// How far off the result of a scan was, and its points times iterations.
+struct TriedResult {
   double error_m = 0.0;
+  double work = 0.0;
 };
-SIGHTLINE_FIELDS(FirstLook, doubt, error_m)
+SIGHTLINE_FIELDS(TriedResult, error_m, work)
+
+// A scan matched by the plan's first look alone, by that and a second look (their work together),
+// which is cheaper_second_look() or the plan's own, and by the map's look at that place; all from
+// the same prediction.
+struct TriedScan {
+  double doubt = 0.0;  // of the first look
+  TriedResult first;
+  TriedResult with_cheaper;
+  TriedResult with_own;
+  TriedResult look;
+};
+SIGHTLINE_FIELDS(TriedScan, doubt, first, with_cheaper, with_own, look)
 
 // The threshold of a plan for a street where first looks did like that: as calibrate_plan() sets
 // it.
 double raised_threshold(const CalibratePlanOptions& options, const LookPlan& plan,
-                        const std::vector<FirstLook>& looks);
+                        const std::vector<TriedScan>& scans);
+
+// Whether cheaper_second_look() is good for at least as many of the doubted scans as the plan's own
+// second look. Never where fewer than 20 are doubted.
+bool is_cheaper_as_good(const CalibratePlanOptions& options, const LookPlan& plan,
+                        const std::vector<TriedScan>& scans);
+
+// Whether the map's looks keep at least as many of the scans within the plan's limit, with less
+// than two thirds of its work. Never for fewer than 10 scans.
+bool is_dearer_than_looks(const LookPlan& plan, const std::vector<TriedScan>& scans);
 
 // Sets the threshold at which a vehicle takes a second look. The probability p* of chosen ranges is
 // set by passes/model/promise/calibration.h.
@@ -42,8 +64,10 @@ double raised_threshold(const CalibratePlanOptions& options, const LookPlan& pla
 // less, and the learnt threshold doubts most of them. Each scan of the drive is matched by the
 // first look of its place from where the two before it predict it; the threshold is raised until
 // at most doubted_share of the good ones lie above it, but stays below the doubt of every one that
-// is more than the plan's limit off, and is never below the learnt one. Without looks: no plan.
-// With fewer than 10 good scans the learnt threshold stays. Errors: mismatched-inputs (drive and
+// is more than the plan's limit off, and is never below the learnt one. With fewer than
+// 10 good scans the learnt threshold stays. Where many are doubted, a cheaper second look
+// that is as good for them replaces the plan's. No plan: without looks, and where it is dearer than
+// the map's looks, which then hold while tracking too. Errors: mismatched-inputs (drive and
 // trajectory, or map, sites and ranges, do not belong together), empty-map, and what reading a scan
 // says.
 Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptions& options,
@@ -51,7 +75,7 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
                                       const TiledNds& nds, const Sites& sites,
                                       const ByFamily<RangeTable>& ranges);
 inline constexpr Pass kCalibratePlan =
-    Pass{"calibrate-plan", 3, "plan", "Threshold for a second scan sample while tracking",
+    Pass{"calibrate-plan", 4, "plan", "Threshold for a second scan sample while tracking",
          &calibrate_plan}
         .in(Stage::kLearn)
         .with({.scan_s = 0.0003, .million_points_s = 0.04});

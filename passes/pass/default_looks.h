@@ -39,6 +39,14 @@ inline std::vector<Look> baseline_looks() {
           far_look(6000, 50.0, 384, false), far_look(8000, 50.0, 512, false)};
 }
 
+// A second look for a plan whose own is dearer, where a map's drive shows that it is as good
+// (calibrate_plan).
+inline Look cheaper_second_look() {
+  Look look = far_look(6000, 50.0, 256, true);
+  look.mode = LookMode::kSettle;
+  return look;
+}
+
 // The plan of a vehicle that tracks, which holds 10 cm in generated towns (tests/bench/README.md,
 // "Driving"). Learnt by `driving_bench --learn --timed-every 20` from towns 1 to 8.
 inline LookPlan usual_plan() {

@@ -179,6 +179,15 @@ TEST(Compile, AModelThatLearnsFromASplitDriveIsToldNoMappingErrorOneMadeElsewher
   run_successfully("compile " + split + " -q --model " + compiled_map().string() + " -o " + map);
   EXPECT_NE(dumped(map, "factors", "mapping_error"), dumped(map, "factors", "virtual_error"));
   run_successfully("verify --deep " + map);
+  // No drive is named that judges.
+  const ProgramResult judged =
+      run_successfully("evaluate " + split + " --map " + map + " --set evaluation.scans= -j 2");
+  EXPECT_NE(judged.out.find("On its own drive (same drive, other scans: optimistic)"),
+            std::string::npos)
+      << judged.out;
+  EXPECT_NE(judged.err.find("the scans of the mapping drive that did not make the map"),
+            std::string::npos)
+      << judged.err;
 }
 
 TEST(Compile, OnAFullDiskLeavesNoMap) {

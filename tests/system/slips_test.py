@@ -39,7 +39,7 @@ SLIPS = [
     ("a recording of Ouster's to init", "init drive.osf", INPUT, "ouster-cli source in.osf save out.pcap"),
     ("a capture that is none to init", "init broken.pcap", SYSTEM, "does not begin like"),
     ("poses to compile", "compile poses.yaml -o m.slmap", INPUT, "mapping: {scans: FOLDER}"),
-    ("no drive to evaluate by", "evaluate drive.yaml --map town.slmap", USAGE, "where there is one drive, that one again"),
+    ("no drive to evaluate by", "evaluate two.yaml --map town.slmap", USAGE, "name one that did not make the map"),
     # Words of the command line.
     ("a verb misspelt", "complie drive.yaml", USAGE, "compile"),
     ("a flag misspelt", "compile drive.yaml -o m.slmap --treads 2", USAGE, "--threads"),
@@ -182,7 +182,9 @@ def write_files(folder):
 
     for i in range(6):
         write(f"velodyne/{i:06d}.pcd", scan_text(i))
+        write(f"second/{i:06d}.pcd", scan_text(i + 0.5))
     drive = "scans: velodyne, sensor: vlp-16"
+    write("two.yaml", f"mapping: {{{drive}}}\nlocalization: {{scans: second}}\n")
     tum = "".join(f"{i}.0 {i} 0 0 {{}}\n" for i in range(6))
     write("poses.tum", tum.format(*["0 0 0 1"] * 6))
     write("norm.tum", tum.format(*["0 0 0 2"] * 6))

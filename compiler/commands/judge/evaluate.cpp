@@ -39,17 +39,28 @@ struct EvaluateFlags {
   ResultFlags result;  // whose is_forced is that of every file
 };
 
-Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
+// Where no drive is named, that of a map that every second scan of one drive made.
+Result<CompileConfig> evaluation_config(const EvaluateFlags& flags, const CompiledMap& map) {
   SIGHTLINE_ASSIGN(CompileConfig config,
                    load_compile_config(flags.run.config_file, flags.run.overrides));
-  if (config.evaluation.scans.empty()) {
-    return Error{ErrorCode::kMissingKey,
-                 "evaluation.scans: no drive to judge the map by is named. Name another one there; "
-                 "or, where there is one drive, that one again (evaluation.scans, poses and sensor "
-                 "as under mapping): the scans that the map did not use then judge it",
-                 flags.run.config_file};
+  if (!config.evaluation.scans.empty()) return config;
+  if (has_other_scans(map, config)) {
+    config.evaluation = config.mapping;
+    print_note(
+        "no drive is named under evaluation: the scans of the mapping drive that did not make the "
+        "map judge it; another drive is a better test");
+    return config;
   }
-  return config;
+  return Error{ErrorCode::kMissingKey,
+               "evaluation.scans: no drive to judge the map by is named; name one that did not "
+               "make the map",
+               flags.run.config_file};
+}
+
+// With the map that the drive was compared with.
+Error naming_map(Error error, const EvaluateFlags& flags) {
+  if (error.code == ErrorCode::kNoOverlap) error.message += concat("; map ", flags.map);
+  return error;
 }
 
 std::string joined_tables(const std::vector<Table>& all, TableFormat format) {
@@ -199,7 +210,7 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.map));
   SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.map));
   Judged judged{std::move(map), to_hex(summary.root_digest)};
-  SIGHTLINE_ASSIGN(CompileConfig config, evaluation_config(flags));
+  SIGHTLINE_ASSIGN(CompileConfig config, evaluation_config(flags, judged.map));
   const EvaluatePlan plan = evaluate_plan(config, judged.map);
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drive(plan, cache_directory(flags.run), artifacts));
@@ -214,7 +225,9 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   config.notes.clear();  // they were shown before the drive was identified
   std::vector<AnyWire> wanted = {plan.measured, plan.evaluation};
   if (plan.tracks.is_connected()) wanted.push_back(plan.tracks);
-  SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, artifacts));
+  const Result<std::vector<StepReport>> run =
+      run_steps(plan.plan, wanted, flags.run, config, artifacts);
+  if (!run) return naming_map(run.error(), flags);
   const AnyWire last = plan.tracks.is_connected() ? plan.tracks.any() : plan.evaluation.any();
   if (!artifacts.has(last)) {
     say_stopped(flags.run, "the map is not judged");

@@ -304,6 +304,8 @@ MapJudgement judge_map(const CompiledMap& map, const EvaluationFigures* evaluati
   judgement.drive = is_evaluated ? evaluation->drive : map.measurement.localization_drive;
   judgement.origin = is_evaluated ? evaluation->origin : DriveOrigin::kOther;
   judgement.is_own_drive = judgement.evidence == Evidence::kOwnDrive || is_own(judgement.origin);
+  judgement.has_other_scans =
+      !map.tile_drives && map.measurement.mapping_scans == name_of(ScanSelection::kEven);
   judgement.is_replayed = is_evaluated && evaluation->scan_count > 0;
   judgement.judged_count = !is_evaluated           ? map.measurement.measured_site_count
                            : judgement.is_replayed ? evaluation->scan_count

@@ -90,19 +90,23 @@ std::string page_command(const VerdictFiles& files) {
 std::string judging_command(const MapJudgement& judgement, const VerdictFiles& files) {
   const std::string map = command_word(files.map);
   const std::string config = command_word(files.config);
+  const std::string command = concat("sightline evaluate ", config, " --map ", map, "  # ");
+  const bool is_judged = judgement.evidence == Evidence::kEvaluation;
+  if (!files.names_evaluation && judgement.has_other_scans && !is_judged) {
+    return command + "judges the map by the scans of its drive that did not make it";
+  }
   if (!files.names_evaluation) {
     return concat(page_command(files), "shows the map; to judge it, name another drive under ",
                   "evaluation: in ", config);
   }
-  if (judgement.evidence == Evidence::kEvaluation) {
+  if (is_judged) {
     return concat(
         "sightline init RECORDING -o other.yaml  # describes another drive; name it under ",
         "evaluation: in ", config);
   }
-  const std::string command = concat("sightline evaluate ", config, " --map ", map, "  # ");
-  return command + (is_known(files.config)
-                        ? "judges the map by another drive"
-                        : "judges the map by the drive under evaluation: in CONFIG");
+  if (is_known(files.config)) return command + "judges the map by another drive";
+  return concat(command, "judges the map by the drive under evaluation: in CONFIG",
+                judgement.has_other_scans ? ", else by its own other scans" : "");
 }
 
 // Makes a map of the fixed choice alone, which is a range ("15 m") or a look ("50 m, 64 points").

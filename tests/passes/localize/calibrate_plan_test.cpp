@@ -23,9 +23,12 @@ Result<CalibratedPlan> calibrate(const CalibratePlanOptions& options,
                         street().map, street().sites, ranges);
 }
 
-std::vector<FirstLook> good_looks() {
-  std::vector<FirstLook> looks;
-  for (int i = 1; i <= 100; ++i) looks.push_back({0.01 * i, 0.02});
+// By its first look alone.
+TriedScan tried(double doubt, double error_m) { return {doubt, {error_m, 0.0}, {}, {}, {}}; }
+
+std::vector<TriedScan> good_looks() {
+  std::vector<TriedScan> looks;
+  for (int i = 1; i <= 100; ++i) looks.push_back(tried(0.01 * i, 0.02));
   return looks;
 }
 
@@ -43,22 +46,61 @@ TEST(CalibratePlan, DoubtsFewOfTheGoodLooks) {
 
 TEST(CalibratePlan, LetsNoLookBeyondTheLimitPass) {
   const LookPlan plan = usual_plan();
-  std::vector<FirstLook> looks = good_looks();
-  looks.push_back({0.40, 0.08});  // neither good nor beyond the limit
+  std::vector<TriedScan> looks = good_looks();
+  looks.push_back(tried(0.40, 0.08));  // neither good nor beyond the limit
   EXPECT_NEAR(raised_threshold({}, plan, looks), 0.98, 1e-12);
-  looks.push_back({0.30, 0.11});
-  looks.push_back({0.60, 0.50});
+  looks.push_back(tried(0.30, 0.11));
+  looks.push_back(tried(0.60, 0.50));
   EXPECT_LT(raised_threshold({}, plan, looks), 0.30);
   EXPECT_GT(raised_threshold({}, plan, looks), 0.299);
-  looks.push_back({-3.0, 0.50});
+  looks.push_back(tried(-3.0, 0.50));
   EXPECT_EQ(raised_threshold({}, plan, looks), plan.doubt_above) << "what was learnt stands";
 }
 
 TEST(CalibratePlan, LearnsNothingFromAFewScans) {
-  const std::vector<FirstLook> all = good_looks();
+  const std::vector<TriedScan> all = good_looks();
   const LookPlan plan = usual_plan();
   EXPECT_EQ(raised_threshold({}, plan, {all.begin(), all.begin() + 9}), plan.doubt_above);
   EXPECT_GT(raised_threshold({}, plan, {all.begin(), all.begin() + 10}), plan.doubt_above);
+}
+
+TEST(CalibratePlan, IsDearerWhereLooksHoldAsMuchForLess) {
+  const LookPlan plan = usual_plan();
+  const double doubted = plan.doubt_above + 1.0;
+  const double certain = plan.doubt_above - 1.0;
+  const TriedScan twice{doubted, {0.02, 100.0}, {0.02, 400.0}, {0.02, 1000.0}, {0.02, 300.0}};
+  const TriedScan once{certain, {0.02, 100.0}, {0.02, 400.0}, {0.02, 1000.0}, {0.02, 300.0}};
+  std::vector<TriedScan> scans(10, twice);
+  EXPECT_TRUE(is_dearer_than_looks(plan, scans)) << "1000 against 300";
+  EXPECT_FALSE(is_dearer_than_looks(plan, {scans.begin(), scans.begin() + 9})) << "too few scans";
+  EXPECT_FALSE(is_dearer_than_looks(plan, std::vector<TriedScan>(10, once))) << "100 against 300";
+  std::fill_n(scans.begin(), 7, once);
+  EXPECT_FALSE(is_dearer_than_looks(plan, scans)) << "370 against 300: up to half more is allowed";
+  scans[6] = twice;
+  EXPECT_TRUE(is_dearer_than_looks(plan, scans)) << "460 against 300";
+  LookPlan cheaper = plan;
+  cheaper.second = cheaper_second_look();
+  EXPECT_FALSE(is_dearer_than_looks(cheaper, scans)) << "220 against 300";
+  scans[9].look.error_m = 2.0 * plan.limit_m;
+  EXPECT_FALSE(is_dearer_than_looks(plan, scans)) << "a look that misses";
+  scans[8].with_own.error_m = 2.0 * plan.limit_m;
+  EXPECT_TRUE(is_dearer_than_looks(plan, scans)) << "where the plan misses as often";
+}
+
+TEST(CalibratePlan, TakesTheCheaperSecondLookWhereItIsAsGoodForDoubtedScans) {
+  const LookPlan plan = usual_plan();
+  const auto doubted = [&](double by_cheaper_m, double by_own_m) {
+    return TriedScan{plan.doubt_above + 1.0, {}, {by_cheaper_m, 0.0}, {by_own_m, 0.0}, {}};
+  };
+  std::vector<TriedScan> scans(20, doubted(0.02, 0.02));
+  EXPECT_TRUE(is_cheaper_as_good({}, plan, scans));
+  EXPECT_FALSE(is_cheaper_as_good({}, plan, {scans.begin(), scans.begin() + 19})) << "too few";
+  scans[3] = doubted(0.06, 0.04);
+  EXPECT_FALSE(is_cheaper_as_good({}, plan, scans)) << "it misses 5 cm once";
+  scans[4] = doubted(0.04, 0.06);
+  EXPECT_TRUE(is_cheaper_as_good({}, plan, scans)) << "the plan's own misses as often";
+  for (TriedScan& scan : scans) scan.doubt = plan.doubt_above;
+  EXPECT_FALSE(is_cheaper_as_good({}, plan, scans)) << "none is doubted";
 }
 
 TEST(CalibratePlan, MatchesEveryScanFromWhereTheTwoBeforeItForetellIt) {

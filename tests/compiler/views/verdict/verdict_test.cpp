@@ -387,11 +387,20 @@ TEST(Verdict, AnEvaluationByTheMapsOwnDriveIsOptimistic) {
 
 TEST(Verdict, TheNextCommandWorksWithoutAnEvaluationDrive) {
   const VerdictFiles files = {.map = "a.slmap", .config = "a.yaml", .names_evaluation = false};
-  EXPECT_EQ(judge_map(good_map(), nullptr, files).next,
+  CompiledMap map = good_map();
+  map.measurement.mapping_scans = "all";
+  EXPECT_EQ(judge_map(map, nullptr, files).next,
             "sightline report a.yaml --map a.slmap -o map.html  # shows the map; to judge it, name "
             "another drive under evaluation: in a.yaml");
-  EXPECT_EQ(judge_map(good_map(), nullptr, {.map = "a.slmap", .config = "a.yaml"}).next,
+  EXPECT_EQ(judge_map(map, nullptr, {.map = "a.slmap", .config = "a.yaml"}).next,
             "sightline evaluate a.yaml --map a.slmap  # judges the map by another drive");
+  map.measurement.mapping_scans = "even";
+  EXPECT_EQ(judge_map(map, nullptr, files).next,
+            "sightline evaluate a.yaml --map a.slmap  # judges the map by the scans of its drive "
+            "that did not make it");
+  EXPECT_EQ(judge_map(map, nullptr, {}).next,
+            "sightline evaluate CONFIG --map MAP  # judges the map by the drive under evaluation: "
+            "in CONFIG, else by its own other scans");
 }
 
 // Places 20 to 40 have no range; all of them, or all but 30 to 40, have a look.
