@@ -35,7 +35,8 @@ Wire<ByFamily<MeasuredError>> add_errors(const CompileConfig& config, RecordingU
                                          const LocalizedDrive& drive, const OnMap& on,
                                          std::vector<OutsideInput>& outside);
 
-// Whether every second scan of the only mapping drive made the map, so that the others may judge it.
+// Whether every second scan of the only mapping drive made the map, so that the others may judge
+// it.
 bool has_other_scans(const CompiledMap& map, const CompileConfig& config);
 
 EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map);

@@ -67,8 +67,8 @@ struct MapJudgement {
   std::string drive;                         // that judged
   DriveOrigin origin = DriveOrigin::kOther;  // of that drive
   bool is_own_drive = false;                 // the map or its model was made from it: optimistic
-  bool has_other_scans = false;              // a half of the scans of its drive did not make the map
-  std::uint32_t judged_count = 0;            // scans where the drive was replayed, else places
+  bool has_other_scans = false;    // a half of the scans of its drive did not make the map
+  std::uint32_t judged_count = 0;  // scans where the drive was replayed, else places
   bool is_replayed = false;
   std::vector<LimitVerdict> limits;  // as in the map
   std::size_t deciding = 0;          // the first of the limits that has the verdict
