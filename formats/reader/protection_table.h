@@ -30,6 +30,9 @@ struct ProtectionRow {
   // but one good match in 200 exceed.
   double least_likelihood = 0.0;
   double least_scored_share = 0.0;
+  // Of the raised points of successive scans that the map has: 0.95 times the least of all good
+  // drives, and at most one half.
+  double least_raised_share = 0.0;
 };
 
 // The groups of kinds of place that have a row, and last the row of all of them.

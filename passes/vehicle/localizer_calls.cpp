@@ -160,6 +160,7 @@ int match_scan(const MatchCall& call, const Use& use) {
         put(end, call.localizer.map.ndt.frame, answer);
         if (is_unconstrained(found.match, end)) answer.stop = SIGHTLINE_UNCONSTRAINED;
         put_protection(*knowledge, found.match, end, answer);
+        if (!call.localizer.map.is_small) put(end.raised, answer);
         return 0;
       });
 }

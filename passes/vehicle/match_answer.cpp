@@ -38,6 +38,11 @@ void put(const MatchEnd& end, const MapFrame& frame, sightline_match& answer) {
   answer.weak = end.weak;
 }
 
+void put(const RaisedPoints& raised, sightline_match& answer) {
+  answer.raised_points = raised.count;
+  answer.raised_met = raised.met_count;
+}
+
 void put_protection(const MatchKnowledge& knowledge, const MatchResult& found, const MatchEnd& end,
                     sightline_match& answer) {
   const ProtectionRow& row = protection_row(knowledge.kind);

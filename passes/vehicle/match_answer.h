@@ -14,6 +14,7 @@ void put_start(const double T_world_start[12], sightline_match& answer);
 
 void put(const MatchResult& found, sightline_match& answer);
 void put(const MatchEnd& end, const MapFrame& frame, sightline_match& answer);
+void put(const RaisedPoints& raised, sightline_match& answer);
 // Of a match whose point count and stop are in `answer`.
 void put_protection(const MatchKnowledge& knowledge, const MatchResult& found, const MatchEnd& end,
                     sightline_match& answer);

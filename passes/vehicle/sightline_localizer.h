@@ -115,12 +115,20 @@ typedef struct sightline_match {
   double protection_yaw_rad;
   uint32_t integrity;         /* SIGHTLINE_INTEGRITY_* of this match alone */
   uint32_t protection_blocks; /* of 60 m that calibrated the levels */
+  /* Of at most 512 of the points: those in no cell of the map with a horizontal surface, and of
+   * these the ones that the map has. Both 0 in a small map (emit-map.size: promise), which lacks
+   * parts of walls and poles. For sightline_monitor_add. */
+  uint32_t raised_points;
+  uint32_t raised_met;
 } sightline_match;
 
 /* A test of the matches of successive scans (about 1 m apart): a single doubtful match in several
  * hundred is no alarm. All zeros: a new one. Copy it freely; it needs no memory. */
 typedef struct sightline_monitor {
   uint32_t doubt;
+  uint32_t reserved;
+  double raised_points; /* sums; those of earlier scans count less */
+  double raised_met;
 } sightline_monitor;
 
 /* A normal distribution of the map. */
@@ -203,8 +211,11 @@ size_t sightline_localizer_fault_count(const sightline_localizer* localizer);
  * bad-argument, where there is no such fault; out-of-memory. */
 int sightline_localizer_get_fault(const sightline_localizer* localizer, size_t number,
                                   char* message, size_t message_size);
+
 /* Adds the next scan's match, and returns SIGHTLINE_INTEGRITY_* of all so far: doubtful matches
- * count up to 6, others down; doubtful from 2 on, lost from 4 on. NULL: unknown. */
+ * count up to 6, others down; doubtful from 2 on, lost from 4 on. Doubtful too while the map has
+ * fewer of the raised points of the last scans than at good matches of such places. NULL: unknown.
+ */
 uint32_t sightline_monitor_add(sightline_monitor* monitor, const sightline_match* match);
 
 /* "0.1.0": of the library that answers. */

@@ -40,6 +40,7 @@ VehicleMap vehicle_map_of(const CompiledMap& map) {
   result.ndt = map.ndt;
   result.sensor = map.sensor;
   result.longest_look_m = longest_look_m(map);
+  result.is_small = map.size == MapSize::kPromise;
   const LocalizerProfile& measured = map.measurement.localizer;
   if (!is_own(measured)) return result;
   result.localizer = measured.name;

@@ -24,6 +24,7 @@ struct VehicleMap {
   int coarse_cells = 1;
   double leaf_m = 1.0;
   bool takes_every_return = false;
+  bool is_small = false;            // without the NDs that no look of its plan needs
   std::optional<MapReader> reader;  // of a compiled map: finds the site that is nearest
   MapColumn kinds;                  // of its sites; empty where they have none
 };

@@ -47,6 +47,7 @@ MatchEnd end_of_match(const MatchResult& found, const ScanForMatch& scan, const 
     const StructureEvidence evidence = structure_evidence(map, scan, found.T_map_sensor, memory);
     end.information = match_information(evidence, scale);
     end.holds_every_motion = evidence.holds_every_motion;
+    end.raised = evidence.raised;
   }
   const Matrix6d alone = covariance_of_unknown_start(end.information);
   end.weak = weak_axes(alone, found.T_map_sensor);

@@ -34,14 +34,24 @@ Integrity integrity_of(const MatchResult& found, std::size_t point_count,
   return is_usual ? Integrity::kOk : Integrity::kDoubtful;
 }
 
-Integrity IntegrityMonitor::add(Integrity match) {
+double IntegrityMonitor::raised_met_share() const {
+  constexpr double kMore = 8.0;
+  return (raised_met_count + kMore) / (raised_count + kMore);
+}
+
+Integrity IntegrityMonitor::add(Integrity match, const RaisedPoints& raised,
+                                const ProtectionRow& row) {
+  constexpr double kKept = 0.9;
+  raised_count = kKept * raised_count + raised.count;
+  raised_met_count = kKept * raised_met_count + raised.met_count;
   if (match == Integrity::kOk) {
     doubt -= doubt > 0 ? 1 : 0;
   } else {
     doubt = std::min(doubt + 1, kMostDoubt);
   }
   if (doubt >= kLost) return Integrity::kLost;
-  if (doubt >= kDoubtful) return Integrity::kDoubtful;
+  const bool is_elsewhere = raised_met_share() < row.least_raised_share;
+  if (doubt >= kDoubtful || is_elsewhere) return Integrity::kDoubtful;
   return match == Integrity::kUnknown ? Integrity::kUnknown : Integrity::kOk;
 }
 

@@ -23,11 +23,17 @@ Integrity integrity_of(const MatchResult& found, std::size_t point_count, const 
 
 // A sequential test over the matches of successive scans. It counts doubtful ones up and others
 // down, and gives kDoubtful from 2 on and kLost from 4 on; at most 6, so that a vehicle that is
-// found again is ok after 5 good scans. Copy it freely; it allocates nothing.
+// found again is ok after 5 good scans. It also sums raised points, those of earlier scans with
+// weights that fall by a tenth with each scan, and gives at least kDoubtful while the map has fewer
+// of them than it has at the good matches of such a place. Copy it freely; it allocates nothing.
 struct IntegrityMonitor {
   std::uint32_t doubt = 0;
+  double raised_count = 0.0;
+  double raised_met_count = 0.0;
 
-  Integrity add(Integrity match);
+  Integrity add(Integrity match, const RaisedPoints& raised, const ProtectionRow& row);
+  // Of the sums. A few points show nothing: as if eight more had been met.
+  [[nodiscard]] double raised_met_share() const;
 };
 
 }  // namespace sightline

@@ -51,8 +51,11 @@ StructureMap::StructureMap(const NdtMap& map, std::shared_ptr<const MatchGrid> g
   for (const Nd& nd : map.nds) {
     const Structure structure = map_structure_of(nd, nd_at);
     const std::int32_t record = record_of_cell(*grid_, nd.key);
-    if (structure.direction_count == 0 || record == 0) continue;
-    numbers_[static_cast<std::size_t>(record)] = static_cast<std::uint32_t>(structures_.size());
+    if (record == 0) continue;
+    std::uint32_t& number = numbers_[static_cast<std::size_t>(record)];
+    number = kConstrainsNothing;
+    if (structure.direction_count == 0) continue;
+    number = static_cast<std::uint32_t>(structures_.size());
     structures_.push_back(structure);
   }
 }

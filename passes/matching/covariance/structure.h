@@ -92,7 +92,10 @@ class StructureMap {
   explicit StructureMap(const NdtMap& map);
 
   static constexpr std::uint32_t kNone = 0xffffffffU;
-  // Of the structure in the cell with that record, 0 and up; kNone where there is none.
+  static constexpr std::uint32_t kConstrainsNothing = 0xfffffffeU;
+  static bool is_structure(std::uint32_t number) { return number < kConstrainsNothing; }
+  // Of the structure in the cell with that record, 0 and up. kConstrainsNothing: its ND is none.
+  // kNone: it has no ND.
   [[nodiscard]] std::uint32_t number_of_record(std::int32_t record) const {
     return numbers_[static_cast<std::size_t>(record)];
   }

@@ -132,14 +132,15 @@ void StructureObserver::begin(const StructureMap& map, const Pose& T_map_vehicle
   axes_ = level_axes(T_map_vehicle);
   centre_map_m_ = T_map_vehicle.translation();
   met_.clear();
+  raised_ = {};
   observations_.clear();
   if (place_of_.size() < map.size()) place_of_.resize(map.size(), 0);
 }
 
-void StructureObserver::add(std::uint32_t number, const Eigen::Vector3d& point_map_m) {
+bool StructureObserver::add(std::uint32_t number, const Eigen::Vector3d& point_map_m) {
   const Structure& structure = map_->at(number);
   const double off_m = structure.normal.dot(point_map_m - structure.mean_m);
-  if (std::abs(off_m) > structure.farthest_m) return;
+  if (std::abs(off_m) > structure.farthest_m) return false;
   std::uint32_t& place = place_of_[number];
   if (place >= met_.size() || met_[place].structure != number) {
     place = static_cast<std::uint32_t>(met_.size());
@@ -148,6 +149,18 @@ void StructureObserver::add(std::uint32_t number, const Eigen::Vector3d& point_m
   Met& met = met_[place];
   met.sum_m += point_map_m - centre_map_m_;
   met.count += 1.0;
+  return true;
+}
+
+void StructureObserver::add_point(std::uint32_t number, const Eigen::Vector3d& point_map_m) {
+  constexpr double kHorizontal = 0.7;  // of a normal
+  bool is_met = number == StructureMap::kConstrainsNothing;
+  if (StructureMap::is_structure(number)) {
+    is_met = add(number, point_map_m);
+    if (std::abs(map_->at(number).normal.z()) > kHorizontal) return;
+  }
+  ++raised_.count;
+  raised_.met_count += is_met ? 1 : 0;
 }
 
 // The matcher's last pose was a step away, if it was of this climb at all: its cell of a point
@@ -177,11 +190,9 @@ void StructureObserver::add_all(const ScanForMatch& scan, const Pose& T_map_vehi
   numbers_.resize(records_.size());
   for (std::size_t i = 0; i < records_.size(); ++i) {
     numbers_[i] = map_->number_of_record(records_[i]);
-    if (numbers_[i] != StructureMap::kNone) map_->prefetch(numbers_[i]);
+    if (StructureMap::is_structure(numbers_[i])) map_->prefetch(numbers_[i]);
   }
-  for (std::size_t i = 0; i < numbers_.size(); ++i) {
-    if (numbers_[i] != StructureMap::kNone) add(numbers_[i], points_map_m_[i]);
-  }
+  for (std::size_t i = 0; i < numbers_.size(); ++i) add_point(numbers_[i], points_map_m_[i]);
 }
 
 // The points of a cell share its normal, so their mean derivative is that of their mean.
@@ -230,14 +241,17 @@ StructureEvidence structure_evidence(std::span<const StructureObservation> obser
   const Matrix6d half = reduce * observed;
   const Matrix6d reduced = half * reduce.transpose();
   const Vector6d descent = reduce * parts.descent;
-  return {to_map(reduced, level_axes), to_map(descent, level_axes), holds_every_motion(observed)};
+  return {
+      to_map(reduced, level_axes), to_map(descent, level_axes), holds_every_motion(observed), {}};
 }
 
 StructureEvidence structure_evidence(const StructureMap& map, const ScanForMatch& scan,
                                      const Pose& T_map_vehicle, StructureObserver& memory) {
   memory.begin(map, T_map_vehicle);
   memory.add_all(scan, T_map_vehicle);
-  return structure_evidence(memory.finish(), memory.axes());
+  StructureEvidence evidence = structure_evidence(memory.finish(), memory.axes());
+  evidence.raised = memory.raised();
+  return evidence;
 }
 
 }  // namespace sightline

@@ -41,6 +41,13 @@ struct StructureObservation {
   double weight_per_m2 = 0.0;
 };
 
+// The points of a scan that are in no cell of the map with a horizontal surface, and of these the
+// ones that the map has: on the structure of their cell, or in a cell whose ND constrains nothing.
+struct RaisedPoints {
+  std::uint32_t count = 0;
+  std::uint32_t met_count = 0;
+};
+
 // Observes a scan: one observation for each direction of each structure that its points meet. Keeps
 // its memory from one scan to the next. One thread at a time.
 class StructureObserver {
@@ -48,8 +55,8 @@ class StructureObserver {
   // For points of a vehicle at that pose; forgets the last scan. `map` outlives that.
   void begin(const StructureMap& map, const Pose& T_map_vehicle);
 
-  // A point of the cell with that structure. Points far from the surface are left out.
-  void add(std::uint32_t structure, const Eigen::Vector3d& point_map_m);
+  // A point of the cell with that structure. Whether it is on the structure; else it is left out.
+  bool add(std::uint32_t structure, const Eigen::Vector3d& point_map_m);
 
   // At most 512 points of a scan, in the vehicle's frame, evenly spread in their order: more would
   // count neighbours as independent. Those in no structure of the map are left out. They must be
@@ -61,6 +68,8 @@ class StructureObserver {
   std::span<const StructureObservation> finish();
 
   [[nodiscard]] const Eigen::Matrix3d& axes() const { return axes_; }
+  // Of those that add_all() used.
+  [[nodiscard]] const RaisedPoints& raised() const { return raised_; }
 
  private:
   // The points of a scan that meet one structure.
@@ -70,12 +79,14 @@ class StructureObserver {
     Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();  // from the vehicle, map axes
   };
   void find_records(const ScanForMatch& scan, const Pose& T_map_vehicle);
+  void add_point(std::uint32_t number, const Eigen::Vector3d& point_map_m);
   void observe(const Met& met, const Eigen::Vector3d& direction, double variance_m2);
 
   const StructureMap* map_ = nullptr;
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d centre_map_m_ = Eigen::Vector3d::Zero();
   std::vector<Met> met_;
+  RaisedPoints raised_;
   // By structure: its place in met_, if that has this structure.
   std::vector<std::uint32_t> place_of_;
   std::vector<StructureObservation> observations_;
@@ -97,6 +108,7 @@ struct StructureEvidence {
   // Whether the observations, clear or not, have a part of every motion; false: some motion changes
   // none of them, apart from rounding.
   bool holds_every_motion = false;
+  RaisedPoints raised;
 };
 StructureEvidence structure_evidence(std::span<const StructureObservation> observations,
                                      const Eigen::Matrix3d& level_axes);

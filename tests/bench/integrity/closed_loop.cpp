@@ -172,6 +172,7 @@ MatchSample sample_of(const MatchResult& found, const Pose& T_map_start, const P
   sample.start = axes * motion_between(T_map_true, T_map_start);
   sample.structure.information = axes * structure.information * axes.transpose();
   sample.structure.descent = axes * structure.descent;
+  sample.structure.raised = structure.raised;
   sample.likelihood = found.nearest_voxel_likelihood;
   sample.scored_points = found.scored_points;
   return sample;

@@ -35,12 +35,14 @@ void add_fault(WorldLocalizer& localizer, const TrueDrive& drive, std::size_t fi
     localizer.take(drive.scans[k]);
     const MatchResult found =
         localizer.match(start.T_map_vehicle, search_of_start_m(start.covariance));
-    const Pose T_map_vehicle = localizer.end(found, start, scale).estimate.T_map_vehicle;
+    const MatchEnd end = localizer.end(found, start, scale);
+    const Pose T_map_vehicle = end.estimate.T_map_vehicle;
     if (is_near(T_map_vehicle, drive.T_map_vehicle[k], drive.constraints[k])) {
       ++counts.found;
       return;
     }
-    const Integrity all = monitor.add(integrity_of(found, localizer.point_count(), row));
+    const Integrity match = integrity_of(found, localizer.point_count(), row);
+    const Integrity all = monitor.add(match, end.raised, row);
     is_alarmed = is_alarmed || all != Integrity::kOk;
     if (k + 1 < drive.scans.size()) {
       start.T_map_vehicle =

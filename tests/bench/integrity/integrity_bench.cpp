@@ -55,7 +55,8 @@ CovarianceSource source_of(const std::string& name) {
 
 // One line a scan, for fits outside: kind, seed, scan, constrained ahead and left; then, of six
 // motions in the vehicle's axes, end and start of the match, descent, and the upper triangle of the
-// structures' information; likelihood, points, scored points; errors of the filter: 3.
+// structures' information; likelihood, points, scored points, raised points met and
+// all; errors of the filter: 3.
 void write_samples(std::ofstream& file, const IntegrityWorld& world,
                    const std::vector<LoopStep>& steps) {
   for (std::size_t k = 0; k < steps.size(); ++k) {
@@ -70,7 +71,8 @@ void write_samples(std::ofstream& file, const IntegrityWorld& world,
       for (int j = i; j < 6; ++j) file << ' ' << s.sample.structure.information(i, j);
     }
     file << ' ' << s.sample.likelihood << ' ' << s.sample.point_count << ' '
-         << s.sample.scored_points;
+         << s.sample.scored_points << ' ' << s.sample.structure.raised.met_count << ' '
+         << s.sample.structure.raised.count;
     for (int i = 0; i < 3; ++i) file << ' ' << s.fused_error[i];
     file << '\n';
   }

@@ -37,8 +37,9 @@ void print_fit(const std::vector<Block>& blocks) {
                 std::string(row.place).c_str(), row.block_count, row.covariance_factor);
     print_numbers("percent_factors", row.percent_factors);
     print_numbers("percent_errors", row.percent_errors);
-    std::printf("     .least_likelihood = %.4g,\n     .least_scored_share = %.4g},\n",
+    std::printf("     .least_likelihood = %.4g,\n     .least_scored_share = %.4g,\n",
                 row.least_likelihood, row.least_scored_share);
+    std::printf("     .least_raised_share = %.4g},\n", row.least_raised_share);
   }
 }
 
@@ -96,7 +97,7 @@ void print_alarms(const std::string& kind, const std::vector<const Block*>& bloc
   for (const Block* block : blocks) {
     for (const MatchSample& sample : block->samples) {
       const Integrity match = integrity_of_sample(sample, row);
-      const Integrity all = monitor.add(match);
+      const Integrity all = monitor.add(match, sample.structure.raised, row);
       const bool is_alarm = all == Integrity::kDoubtful || all == Integrity::kLost;
       ++scans;
       doubtful += match == Integrity::kDoubtful ? 1 : 0;

@@ -21,6 +21,9 @@ constexpr double kFalse = 0.005;  // of good matches
 // Matches a metre off in streets have half of the likelihood of good ones.
 constexpr double kLikelihoodMargin = 0.9;
 constexpr double kShareMargin = 0.05;
+constexpr double kRaisedMargin = 0.95;
+// Wrong matches in streets have at most 0.4; real streets change more than generated ones.
+constexpr double kMostRaisedShare = 0.5;
 
 PoseEstimate returned_pose(const MatchSample& sample, double covariance_factor) {
   InformationScale scale = default_information_scale();
@@ -109,6 +112,23 @@ void fit_bounds(const std::vector<const Block*>& blocks, const FactorOf& factor_
   }
 }
 
+constexpr double kGood_m = 0.25;  // sideways
+
+// Over the good matches of each block, one after the other.
+double least_raised_share(const std::vector<const Block*>& blocks, const ProtectionRow& row) {
+  double least = 1.0;
+  for (const Block* block : blocks) {
+    IntegrityMonitor monitor;
+    for (const MatchSample& sample : block->samples) {
+      const AxisErrors found = returned_errors(sample, row.covariance_factor);
+      if (std::abs(found.errors[1]) > kGood_m) continue;
+      monitor.add(Integrity::kOk, sample.structure.raised, row);
+      least = std::min(least, monitor.raised_met_share());
+    }
+  }
+  return std::min(kRaisedMargin * least, kMostRaisedShare);
+}
+
 // Of matches whose returned pose is within 25 cm sideways.
 void fit_signs(const std::vector<const Block*>& blocks, ProtectionRow& row) {
   std::vector<double> likelihoods;
@@ -116,12 +136,13 @@ void fit_signs(const std::vector<const Block*>& blocks, ProtectionRow& row) {
   for (const Block* block : blocks) {
     for (const MatchSample& sample : block->samples) {
       const AxisErrors found = returned_errors(sample, row.covariance_factor);
-      if (std::abs(found.errors[1]) > 0.25) continue;
+      if (std::abs(found.errors[1]) > kGood_m) continue;
       likelihoods.push_back(sample.likelihood);
       shares.push_back(static_cast<double>(sample.scored_points) /
                        std::max(1.0, static_cast<double>(sample.point_count)));
     }
   }
+  row.least_raised_share = least_raised_share(blocks, row);
   row.least_likelihood = kLikelihoodMargin * lowest_share(likelihoods, kFalse);
   row.least_scored_share = lowest_share(shares, kFalse) - kShareMargin;
 }
@@ -206,7 +227,8 @@ Result<std::vector<KindSample>> read_samples(const std::string& path) {
         s.structure.information(j, i) = s.structure.information(i, j);
       }
     }
-    in >> s.likelihood >> s.point_count >> s.scored_points;
+    RaisedPoints& raised = s.structure.raised;
+    in >> s.likelihood >> s.point_count >> s.scored_points >> raised.met_count >> raised.count;
     if (!in) return Error{ErrorCode::kBadValue, "not a sample: " + line, path};
   }
   return samples;

@@ -375,6 +375,12 @@ TEST(SightlineMonitor, GivesAnAlarmAfterSeveralDoubtfulMatches) {
   EXPECT_EQ(sightline_monitor_add(&monitor, &match), SIGHTLINE_INTEGRITY_DOUBTFUL);
   sightline_monitor_add(&monitor, &match);
   EXPECT_EQ(sightline_monitor_add(&monitor, &match), SIGHTLINE_INTEGRITY_LOST);
+  sightline_monitor elsewhere{};
+  sightline_match missed{};
+  missed.integrity = SIGHTLINE_INTEGRITY_OK;
+  missed.raised_points = 300;
+  EXPECT_EQ(sightline_monitor_add(&elsewhere, &missed), SIGHTLINE_INTEGRITY_DOUBTFUL);
+  EXPECT_EQ(elsewhere.raised_points, 300.0);
   EXPECT_EQ(sightline_monitor_add(nullptr, &match), SIGHTLINE_INTEGRITY_UNKNOWN);
   EXPECT_EQ(sightline_monitor_add(&monitor, nullptr), SIGHTLINE_INTEGRITY_UNKNOWN);
 }

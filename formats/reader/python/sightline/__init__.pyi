@@ -139,11 +139,15 @@ class Match(ctypes.Structure):
     protection_yaw_rad: float
     integrity: int
     protection_blocks: int
+    raised_points: int
+    raised_met: int
     @property
     def is_matched(self) -> bool: ...
 
 class Monitor(ctypes.Structure):
     doubt: int
+    raised_points: float
+    raised_met: float
     def add(self, match: Match) -> int: ...
 
 class Nd(ctypes.Structure):

@@ -146,7 +146,8 @@ class Match(Structure):
                 ("stop", c_uint32), ("point_count", c_uint32), ("scored_points", c_uint32),
                 ("dropped_count", c_uint32), ("look_count", c_int32), ("weak", c_uint32), ("place_kind", c_uint32),
                 ("protection_m", c_double * 3), ("protection_yaw_rad", c_double),
-                ("integrity", c_uint32), ("protection_blocks", c_uint32)]
+                ("integrity", c_uint32), ("protection_blocks", c_uint32), ("raised_points", c_uint32),
+                ("raised_met", c_uint32)]
 
     @property
     def is_matched(self):
@@ -155,7 +156,7 @@ class Match(Structure):
 
 class Monitor(Structure):
     """A test of the matches of successive scans: sightline_monitor."""
-    _fields_ = [("doubt", c_uint32)]
+    _fields_ = [("doubt", c_uint32), ("reserved", c_uint32), ("raised_points", c_double), ("raised_met", c_double)]
 
     def add(self, match):
         """Adds the next scan's match: the integrity of all so far, INTEGRITY_OK, .._LOST, ..."""

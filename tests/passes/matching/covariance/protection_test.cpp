@@ -61,15 +61,31 @@ TEST(IntegrityOfMatch, IsDoubtfulWhereEitherSignIsBelowTheGoodOnes) {
 
 TEST(IntegrityMonitor, NeedsSeveralDoubtfulMatchesAndRecovers) {
   IntegrityMonitor monitor;
-  EXPECT_EQ(monitor.add(Integrity::kDoubtful), Integrity::kOk);
-  EXPECT_EQ(monitor.add(Integrity::kOk), Integrity::kOk);
-  for (int i = 0; i < 20; ++i) monitor.add(Integrity::kDoubtful);
-  EXPECT_EQ(monitor.add(Integrity::kOk), Integrity::kLost);
-  EXPECT_EQ(monitor.add(Integrity::kOk), Integrity::kLost);
-  EXPECT_EQ(monitor.add(Integrity::kOk), Integrity::kDoubtful);
-  EXPECT_EQ(monitor.add(Integrity::kOk), Integrity::kDoubtful);
-  EXPECT_EQ(monitor.add(Integrity::kOk), Integrity::kOk);
-  EXPECT_EQ(IntegrityMonitor{}.add(Integrity::kUnknown), Integrity::kUnknown);
+  const auto add = [&](Integrity match) { return monitor.add(match, {}, kRow); };
+  EXPECT_EQ(add(Integrity::kDoubtful), Integrity::kOk);
+  EXPECT_EQ(add(Integrity::kOk), Integrity::kOk);
+  for (int i = 0; i < 20; ++i) add(Integrity::kDoubtful);
+  EXPECT_EQ(add(Integrity::kOk), Integrity::kLost);
+  EXPECT_EQ(add(Integrity::kOk), Integrity::kLost);
+  EXPECT_EQ(add(Integrity::kOk), Integrity::kDoubtful);
+  EXPECT_EQ(add(Integrity::kOk), Integrity::kDoubtful);
+  EXPECT_EQ(add(Integrity::kOk), Integrity::kOk);
+  EXPECT_EQ(IntegrityMonitor{}.add(Integrity::kUnknown, {}, kRow), Integrity::kUnknown);
+}
+
+TEST(IntegrityMonitor, DoubtsPosesWhereTheMapLacksRaisedPointsOfSuccessiveScans) {
+  ProtectionRow row = kRow;
+  row.least_raised_share = 0.5;
+  IntegrityMonitor monitor;
+  EXPECT_EQ(monitor.add(Integrity::kOk, {8, 0}, row), Integrity::kOk) << "8 of 16";
+  EXPECT_EQ(monitor.add(Integrity::kOk, {1, 0}, row), Integrity::kDoubtful) << "8 of 16.2";
+  EXPECT_EQ(monitor.add(Integrity::kOk, {40, 40}, row), Integrity::kOk);
+  for (int i = 0; i < 10; ++i) monitor.add(Integrity::kOk, {20, 5}, row);
+  EXPECT_EQ(monitor.add(Integrity::kOk, {20, 5}, row), Integrity::kDoubtful);
+  for (int i = 0; i < 100; ++i) monitor.add(Integrity::kOk, {}, row);
+  EXPECT_EQ(monitor.add(Integrity::kOk, {}, row), Integrity::kOk) << "old scans are forgotten";
+  row.least_raised_share = 0.0;
+  EXPECT_EQ(monitor.add(Integrity::kOk, {1000, 0}, row), Integrity::kOk) << "no bound";
 }
 
 }  // namespace

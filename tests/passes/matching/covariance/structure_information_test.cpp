@@ -235,7 +235,7 @@ TEST(StructureObserver, DerivativesAreThoseOfTheResiduals) {
       const CellKey cell = cell_key(world.T_map_vehicle * point_m, 2.0);  // wherever it moves
       const std::uint32_t number =
           world.structures.number_of_record(record_of_cell(world.structures.grid(), cell));
-      if (number != StructureMap::kNone) observer.add(number, T_map_vehicle * point_m);
+      if (StructureMap::is_structure(number)) observer.add(number, T_map_vehicle * point_m);
     }
     return observer.finish();
   };
@@ -270,6 +270,29 @@ TEST(StructureInformation, IsTheSameFromTheMatchersCells) {
     EXPECT_EQ(found.information, evidence_of(world).information);
     EXPECT_EQ(found.descent, evidence_of(world).descent);
   }
+}
+
+RaisedPoints raised_at(const World& world, double left_m) {
+  Pose T_map_vehicle = world.T_map_vehicle;
+  T_map_vehicle.translation() += left_m * T_map_vehicle.linear().col(1);
+  StructureObserver observer;
+  return structure_evidence(world.structures, make_scan_for_match(world.points_m), T_map_vehicle,
+                            observer)
+      .raised;
+}
+
+TEST(RaisedPoints, AreMetWhereTheVehicleIsAndNotAside) {
+  const World walls(with_poles(bare_walls()));
+  const RaisedPoints here = raised_at(walls, 0.0);
+  EXPECT_GT(here.met_count, 100U);
+  EXPECT_GE(here.met_count, 0.9 * here.count);
+  EXPECT_LT(raised_at(walls, 3.0).met_count, 0.3 * raised_at(walls, 3.0).count);
+  const RaisedPoints of_poles = raised_at(World(with_poles({})), 0.0);
+  const RaisedPoints beside_poles = raised_at(World(with_poles({})), 5.0);
+  EXPECT_LT(beside_poles.met_count, 0.5 * of_poles.met_count);
+  const World ground(BoxWorld{});
+  EXPECT_LT(raised_at(ground, 0.0).count, 26U) << "of 512: where the map has no ground either";
+  EXPECT_EQ(raised_at(ground, 0.0).met_count, 0U);
 }
 
 TEST(StructureInformation, AllocatesNothingForScansOfASizeThatWasSeen) {
