@@ -24,15 +24,16 @@ class FirstCommand(unittest.TestCase):
         self.assertIn(str((town / "town.html").resolve()), lines[-1])
         self.assertRegex(run.stdout,
                          r"A vehicle at -?\d+ m, -?\d+ m needs the LiDAR points within \d+ m, or \d+ points chosen from \d+ of the scan")
+        self.assertRegex(run.stdout, r"Localized +101 of 101 scans \(100.0 %\)")
         self.assertIn("<html", (town / "town.html").read_text(encoding="utf-8")[:200])
-        for step in range(1, 6):
-            self.assertIn(f"[{step}/5] ", run.stderr)
+        for step in range(1, 7):
+            self.assertIn(f"[{step}/6] ", run.stderr)
 
     def test_it_explains_its_arguments(self):
-        for words, status in [(["--help"], 0), (["--fast"], 64), (["town9"], 64), (["1", "100", "2"], 64)]:
+        for words, status in [(["--help"], 0), (["--fast"], 64), (["town9"], 64), (["1", "100", "2"], 64), (["1", "100", "town", "2"], 64)]:
             run = subprocess.run([SOURCE / "examples/town/run", *words], capture_output=True, text=True, timeout=10)
             self.assertEqual(run.returncode, status, run.stderr)
-            self.assertIn("usage: examples/town/run [SEED=1] [LENGTH_M=600]", run.stderr)
+            self.assertIn("usage: examples/town/run [SEED=1] [LENGTH_M=600] [WORLD=town]", run.stderr)
 
 
 class Progress(unittest.TestCase):
