@@ -40,7 +40,7 @@ struct MatchEnd {
   Matrix6d information = Matrix6d::Zero();  // match_information(), at the end of the match
   std::uint32_t weak = 0;                   // weak_axes()
   bool holds_every_motion = false;          // StructureEvidence's
-  RaisedPoints raised;                      // likewise
+  RaisedPoints raised;                      // of the points that information uses
 };
 
 // `scan`: as it was matched. `start`: null where its covariance is unknown; the estimate is then
