@@ -9,7 +9,9 @@
 #include <random>
 
 #include "compiler/views/report/page/pictures.h"
+#include "compiler/views/text/describe_protection.h"
 #include "compiler/views/text/describe_site.h"
+#include "compiler/views/verdict/verdict.h"
 #include "formats/base/random.h"
 #include "tests/compiler/views/report/sources.h"
 #include "tests/compiler/views/report/unpacked.h"
@@ -52,6 +54,51 @@ TEST(PageData, HoldsTheNumbersOfMapAndEvaluation) {
   ASSERT_EQ(judged.size(), made.evaluation.sites.size());
   for (std::size_t i = 0; i < judged.size(); ++i) {
     EXPECT_EQ(judged[i], made.evaluation.sites[i].site);
+  }
+}
+
+TEST(PageData, HoldsWhatTheMapAnswersAtEachPlace) {
+  const MadeSources made = made_sources(1);
+  ASSERT_TRUE(made.map.looks);
+  const RangeTable& looks = made.map.looks->ranges;
+  const Json answers = data_of(made)["answers"];
+  const MapJudgement judgement = judge_map(made.map, nullptr, {});
+  ASSERT_EQ(answers["recommended"].size(), judgement.limits.size());
+  for (std::size_t limit = 0; limit < judgement.limits.size(); ++limit) {
+    EXPECT_EQ(answers["recommended"][limit], name_of(judgement.limits[limit].recommended));
+  }
+  EXPECT_EQ(unpacked<std::uint8_t>(answers["looks"]["index"]), looks.range_index);
+  EXPECT_EQ(unpacked<std::uint8_t>(answers["looks"]["flags"]), looks.flags);
+  const std::vector<float> mean_m = unpacked<float>(answers["looks"]["mean_m"]);
+  const std::vector<float> probability = unpacked<float>(answers["looks"]["probability"]);
+  const std::size_t site = 7;
+  const std::size_t limit = looks.promises.size() - 1;
+  const std::size_t at = looks.shape().index(site, limit);
+  const std::size_t look = looks.range(site, limit);
+  EXPECT_EQ(answers["looks"]["texts"][look], to_text(looks.looks[look]));
+  const PredictedError& predicted = made.map.looks->predicted;
+  EXPECT_EQ(mean_m.at(at), static_cast<float>(predicted.mean(site, look)));
+  EXPECT_EQ(probability.at(at), static_cast<float>(predicted.probability(site, look, limit)));
+}
+
+TEST(PageData, HoldsKindsOfPlaceAndProtectionWhereTheMapHasThem) {
+  MadeSources made = made_sources(1);
+  made.map.columns.clear();
+  EXPECT_TRUE(data_of(made)["places"].empty());
+  SiteColumn kinds = {"place_kind", "", {}};
+  for (std::size_t site = 0; site < made.map.sites.sites.size(); ++site) {
+    kinds.values.push_back(site == 3 ? 2.0F : 1.0F);
+  }
+  made.map.columns = {kinds};
+  const Json places = data_of(made)["places"];
+  const std::vector<std::uint8_t> kind = unpacked<std::uint8_t>(places["kind"]);
+  EXPECT_EQ(places["kinds"][kind.at(3)], "canyon");
+  EXPECT_EQ(places["kinds"][kind.at(4)], "lane");
+  const std::vector<float> levels_m = unpacked<float>(places["protection_m"]);
+  ASSERT_EQ(levels_m.size(), 3 * kind.size());
+  const SiteProtection expected = protection_at(made.map, 4);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(levels_m[12 + axis], static_cast<float>(expected.levels[axis]));
   }
 }
 
