@@ -1,30 +1,21 @@
 // What the map answers at a place: the kind of answer that the verdict recommends, or the range where no look is good
 // enough.
 
-import { chosenRange, limitCount, predictedError, probability } from "./data.js";
+import { limitCount } from "./data.js";
 
-const unmet = 1;  // a flag of the map: no choice is good enough
+const kinds = ["plan", "look", "range", "none"];
 
 export const noAnswer = "no good answer";
-
-function rangeAnswer(page, site, limit, kind) {
-  const range = chosenRange(page, site, limit);
-  return { kind, choice: range, text: `range ${page.ranges_m[range]} m`, mean_m: predictedError(page, site, range),
-    probability: probability(page, site, range, limit) };
-}
 
 // {kind: "plan", "look", "range" or "none"; choice: index among looks or ranges; text; mean_m: predicted error; probability}
 export function answerAt(page, site, limit) {
   const { answers } = page;
   const at = site * limitCount(page) + limit;
-  const isRangeUnmet = (page.choice.flags[at] & unmet) !== 0;
-  if (answers.recommended[limit] === "range") return rangeAnswer(page, site, limit, isRangeUnmet ? "none" : "range");
-  const { looks } = answers;
-  const isLookUnmet = (looks.flags[at] & unmet) !== 0;
-  if (isLookUnmet && !isRangeUnmet) return rangeAnswer(page, site, limit, "range");
-  const look = looks.index[at];
-  const kind = isLookUnmet ? "none" : answers.recommended[limit];
-  return { kind, choice: look, text: kind === "plan" ? "plan" : looks.texts[look], mean_m: looks.mean_m[at], probability: looks.probability[at] };
+  const kind = kinds[answers.kind[at]];
+  const choice = answers.choice[at];
+  const isRange = kind === "range" || answers.recommended[limit] === "range";
+  const text = kind === "plan" ? "plan" : isRange ? `range ${page.ranges_m[choice]} m` : answers.looks[choice];
+  return { kind, choice, text, mean_m: answers.mean_m[at], probability: answers.probability[at] };
 }
 
 // The words of an answer; what is taken where none is good enough stands behind it.
@@ -36,7 +27,6 @@ export function answerText(answer) {
 export function typicalSite(page) {
   const limit = 0;
   const answers = Array.from({ length: page.sites.count }, (_, site) => ({ site, ...answerAt(page, site, limit) }));
-  const kinds = ["plan", "look", "range", "none"];
   const rank = (answer) => kinds.indexOf(answer.kind) * 1000 + answer.choice;
   const byRank = [...answers].sort((a, b) => rank(a) - rank(b) || a.site - b.site);
   const middle = rank(byRank[Math.floor(byRank.length / 2)]);

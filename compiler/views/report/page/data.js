@@ -47,9 +47,8 @@ async function unpackedMembers(object) {
 // Everything but what only one site or one piece of map needs.
 export async function readPage() {
   const page = JSON.parse(document.getElementById("data").textContent);
-  const [sites, predicted, choice, places] = await Promise.all(
-    [page.sites, page.predicted, page.choice, page.places].map(unpackedMembers));
-  const answers = page.answers.looks ? { ...page.answers, looks: await unpackedMembers(page.answers.looks) } : page.answers;
+  const [sites, predicted, choice, answers, places] = await Promise.all(
+    [page.sites, page.predicted, page.choice, page.answers, page.places].map(unpackedMembers));
   const judged = page.judged ? await unpackedMembers(page.judged) : null;
   const diff = page.diff ? { ...page.diff, sites: await unpackedMembers(page.diff.sites), nds: await unpackedMembers(page.diff.nds) } : null;
   const judgedOfSite = new Int32Array(sites.count).fill(-1);

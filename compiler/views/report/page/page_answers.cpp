@@ -6,30 +6,13 @@
 #include <vector>
 
 #include "compiler/views/text/describe_protection.h"
+#include "compiler/views/verdict/recommended_answer.h"
 #include "formats/model/place_kind.h"
 
 namespace sightline {
 namespace {
 
-PageJson looks_json(const LooksOfMap& looks) {
-  const RangeTable& table = looks.ranges;
-  std::vector<std::string> texts;
-  for (const Look& look : table.looks) texts.push_back(to_text(look));
-  std::vector<float> probability;
-  std::vector<float> mean_m;  // of the error
-  for (std::size_t site = 0; site < table.site_count; ++site) {
-    for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
-      const std::size_t look = table.range(site, limit);
-      probability.push_back(static_cast<float>(looks.predicted.probability(site, look, limit)));
-      mean_m.push_back(static_cast<float>(looks.predicted.mean(site, look)));
-    }
-  }
-  return {{"texts", texts},
-          {"index", json_numbers(table.range_index)},
-          {"flags", json_numbers(table.flags)},
-          {"probability", json_numbers(probability)},
-          {"mean_m", json_numbers(mean_m)}};
-}
+constexpr std::uint8_t kNoGoodAnswer = 3;  // behind the kinds of answer
 
 // [site][axis]: forward, left and up, m. Empty unless a site of the map has all three.
 std::vector<float> protection_m(const CompiledMap& map) {
@@ -54,9 +37,29 @@ PageJson answers_json(const CompiledMap& map, const MapJudgement& judgement) {
   for (const LimitVerdict& limit : judgement.limits) {
     recommended.push_back(kNamesOf<AnswerKind>[static_cast<std::size_t>(limit.recommended)]);
   }
-  PageJson json = {{"recommended", recommended}};
+  std::vector<std::uint8_t> kinds;
+  std::vector<std::uint8_t> choices;
+  std::vector<float> mean_m;  // of the error
+  std::vector<float> probability;
+  for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
+    for (std::size_t limit = 0; limit < judgement.limits.size(); ++limit) {
+      const RecommendedAnswer answer =
+          recommended_answer(map, judgement.limits[limit].recommended, site, limit);
+      kinds.push_back(answer.is_good ? static_cast<std::uint8_t>(answer.kind) : kNoGoodAnswer);
+      choices.push_back(static_cast<std::uint8_t>(answer.choice));
+      mean_m.push_back(static_cast<float>(answer.mean_error_m));
+      probability.push_back(static_cast<float>(answer.probability));
+    }
+  }
+  PageJson json = {{"recommended", recommended},
+                   {"kind", json_numbers(kinds)},
+                   {"choice", json_numbers(choices)},
+                   {"mean_m", json_numbers(mean_m)},
+                   {"probability", json_numbers(probability)}};
   if (!map.looks) return json;
-  json["looks"] = looks_json(*map.looks);
+  std::vector<std::string> looks;
+  for (const Look& look : map.looks->ranges.looks) looks.push_back(to_text(look));
+  json["looks"] = looks;
   if (map.looks->ranges.plan) json["plan"] = to_text(*map.looks->ranges.plan);
   return json;
 }

@@ -8,7 +8,8 @@
 
 namespace sightline {
 
-// The kind of answer that the judgement recommends for each limit, and the looks of every site.
+// The kind of answer that the judgement recommends for each limit, and the answer at every site
+// (recommended_answer()).
 PageJson answers_json(const CompiledMap& map, const MapJudgement& judgement);
 
 // The kind of place of each site and the bounds of a tracking vehicle's errors there; empty where

@@ -11,6 +11,7 @@
 #include "compiler/views/report/page/pictures.h"
 #include "compiler/views/text/describe_protection.h"
 #include "compiler/views/text/describe_site.h"
+#include "compiler/views/verdict/recommended_answer.h"
 #include "compiler/views/verdict/verdict.h"
 #include "formats/base/random.h"
 #include "tests/compiler/views/report/sources.h"
@@ -60,25 +61,27 @@ TEST(PageData, HoldsTheNumbersOfMapAndEvaluation) {
 TEST(PageData, HoldsWhatTheMapAnswersAtEachPlace) {
   const MadeSources made = made_sources(1);
   ASSERT_TRUE(made.map.looks);
-  const RangeTable& looks = made.map.looks->ranges;
   const Json answers = data_of(made)["answers"];
   const MapJudgement judgement = judge_map(made.map, nullptr, {});
-  ASSERT_EQ(answers["recommended"].size(), judgement.limits.size());
-  for (std::size_t limit = 0; limit < judgement.limits.size(); ++limit) {
-    EXPECT_EQ(answers["recommended"][limit], name_of(judgement.limits[limit].recommended));
+  const std::size_t limits = judgement.limits.size();
+  ASSERT_EQ(answers["recommended"].size(), limits);
+  EXPECT_EQ(answers["looks"][0], to_text(made.map.looks->ranges.looks[0]));
+  const std::vector<std::uint8_t> kinds = unpacked<std::uint8_t>(answers["kind"]);
+  const std::vector<std::uint8_t> choices = unpacked<std::uint8_t>(answers["choice"]);
+  const std::vector<float> mean_m = unpacked<float>(answers["mean_m"]);
+  const std::vector<float> probability = unpacked<float>(answers["probability"]);
+  for (std::size_t site = 0; site < made.map.sites.sites.size(); ++site) {
+    for (std::size_t limit = 0; limit < limits; ++limit) {
+      const AnswerKind recommended = judgement.limits[limit].recommended;
+      EXPECT_EQ(answers["recommended"][limit], name_of(recommended));
+      const RecommendedAnswer answer = recommended_answer(made.map, recommended, site, limit);
+      const std::size_t at = site * limits + limit;
+      EXPECT_EQ(kinds.at(at), answer.is_good ? static_cast<int>(answer.kind) : 3);
+      EXPECT_EQ(choices.at(at), answer.choice);
+      EXPECT_EQ(mean_m.at(at), static_cast<float>(answer.mean_error_m));
+      EXPECT_EQ(probability.at(at), static_cast<float>(answer.probability));
+    }
   }
-  EXPECT_EQ(unpacked<std::uint8_t>(answers["looks"]["index"]), looks.range_index);
-  EXPECT_EQ(unpacked<std::uint8_t>(answers["looks"]["flags"]), looks.flags);
-  const std::vector<float> mean_m = unpacked<float>(answers["looks"]["mean_m"]);
-  const std::vector<float> probability = unpacked<float>(answers["looks"]["probability"]);
-  const std::size_t site = 7;
-  const std::size_t limit = looks.promises.size() - 1;
-  const std::size_t at = looks.shape().index(site, limit);
-  const std::size_t look = looks.range(site, limit);
-  EXPECT_EQ(answers["looks"]["texts"][look], to_text(looks.looks[look]));
-  const PredictedError& predicted = made.map.looks->predicted;
-  EXPECT_EQ(mean_m.at(at), static_cast<float>(predicted.mean(site, look)));
-  EXPECT_EQ(probability.at(at), static_cast<float>(predicted.probability(site, look, limit)));
 }
 
 TEST(PageData, HoldsKindsOfPlaceAndProtectionWhereTheMapHasThem) {
