@@ -1,4 +1,4 @@
-# Packages of Debian and a tarball that runs where it is unpacked:
+# Packages of Debian and a tarball (compiler/package/release makes all that a release has):
 #   ninja -C build sightline sightline_documents sightline_reader_shared sightline_localizer_shared sightline_reader
 #   (cd build && cpack)            # .deb; needs dpkg-dev
 #   (cd build && cpack -G TGZ)     # sightline-VERSION-ARCHITECTURE.tar.gz

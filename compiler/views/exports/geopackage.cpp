@@ -4,13 +4,18 @@
 #include <sqlite3.h>
 
 #include <array>
+#include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 
 #include "compiler/views/exports/geojson.h"
 #include "compiler/views/picture/raster.h"
+#include "compiler/views/verdict/recommended_answer.h"
+#include "compiler/views/verdict/verdict.h"
 #include "formats/annotation/range_rule.h"
 #include "formats/base/bytes.h"
+#include "formats/text/quoted_text.h"
 #include "formats/text/table.h"
 
 // OGC 12-128r17. The database is built in memory and handed out as its bytes. A failure of SQLite
@@ -247,20 +252,53 @@ void add_sites(const CompiledMap& map, const Positions& positions, const Crs& cr
   }
 }
 
+// The answers of a route within the tightest limit.
+struct RouteAnswers {
+  std::vector<std::string> names;  // [site]
+  std::vector<QgisClass> classes;  // of the answers that occur: good ones, then none
+};
+
+RouteAnswers answers_of_route(const CompiledMap& map) {
+  constexpr Colour kOfPlan = {0, 114, 178};
+  constexpr Colour kOfNone = {163, 50, 11};
+  const AnswerKind recommended = judge_map(map, nullptr, {}).limits.front().recommended;
+  RouteAnswers route;
+  std::map<std::tuple<bool, AnswerKind, std::size_t>, std::string> occurring;
+  for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
+    const RecommendedAnswer answer = recommended_answer(map, recommended, site, 0);
+    route.names.push_back(answer_name(map, answer));
+    const bool is_one = !answer.is_good || answer.kind == AnswerKind::kPlan;
+    occurring[{!answer.is_good, answer.kind, is_one ? 0 : answer.choice}] = route.names.back();
+  }
+  for (const auto& [key, name] : occurring) {
+    const auto& [is_none, kind, choice] = key;
+    const bool is_plan = kind == AnswerKind::kPlan;
+    const Colour colour =
+        is_none
+            ? kOfNone
+            : (is_plan ? kOfPlan : range_colour_on_paper(route.classes.size(), occurring.size()));
+    route.classes.push_back({name, name, colour});
+  }
+  return route;
+}
+
 // A line for each stretch of one answer, which begins where the one before ends; a run's last site
 // belongs to the stretch before it.
 void add_route(const CompiledMap& map, const Positions& positions, const Crs& crs,
                const Eigen::AlignedBox2d& bounds, Database& database) {
   const std::string range = range_property(map, 0);
-  create_layer({"route", "LINESTRING",
-                concat(", run INTEGER, ", quoted_name(range), " DOUBLE, unmet BOOLEAN"),
-                qgis_range_style("line", range, ranges_of(map.ranges.looks))},
-               crs, bounds, database);
+  const RouteAnswers route = answers_of_route(map);
+  create_layer(
+      {"route", "LINESTRING",
+       concat(", run INTEGER, answer TEXT, ", quoted_name(range), " DOUBLE, unmet BOOLEAN"),
+       qgis_style("line", "answer", route.classes)},
+      crs, bounds, database);
   const std::vector<Site>& sites = map.sites.sites;
   const auto answer = [&](std::size_t i) { return answer_of(map.ranges, map.predicted, i, 0); };
   const auto is_unmet = [&](std::size_t i) { return (answer(i).flags & kUnmet) != 0; };
   const auto is_alike = [&](std::size_t i, std::size_t k) {
-    return answer(i).look.range_m == answer(k).look.range_m && is_unmet(i) == is_unmet(k);
+    return route.names[i] == route.names[k] && answer(i).look.range_m == answer(k).look.range_m &&
+           is_unmet(i) == is_unmet(k);
   };
   for (std::size_t begin = 0; begin + 1 < sites.size();) {
     std::size_t end = begin + 1;
@@ -273,10 +311,11 @@ void add_route(const CompiledMap& map, const Positions& positions, const Crs& cr
     if (last > begin) {
       const Positions line(positions.begin() + static_cast<std::ptrdiff_t>(begin),
                            positions.begin() + static_cast<std::ptrdiff_t>(last) + 1);
-      database.insert(concat("INSERT INTO route (geom, run, ", quoted_name(range),
-                             ", unmet) VALUES (?, ?, ?, ?)"),
-                      {geometry(line, /*is_line=*/true, crs.id), std::int64_t{sites[begin].run},
-                       answer(begin).look.range_m, std::int64_t{is_unmet(begin) ? 1 : 0}});
+      database.insert(
+          concat("INSERT INTO route (geom, run, answer, ", quoted_name(range),
+                 ", unmet) VALUES (?, ?, ?, ?, ?)"),
+          {geometry(line, /*is_line=*/true, crs.id), std::int64_t{sites[begin].run},
+           route.names[begin], answer(begin).look.range_m, std::int64_t{is_unmet(begin) ? 1 : 0}});
     }
     begin = end;
   }
@@ -347,22 +386,32 @@ Result<std::vector<std::byte>> to_geopackage(const CompiledMap& map, const World
   return database.bytes();
 }
 
-std::string qgis_range_style(const std::string& type, const std::string& attribute,
-                             const std::vector<double>& ranges_m) {
+std::string qgis_style(const std::string& type, const std::string& attribute,
+                       const std::vector<QgisClass>& classes) {
   std::string categories;
   std::string symbols;
-  for (std::size_t i = 0; i < ranges_m.size(); ++i) {
-    const std::string range = format_double(ranges_m[i]);
+  for (std::size_t i = 0; i < classes.size(); ++i) {
     const std::string name = std::to_string(i);
-    const std::string colour = rgba(range_colour_on_paper(i, ranges_m.size()));
-    categories += fmt::format(
-        "<category value=\"{0}\" label=\"{0} m\" symbol=\"{1}\" render=\"true\"/>\n", range, name);
+    const std::string colour = rgba(classes[i].colour);
+    categories +=
+        fmt::format("<category value=\"{}\" label=\"{}\" symbol=\"{}\" render=\"true\"/>\n",
+                    xml_text(classes[i].value), xml_text(classes[i].label), name);
     symbols += type == "line" ? line_symbol(name, colour) : circle_symbol(name, colour);
   }
   return document(
       concat("<renderer-v2 type=\"categorizedSymbol\" attr=\"", attribute,
              "\" symbollevels=\"0\" enableorderby=\"0\" forceraster=\"0\">\n<categories>\n",
              categories, "</categories>\n<symbols>\n", symbols, "</symbols>\n</renderer-v2>\n"));
+}
+
+std::string qgis_range_style(const std::string& type, const std::string& attribute,
+                             const std::vector<double>& ranges_m) {
+  std::vector<QgisClass> classes;
+  for (std::size_t i = 0; i < ranges_m.size(); ++i) {
+    const std::string range = format_double(ranges_m[i]);
+    classes.push_back({range, range + " m", range_colour_on_paper(i, ranges_m.size())});
+  }
+  return qgis_style(type, attribute, classes);
 }
 
 }  // namespace sightline

@@ -90,8 +90,7 @@ std::string header(const ReportSources& sources, const std::vector<Section>& all
              xml_text(title_of(map)), "</h1>\n",
              paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
                        std::to_string(map.release) +
-                       ". The observation range that a vehicle needs to localize itself at each "
-                       "place, the matching time that it saves, and the measurements behind it."));
+                       ". Which part of a scan a vehicle needs to localize itself at each place."));
   if (page_script().empty()) {
     html += paragraph(
         "This program was built without the scripts of the page: its pictures are static.");
@@ -99,6 +98,24 @@ std::string header(const ReportSources& sources, const std::vector<Section>& all
   html += "</header>\n<nav aria-label=\"Contents\"><ul>\n";
   for (const Section& section : all) html += link_to(section);
   return html + "</ul></nav>\n";
+}
+
+std::string section_html(const Section& section) {
+  return concat("<section id=\"", section.id, "\">\n<h2>", xml_text(section.title), "</h2>\n",
+                section.html, "</section>\n");
+}
+
+bool is_on_first_screen(const Section& section) {
+  return section.id == "summary" || section.id == "map";
+}
+
+// The verdict and the map, side by side where the window is wide.
+std::string first_screen(const std::vector<Section>& all) {
+  std::string html = "<div class=\"first-screen\">\n";
+  for (const Section& section : all) {
+    if (is_on_first_screen(section)) html += section_html(section);
+  }
+  return html + "</div>\n";
 }
 
 }  // namespace
@@ -117,9 +134,9 @@ Result<std::string> report_html(const ReportSources& sources) {
       xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
       std::string(page_style()) + colours_css(*sources.map) + std::string(library_style()) +
       "</style>\n</head>\n<body>\n" + header(sources, all) + "<main>\n";
+  html += first_screen(all);
   for (const Section& section : all) {
-    html += concat("<section id=\"", section.id, "\">\n<h2>", xml_text(section.title), "</h2>\n",
-                   section.html, "</section>\n");
+    if (!is_on_first_screen(section)) html += section_html(section);
   }
   html += "</main>\n";
   if (!page_script().empty()) {

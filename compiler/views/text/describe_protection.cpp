@@ -6,12 +6,9 @@
 #include <numbers>
 
 #include "formats/model/place_kind.h"
-#include "formats/reader/site_protection.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kRisk = 0.01;
 
 // Infinite where the map has no such column.
 double value_at(const CompiledMap& map, std::string_view name, std::size_t site) {
@@ -21,17 +18,21 @@ double value_at(const CompiledMap& map, std::string_view name, std::size_t site)
 
 }  // namespace
 
-std::string describe_protection(const CompiledMap& map, std::size_t site) {
+SiteProtection protection_at(const CompiledMap& map, std::size_t site) {
   const PoseErrors own = {
       value_at(map, kTrackingRangeColumns[0], site), value_at(map, kTrackingRangeColumns[1], site),
       value_at(map, kTrackingRangeColumns[2], site), value_at(map, kTrackingRangeColumns[3], site)};
   const auto kind = static_cast<std::uint32_t>(kind_at(map.columns, site));
-  const SiteProtection found = site_protection(kind, own, kRisk);
+  return site_protection(kind, own, kShownRisk);
+}
+
+std::string describe_protection(const CompiledMap& map, std::size_t site) {
+  const SiteProtection found = protection_at(map, site);
   const auto& [forward_m, left_m, up_m, yaw_rad] = found.levels;
   return fmt::format(
       "  protection level, while tracking, risk {:g} % in 60 m: forward {:.2f}, left {:.2f}, up "
       "{:.2f} m, yaw {:.2f} degrees (from {} blocks of generated worlds)\n",
-      100.0 * kRisk, forward_m, left_m, up_m, yaw_rad * 180.0 / std::numbers::pi,
+      100.0 * kShownRisk, forward_m, left_m, up_m, yaw_rad * 180.0 / std::numbers::pi,
       found.block_count);
 }
 

@@ -47,13 +47,13 @@ async function unpackedMembers(object) {
 // Everything but what only one site or one piece of map needs.
 export async function readPage() {
   const page = JSON.parse(document.getElementById("data").textContent);
-  const [sites, predicted, choice] = await Promise.all(
-    [page.sites, page.predicted, page.choice].map(unpackedMembers));
+  const [sites, predicted, choice, answers, places] = await Promise.all(
+    [page.sites, page.predicted, page.choice, page.answers, page.places].map(unpackedMembers));
   const judged = page.judged ? await unpackedMembers(page.judged) : null;
   const diff = page.diff ? { ...page.diff, sites: await unpackedMembers(page.diff.sites), nds: await unpackedMembers(page.diff.nds) } : null;
   const judgedOfSite = new Int32Array(sites.count).fill(-1);
   if (judged) judged.site.forEach((site, i) => { judgedOfSite[site] = i; });
-  return { ...page, sites, predicted, choice, judged, judgedOfSite, diff };
+  return { ...page, sites, predicted, choice, places, answers, judged, judgedOfSite, diff };
 }
 
 export const rangeCount = (page) => page.ranges_m.length;

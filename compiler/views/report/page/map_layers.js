@@ -6,6 +6,10 @@ import { css, isDark } from "./colours.js";
 import { greysOf, numbers } from "./data.js";
 
 const tilePixels = 256;
+const routePixels = 5;  // of its width
+
+// Pixels of a canvas for each of the window.
+const sharpness = () => Math.max(1, devicePixelRatio) * 1.25;
 
 // A layer whose tiles are canvases. draw(context, box, scale) draws in map metres, y up, scale in pixels a
 // metre; it may be asynchronous.
@@ -17,7 +21,7 @@ const CanvasLayer = L.GridLayer.extend({
   },
   createTile(coords, done) {
     const canvas = document.createElement("canvas");
-    const fine = Math.max(1, devicePixelRatio) * 1.25;
+    const fine = sharpness();
     canvas.width = canvas.height = Math.round(tilePixels * fine);
     const side_m = tilePixels / 2 ** coords.z;
     const box = { low_x_m: coords.x * side_m, high_x_m: (coords.x + 1) * side_m, high_y_m: -coords.y * side_m, low_y_m: -(coords.y + 1) * side_m };
@@ -106,7 +110,7 @@ function surfaceLayer(relief) {
     const tiles = tilesIn(box, 0);
     const pictures = await Promise.all(tiles.map((tile) => pictureOf(tile.image)));
     tiles.forEach((tile, i) => drawPicture(context, pictures[i], tile.x * relief.tile_m, (tile.y + 1) * relief.tile_m, relief.tile_m, relief.tile_m));
-  }, { zIndex: 1 });
+  }, { zIndex: 1, opacity: 0.45 });
 }
 
 const kindColours = { 1: "orange", 2: "blue", 3: "green", 4: "grey" };
@@ -213,7 +217,7 @@ function tracePiece(context, sites, i, step) {
 
 function routeLayer(page, finder) {
   const layer = new CanvasLayer((context, box, scale) => {
-    const width_m = Math.max(1.1, 6 / scale);
+    const width_m = (routePixels * sharpness()) / scale;
     // From afar one piece for each two pixels of way.
     const step = Math.max(1, Math.floor(2 / (page.site_spacing_m * scale)));
     const margin_m = width_m + step * page.site_spacing_m;
@@ -233,9 +237,6 @@ function routeLayer(page, finder) {
       context.lineWidth = width_m / 2;
       for (const i of found) tracePiece(context, page.sites, i, step);
     }
-    context.strokeStyle = css("ink");
-    context.lineWidth = width_m + 2.4 / scale;
-    for (const i of wanted) tracePiece(context, page.sites, i, step);
     context.lineWidth = width_m;
     for (const i of wanted) {
       context.strokeStyle = colourOf(i);
@@ -250,7 +251,7 @@ export function layersOf(page, finder) {
   const route = routeLayer(page, finder);
   const layers = [];
   if (page.relief?.overview) layers.push({ label: "surface", layer: surfaceLayer(page.relief), isOn: true });
-  layers.push({ label: "NDs", layer: ndLayer(page.nds, Boolean(page.relief?.overview)), isOn: true });
+  layers.push({ label: "NDs", layer: ndLayer(page.nds, Boolean(page.relief?.overview)), isOn: false });
   if (page.moved) layers.push({ label: "removed as moving", layer: movedLayer(page.moved), isOn: false });
   if (page.diff) layers.push({ label: "NDs added (orange), removed (blue), moved (purple)", layer: changeLayer(page.diff.nds), isOn: true });
   layers.push({ label: "route", layer: route, isOn: true });

@@ -3,8 +3,10 @@
 
 import L from "leaflet";
 import { onTheme } from "./colours.js";
+import { downloadButton } from "./download.js";
 import { checkOf, element, limitText, switchOf } from "./elements.js";
 import { layersOf } from "./map_layers.js";
+import { showAnswers } from "./map/answer_tip.js";
 import { drawInset } from "./map/pointed_inset.js";
 import { firstPaint, paintsOf } from "./route_paint.js";
 import { onPoint, onSelect, select } from "./selection.js";
@@ -22,7 +24,7 @@ function boundsOf(sites) {
 }
 
 // The switches over the map. show(paint, limit) draws the route anew.
-function drawSwitches(page, map, layers, filter, show) {
+function drawSwitches(page, filter, show) {
   const paints = paintsOf(page);
   const state = { paint: firstPaint(page, paints), limit: 0 };
   const redraw = () => show(paints[state.paint], state.limit);
@@ -30,13 +32,24 @@ function drawSwitches(page, map, layers, filter, show) {
   paint.querySelector("select").value = state.paint;
   const limit = switchOf("for a limit of", page.limits_m.map((limit_m, i) => [i, limitText(limit_m)]),
     (value) => { state.limit = Number(value); filter.limit(state.limit); redraw(); });
-  const bar = element("div", { className: "switches" }, paint, limit);
+  redraw();
+  return { bar: element("div", { className: "switches" }, paint, limit), limit: () => state.limit };
+}
+
+function layerSwitches(map, layers) {
+  const bar = element("div", { className: "switches" });
   for (const { label, layer, isOn } of layers) {
     if (isOn) layer.addTo(map);
     bar.append(checkOf(label, isOn, (isWanted) => (isWanted ? layer.addTo(map) : layer.remove())));
   }
-  redraw();
   return bar;
+}
+
+// The wheel scrolls the page until the map has the focus.
+function zoomWhileFocused(map) {
+  const view = map.getContainer();
+  view.addEventListener("focusin", () => map.scrollWheelZoom.enable());
+  view.addEventListener("focusout", () => map.scrollWheelZoom.disable());
 }
 
 const markOf = (name, size) => L.marker([0, 0],
@@ -73,10 +86,10 @@ export function drawMap(page, place) {
   view.setAttribute("role", "region");
   view.setAttribute("aria-label", "The map from above. Arrow keys move it, plus and minus zoom.");
   const legend = element("div", { className: "legend map-legend" });
-  place.append(view, legend, ndKeys());
+  place.append(view, legend);
   const map = L.map(view, {
     crs: L.CRS.Simple, minZoom: farthestZoom, maxZoom: 6, zoomSnap: 0.25, zoomDelta: 1, attributionControl: false,
-    preferCanvas: false, fadeAnimation: false,
+    preferCanvas: false, fadeAnimation: false, scrollWheelZoom: false,
   });
   L.control.scale({ imperial: false }).addTo(map);
   map.fitBounds(boundsOf(page.sites));
@@ -85,19 +98,23 @@ export function drawMap(page, place) {
   const filter = siteFilter(page, () => route.redraw());
   route.filter = filter;
   let drawLegend = () => {};
-  const switches = drawSwitches(page, map, layers, filter, (paint, limit) => {
+  const { bar, limit } = drawSwitches(page, filter, (paint, limit) => {
     route.paint = () => paint.colours(limit);
     route.redraw();
     drawLegend = () => legend.replaceChildren(paint.legend(limit));
     drawLegend();
   });
   const goTo = drawMarks(page, map);
-  place.prepend(switches, element("div", { className: "switches" }, filter.bar, siteSearch(page, finder, goTo)));
+  place.prepend(bar, element("details", { className: "more-switches" }, element("summary", { textContent: "Layers, filter, search, download" }),
+    layerSwitches(map, layers), element("div", { className: "switches" }, filter.bar, siteSearch(page, finder, goTo)),
+    element("div", { className: "switches" }, downloadButton(page)), ndKeys()));
   onTheme(() => {
     for (const { layer } of layers) layer.redraw();
     drawLegend();
   });
   map.on("click", (event) => select(finder.nearest(event.latlng.lng, event.latlng.lat).site));
+  showAnswers(page, map, finder, limit);
+  zoomWhileFocused(map);
   new ResizeObserver(() => map.invalidateSize()).observe(view);
   drawInset(page, view);
   return map;

@@ -8,8 +8,11 @@
 
 #include "compiler/views/picture/ndt_picture.h"
 #include "compiler/views/report/page/packed.h"
+#include "compiler/views/report/page/page_answers.h"
 #include "compiler/views/report/page/pictures.h"
 #include "compiler/views/text/describe_site.h"
+#include "compiler/views/text/factor_words.h"
+#include "compiler/views/verdict/verdict.h"
 #include "formats/base/printable.h"
 #include "formats/symmetric_eigen.h"
 
@@ -104,7 +107,10 @@ PageJson factors_json(const CompiledMap& map) {
   values.reserve(map.factors.values.size());
   for (const double value : map.factors.values) values.push_back(four_digits(value));
   const RouteFactors route = route_factors(map.factors);
+  std::vector<std::string> words;
+  for (const std::string& name : map.factors.factors) words.push_back(factor_words(name));
   return {{"names", map.factors.factors},
+          {"words", words},
           {"values", json_numbers(values)},
           {"median", json_numbers(route.median)},
           {"deviation", json_numbers(route.deviation)}};
@@ -265,7 +271,9 @@ std::string page_data_json(const ReportSources& sources) {
                    {"thresholds", thresholds},
                    {"sites", sites_json(map)},
                    {"predicted", predicted_json(map)},
-                   {"choice", choice_json(map)}};
+                   {"choice", choice_json(map)},
+                   {"answers", answers_json(map, judge_map(map, sources.figures, {}))},
+                   {"places", places_json(map)}};
   if (sources.evaluation) json["judged"] = judged_json(*sources.evaluation);
   if (!map.factors.factors.empty()) json["factors"] = factors_json(map);
   json["texts"] = texts_json(map);

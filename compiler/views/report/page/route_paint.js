@@ -1,31 +1,10 @@
 // What the route can be coloured by. A paint has a name, colours(limit), a function from site to colour, and
 // legend(limit), an element that explains it.
 
+import { byAnswer, byKind, byProtection } from "./answer_paint.js";
 import { css, ramp, rangeColours, scaleColours } from "./colours.js";
 import { chosenRange, measuredError, predictedError, probability } from "./data.js";
-
-function legendOf(title, ...entries) {
-  const place = document.createElement("span");
-  place.append(`${title} `);
-  for (const [colour, words] of entries) {
-    const key = document.createElement("i");
-    key.style.background = colour;
-    const entry = document.createElement("span");
-    entry.style.marginLeft = "0.8em";
-    entry.append(key, words);
-    place.append(entry);
-  }
-  return place;
-}
-
-function rampLegend(title, from, to, colourOf, ...entries) {
-  const place = legendOf(title);
-  const bar = document.createElement("span");
-  bar.className = "ramp";
-  bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourOf(i / 8)).join(",")})`;
-  place.append(from, bar, to, legendOf("", ...entries));
-  return place;
-}
+import { legendOf, rampBar, rampLegend, shareOf, spanOf } from "./legends.js";
 
 function byRange(page) {
   return {
@@ -34,36 +13,61 @@ function byRange(page) {
       const colours = rangeColours(page.ranges_m.length);
       return (site) => colours[chosenRange(page, site, limit)];
     },
-    legend: () => {
+    legend: (limit) => {
       const colours = rangeColours(page.ranges_m.length);
-      return legendOf("range (m):", ...page.ranges_m.map((range_m, i) => [colours[i], String(range_m)]));
+      const occurring = new Set(Array.from({ length: page.sites.count }, (_, site) => chosenRange(page, site, limit)));
+      return legendOf("range (m):", ...page.ranges_m.flatMap((range_m, i) => (occurring.has(i) ? [[colours[i], String(range_m)]] : [])));
     },
   };
 }
 
-// Errors at the chosen range, the brighter the greater, up to twice the limit.
+// From the limit on the hue is another one.
+const withinLimit = () => ramp([css("within-from"), css("within-to")]);
+const aboveLimit = () => ramp([css("above-from"), css("above-to")]);
+
+const cm = (error_m) => `${+(100 * error_m).toPrecision(3)} cm`;
+
+// Errors at the chosen range, over those that occur.
 function byError(page, name, errorAt) {
-  const colourOf = () => ramp(scaleColours());
+  const at = (limit) => (site) => errorAt(site, chosenRange(page, site, limit));
   return {
     name,
     colours: (limit) => {
-      const colour = colourOf();
-      return (site) => colour(errorAt(site, chosenRange(page, site, limit)) / (2 * page.limits_m[limit]));
+      const [within, above] = [withinLimit(), aboveLimit()];
+      const span = spanOf(page, at(limit));
+      const limit_m = page.limits_m[limit];
+      return (site) => {
+        const error_m = at(limit)(site);
+        if (error_m > limit_m) return above(shareOf(error_m, limit_m, span.greatest));
+        return within(shareOf(error_m, span?.least ?? 0, limit_m));
+      };
     },
-    legend: (limit) => rampLegend(`${name} at the chosen range: `, "0 cm", `${+(200 * page.limits_m[limit]).toPrecision(4)} cm or more`, colourOf(),
-      [css("grey"), "not measured"]),
+    legend: (limit) => {
+      const span = spanOf(page, at(limit));
+      const limit_m = page.limits_m[limit];
+      const place = legendOf(`${name} at the chosen range: `);
+      if (span && span.least <= limit_m) place.append(cm(span.least), rampBar(withinLimit()));
+      place.append(`${cm(limit_m)}, the limit`);
+      if (span && span.greatest > limit_m) place.append(rampBar(aboveLimit()), cm(span.greatest));
+      place.append(legendOf("", [css("grey"), "not measured"]));
+      return place;
+    },
   };
 }
 
 function byProbability(page) {
-  const colourOf = () => ramp(scaleColours());
+  const at = (limit) => (site) => probability(page, site, chosenRange(page, site, limit), limit);
   return {
     name: "probability of an error within the limit",
     colours: (limit) => {
-      const colour = colourOf();
-      return (site) => colour(probability(page, site, chosenRange(page, site, limit), limit));
+      const colour = ramp(scaleColours());
+      const { least, greatest } = spanOf(page, at(limit));
+      return (site) => colour(shareOf(at(limit)(site), least, greatest));
     },
-    legend: () => rampLegend("P(error within the limit) at the chosen range: ", "0", "1", colourOf()),
+    legend: (limit) => {
+      const { least, greatest } = spanOf(page, at(limit));
+      return rampLegend("P(error within the limit) at the chosen range: ", least.toFixed(2), greatest.toFixed(2), ramp(scaleColours()));
+    },
   };
 }
 
@@ -129,9 +133,11 @@ export function firstPaint(page, paints) {
 }
 
 export function paintsOf(page) {
-  const paints = [byRange(page), byError(page, "predicted error (cm)", (site, range) => predictedError(page, site, range))];
+  const paints = [byAnswer(page), byRange(page), byError(page, "predicted error (cm)", (site, range) => predictedError(page, site, range))];
   if (page.judged) paints.push(byError(page, "measured error (cm)", (site, range) => measuredError(page, site, range)));
   paints.push(byProbability(page), byFlag(page));
+  if (page.places.kind) paints.push(byKind(page));
+  if (page.places.protection_m) paints.push(byProtection(page));
   if (page.sites.unconstrained) paints.push(byPose(page));
   if (page.diff) paints.push(byChange(page));
   return paints;

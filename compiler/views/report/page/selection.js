@@ -25,7 +25,7 @@ export function pointAt(site) {
 
 function showOnMap(site, behavior) {
   select(site);
-  document.querySelector(".map-view").scrollIntoView({ behavior });
+  document.querySelector(".first-screen > #map").scrollIntoView({ behavior });
 }
 
 // The site that an address names, or null.

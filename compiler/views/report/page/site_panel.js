@@ -1,5 +1,6 @@
 // One site: its depth image, error and probability over range, its factors, and the reason for its range.
 
+import { answerAt, answerText, kindOfPlace, protectionOf } from "./answers.js";
 import { drawChart, drawHorizontal, drawVertical } from "./charts.js";
 import { css, lengthColours } from "./colours.js";
 import { chosenRange, depthOfSite, measuredError, numbers, predictedError, probability, textOfSite } from "./data.js";
@@ -146,7 +147,7 @@ async function drawFactors(page, site, parent) {
       bar.style.background = css(z < 0 ? "blue" : "orange");
       const cell = element("td", { className: "zcell" });
       if (!isDirection) cell.append(bar, ` ${z >= 0 ? "+" : "−"}${Math.abs(z).toFixed(1)}`);
-      return element("tr", {}, element("th", { scope: "row", textContent: name }), element("td", { textContent: Number(value.toPrecision(4)) }),
+      return element("tr", {}, element("th", { scope: "row", title: name, textContent: page.factors.words[factor] }), element("td", { textContent: Number(value.toPrecision(4)) }),
         element("td", { textContent: isDirection ? "" : Number(middle.toPrecision(4)) }), cell);
     }));
   };
@@ -154,9 +155,33 @@ async function drawFactors(page, site, parent) {
   choice.value = chosenRange(page, site, 0);
   choice.addEventListener("change", () => fill(Number(choice.value)));
   fill(Number(choice.value));
-  parent.append(element("h3", { textContent: "Factors" }), element("label", { textContent: "at a range of " }, choice),
-    element("div", { className: "scroll", tabIndex: 0 }, element("table", {}, element("thead", {}, element("tr", {}, ...["factor", "this site", "median of the route", "deviation from the median (robust z)"].map((words) => element("th", { scope: "col", textContent: words })))), body)));
+  parent.append(element("label", { textContent: "at a range of " }, choice),
+    element("div", { className: "scroll", tabIndex: 0 }, element("table", {}, element("thead", {}, element("tr", {}, ...["factor", "this site", "median", "deviation (robust z)"].map((words) => element("th", { scope: "col", textContent: words })))), body)));
 }
+
+// "forward 0.43, left 0.03, up 0.08 m"
+const protectionText = ([forward_m, left_m, up_m]) => `forward ${forward_m.toFixed(2)}, left ${left_m.toFixed(2)}, up ${up_m.toFixed(2)} m`;
+
+// What the map answers here, and the figures behind it.
+function drawAnswers(page, site) {
+  const facts = element("dl", { className: "facts" });
+  const add = (name, value) => facts.append(element("dt", { textContent: name }), element("dd", { textContent: value }));
+  page.limits_m.forEach((limit_m, limit) => {
+    const answer = answerAt(page, site, limit);
+    add(`within ${limitText(limit_m)}`, `${answerText(answer)}; predicted error ${(100 * answer.mean_m).toFixed(1)} cm, P(error within the limit) ${(100 * answer.probability).toFixed(0)} %`);
+  });
+  if (page.judgedOfSite[site] >= 0) {
+    add("measured error", page.limits_m.map((limit_m, limit) => `${(100 * measuredError(page, site, chosenRange(page, site, limit))).toFixed(1)} cm at the range for ${limitText(limit_m)}`).join("; "));
+  }
+  const kind = kindOfPlace(page, site);
+  if (kind) add("kind of place", kind);
+  const levels_m = protectionOf(page, site);
+  if (levels_m) add("protection level", `${protectionText(levels_m)}; exceeded by a tracking vehicle in at most ${100 * page.places.risk} % of stretches of 60 m`);
+  if (page.sites.unconstrained?.[site] > 0) add("poses", "not constrained by the scans");
+  return facts;
+}
+
+const folded = (title, ...content) => element("details", {}, element("summary", { textContent: title }), ...content);
 
 export function drawSitePanel(page, place) {
   const panel = element("div", { className: "site-panel" });
@@ -165,15 +190,17 @@ export function drawSitePanel(page, place) {
   let charts = [];
   onSelect(async (site) => {
     charts.forEach((chart) => chart.remove());
+    const isOpen = [...panel.querySelectorAll("details")].map((each) => each.open);
     const errors = element("div", {}, element("h3", { textContent: "Error over range" }),
       element("div", { className: "reading", textContent: "Dashed: the limits. Vertical lines: the chosen range for each limit." }));
     const probabilities = element("div", {}, element("h3", { textContent: "Probability over range" }),
       element("div", { className: "reading", textContent: "Dashed: the required probability. Vertical lines: the chosen range for each limit." }));
-    const depth = element("div", { className: "wide" });
+    const depth = element("div", {});
     const factors = element("div", {});
-    const words = element("div", {}, element("h3", { textContent: "Reason for this range" }));
-    panel.replaceChildren(element("h3", { className: "wide", id: "site-title", textContent: `Site ${site}` }), element("div", { className: "wide" }, drawSteps(page, site)),
-      ...(page.depth ? [depth] : []), errors, probabilities, element("div", { className: "wide" }, words), element("div", { className: "wide" }, factors));
+    const words = element("div", {});
+    panel.replaceChildren(element("h3", { id: "site-title", textContent: `Site ${site}` }), drawSteps(page, site), drawAnswers(page, site),
+      folded("Reason for this answer", words), errors, probabilities, ...(page.depth ? [depth] : []), ...(page.factors ? [folded("Factors", factors)] : []));
+    panel.querySelectorAll("details").forEach((each, i) => { each.open = isOpen[i] ?? false; });
     charts = [drawErrors(page, site, errors), drawProbabilities(page, site, probabilities)];
     if (page.depth) drawDepth(page, site, depth);
     if (page.factors) drawFactors(page, site, factors);

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "compiler/views/report/sections/sections.h"
+#include "compiler/views/text/factor_words.h"
 #include "formats/text/quoted_text.h"
 
 namespace sightline {
@@ -40,7 +41,8 @@ std::string correlation_table(const FactorReport& report) {
   }
   html += "</tr></thead><tbody>\n";
   for (const std::size_t factor : order) {
-    html += concat("<tr><th scope=\"row\">", xml_text(report.factors[factor]), "</th>");
+    html +=
+        concat("<tr><th scope=\"row\">", xml_text(factor_words(report.factors[factor])), "</th>");
     for (const FactorsAtRange& range : report.ranges) {
       html += correlation_cell(range.rank_correlation[factor]);
     }
@@ -74,7 +76,7 @@ std::string importance_figure(const CompiledMap& map) {
   if (importances.size() > kMostShown) importances.resize(kMostShown);
   TextGrid grid = {{"factor", "importance (mm)"}};
   for (const CardFigure& figure : importances) {
-    grid.push_back({figure.of, fixed(1000.0 * figure.value, 2)});
+    grid.push_back({factor_words(figure.of), fixed(1000.0 * figure.value, 2)});
   }
   return html_table(grid,
                     "Importance: increase of the prediction error at held-out places when the "

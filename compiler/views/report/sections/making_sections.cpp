@@ -290,7 +290,9 @@ Result<Section> provenance_section(const ReportSources& sources) {
     }
     configuration = configuration_table(provenance.value("configuration", Json::object()));
   }
-  section.html = fact_table(facts) + configuration + model_table(*sources.map);
+  section.html =
+      concat("<details><summary>Files, versions and inputs</summary>\n", fact_table(facts),
+             "</details>\n", configuration, model_table(*sources.map));
   return section;
 }
 

@@ -154,8 +154,11 @@ std::string judged(const LookEvaluation& evaluation) {
 Section map_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   Section section = {"map", "The map", ""};
-  Figure figure = {"figure-11", "Ranges.", "", "", "map"};
-  figure.caption = "Observation range at each place, seen from above (+y of the map is up).";
+  Figure figure = {"figure-11", "The map from above.", "", "", "map"};
+  figure.caption = page_script().empty()
+                       ? "Observation range at each place, seen from above (+y of the map is up)."
+                       : "+y of the map is up. A printed page shows the observation range at each "
+                         "place.";
   if (sources.surface) {
     figure.caption +=
         " Grey: surfaces seen by the mapping drive, darker where higher above the road.";
@@ -164,7 +167,9 @@ Section map_section(const ReportSources& sources) {
     figure.caption += " Dashed: scans do not constrain the poses of the map.";
   }
   if (!page_script().empty()) {
-    figure.caption += " Click the route, or use the buttons, to see why a site has its range.";
+    figure.caption +=
+        " Point at the route to read the answer, click it to see its reason. The "
+        "wheel zooms once the map was clicked.";
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     figure.picture_html +=

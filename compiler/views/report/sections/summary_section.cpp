@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "compiler/views/report/page/page_data.h"
 #include "compiler/views/report/sections/sections.h"
@@ -125,14 +127,41 @@ std::string tiles_of_map(const CompiledMap& map) {
               fmt::format("of {}, from {} points", metres(map.ndt.cell_m), map.ndt.point_count));
 }
 
-std::string tiles_of_limit(const ReportSources& sources, std::size_t limit) {
-  const std::string limit_words = limit_text(sources.map->ranges.promises[limit].limit_m);
-  std::string html = tile(fixed(sources.map->quality[limit].mean_range_m, 1), "m",
-                          "mean range for " + limit_words);
-  if (!sources.evaluation) return html;
-  return html + tile(fixed(sources.evaluation->score(limit, Rule::kMap).time_ratio, 2), "×",
-                     fmt::format("the matching time of always looking {}, for {}",
-                                 metres(sources.evaluation->statics.back().range_m), limit_words));
+// The look that most sites take at a limit, and their share.
+std::pair<std::size_t, double> most_frequent_look(const RangeTable& looks, std::size_t limit) {
+  std::vector<std::size_t> counts(looks.looks.size(), 0);
+  for (std::size_t site = 0; site < looks.site_count; ++site) ++counts[looks.range(site, limit)];
+  const auto most = std::ranges::max_element(counts);
+  const auto sites = static_cast<double>(std::max(looks.site_count, 1U));
+  return {static_cast<std::size_t>(most - counts.begin()), static_cast<double>(*most) / sites};
+}
+
+// What a vehicle is advised to use within a limit.
+std::string recommended_tile(const CompiledMap& map, const LimitVerdict& limit, std::size_t index) {
+  const std::string recommended = "recommended within " + limit_text(limit.limit_m);
+  if (limit.recommended == AnswerKind::kRange) {
+    return tile(fixed(map.quality[index].mean_range_m, 1), "m",
+                concat(recommended, ": the range; its mean"));
+  }
+  const RangeTable& looks = map.looks->ranges;
+  if (limit.recommended == AnswerKind::kPlan) {
+    return tile("plan", "",
+                concat(recommended, ": ", to_text(looks.plan->first),
+                       "; a larger look where a test rejects the result"));
+  }
+  const auto [look, share] = most_frequent_look(looks, index);
+  return tile("look", "",
+              concat(recommended, ": ", to_text(looks.looks[look]), " at ", percent(share),
+                     " of the places"));
+}
+
+std::string tiles_of_limit(const CompiledMap& map, const LimitVerdict& limit, std::size_t index) {
+  const std::string html = recommended_tile(map, limit, index);
+  if (!limit.score || !(limit.score->time_ratio > 0.0)) return html;
+  return html + tile(fixed(limit.score->time_ratio, 2), "×",
+                     concat("the matching time of always looking ",
+                            metres(map.ranges.looks.back().range_m), ", by ",
+                            name_of(limit.score->kind), " within ", limit_text(limit.limit_m)));
 }
 
 }  // namespace
@@ -141,13 +170,13 @@ Section summary_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   const MapJudgement judgement = judge_map(map, sources.figures, {});
   Section section = {"summary", "Verdict", overall(judgement) + "<div class=\"verdicts\">\n"};
+  if (sources.gate) section.html += gate_card(*sources.gate);
   for (std::size_t limit = 0; limit < judgement.limits.size(); ++limit) {
     section.html += limit_card(map, judgement, limit);
   }
-  if (sources.gate) section.html += gate_card(*sources.gate);
   section.html += "</div>\n<div class=\"tiles\">\n" + tiles_of_map(map);
-  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    section.html += tiles_of_limit(sources, limit);
+  for (std::size_t limit = 0; limit < judgement.limits.size(); ++limit) {
+    section.html += tiles_of_limit(map, judgement.limits[limit], limit);
   }
   section.html += "</div>\n";
   return section;

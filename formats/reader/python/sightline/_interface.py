@@ -2,6 +2,7 @@
 
 import ctypes
 import functools
+import os
 from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_float, c_int, c_int32, c_size_t, \
     c_uint32, c_uint64, c_void_p
 
@@ -189,6 +190,12 @@ def check(code, message=""):
         raise Error(code, message)
 
 
+def _library(name):
+    """The library that a wheel brings, else that of the system."""
+    own = os.path.join(os.path.dirname(os.path.abspath(__file__)), "libraries", name)
+    return ctypes.CDLL(own if os.path.exists(own) else name)
+
+
 def _declare(library, functions):
     for name, result, *arguments in functions:
         function = getattr(library, name)
@@ -199,7 +206,7 @@ def _declare(library, functions):
 
 @functools.lru_cache(maxsize=None)
 def reader():
-    return _declare(ctypes.CDLL("libsightline-reader.so.0"), [
+    return _declare(_library("libsightline-reader.so.0"), [
         ("sightline_open", c_int, c_char_p, c_char_p, POINTER(c_void_p), c_char_p, c_size_t),
         ("sightline_open_in_memory", c_int, c_char_p, c_char_p, POINTER(c_void_p), c_char_p, c_size_t),
         ("sightline_close", None, c_void_p),
@@ -223,7 +230,7 @@ def reader():
 
 @functools.lru_cache(maxsize=None)
 def localizer():
-    return _declare(ctypes.CDLL("libsightline-localizer.so.0"), [
+    return _declare(_library("libsightline-localizer.so.0"), [
         ("sightline_localizer_open", c_int, c_char_p, POINTER(LocalizerOptions), POINTER(c_void_p),
          c_char_p, c_size_t),
         ("sightline_localizer_close", None, c_void_p),

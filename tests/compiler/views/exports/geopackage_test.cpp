@@ -6,6 +6,8 @@
 #include <cstring>
 
 #include "compiler/views/exports/geojson.h"
+#include "compiler/views/verdict/recommended_answer.h"
+#include "compiler/views/verdict/verdict.h"
 #include "formats/annotation/range_rule.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/value_of.h"
@@ -81,6 +83,47 @@ TEST(GeoPackage, NamesTheZoneOfItsCoordinates) {
   EXPECT_EQ(y_m, map.sites.sites[0].p_map_m.y() + map.sites.frame.origin_world_m.y() + 5.4e6);
 }
 
+std::string name_at(const CompiledMap& map, std::size_t site) {
+  const AnswerKind recommended = judge_map(map, nullptr, {}).limits[0].recommended;
+  return answer_name(map, recommended_answer(map, recommended, site, 0));
+}
+
+TEST(GeoPackage, ColoursTheRouteByItsAnswers) {
+  CompiledMap map = random_map({.seed = 5, .site_count = 80});
+  ASSERT_TRUE(map.looks);
+  for (std::size_t site = 0; site < 40; ++site) {
+    const std::size_t at = map.ranges.shape().index(site, 0);
+    map.looks->ranges.flags[at] = kUnmet;
+    map.ranges.flags[at] = site < 20 ? kUnmet : std::uint8_t{0};
+  }
+  const Opened opened(value_of(to_geopackage(map, World{})));
+  EXPECT_EQ(opened.value("SELECT answer FROM route ORDER BY fid LIMIT 1"), "no good answer");
+  EXPECT_EQ(name_at(map, 0), "no good answer");
+  EXPECT_TRUE(name_at(map, 30).starts_with("range ")) << name_at(map, 30);
+  const std::string style =
+      opened.value("SELECT styleQML FROM layer_styles WHERE f_table_name = 'route'");
+  EXPECT_NE(style.find("attr=\"answer\""), std::string::npos);
+  // That of no good answer is the last, and its colour is that of nothing else.
+  const std::string none = "163,50,11,255";
+  EXPECT_NE(style.find(none, style.rfind("<symbol ")), std::string::npos);
+  EXPECT_GT(style.find(none), style.rfind("<symbol "));
+  for (const std::size_t site : {0U, 30U, 60U}) {
+    const std::string name = name_at(map, site);
+    EXPECT_NE(style.find("value=\"" + name + "\" label=\"" + name + "\""), std::string::npos);
+    EXPECT_NE(opened.value("SELECT count(*) FROM route WHERE answer = '" + name + "'"), "0");
+  }
+}
+
+TEST(GeoPackage, HasNoDotInTheNameOfAField) {
+  const CompiledMap map = random_map({.seed = 5});
+  const Opened opened(value_of(to_geopackage(map, World{})));
+  for (const char* layer : {"sites", "route"}) {
+    EXPECT_EQ(opened.value(std::string("SELECT count(*) FROM pragma_table_info('") + layer +
+                           "') WHERE name LIKE '%.%'"),
+              "0");
+  }
+}
+
 // Stretches of a run meet; together they are the run.
 TEST(GeoPackage, CutsTheRouteWhereTheAnswerChanges) {
   const CompiledMap map = random_map({.seed = 5});
@@ -94,8 +137,9 @@ TEST(GeoPackage, CutsTheRouteWhereTheAnswerChanges) {
     const Answer here = answer_of(map.ranges, map.predicted, i, 0);
     const bool begins = i == 0 || sites[i - 1].run != sites[i].run;
     const Answer before = begins ? here : answer_of(map.ranges, map.predicted, i - 1, 0);
-    const bool is_alike =
-        here.look.range_m == before.look.range_m && ((here.flags ^ before.flags) & kUnmet) == 0;
+    const bool is_alike = here.look.range_m == before.look.range_m &&
+                          ((here.flags ^ before.flags) & kUnmet) == 0 &&
+                          name_at(map, i) == name_at(map, begins ? i : i - 1);
     stretches += begins || !is_alike ? 1 : 0;
   }
   EXPECT_GT(stretches, 2u);

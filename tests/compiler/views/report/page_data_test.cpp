@@ -9,7 +9,10 @@
 #include <random>
 
 #include "compiler/views/report/page/pictures.h"
+#include "compiler/views/text/describe_protection.h"
 #include "compiler/views/text/describe_site.h"
+#include "compiler/views/verdict/recommended_answer.h"
+#include "compiler/views/verdict/verdict.h"
 #include "formats/base/random.h"
 #include "tests/compiler/views/report/sources.h"
 #include "tests/compiler/views/report/unpacked.h"
@@ -52,6 +55,53 @@ TEST(PageData, HoldsTheNumbersOfMapAndEvaluation) {
   ASSERT_EQ(judged.size(), made.evaluation.sites.size());
   for (std::size_t i = 0; i < judged.size(); ++i) {
     EXPECT_EQ(judged[i], made.evaluation.sites[i].site);
+  }
+}
+
+TEST(PageData, HoldsWhatTheMapAnswersAtEachPlace) {
+  const MadeSources made = made_sources(1);
+  ASSERT_TRUE(made.map.looks);
+  const Json answers = data_of(made)["answers"];
+  const MapJudgement judgement = judge_map(made.map, nullptr, {});
+  const std::size_t limits = judgement.limits.size();
+  ASSERT_EQ(answers["recommended"].size(), limits);
+  EXPECT_EQ(answers["looks"][0], to_text(made.map.looks->ranges.looks[0]));
+  const std::vector<std::uint8_t> kinds = unpacked<std::uint8_t>(answers["kind"]);
+  const std::vector<std::uint8_t> choices = unpacked<std::uint8_t>(answers["choice"]);
+  const std::vector<float> mean_m = unpacked<float>(answers["mean_m"]);
+  const std::vector<float> probability = unpacked<float>(answers["probability"]);
+  for (std::size_t site = 0; site < made.map.sites.sites.size(); ++site) {
+    for (std::size_t limit = 0; limit < limits; ++limit) {
+      const AnswerKind recommended = judgement.limits[limit].recommended;
+      EXPECT_EQ(answers["recommended"][limit], name_of(recommended));
+      const RecommendedAnswer answer = recommended_answer(made.map, recommended, site, limit);
+      const std::size_t at = site * limits + limit;
+      EXPECT_EQ(kinds.at(at), answer.is_good ? static_cast<int>(answer.kind) : 3);
+      EXPECT_EQ(choices.at(at), answer.choice);
+      EXPECT_EQ(mean_m.at(at), static_cast<float>(answer.mean_error_m));
+      EXPECT_EQ(probability.at(at), static_cast<float>(answer.probability));
+    }
+  }
+}
+
+TEST(PageData, HoldsKindsOfPlaceAndProtectionWhereTheMapHasThem) {
+  MadeSources made = made_sources(1);
+  made.map.columns.clear();
+  EXPECT_TRUE(data_of(made)["places"].empty());
+  SiteColumn kinds = {"place_kind", "", {}};
+  for (std::size_t site = 0; site < made.map.sites.sites.size(); ++site) {
+    kinds.values.push_back(site == 3 ? 2.0F : 1.0F);
+  }
+  made.map.columns = {kinds};
+  const Json places = data_of(made)["places"];
+  const std::vector<std::uint8_t> kind = unpacked<std::uint8_t>(places["kind"]);
+  EXPECT_EQ(places["kinds"][kind.at(3)], "canyon");
+  EXPECT_EQ(places["kinds"][kind.at(4)], "lane");
+  const std::vector<float> levels_m = unpacked<float>(places["protection_m"]);
+  ASSERT_EQ(levels_m.size(), 3 * kind.size());
+  const SiteProtection expected = protection_at(made.map, 4);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(levels_m[12 + axis], static_cast<float>(expected.levels[axis]));
   }
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Opens the report of a small town in a headless Chromium, from disk and without a network: every figure is
-drawn, nothing is complained of or fetched, a click and the keyboard show a site, and the page's numbers are
+drawn, nothing is complained of or fetched, hovering, a click and the keyboard show a site, and the page's numbers are
 those of `sightline dump`. AXE (axe.min.js, which npm installs with the page's libraries) finds nothing. Screenshots
 stay beside the pages.
 
@@ -18,6 +18,7 @@ import subprocess
 import sys
 
 from chromium import READY, TILES_DRAWN, Browser
+from page_answers import check_map, check_phone
 from page_numbers import check_numbers
 
 IS_LONG = "SIGHTLINE_LONG" in os.environ
@@ -76,6 +77,8 @@ def check_drawn(browser, has_surface):
     """The map and what is shown of a site have more than paper on their canvases."""
     browser.value_of('document.querySelector(".is-live").scrollIntoView({behavior: "instant"})')
     browser.wait_for('document.querySelector(".is-live > .live canvas") !== null')
+    show_nds = """[...document.querySelectorAll(".more-switches input[type=checkbox]")].find((each) => each.parentElement.textContent.trim() === "NDs").click()"""
+    browser.value_of(show_nds)
     browser.wait_for(TILES_DRAWN)
     colours = browser.value_of("""[...document.querySelectorAll(".chart-live canvas, canvas.depth")].map((canvas) => {
         const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
@@ -84,8 +87,9 @@ def check_drawn(browser, has_surface):
     layers = browser.value_of("""[...document.querySelectorAll(".leaflet-layer")].map((layer) =>
         [...layer.querySelectorAll("canvas")].reduce((sum, canvas) => sum + new Uint32Array(canvas.getContext("2d")
             .getImageData(0, 0, canvas.width, canvas.height).data.buffer).filter((pixel) => pixel !== 0).length, 0))""")
-    # Surface, NDs, route; of the NDs that differ there are none here.
+    # Surface and route; NDs where they are wanted. Of those that differ there are none here.
     assert len([count for count in layers if count > 1000]) >= (3 if has_surface else 2), layers
+    browser.value_of(show_nds)
     browser.value_of("window.scrollTo({top: 0, behavior: 'instant'})")
 
 
@@ -154,9 +158,12 @@ def check_change(browser):
     assert "change" in browser.value_of('document.querySelector(".switches select").selectedOptions[0].textContent')
 
 
-def is_seen(browser, selector):
-    return browser.value_of(f"""(() => {{ const box = document.querySelector({json.dumps(selector)}).getBoundingClientRect();
-        return box.height > 0 && box.top >= 0 && box.top < innerHeight - 50; }})()""")
+ALL_SEEN = """(() => {{ const box = document.querySelector("{}").getBoundingClientRect();
+        return box.height > 0 && box.top >= 0 && box.bottom <= innerHeight; }})()"""
+
+
+def is_all_seen(browser, selector):
+    return browser.value_of(ALL_SEEN.format(selector))
 
 
 def check_links(browser):
@@ -164,10 +171,10 @@ def check_links(browser):
     browser.value_of("window.scrollTo({top: 0, behavior: 'instant'})")
     browser.value_of("location.hash = '#site=7'")
     browser.wait_for('document.getElementById("site-title").textContent === "Site 7"')
-    assert is_seen(browser, ".map-view")
+    assert is_all_seen(browser, ".map-view")
     browser.value_of('document.querySelector(\'#stretches a[href="#site=0"]\').click()')
     browser.wait_for('document.getElementById("site-title").textContent === "Site 0"')
-    browser.wait_for('(() => { const top = document.querySelector(".map-view").getBoundingClientRect().top; return top >= 0 && top < 120; })()')
+    browser.wait_for(ALL_SEEN.format(".map-view"))
 
 
 def check_search_and_filter(browser):
@@ -228,6 +235,7 @@ def check_narrow(browser, page, is_dark, axe):
     browser.open(page.as_uri(), READY)
     browser.wait_for(TILES_DRAWN)
     assert browser.value_of("document.documentElement.scrollWidth") == 390
+    check_phone(browser)
     browser.screenshot(page.parent / f"phone_{page.stem}_{'dark' if is_dark else 'light'}.png")
     # Of the map alone nothing stands there that is not in the other page.
     if axe.exists() and (IS_LONG or (page.stem == "report" and not is_dark)):
@@ -248,6 +256,7 @@ def check_page(browser, page, is_dark, axe):
     check_first_screen(browser, ["No promise", r"target: 95.0\s%"] + (
         [r"Tracks lost: \d+; best fixed choice: \d+", "of 76 scans", "(Passed|Failed): "] if has_surface else []))
     if has_scripts:
+        check_map(browser, has_surface)
         check_drawn(browser, has_surface)
         check_answers(browser)
         check_links(browser)

@@ -159,6 +159,47 @@ TEST(Report, SaysFirstWhatIsPromisedAndReached) {
                               std::to_string(made.evaluation.sites.size()) + " places"));
 }
 
+TEST(Report, TilesShowTheRecommendedAnswer) {
+  MadeSources made = made_sources(1);
+  ASSERT_TRUE(made.map.looks);
+  RangeTable& looks = made.map.looks->ranges;
+  LookPlan plan;
+  plan.limit_m = looks.promises[1].limit_m;
+  plan.first = looks.looks.front();
+  plan.second = looks.looks.back();
+  looks.plan = plan;
+  std::string html = summary_section(made.sources()).html;
+  // Of the tighter limit there is no plan.
+  EXPECT_THAT(html, HasSubstr(">look<span class=\"unit\"> </span></div><div class=\"what\">"
+                              "recommended within 10 cm: "));
+  EXPECT_THAT(html, HasSubstr(">plan<span class=\"unit\"> </span></div><div class=\"what\">"
+                              "recommended within 25 cm: " +
+                              to_text(plan.first) + "; a larger look"));
+  made.map.looks.reset();
+  html = summary_section(made.sources()).html;
+  EXPECT_THAT(html, HasSubstr(fixed(made.map.quality[0].mean_range_m, 1) +
+                              "<span class=\"unit\"> m</span></div><div class=\"what\">"
+                              "recommended within 10 cm: the range; its mean"));
+  EXPECT_THAT(html, Not(HasSubstr(">look<")));
+}
+
+TEST(Report, TheFirstScreenIsVerdictAndMap) {
+  const std::string html = *report_html(made_sources(1).sources());
+  const std::size_t begin = html.find("<div class=\"first-screen\">");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string first = html.substr(begin, html.find("id=\"ranges\"") - begin);
+  EXPECT_THAT(first, HasSubstr("<section id=\"summary\">"));
+  EXPECT_THAT(first, HasSubstr("<section id=\"map\">"));
+  EXPECT_LT(first.find("id=\"map\""), first.find("</section>\n</div>"));
+}
+
+TEST(Report, NamesFactorsInWordsAndFoldsProvenance) {
+  const std::string html = *report_html(made_sources(1).sources());
+  EXPECT_THAT(html, HasSubstr("<th scope=\"row\">points of a virtual scan</th>"));
+  EXPECT_THAT(html, Not(HasSubstr("<th scope=\"row\">virtual_points</th>")));
+  EXPECT_THAT(html, HasSubstr("<details><summary>Files, versions and inputs</summary>"));
+}
+
 TEST(Report, SaysWhatTheGateSaid) {
   const MadeSources made = made_sources(1);
   const GateResult gate = {
