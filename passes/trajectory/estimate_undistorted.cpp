@@ -1,6 +1,7 @@
 #include "passes/trajectory/estimate_undistorted.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -101,6 +102,18 @@ bool is_failed_trial(const Error& error) {
          error.code == ErrorCode::kMismatchedInputs;
 }
 
+// Scans that lie on each other are the sharpest, so that entropy falls where a way is shortened. By
+// undistorting, ways change by a few percent, and by centimetres where a vehicle stands.
+constexpr double kMostOtherShare = 0.1;
+constexpr double kMostOtherWay_m = 0.5;
+
+// Whether a trial has moved as the first estimate did, so that entropies can be compared.
+bool has_same_way(const Trajectory& trial, const Trajectory& rigid) {
+  const double trial_m = way_m(trial);
+  const double rigid_m = way_m(rigid);
+  return std::abs(trial_m - rigid_m) <= kMostOtherWay_m + kMostOtherShare * rigid_m;
+}
+
 // More rounds of a trial, from the estimate of its middle so far. None where it fails.
 Result<std::optional<Trial>> continued(PassContext& ctx, const Drive& middle, const Trial& trial,
                                        const EstimatePoses& estimate, int rounds) {
@@ -109,6 +122,7 @@ Result<std::optional<Trial>> continued(PassContext& ctx, const Drive& middle, co
   if (!after && is_failed_trial(after.error())) return std::optional<Trial>();
   if (!after) return after.error();
   const Trajectory& poses = after->trajectory;
+  if (!has_same_way(poses, trial.of_middle.trajectory)) return std::optional<Trial>();
   SIGHTLINE_ASSIGN(const double nat, middle_entropy_nat(ctx, undistorted(middle, poses), poses));
   return std::optional<Trial>({trial.timed, *std::move(after), nat});
 }

@@ -24,7 +24,7 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options);
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
 inline constexpr Pass kUndistortScans =
-    Pass{"undistort-scans", 6, "undistorted", "Removing motion within scans", &undistort_scans}
+    Pass{"undistort-scans", 7, "undistorted", "Removing motion within scans", &undistort_scans}
         .in(Stage::kTiles)
         .with({.scan_s = 0.0003, .million_points_s = 0.01, .without_poses_s = 0.08});
 

@@ -39,6 +39,9 @@ struct StepConstraint {
   // By axis: the share of an error of the forecast that the surfaces leave (kept_shares), 0 to 1.
   // Poses are named by it.
   Eigen::Vector3d kept = Eigen::Vector3d::Zero();
+  // Forward and left, m: how far a match is from the motion before it, where no vehicle changes its
+  // speed so much; zero elsewhere. This step, or steps before it, may be wrong by as much.
+  Eigen::Vector2d leap_m = Eigen::Vector2d::Zero();
 };
 
 struct Odometry {

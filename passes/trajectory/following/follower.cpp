@@ -276,6 +276,7 @@ void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
   if (found.is_carried) {
     const Placed to = placed_or_carried(k, scan, found);
     speed_.take(step_to_scan(k, to.T_map_lidar), false);
+    since_sound_ns_ += step_ns(k);
     steps_ = {{T_map_before().inverse() * to.T_map_lidar, step_ns(k)}};
     append(to.T_map_lidar, true, found.overlap);
     odometry.constraint.back() = to.constraint;
@@ -295,7 +296,13 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const Placed to = placed(k, scan, T_map_matched);
   const Pose& T_map_lidar = to.T_map_lidar;
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
-  if (to.constraint.weak.isZero()) steady_.add(step);
+  const Eigen::Vector2d leap = leap_m(k, to, found);
+  since_sound_ns_ += step_ns(k);
+  if (to.constraint.weak.isZero() && leap.isZero(0.0)) {
+    steady_.add(step);
+    last_sound_ = step;
+    since_sound_ns_ = 0;
+  }
   take_way(k, to);
   speed_.take(step_to_scan(k, T_map_lidar), to.constraint.weak[0] == 0.0);
   if (to.off_measured_m) way_check_.take(*to.off_measured_m);
@@ -310,6 +317,7 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   append(T_map_lidar, true, found.overlap);
   odometry.is_far.back() = found.is_far;
   odometry.constraint.back() = to.constraint;
+  odometry.constraint.back().leap_m = leap;
 }
 
 bool Follower::is_poor(const Found& found) const {
@@ -363,6 +371,8 @@ void Follower::begin_piece(const PieceStart& start) {
   average_ = {};
   steps_.clear();
   steady_ = {};
+  last_sound_.reset();
+  since_sound_ns_ = 0;
   way_ = {};
   speed_.begin_piece();
   way_check_ = {};

@@ -133,6 +133,7 @@ class Follower {
   [[nodiscard]] double ahead_m(const Pose& T_map_from, const Pose& T_map_to) const;
   [[nodiscard]] Pose steady_step(std::size_t k) const;
   void take_way(std::size_t k, const Placed& to);
+  [[nodiscard]] Eigen::Vector2d leap_m(std::size_t k, const Placed& to, const Found& found) const;
   // A match, and the standard deviation from which on its motions are fitted instead.
   struct FitAbove {
     const ScanConstraint& by_match;
@@ -165,6 +166,8 @@ class Follower {
   RunningAverage average_;
   std::vector<TimedStep> steps_;  // that may continue
   SteadyMotion steady_;
+  std::optional<TimedStep> last_sound_;  // the last step that scans constrain, without a leap
+  std::int64_t since_sound_ns_ = 0;
   std::size_t held_steps_ = 0;  // in a row, whose way scans constrain
   WayFilter way_;               // predicted up to the next scan while that is placed
   SpeedForecast speed_;

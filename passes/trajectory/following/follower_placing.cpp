@@ -35,6 +35,8 @@ constexpr double kAsideShare = 0.1;
 // Cars brake and accelerate less; a fit to few surfaces is accurate to about the first.
 constexpr double kFitNoise_m = 0.02;
 constexpr double kMostAcceleration_m_s2 = 6.0;
+// Behind a stretch that few surfaces hold, matches move by up to 0.2 m to where these are again.
+constexpr double kMapNoise_m = 0.2;
 
 // Above this standard deviation of a match, few surfaces hold it, and it is off by centimetres: in
 // curves of car parks it is up to 9 mm, where a match is right to millimetres.
@@ -134,6 +136,27 @@ Pose Follower::with_forecast(const Pose& T_map_lidar, const Forecasted& by_forec
 bool Follower::is_alarm(std::size_t k, const Pose& T_map_forecast, const Pose& T_map_fitted) const {
   const double change_m = ahead_m(T_map_forecast, T_map_fitted);
   return std::abs(change_m) > kFitNoise_m + kMostAcceleration_m_s2 * step_s(k) * step_s(k);
+}
+
+// How far a constrained match is from the last sound motion, where a vehicle would have to change
+// its speed more than it can; else zero. Many surfaces may hold a scan in a wrong place, or the map
+// is wrong: this step is wrong or makes up for wrong ones. Not where a wide search, which compares
+// with other places, found the scan.
+Eigen::Vector2d Follower::leap_m(std::size_t k, const Placed& to, const Found& found) const {
+  const bool is_by_scans = to.constraint.weak.isZero(0.0) && !has_given_step(k);
+  if (!is_by_scans || found.is_wide || !last_sound_ || !steady_.is_known() || step_ns(k) <= 0) {
+    return Eigen::Vector2d::Zero();
+  }
+  if (speed_.way(step_to_scan(k, T_map_before()))) return Eigen::Vector2d::Zero();
+  const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
+  const Pose T_map_even = T_map_before() * carried_on(*last_sound_, step_ns(k));
+  const Eigen::Vector2d off_m =
+      planar_motion(T_map_even * T_lidar_vehicle, to.T_map_lidar * T_lidar_vehicle).head<2>();
+  const double time_s =
+      static_cast<double>(since_sound_ns_ + step_ns(k)) / static_cast<double>(kSecond_ns);
+  const double most_m = kMapNoise_m + kMostAcceleration_m_s2 * time_s * step_s(k);
+  if (off_m.norm() <= most_m) return Eigen::Vector2d::Zero();
+  return off_m;
 }
 
 // A scan that few surfaces hold, by those and by the forecast. A match there is where the rings of

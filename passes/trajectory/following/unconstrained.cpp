@@ -20,11 +20,17 @@ constexpr std::uint32_t kLeastScans = 10;
 constexpr double kLeft[] = {0.12, 0.3, 0.3};
 constexpr double kMedianReach_m = 8.0;
 constexpr std::size_t kMostMedianScans = 100;  // to either side
+// A leap is along an axis by more than this share of it.
+constexpr double kLeapsAlong = 0.5;
 
 bool is_weak(const StepConstraint& step) { return !step.weak.isZero(0.0); }
 
+bool leaps(const StepConstraint& step, int axis) {
+  return axis < 2 && std::abs(step.leap_m[axis]) > kLeapsAlong * step.leap_m.norm();
+}
+
 bool is_long(const WeakSteps& steps) {
-  return steps.way_m >= kLeastWay_m ||
+  return steps.has_leap || steps.way_m >= kLeastWay_m ||
          (steps.forecast == Forecast::kNone && steps.last - steps.first + 1 >= kLeastScans);
 }
 
@@ -83,14 +89,18 @@ std::vector<WeakSteps> weak_steps_along(const Odometry& odometry, int axis) {
   const std::vector<bool> are = are_left(odometry, axis);
   std::vector<WeakSteps> all;
   for (std::uint32_t k = 1; k < odometry.constraint.size(); ++k) {
+    const bool has_leap = leaps(odometry.constraint[k], axis);
+    const bool is_named = are[k] || has_leap;
     // A step that surfaces constrain, among others, begins none: it has no forecast.
-    const bool begins = are[k] && is_weak(odometry.constraint[k]);
-    if (are[k] && !all.empty() && continues(odometry, all.back(), k)) {
+    const bool begins = is_named && (is_weak(odometry.constraint[k]) || has_leap);
+    if (is_named && !all.empty() && continues(odometry, all.back(), k)) {
       all.back().way_m += odometry.driven_m[k] - odometry.driven_m[all.back().last];
       all.back().last = k;
+      all.back().has_leap = all.back().has_leap || has_leap;
     } else if (begins) {
       const double step_m = odometry.driven_m[k] - odometry.driven_m[k - 1];
-      all.push_back({axis, k, k, step_m, odometry.constraint[k].forecast});
+      const Forecast forecast = has_leap ? Forecast::kSteady : odometry.constraint[k].forecast;
+      all.push_back({axis, k, k, step_m, forecast, has_leap});
     }
   }
   std::erase_if(all, [](const WeakSteps& steps) { return !is_long(steps); });
@@ -100,7 +110,7 @@ std::vector<WeakSteps> weak_steps_along(const Odometry& odometry, int axis) {
 // What one unknown number, of standard deviation 1, does to a pose.
 using Effect = Vector6d;
 
-// The unknown speed and drift of a stretch of weak steps.
+// The unknown speed and drift of a stretch of weak steps, or the leap of a step.
 struct ForecastErrors {
   Effect speed = Effect::Zero();
   Effect drift = Effect::Zero();
@@ -119,6 +129,12 @@ struct ForecastErrors {
     drift.head<3>() += 0.5 * kDrift_rad_per_m * step.weak[1] * length_m * left_m;
   }
 };
+
+ForecastErrors leap_of(const Pose& T_map_vehicle, const Eigen::Vector2d& leap_m) {
+  ForecastErrors errors;
+  errors.speed.head<3>() = T_map_vehicle.linear() * Eigen::Vector3d(leap_m.x(), leap_m.y(), 0.0);
+  return errors;
+}
 
 }  // namespace
 
@@ -180,6 +196,10 @@ std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
                                   (T_map_lidar[k - 1] * T_lidar_vehicle).translation();
     for (ForecastErrors& errors : stretches) errors.carry(way_m);
     if (is_forecast) stretches.back().add(way_m, step);
+    if (!step.leap_m.isZero(0.0)) {
+      goes_on = false;
+      stretches.push_back(leap_of(T_map_lidar[k - 1] * T_lidar_vehicle, step.leap_m));
+    }
     for (const ForecastErrors& errors : stretches) {
       covariance[k] += errors.speed * errors.speed.transpose();
       covariance[k] += errors.drift * errors.drift.transpose();

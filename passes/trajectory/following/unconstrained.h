@@ -21,13 +21,14 @@ struct WeakSteps {
   std::uint32_t last = 0;
   double way_m = 0.0;                   // of these steps
   Forecast forecast = Forecast::kNone;  // what was used instead
+  bool has_leap = false;                // of a step (StepConstraint::leap_m)
 };
 
 // By axis, then ascending ("Unconstrained poses" in schemas/definitions.md, v2). A step is one
 // where the median of what surfaces leave of an error along the axis, over the steps within 8 m of
 // way, is above a limit. Such steps up to 5 m of way apart are one stretch. Shorter ones than 10 m
 // are left out; where no forecast was known, as the way may be wrong there, those of fewer than ten
-// scans.
+// scans. Steps with a leap are named too, however short.
 std::vector<WeakSteps> weak_steps(const Odometry& odometry);
 
 // Sets `unconstrained` of the poses that these steps lead to.
@@ -40,7 +41,8 @@ void warn_of_unconstrained(const PassContext& ctx, const std::string& drive,
 // What a forecast leaves unknown of each pose, relative to the first of its piece: a speed off
 // by its share and a heading that drifts by 0.001 rad/m, both constant over a stretch of weak
 // steps. Map axes, order dx dy dz wx wy wz; added to the covariance of the graph. Zero where steps
-// are constrained or given. `T_map_lidar` and `T_lidar_vehicle` give the vehicle's axes.
+// are constrained or given. A step with a leap may be off by as much. `T_map_lidar` and
+// `T_lidar_vehicle` give the vehicle's axes.
 std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
                                           const std::vector<Pose>& T_map_lidar,
                                           const Pose& T_lidar_vehicle);

@@ -168,24 +168,38 @@ std::vector<double> driven_m(const Trajectory& trajectory) {
   return driven;
 }
 
-// The scans nearest to the middle on which the vehicle moves; those of the middle where it never
-// does.
+// How many of the poses before each one rest on something other than the scans.
+std::vector<std::size_t> unconstrained_before(const Trajectory& trajectory) {
+  std::vector<std::size_t> counts = {0};
+  for (const TrajectoryPose& pose : trajectory.poses) {
+    counts.push_back(counts.back() + (pose.unconstrained.is_any() ? 1 : 0));
+  }
+  return counts;
+}
+
+// Scans on which the vehicle moves: those with the fewest unconstrained poses, of these the nearest
+// to the middle. Those of the middle where it never moves.
 Stretch middle_stretch(const Trajectory& trajectory) {
   const std::size_t all = trajectory.poses.size();
   const std::size_t count = std::min(kTrialScans, all);
   const Stretch middle{(all - count) / 2, count};
   if (count < 2) return middle;
   const std::vector<double> driven = driven_m(trajectory);
-  const auto moves = [&](std::size_t first) {
-    return driven[first + count - 1] - driven[first] >= kLeastWay_m;
+  const std::vector<std::size_t> unconstrained = unconstrained_before(trajectory);
+  std::optional<std::size_t> least;
+  Stretch best = middle;
+  const auto consider = [&](std::size_t first) {
+    if (driven[first + count - 1] - driven[first] < kLeastWay_m) return;
+    const std::size_t found = unconstrained[first + count] - unconstrained[first];
+    if (least && found >= *least) return;
+    least = found;
+    best.first = first;
   };
   for (std::size_t off = 0; off <= all - count; ++off) {
-    if (off <= middle.first && moves(middle.first - off)) return {middle.first - off, count};
-    if (middle.first + off <= all - count && moves(middle.first + off)) {
-      return {middle.first + off, count};
-    }
+    if (off <= middle.first) consider(middle.first - off);
+    if (middle.first + off <= all - count) consider(middle.first + off);
   }
-  return middle;
+  return best;
 }
 
 }  // namespace
@@ -272,6 +286,10 @@ Drive middle_of(const Drive& drive, const Trajectory& trajectory) {
 Trajectory middle_of(const Trajectory& trajectory) {
   const auto [first, count] = middle_stretch(trajectory);
   return stretch_of(trajectory, first, count);
+}
+
+double way_m(const Trajectory& trajectory) {
+  return trajectory.poses.empty() ? 0.0 : driven_m(trajectory).back();
 }
 
 Result<double> middle_entropy_nat(PassContext& ctx, const Drive& drive,

@@ -46,11 +46,15 @@ std::vector<SweepTurn> turns_of_rings(std::span<const Eigen::Vector3d> points_m)
 // The time of each point as the share of the scan's time, 0 to 1, by its azimuth.
 std::vector<double> turn_times(std::span<const Eigen::Vector3d> points_m, const SweepTurn& turn);
 
-// At most 60 scans of a drive, and their poses: those nearest to its middle on which the vehicle
-// moves 5 m, since it may stand at a light there; those of the middle where it never does. Scans
-// count from 0 anew.
+// At most 60 scans of a drive, and their poses: scans on which the vehicle moves 5 m, since it may
+// stand at a light in the middle. Of these the ones with the fewest unconstrained poses, nearest to
+// the middle: sharpness is no evidence where scans do not constrain the way. Those of the middle
+// where the vehicle never moves. Scans count from 0 anew.
 Drive middle_of(const Drive& drive, const Trajectory& trajectory);
 Trajectory middle_of(const Trajectory& trajectory);
+
+// Length of the way along the poses, without the steps from one piece to the next.
+double way_m(const Trajectory& trajectory);
 
 // Mean map entropy of the scans of the middle ("Sharpness" in schemas/definitions.md), nat.
 Result<double> middle_entropy_nat(PassContext& ctx, const Drive& drive,

@@ -55,6 +55,38 @@ TEST(Overlaps, BeginAnewWithEachPiece) {
   }
 }
 
+Odometry followed(const std::vector<Pose>& poses) {
+  const TestDrive test = drive_through(random_street(4), poses, 1.0);
+  return value_of(run_odometry(TestContext(2), 50.0, test.drive, GivenPoses(poses.size())));
+}
+
+// Surfaces hold both scans well, and the motion between them is measured; no vehicle makes it.
+TEST(Leaps, AreOfMotionsThatNoVehicleMakes) {
+  std::vector<Pose> poses = along_a_street(40);
+  for (std::size_t k = 30; k < poses.size(); ++k) poses[k].translation().x() += 0.8;
+  const Odometry odometry = followed(poses);
+  ASSERT_TRUE(odometry.piece_starts.empty());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const StepConstraint& step = odometry.constraint[k];
+    EXPECT_EQ(step.leap_m.isZero(0.0), k != 30) << k;
+    EXPECT_TRUE(step.weak.isZero(0.0)) << k;
+  }
+  EXPECT_NEAR(odometry.constraint[30].leap_m.x(), 0.8, 0.1);
+  EXPECT_NEAR(odometry.constraint[30].leap_m.y(), 0.0, 0.1);
+}
+
+TEST(Leaps, AreNoneOfAVehicleThatBrakesHard) {
+  std::vector<Pose> poses = {pose_at(0.0, 0.0, 0.0)};
+  double step_m = 1.1;
+  for (int k = 1; k < 40; ++k) {
+    if (k >= 15) step_m = std::max(0.0, step_m - 0.06);
+    poses.push_back(pose_at(poses.back().translation().x() + step_m, 0.0, 0.0));
+  }
+  for (const StepConstraint& step : followed(poses).constraint) {
+    EXPECT_TRUE(step.leap_m.isZero(0.0));
+  }
+}
+
 Drive drive_of(std::size_t scans) {
   Drive drive;
   drive.scans.resize(scans);

@@ -92,6 +92,24 @@ TEST(Unconstrained, IsWhereMostScansOfSomeMetresLeaveAnErrorAlongAnAxis) {
   EXPECT_TRUE(found[1].directions.across);
 }
 
+// One step, which many surfaces seem to hold.
+TEST(Unconstrained, IsAStepWithALeapByAsMuch) {
+  Odometry odometry = weak_way(80, 1, 0, Forecast::kNone);
+  odometry.constraint[40].leap_m = {-0.1, 0.7};
+  const std::vector<UnconstrainedStretch> found = unconstrained_stretches(trajectory_of(odometry));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].first_scan, 80U);
+  EXPECT_EQ(found[0].last_scan, 80U);
+  EXPECT_TRUE(found[0].directions.across);
+  EXPECT_FALSE(found[0].directions.along || found[0].directions.heading);
+  EXPECT_NEAR(found[0].sigma_m.value(), 0.7, 1e-9);
+  const std::vector<Matrix6d> covariance =
+      forecast_covariance(odometry, odometry.T_map_lidar, Pose::Identity());
+  EXPECT_EQ(covariance[39], Matrix6d::Zero());
+  EXPECT_NEAR(std::sqrt(covariance[79](1, 1)), 0.7, 1e-9) << "and all poses behind it";
+  EXPECT_NEAR(std::sqrt(covariance[79](0, 0)), 0.1, 1e-9);
+}
+
 TEST(Unconstrained, WhereGivenPosesLeadIsSaidWithoutAWarning) {
   const Trajectory trajectory = trajectory_of(weak_way(80, 20, 59, Forecast::kGiven));
   const std::vector<UnconstrainedStretch> found = unconstrained_stretches(trajectory);

@@ -173,5 +173,23 @@ TEST(SweepTrial, TakesScansOnWhichTheVehicleComesOn) {
   EXPECT_EQ(middle_of(test.drive, standing).scans.front().recording_index, 70u);
 }
 
+// Sharpness is no evidence where scans do not constrain the way.
+TEST(SweepTrial, TakesScansThatAreConstrained) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 200; ++i) poses.push_back(pose_at(0.5 * i, 0.0, 0.0));
+  const TestDrive test = drive_of(std::vector<Scan>(200), poses);
+  EXPECT_EQ(middle_of(test.truth).poses.front().recording_index, 70u);
+  Trajectory in_tunnel = test.truth;
+  for (std::size_t i = 60; i < 140; ++i) in_tunnel.poses[i].unconstrained.along = true;
+  EXPECT_EQ(middle_of(in_tunnel).poses.front().recording_index, 0u);
+  EXPECT_EQ(middle_of(test.drive, in_tunnel).scans.front().recording_index, 0u);
+  // No 60 scans in a row are constrained: those with the fewest that are not.
+  for (std::size_t i = 50; i < 150; ++i) in_tunnel.poses[i].unconstrained.along = true;
+  in_tunnel.poses[170].unconstrained.heading = true;
+  EXPECT_EQ(middle_of(in_tunnel).poses.front().recording_index, 0u);
+  for (TrajectoryPose& pose : in_tunnel.poses) pose.unconstrained.along = true;
+  EXPECT_EQ(middle_of(in_tunnel).poses.front().recording_index, 70u);
+}
+
 }  // namespace
 }  // namespace sightline
