@@ -110,7 +110,7 @@ function surfaceLayer(relief) {
     const tiles = tilesIn(box, 0);
     const pictures = await Promise.all(tiles.map((tile) => pictureOf(tile.image)));
     tiles.forEach((tile, i) => drawPicture(context, pictures[i], tile.x * relief.tile_m, (tile.y + 1) * relief.tile_m, relief.tile_m, relief.tile_m));
-  }, { zIndex: 1, opacity: 0.45 });
+  }, { zIndex: 1, opacity: 0.35 });
 }
 
 const kindColours = { 1: "orange", 2: "blue", 3: "green", 4: "grey" };

@@ -280,7 +280,8 @@ TEST(Relief, RoadIsAsHighAsTheNearestSiteSays) {
   Random random(5);
   for (int i = 0; i < 200; ++i) {
     // A spot each, so that none hides another.
-    sites.sites.push_back(site_at(20.0 * (i % 20), 20.0 * (i / 20), random.uniform(0.0, 9.0)));
+    const int row = i / 20;
+    sites.sites.push_back(site_at(20.0 * (i % 20), 20.0 * row, random.uniform(0.0, 9.0)));
   }
   const RoadHeight road(sites, 1.5);
   for (int k = 0; k < 500; ++k) {
