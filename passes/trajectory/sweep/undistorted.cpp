@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "formats/geometry.h"
@@ -194,8 +195,8 @@ class PosesBetween {
     const std::int64_t number = off_ns / kStep_ns - (off_ns % kStep_ns < 0 ? 1 : 0);
     if (number != number_) {
       number_ = number;
-      from_ = pose_at_(stamp_ns_ + number * kStep_ns).matrix();
-      change_ = pose_at_(stamp_ns_ + (number + 1) * kStep_ns).matrix() - from_;
+      from_ = at(number);
+      change_ = at(number + 1) - from_;
     }
     const double share =
         static_cast<double>(off_ns - number * kStep_ns) / static_cast<double>(kStep_ns);
@@ -207,8 +208,16 @@ class PosesBetween {
  private:
   static constexpr std::int64_t kStep_ns = 200'000;
 
+  const Eigen::Matrix4d& at(std::int64_t number) {
+    const auto [entry, is_new] = known_.try_emplace(number);
+    if (is_new) entry->second = pose_at_(stamp_ns_ + number * kStep_ns).matrix();
+    return entry->second;
+  }
+
   std::int64_t stamp_ns_;
   const PoseAt& pose_at_;
+  // Each ring of a scan that is stored ring after ring has the same times.
+  std::unordered_map<std::int64_t, Eigen::Matrix4d> known_;
   std::optional<std::int64_t> number_;
   Eigen::Matrix4d from_ = Eigen::Matrix4d::Identity();
   Eigen::Matrix4d change_ = Eigen::Matrix4d::Zero();
