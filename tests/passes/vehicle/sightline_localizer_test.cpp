@@ -378,6 +378,7 @@ TEST(SightlineMonitor, GivesAnAlarmAfterSeveralDoubtfulMatches) {
   sightline_monitor elsewhere{};
   sightline_match missed{};
   missed.integrity = SIGHTLINE_INTEGRITY_OK;
+  missed.place_kind = 9;  // field
   missed.raised_points = 300;
   EXPECT_EQ(sightline_monitor_add(&elsewhere, &missed), SIGHTLINE_INTEGRITY_DOUBTFUL);
   EXPECT_EQ(elsewhere.raised_points, 300.0);
