@@ -31,6 +31,7 @@
 #include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/model/add_history.h"
 #include "passes/model/choose_ranges.h"
+#include "passes/model/choose_tracking_looks.h"
 #include "passes/model/forest/predict_error.h"
 #include "passes/model/history_of_map.h"
 #include "passes/model/judge/evaluate_ranges.h"
@@ -401,6 +402,22 @@ bool has_history(const CompileConfig& config, const CompilePlan& compile) {
          config.passes.options(kPredictError).history == HistoryUse::kAuto;
 }
 
+// The errors that are inputs of a model made elsewhere.
+struct HistoryWires {
+  Maybe<ByFamily<MeasuredError>> one;
+  Maybe<MeasuredDrives> several;
+};
+HistoryWires history_wires(const CompileConfig& config, const CompilePlan& compile) {
+  HistoryWires history;
+  if (!has_history(config, compile)) return history;
+  if (compile.measured_drives.is_connected()) {
+    history.several = compile.measured_drives;
+  } else {
+    history.one = compile.measured;
+  }
+  return history;
+}
+
 void predict(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
   add_history_of_map(compile);
@@ -408,13 +425,9 @@ void predict(const CompileConfig& config, CompilePlan& compile) {
                       ? compile.given_model
                       : plan.run(kTrainModelHere, compile.sites, compile.factors, compile.measured,
                                  compile.identified, compile.measured_drives);
-  const bool are_several = compile.measured_drives.is_connected();
-  Maybe<ByFamily<MeasuredError>> one;
-  Maybe<MeasuredDrives> several;
-  if (has_history(config, compile) && are_several) several = compile.measured_drives;
-  if (has_history(config, compile) && !are_several) one = compile.measured;
+  const HistoryWires history = history_wires(config, compile);
   compile.predicted = plan.run(kPredictError, compile.model, compile.sites, compile.factors,
-                               compile.identified, one, several);
+                               compile.identified, history.one, history.several);
 }
 
 // What drives measured; what was simulated is no measurement.
@@ -428,6 +441,7 @@ Maybe<ByFamily<MeasuredError>> measured_of(const CompilePlan& compile) {
 // choice can be made again from the map.
 void choose(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
+  const HistoryWires history = history_wires(config, compile);
   compile.kept_factors = compile.factors;
   if (has_history(config, compile)) {
     if (!compile.measured_drives.is_connected()) {
@@ -439,6 +453,11 @@ void choose(const CompileConfig& config, CompilePlan& compile) {
   }
   compile.ranges = plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model,
                             compile.kept_factors, measured_of(compile));
+  const ChooseTrackingLooksOptions tracking{plan.options(kChooseRanges),
+                                            plan.options(kPredictError).support_margin};
+  compile.tracking_looks =
+      plan.run_as("", kChooseTrackingLooks, tracking, compile.sites, compile.model, compile.factors,
+                  compile.identified, measured_of(compile), history.one, history.several);
   compile.evaluation = plan.run(kEvaluateRanges, compile.sites, compile.predicted, compile.ranges,
                                 compile.factors, compile.measured);
 }
@@ -458,11 +477,12 @@ void write_map(const CompileConfig& config, CompilePlan& compile) {
         plan.run_as("", kCalibratePlan, tracking, compile.localized.undistorted,
                     compile.localized.trajectory, compile.ndt, compile.sites, compile.ranges);
   }
-  compile.map = plan.run_as(
-      "", kEmitMap, emitting, compile.packed_nds, compile.sites, compile.predicted, compile.ranges,
-      compile.measured, packed_model, compile.kept_factors, compile.localizing_sensor,
-      compile.identified, compile.drive, compile.trajectory, compile.sharpness, compile.look_plan,
-      compile.tile_drives, compile.finished.compiled, compile.finished.nds, compile.columns);
+  compile.map = plan.run_as("", kEmitMap, emitting, compile.packed_nds, compile.sites,
+                            compile.predicted, compile.ranges, compile.measured, packed_model,
+                            compile.kept_factors, compile.localizing_sensor, compile.identified,
+                            compile.drive, compile.trajectory, compile.sharpness, compile.look_plan,
+                            compile.tile_drives, compile.finished.compiled, compile.finished.nds,
+                            compile.tracking_looks, compile.columns);
 }
 
 }  // namespace

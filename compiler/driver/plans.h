@@ -17,6 +17,7 @@
 #include "formats/map/compiled_map.h"
 #include "formats/map/map_file.h"
 #include "formats/map/packed_nds.h"
+#include "formats/model/tracking_looks.h"
 #include "formats/surroundings/sharpness.h"
 #include "formats/surroundings/site_views.h"
 #include "formats/surroundings/surface.h"
@@ -111,6 +112,7 @@ struct CompilePlan {
   Wire<ByFamily<PredictedError>> predicted;
   Wire<ByFamily<FactorTable>> kept_factors;  // in the map, with what was an input of `predicted`
   Wire<ByFamily<RangeTable>> ranges;
+  Wire<TrackingLooks> tracking_looks;
   Wire<CalibratedPlan> look_plan;
   Wire<Sharpness> sharpness;
   Wire<TileDrives> tile_drives;  // where several drives make the map; else not connected

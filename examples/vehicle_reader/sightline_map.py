@@ -361,7 +361,7 @@ class SightlineMap:
         self.localizer_parameters = {fact.string(0): fact.string(1) for fact in profile.tables(2)}
         self.is_for_caller = localizer != "" and localizer in (
             self.localizer, f"{self.localizer}/{self.localizer_version}")
-        self._directory = None
+        self._directory = self._tracking = None
         demand(self.compatible & LOOK_UP, "bad-layer", "the section look-up is missing")
         self._look_up = LookUp(self)
 
@@ -556,19 +556,55 @@ class SightlineMap:
                                  flags=answer.flags | NOT_VISIBLE, reason=0)
         return Look(answer.range_m), answer
 
+    def tracking_looks(self):
+        """[limit]: (number of the look, probability) of each site for tracking starts; [] where the map has none."""
+        if self._tracking is not None:
+            return self._tracking
+        steps = {table.string(0): table.numbers(3, "f") for table in
+                 (self.manifest.tables(33) if self.manifest.offset(33) else ()) if table.offset(3)}
+        sections = {block.name: block for block in self.sections()} if "tracking_look_0" in steps else {}
+        columns = []
+        for limit in range(len(self.limits_m)):
+            names = [f"tracking_look_{limit}", f"tracking_probability_{limit}"]
+            if names[0] not in steps:
+                columns = []
+                break
+            raw = [self.raw(sections["column." + name]) for name in names]
+            demand(all(len(each) == self.site_count for each in raw), "bad-layer", names[0])
+            columns.append([tuple(steps[name][each[site]] for name, each in zip(names, raw))
+                            for site in range(self.site_count)])
+        self._tracking = columns
+        return columns
+
+    def _tracking_look(self, look, answer, limit_m, visible_m):
+        """The answer for tracking starts instead of that for acquiring starts, where there is one."""
+        limit = sum(each <= limit_m for each in self.limits_m) - 1
+        if limit < 0 or answer.flags & (FAR | TIGHTER_LIMIT | UNKNOWN_LOCALIZER) or not self.tracking_looks():
+            return look, answer
+        number, probability = self.tracking_looks()[limit][answer.site]
+        index = int(number if number >= 0 else -1 - number)
+        demand(index < len(self.looks), "bad-layer", f"site {answer.site}")
+        if self.looks[index].range_m > visible_m:
+            return look, answer
+        flags = answer.flags & ~UNMET | (UNMET if number < 0 else 0)
+        return self.looks[index], answer._replace(range_m=self.looks[index].range_m, probability=probability,
+                                                  mean_error_m=math.nan, flags=flags)
+
     def look_plan(self, position_world_m, limit_m, is_tracking, visible_m=math.inf):
         """(LookPlan, Answer): what to do there; each number is None where a second look may follow."""
         look, answer = self.look(position_world_m, limit_m, visible_m)
+        tracking = self._tracking_look(look, answer, limit_m, visible_m) if is_tracking else (look, answer)
         plan = self.plan
         by_plan = (is_tracking and plan and limit_m >= self.plan_limit_m and
                    not answer.flags & (FAR | TIGHTER_LIMIT | UNKNOWN_LOCALIZER) and
                    max(plan.first.range_m, plan.second.range_m) <= visible_m)
         if not by_plan:
-            return LookPlan(look), answer
+            return LookPlan(tracking[0]), tracking[1]
         is_cheaper = (0 < look.return_count <= plan.first.return_count and
                       0 < look.point_count < plan.first.point_count)
         first = (look if is_cheaper else plan.first)._replace(settles=True)
-        return plan._replace(first=first), answer._replace(probability=None, mean_error_m=None)
+        return plan._replace(first=first), answer._replace(probability=None, mean_error_m=None,
+                                                             flags=tracking[1].flags)
 
 
 class LookUp:

@@ -179,6 +179,17 @@ std::string_view reference_text(ErrorReference reference) {
   return "";
 }
 
+double tracking_error_m(const MeasuredError& measured, std::size_t site, std::size_t look) {
+  const std::span<const AxisErrors> ends = measured.tracking(site, look);
+  double squares_m2 = 0.0;
+  for (const AxisErrors& end : ends) {
+    for (const float axis_m : {end.longitudinal_m, end.lateral_m, end.height_m}) {
+      squares_m2 += double{axis_m} * double{axis_m};
+    }
+  }
+  return ends.empty() ? 0.0 : std::sqrt(squares_m2 / static_cast<double>(ends.size()));
+}
+
 Result<void> validate(const MeasuredError& measured) {
   SIGHTLINE_TRY(validate_setup(measured));
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {

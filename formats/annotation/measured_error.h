@@ -98,6 +98,9 @@ struct ArtifactTraits<MeasuredError> {
   static constexpr std::uint32_t kVersion = 8;
 };
 
+// From tracking starts: root mean square over them of the 3D translation distance, m.
+double tracking_error_m(const MeasuredError& measured, std::size_t site, std::size_t look);
+
 Result<void> validate(const MeasuredError& measured);
 Table dump(const MeasuredError& measured);
 void encode(const MeasuredError& measured, ByteWriter& writer);

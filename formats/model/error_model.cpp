@@ -119,6 +119,28 @@ Result<void> validate_sites(const ErrorModel& model) {
   return {};
 }
 
+Result<void> validate_tracking(const ErrorModel& model) {
+  const TrackingLabels& tracking = model.tracking;
+  if (tracking.is_empty()) {
+    const bool is_none = tracking.measured_m.empty() && tracking.mean_m.empty() &&
+                         tracking.within_probability.empty();
+    if (is_none) return {};
+    return invalid_artifact("labels from tracking starts have no training rows", "");
+  }
+  const std::size_t count = model.sites.size();
+  const auto is_share = [](float value) { return value >= 0.0F && value <= 1.0F; };
+  const bool is_of_model =
+      tracking.row_errors_m.size() == model.forest.labels.size() &&
+      tracking.measured_m.size() == model.shape().size(count) &&
+      tracking.mean_m.size() == tracking.measured_m.size() &&
+      tracking.within_probability.size() == model.out_of_fold.within_probability.size();
+  const bool is_in_range = are_finite(tracking) && tracking.curve.slope > 0.0 &&
+                           std::ranges::all_of(tracking.within_probability, is_share);
+  if (is_of_model && is_in_range) return {};
+  return invalid_artifact(
+      concat("labels or predictions from tracking starts do not fill ", count, " sites"), "");
+}
+
 Result<void> validate_kinds(const ErrorModel& model) {
   for (std::size_t i = 0; i < model.kinds.size(); ++i) {
     const KindCard& card = model.kinds[i];
@@ -165,6 +187,7 @@ Result<void> validate(const ErrorModel& model) {
   if (valid) valid = validate_features(model);
   if (valid) valid = validate_sites(model);
   if (valid) valid = validate_kinds(model);
+  if (valid) valid = validate_tracking(model);
   return valid;
 }
 

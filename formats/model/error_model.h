@@ -138,6 +138,21 @@ struct TrainedSite {
 SIGHTLINE_FIELDS(TrainedSite, p_world_m, place, drive, run, s_m, block, has_label, has_history,
                  factor_digest, kind)
 
+// Labels from tracking starts ("Tracking starts" in schemas/definitions.md) of looks that take a
+// sample: the forest's leaves contain the same training rows with these labels. An error is the
+// root mean square over the starts of a site. Empty where some drive of the training was not
+// measured from such starts.
+struct TrackingLabels {
+  ProbabilityCurve curve;                 // of the probabilities, out of fold and of the forest
+  std::vector<float> row_errors_m;        // [training row], in the order of the forest's labels
+  std::vector<float> measured_m;          // [site][look]; 0 where there is no label
+  std::vector<float> mean_m;              // [site][look]: predicted, out of fold
+  std::vector<float> within_probability;  // [site][look][limit]: out of fold
+
+  [[nodiscard]] bool is_empty() const { return row_errors_m.empty(); }
+};
+SIGHTLINE_FIELDS(TrackingLabels, curve, row_errors_m, measured_m, mean_m, within_probability)
+
 // What is known about the error of a family's looks before a vehicle drives: a forest over map
 // factors and range, and all that choosing ranges with a promise needs: out-of-fold predictions
 // beside the errors measured.
@@ -150,6 +165,7 @@ struct ErrorModel {
   std::vector<TrainedSite> sites;       // ascending (run, s_m); with a label or without
   PredictedError out_of_fold;           // of these sites, by trees that never saw the place
   std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
+  TrackingLabels tracking;
 
   [[nodiscard]] SiteShape shape() const { return {ranges.size()}; }
 
@@ -161,7 +177,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 8;
+  static constexpr std::uint32_t kVersion = 9;
 };
 
 Result<void> validate(const ErrorModel& model);

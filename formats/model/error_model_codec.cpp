@@ -51,6 +51,7 @@ void decode(ByteReader& reader, ErrorModel& model) {
   decode(reader, model.sites);
   decode_predictions(reader, model.out_of_fold);
   reader.get_array(model.measured_mean_m);
+  decode(reader, model.tracking);
 }
 
 std::uint64_t payload_size(const ErrorModel& model) {
@@ -65,7 +66,8 @@ Result<void> visit_payload(const ErrorModel& model, const ByteSink& sink) {
   SIGHTLINE_TRY(visit_encoded([&](ByteWriter& writer) { encode(model.sites, writer); }, sink));
   SIGHTLINE_TRY(visit_encoded(
       [&](ByteWriter& writer) { encode_predictions(model.out_of_fold, writer); }, sink));
-  return visit_array(model.measured_mean_m, sink);
+  SIGHTLINE_TRY(visit_array(model.measured_mean_m, sink));
+  return visit_encoded([&](ByteWriter& writer) { encode(model.tracking, writer); }, sink);
 }
 
 Result<void> open_payload(const StoredBytes& payload, ErrorModel& model) {

@@ -368,8 +368,12 @@ Result<LookPlanAnswer> MapReader::look_plan(const std::array<double, 3>& positio
                             (look.flags & kNoPlan) == 0 &&
                             std::max(plan_->first.look.range_m, plan_->second.range_m) <= visible_m;
   LookPlanAnswer answer;
+  LookAnswer from_tracking = look;
+  if (is_tracking) {
+    SIGHTLINE_ASSIGN(from_tracking, tracking_look(look, limit_m, visible_m));
+  }
   if (!goes_by_plan) {
-    answer.first = look;
+    answer.first = from_tracking;
     return answer;
   }
   answer = *plan_;
@@ -378,6 +382,7 @@ Result<LookPlanAnswer> MapReader::look_plan(const std::array<double, 3>& positio
                           look.look.return_count <= usual.return_count &&
                           look.look.point_count < usual.point_count;
   answer.first = look;
+  answer.first.flags = from_tracking.flags;
   if (!is_cheaper) answer.first.look = usual;
   answer.first.look.settles = true;
   answer.first.probability = std::numeric_limits<double>::quiet_NaN();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +18,7 @@
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"
 #include "formats/reader/site_errors.h"
+#include "formats/reader/site_looks.h"
 
 // How far to look, for a vehicle: opens a compiled map and answers from it.
 
@@ -205,8 +207,12 @@ class MapReader {
 
   // What to do there. A vehicle that tracks: the map's plan, where the limit is not tighter than
   // the plan's; its first look is the place's own, settling, where that looks at no more returns
-  // and matches fewer points. A vehicle that does not track, is far from any site, or sees less far
-  // than the plan looks: the answer of look() alone. Allocates nothing. Errors: as look().
+  // and matches fewer points. Without a plan: the place's look for tracking starts, with its
+  // probability, where the map has one that reaches no farther than visible_m; in both cases
+  // kAnswerUnmet is about tracking starts then. A vehicle that does not track, or is far from any
+  // site: the answer of look() alone. Allocates nothing, except that the first call for a vehicle
+  // that tracks reads the directory and checks these columns. Errors: as look(), and those of
+  // column().
   [[nodiscard]] Result<LookPlanAnswer> look_plan(
       const std::array<double, 3>& position_world_m, double limit_m, bool is_tracking,
       double visible_m = std::numeric_limits<double>::infinity()) const;
@@ -237,6 +243,10 @@ class MapReader {
   // The section of columns_[number], which has a value of so many bytes for each site.
   [[nodiscard]] Result<std::span<const std::byte>> column_bytes(std::size_t number) const;
   [[nodiscard]] Result<MapErrors::Column> stepped_column(std::string_view name) const;
+  [[nodiscard]] Result<TrackingLookColumns> read_tracking_looks() const;
+  // The answer from tracking starts instead of that from acquiring starts, where there is one.
+  [[nodiscard]] Result<LookAnswer> tracking_look(const LookAnswer& look, double limit_m,
+                                                 double visible_m) const;
   static Result<MapReader> open_file(const std::string& path, MappedFile::Use use,
                                      std::string_view callers_localizer);
   static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes,
@@ -264,6 +274,12 @@ class MapReader {
   std::vector<std::string_view> columns_;
   std::optional<LookPlanAnswer> plan_;  // without a place
   double plan_limit_m_ = 0.0;
+  // Read by the first call that needs it, from any thread.
+  struct TrackingLooksOnce {
+    std::once_flag is_read;
+    Result<TrackingLookColumns> columns = TrackingLookColumns{};
+  };
+  std::unique_ptr<TrackingLooksOnce> tracking_ = std::make_unique<TrackingLooksOnce>();
   std::vector<char> parameters_;  // a view of a short string would not outlive a move
 };
 

@@ -177,9 +177,11 @@ int sightline_get_look(const sightline_map* map, const double position_world_m[3
 
 /* What to do there. A vehicle that tracks (is_tracking not 0): the map's plan, where the limit is
  * not tighter than the plan's; its first look is the place's own, settling, where that looks at no
- * more returns and matches fewer points. A vehicle that does not track, is far from any site, or
- * sees less far than the plan looks: the answer of sightline_get_look alone. On failure the first
- * look is the longest range with SIGHTLINE_FAR. */
+ * more returns and matches fewer points. Where no plan applies: the place's look for tracking
+ * starts, if the map has one that reaches no farther than visible_m; its mean_error_m is NaN. In
+ * both cases SIGHTLINE_UNMET is about tracking starts then. A vehicle that does not track, or is
+ * far from any site: the answer of sightline_get_look alone. On failure the first look is the
+ * longest range with SIGHTLINE_FAR. */
 int sightline_get_look_plan(const sightline_map* map, const double position_world_m[3],
                             double limit_m, int is_tracking, double visible_m,
                             sightline_look_plan* plan);

@@ -263,6 +263,10 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   if (inputs.trajectory != nullptr) put_trajectory(*inputs.trajectory, map);
   if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
   SIGHTLINE_TRY(put_tracking(inputs, map));
+  if (inputs.tracking != nullptr) {
+    const std::vector<SiteColumn>& looks = inputs.tracking->columns;
+    map.columns.insert(map.columns.end(), looks.begin(), looks.end());
+  }
   std::ranges::sort(map.columns, {}, &SiteColumn::name);
   map.quality.resize(map.ranges.promises.size());
   map.size = options.size;
@@ -352,10 +356,11 @@ Result<MapFile> emit_map_step(
     const ByFamily<StoredTable<FactorTable>>& factors, const SensorProfile& sensor,
     const RecordingCards& recordings, const Drive* mapping, const Trajectory* trajectory,
     const Sharpness* sharpness, const CalibratedPlan* plan, const TileDrives* tile_drives,
-    const CompiledMap* earlier, const ForeignNds* foreign, Many<SiteColumn> columns) {
+    const CompiledMap* earlier, const ForeignNds* foreign, const TrackingLooks* tracking,
+    Many<SiteColumn> columns) {
   EmitMapInputs inputs{nds,     sites,       predicted,  ranges,  measured,   model,
                        factors, sensor,      recordings, mapping, trajectory, sharpness,
-                       plan,    tile_drives, earlier,    foreign};
+                       plan,    tile_drives, earlier,    foreign, tracking};
   for (const SiteColumn* column : columns) inputs.columns.push_back(*column);
   return emit_map(ctx, options, inputs);
 }

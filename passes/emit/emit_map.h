@@ -20,6 +20,7 @@
 #include "formats/map/map_file.h"
 #include "formats/map/packed_model.h"
 #include "formats/map/packed_nds.h"
+#include "formats/model/tracking_looks.h"
 #include "formats/surroundings/sharpness.h"
 #include "formats/surroundings/tile_drives.h"
 #include "formats/tables/stored_table.h"
@@ -62,6 +63,7 @@ struct EmitMapInputs {
   // The finished map, where it keeps its world: one that was compiled before, or an NDT map.
   const CompiledMap* earlier = nullptr;
   const ForeignNds* foreign = nullptr;
+  const TrackingLooks* tracking = nullptr;
   std::vector<SiteColumn> columns = {};  // further figures of each site, in any order
 };
 
@@ -87,8 +89,9 @@ Result<MapFile> emit_map_step(
     const ByFamily<StoredTable<FactorTable>>& factors, const SensorProfile& sensor,
     const RecordingCards& recordings, const Drive* mapping, const Trajectory* trajectory,
     const Sharpness* sharpness, const CalibratedPlan* plan, const TileDrives* tile_drives,
-    const CompiledMap* earlier, const ForeignNds* foreign, Many<SiteColumn> columns);
+    const CompiledMap* earlier, const ForeignNds* foreign, const TrackingLooks* tracking,
+    Many<SiteColumn> columns);
 inline constexpr Pass kEmitMap =
-    Pass{"emit-map", 17, "map", "Map file", &emit_map_step}.in(Stage::kLink);
+    Pass{"emit-map", 18, "map", "Map file", &emit_map_step}.in(Stage::kLink);
 
 }  // namespace sightline

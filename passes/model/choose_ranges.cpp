@@ -119,23 +119,6 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
 
 namespace {
 
-// Stretch by stretch. Errors: cannot-read, those of own_evidence_of(FactorTable).
-Result<OwnEvidence> evidence_of_all(const StoredTable<FactorTable>& all) {
-  OwnEvidence evidence;
-  const std::size_t site_count = all.row_count();
-  for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
-    const std::size_t count = std::min(kRowsAtOnce, site_count - first);
-    SIGHTLINE_ASSIGN(const FactorTable some, all.rows(first, count));
-    SIGHTLINE_ASSIGN(const OwnEvidence here, own_evidence_of(some));
-    evidence.looks = here.looks;
-    evidence.site_count += here.site_count;
-    evidence.error_m.insert(evidence.error_m.end(), here.error_m.begin(), here.error_m.end());
-    evidence.cost.insert(evidence.cost.end(), here.cost.begin(), here.cost.end());
-    evidence.is_simulated = here.is_simulated;
-  }
-  return evidence;
-}
-
 // The errors that the model's own drive measured at these sites.
 LookErrors labels_at(const Sites& sites, const PredictedError& predicted, const ErrorModel& model,
                      OwnEvidence evidence) {
@@ -191,7 +174,7 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChoiceCase& of,
                               const MeasuredError* measured) {
   const auto& [options, sites, kinds, left_out] = of;
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
-  SIGHTLINE_ASSIGN(OwnEvidence evidence, evidence_of_all(factors));
+  SIGHTLINE_ASSIGN(OwnEvidence evidence, own_evidence_of(factors));
   std::optional<LookEvidence> looks;
   if (!takes_every_return(predicted.looks.front())) {
     SIGHTLINE_ASSIGN(looks, look_evidence(sites, predicted, model, factors, kinds, evidence));

@@ -41,7 +41,7 @@ Result<ByFamily<RangeTable>> choose_ranges(PassContext& ctx, const ChooseRangesO
                                            const ByFamily<StoredTable<FactorTable>>& factors,
                                            const ByFamily<MeasuredError>* measured = nullptr);
 inline constexpr Pass kChooseRanges =
-    Pass{"choose-ranges", 18, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
+    Pass{"choose-ranges", 19, "ranges", "Choosing ranges and looks", &choose_ranges}.in(
         Stage::kLearn);
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

@@ -1,6 +1,7 @@
 #include "passes/model/train_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -67,20 +68,59 @@ ForestOptions forest_options(const TrainModelOptions& options) {
   return {options.trees, options.least_leaf_rows, options.feature_share, options.tree_rows};
 }
 
-Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainModelOptions& options,
-                                           const TrainingSet& training_set) {
+LabelledRows rows_of_whole_forest(const TrainModelOptions& options,
+                                  const TrainingSet& training_set) {
   const std::vector<std::uint8_t> leave_none_out(training_set.sites.size(), 0);
-  const LabelledRows all =
-      labelled_rows(training_set, leave_none_out, static_cast<std::size_t>(options.most_rows));
-  return grow_forest(training_set.features, all, forest_options(options),
-                     mix(ctx.seed, kWholeForestKey), ctx.threads);
+  return labelled_rows(training_set, leave_none_out, static_cast<std::size_t>(options.most_rows));
 }
 
-// Takes the places, which are let go once they are rows.
-Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
-                            DrivenPlaces places) {
+Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainModelOptions& options,
+                                           const TrainingSet& training_set) {
+  return grow_forest(training_set.features, rows_of_whole_forest(options, training_set),
+                     forest_options(options), mix(ctx.seed, kWholeForestKey), ctx.threads);
+}
+
+// To whole steps, of which so many are 1: they take half the space in a packed model.
+float rounded(double value, double steps) {
+  return static_cast<float>(std::round(value * steps) / steps);
+}
+
+// `predicted`: by trees that never saw the place. Takes the labels of the training set.
+TrackingLabels tracking_labels(const TrainModelOptions& options, TrainingSet& training_set,
+                               const ForestPrediction& predicted) {
+  constexpr double kShareSteps = 4096.0;
+  constexpr double kMetreSteps = 1024.0;
+  TrackingLabels tracking;
+  if (training_set.tracking_labels_m.empty()) return tracking;
+  for (const std::uint32_t row :
+       sorted_by_label(rows_of_whole_forest(options, training_set)).rows) {
+    tracking.row_errors_m.push_back(training_set.tracking_labels_m[row]);
+  }
+  tracking.curve =
+      fit_curve(predicted_tracking_shares(training_set, predicted.within, options.limits_m));
+  for (const double mean_m : predicted.mean)
+    tracking.mean_m.push_back(rounded(mean_m, kMetreSteps));
+  for (const double share : predicted.within) {
+    tracking.within_probability.push_back(rounded(on_curve(tracking.curve, share), kShareSteps));
+  }
+  tracking.measured_m = std::move(training_set.tracking_labels_m);
+  return tracking;
+}
+
+// [case]: by the factors of ranges, as in maps. The factors of looks that take a sample are all of
+// one range, and show no walls nearer than that.
+using CaseKinds = std::vector<PlaceKind>;
+
+// Takes the places, which are let go once they are rows. `kinds` is set by the ranges, which come
+// first, and used by the looks that take a sample.
+Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted, DrivenPlaces places,
+                            CaseKinds& kinds) {
   TrainModelOptions options = wanted;
   SIGHTLINE_ASSIGN(TrainingSet training_set, prepare_training_set(ctx, places, options));
+  for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
+    if (kinds.size() == i) kinds.push_back(training_set.sites[i].kind);
+    training_set.sites[i].kind = kinds[i];
+  }
   ErrorModel model;
   model.card = training_card(ctx, options, training_set, places.places.front().drives.front());
   PredictedError predicted;
@@ -104,6 +144,7 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
     training_set.sites[i].factor_digest =
         features_digest(training_set.features, i, training_set.range_count);
   }
+  model.tracking = tracking_labels(options, training_set, out_of_fold.tracking);
   model.sites = std::move(training_set.sites);
   model.out_of_fold = std::move(out_of_fold.predicted);
   model.measured_mean_m = std::move(training_set.labels);
@@ -175,8 +216,9 @@ void warn_of_one_place(const PassContext& ctx, const TrainingCard& card) {
 Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                          const ByFamily<DrivenPlaces>& places) {
   PassContext of_families = counting_families(ctx, places.samples.has_value());
+  CaseKinds kinds;
   const auto of_family = [&](const DrivenPlaces& family) {
-    return train_on(of_families, wanted, family);
+    return train_on(of_families, wanted, family, kinds);
   };
   SIGHTLINE_ASSIGN(ByFamily<ErrorModel> model, each_family(of_family, places));
   warn_of_one_place(ctx, model.ranges.card);
@@ -233,10 +275,11 @@ Result<ByFamily<ErrorModel>> own_evidence_of(const std::vector<double>& limits_m
 Result<ByFamily<ErrorModel>> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
                                         const ByFamily<PlaceInUse>& place) {
   PassContext of_families = counting_families(ctx, place.samples.has_value());
+  CaseKinds kinds;
   const auto of_family = [&](const PlaceInUse& family) -> Result<ErrorModel> {
     DrivenPlaces places;
     SIGHTLINE_ASSIGN(places.places.emplace_back(), whole_place(family));
-    return train_on(of_families, wanted, std::move(places));
+    return train_on(of_families, wanted, std::move(places), kinds);
   };
   Result<ByFamily<ErrorModel>> model = each_family(of_family, place);
   const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||

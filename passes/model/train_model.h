@@ -45,7 +45,7 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // fold nothing to learn from; both name the place.
 Result<ByFamily<ErrorModel>> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                          const ByFamily<DrivenPlaces>& places);
-inline constexpr Pass kTrainModel = Pass{"train-model", 11, "model", "Error model", &train_model}
+inline constexpr Pass kTrainModel = Pass{"train-model", 12, "model", "Error model", &train_model}
                                         .in(Stage::kLearn)
                                         .with({.scan_s = 0.009});
 

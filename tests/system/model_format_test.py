@@ -80,13 +80,15 @@ def read_parts(r):
                                 extrapolated=lambda: r.array("B"), out_of_fold=lambda: r.array("B"),
                                 has_history=lambda: r.array("B")),
         "labels": r.array("d"),
+        "tracking": r.struct(offset="d", slope="d", row_errors_m=lambda: r.array("f"), measured_m=lambda: r.array("f"),
+                             mean_m=lambda: r.array("f"), within=lambda: r.array("f")),
     }
 
 
 def read_model(data):
     file = Reader(data)
     assert file.take(4) == b"SLA\x1a"
-    assert file.one("I") == 8
+    assert file.one("I") == 9
     assert file.text() == "error-model"
     payload = file.take(file.one("Q"))
     file.one("Q")
@@ -124,6 +126,12 @@ def check_model(file, work):
     for samples in model["of_samples"]:
         assert all(look["returns"] > 0 for look in samples["out_of_fold"]["looks"])
         assert len(samples["labels"]) == len(samples["cases"]) * len(samples["out_of_fold"]["looks"])
+        tracking = samples["tracking"]
+        if tracking["row_errors_m"]:
+            assert len(tracking["row_errors_m"]) == len(samples["forest"]["labels"])
+            assert len(tracking["measured_m"]) == len(tracking["mean_m"]) == len(samples["labels"])
+            assert len(tracking["within"]) == len(samples["out_of_fold"]["within"])
+    assert not model["tracking"]["row_errors_m"]
     assert all(look["returns"] == 0 for look in model["out_of_fold"]["looks"])
     copy = work / "any.slmodel"
     shutil.copy(file, copy)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "passes/model/choice/contradiction.h"
 #include "passes/model/choice/floor.h"
@@ -148,15 +149,24 @@ void answer_by_evidence(LimitChoice& now, std::size_t site, Reason reason) {
               now.choice);
 }
 
+// [site]: p* of its group, with measured history or without.
+std::vector<double> threshold_of_sites(const LimitChoice& now) {
+  std::vector<double> thresholds;
+  for (std::size_t site = 0; site < now.inputs.looks->kinds.size(); ++site) {
+    const bool has_history = now.inputs.predicted.has_history[site] == 1;
+    const CaseKind kind = has_history ? CaseKind::kHistory : CaseKind::kMapOnly;
+    const auto group = static_cast<std::size_t>(group_of(now.inputs.looks->kinds[site]));
+    thresholds.push_back(now.calibrator.group_thresholds(kind)[group]);
+  }
+  return thresholds;
+}
+
 void answer_by_model(LimitChoice& now) {
   std::vector<std::uint8_t> look_of_site;
   for (const PlaceKind kind : now.inputs.looks->kinds) {
     look_of_site.push_back(now.looks.at(kind));
   }
-  const LimitPromise& promise = now.promise;
-  now.choice =
-      choose_given(now.inputs.predicted, now.limit,
-                   {promise.probability_threshold, promise.history_threshold}, look_of_site);
+  now.choice = choose_given(now.inputs.predicted, now.limit, threshold_of_sites(now), look_of_site);
   mark_extrapolated(now.inputs.predicted, now.choice);
   promise_nothing_where_unlike(now);
   if (!now.options.extrapolated_takes_static) return;

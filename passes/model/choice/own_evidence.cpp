@@ -198,6 +198,22 @@ Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
                      cost_of(factors), is_simulated(factors)};
 }
 
+Result<OwnEvidence> own_evidence_of(const StoredTable<FactorTable>& all) {
+  OwnEvidence evidence;
+  const std::size_t site_count = all.row_count();
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kRowsAtOnce) {
+    const std::size_t count = std::min(kRowsAtOnce, site_count - first);
+    SIGHTLINE_ASSIGN(const FactorTable some, all.rows(first, count));
+    SIGHTLINE_ASSIGN(const OwnEvidence here, own_evidence_of(some));
+    evidence.looks = here.looks;
+    evidence.site_count += here.site_count;
+    evidence.error_m.insert(evidence.error_m.end(), here.error_m.begin(), here.error_m.end());
+    evidence.cost.insert(evidence.cost.end(), here.cost.begin(), here.cost.end());
+    evidence.is_simulated = here.is_simulated;
+  }
+  return evidence;
+}
+
 void add_measured(const Sites& sites, const PredictedError& predicted, const ErrorModel& model,
                   OwnEvidence& evidence) {
   constexpr double kSamePlace_m = 1e-3;

@@ -10,6 +10,7 @@
 #include "formats/base/result.h"
 #include "formats/grid/site_shape.h"
 #include "formats/model/error_model.h"
+#include "formats/tables/stored_table.h"
 
 // How well each range localizes in a street by errors measured in that street itself, or simulated
 // there, and a model of these errors alone.
@@ -33,6 +34,9 @@ struct OwnEvidence {
 // Of the factors' column `own_error`; where there is none `mapping_error`, then `virtual_error`.
 // Error: mismatched-inputs where the table has none of the three.
 Result<OwnEvidence> own_evidence_of(const FactorTable& factors);
+
+// Stretch by stretch. Errors: cannot-read, and the same.
+Result<OwnEvidence> own_evidence_of(const StoredTable<FactorTable>& all);
 
 // Where the model learnt from these very sites, the errors that its drive measured there count
 // wherever they are larger: the map's own scans helped to make it, and are optimistic.

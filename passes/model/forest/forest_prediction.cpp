@@ -114,6 +114,21 @@ NewtonSums sums_at(const ProbabilityCurve& curve, const std::vector<double>& odd
   return sums;
 }
 
+// `labels_m`: [site][look].
+template <class Label>
+PredictedShares shares_of(const TrainingSet& training_set, const std::vector<Label>& labels_m,
+                          const std::vector<double>& within, const std::vector<double>& limits_m) {
+  PredictedShares shares;
+  for (std::size_t row = 0; row < labels_m.size(); ++row) {
+    if (training_set.sites[training_set.shape().site_of(row)].has_label == 0) continue;
+    for (std::size_t limit = 0; limit < limits_m.size(); ++limit) {
+      shares.share.push_back(within[row * limits_m.size() + limit]);
+      shares.is_met.push_back(double{labels_m[row]} <= limits_m[limit] ? 1 : 0);
+    }
+  }
+  return shares;
+}
+
 }  // namespace
 
 PreparedForest::PreparedForest(const RegressionForest& forest, const std::vector<double>& limits,
@@ -246,18 +261,14 @@ ProbabilityCurve fit_curve(const PredictedShares& shares) {
 }
 
 PredictedShares predicted_shares(const TrainingSet& training_set, const PredictedError& predicted) {
-  PredictedShares shares;
-  for (std::size_t site = 0; site < training_set.sites.size(); ++site) {
-    if (training_set.sites[site].has_label == 0) continue;
-    for (std::size_t range = 0; range < training_set.range_count; ++range) {
-      const double error_m = training_set.labels[training_set.shape().index(site, range)];
-      for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
-        shares.share.push_back(predicted.probability(site, range, limit));
-        shares.is_met.push_back(error_m <= predicted.limits_m[limit] ? 1 : 0);
-      }
-    }
-  }
-  return shares;
+  return shares_of(training_set, training_set.labels, predicted.within_probability,
+                   predicted.limits_m);
+}
+
+PredictedShares predicted_tracking_shares(const TrainingSet& training_set,
+                                          const std::vector<double>& within,
+                                          const std::vector<double>& limits_m) {
+  return shares_of(training_set, training_set.tracking_labels_m, within, limits_m);
 }
 
 void put_on_curve(const ProbabilityCurve& curve, PredictedError& predicted) {

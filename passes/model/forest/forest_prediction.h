@@ -72,6 +72,11 @@ ProbabilityCurve fit_curve(const PredictedShares& shares);
 // Of every labelled case, range and limit of the out-of-fold predictions.
 PredictedShares predicted_shares(const TrainingSet& training_set, const PredictedError& predicted);
 
+// From tracking starts: `within` is [site][look][limit].
+PredictedShares predicted_tracking_shares(const TrainingSet& training_set,
+                                          const std::vector<double>& within,
+                                          const std::vector<double>& limits_m);
+
 // Puts all probabilities on the curve.
 void put_on_curve(const ProbabilityCurve& curve, PredictedError& predicted);
 

@@ -172,6 +172,36 @@ std::vector<double> rmse_rises(const FoldSums& sums) {
   return rises;
 }
 
+// The same trees; their leaves have the labels from tracking starts.
+LabelledTrees with_tracking_labels(const TrainingSet& training_set, LabelledTrees trees) {
+  const std::size_t feature_count = training_set.features.names.size();
+  const float* const first = training_set.features.values.data();
+  for (std::size_t i = 0; i < trees.rows.size(); ++i) {
+    const std::size_t row = static_cast<std::size_t>(trees.rows[i] - first) / feature_count;
+    trees.labels[i] = double{training_set.tracking_labels_m[row]};
+  }
+  return trees;
+}
+
+// Sets the shares of a part's rows.
+void predict_tracking(const PassContext& ctx, const TrainingSet& training_set,
+                      const LabelledTrees& trees, const std::vector<std::uint32_t>& rows,
+                      OutOfFold& out) {
+  if (training_set.tracking_labels_m.empty()) return;
+  const std::vector<double>& limits_m = out.predicted.limits_m;
+  out.tracking.mean.resize(out.predicted.mean_m.size(), 0.0);
+  out.tracking.within.resize(out.predicted.within_probability.size(), 0.0);
+  const PreparedForest forest(with_tracking_labels(training_set, trees), limits_m, ctx.threads);
+  const ForestPrediction found = forest.predict(training_set.features, rows, ctx.threads);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    out.tracking.mean[rows[i]] = found.mean[i];
+    for (std::size_t limit = 0; limit < limits_m.size(); ++limit) {
+      out.tracking.within[rows[i] * limits_m.size() + limit] =
+          found.within[i * limits_m.size() + limit];
+    }
+  }
+}
+
 PredictedError sized_for(const std::vector<TrainedSite>& sites, PredictedError predicted) {
   const std::size_t site_count = sites.size();
   predicted.site_count = static_cast<std::uint32_t>(site_count);
@@ -207,6 +237,7 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
     SIGHTLINE_ASSIGN(LabelledTrees trees,
                      grow_labelled_trees(training_set.features, training, options.forest,
                                          mix(ctx.seed, kFoldKey + number), ctx.threads));
+    predict_tracking(ctx, training_set, trees, rows.rows, result);
     const PreparedForest forest(std::move(trees), result.predicted.limits_m, ctx.threads);
     predict_part(ctx, training_set, forest, rows, sums);
     ctx.progress(number + 1, parts.size() + 1);

@@ -4,6 +4,7 @@
 
 #include "formats/annotation/predicted_error.h"
 #include "formats/base/result.h"
+#include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/growing/grow_trees.h"
 #include "passes/model/forest/training_set.h"
 #include "passes/pass/pass_context.h"
@@ -23,6 +24,9 @@ struct OutOfFold {
   // [feature]: by how much the RMSE over labelled rows rises when the rows of a fold swap their
   // values of this feature, m.
   std::vector<double> importance;
+  // By the labels from tracking starts in the leaves of the same trees: mean, [site][look], and
+  // share within the limit, [site][look][limit]. Empty where there are no such labels.
+  ForestPrediction tracking = {};
 };
 
 // `predicted` names ranges and limits; its numbers are filled in. Error: drive-too-short where the

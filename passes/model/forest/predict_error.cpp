@@ -144,17 +144,6 @@ void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t 
   predicted.out_of_fold[site] = 1;
 }
 
-// The map whose sites are asked about, by the looks of a family.
-struct Asked {
-  const Sites& sites;
-  const StoredTable<FactorTable>& factors;
-  const RecordingCards& recordings;
-
-  [[nodiscard]] Eigen::Vector3d place_of(std::size_t site) const {
-    return sites.frame.origin_world_m + sites.sites[site].p_map_m;
-  }
-};
-
 // Of some sites in a row.
 History some_of(const History& earlier, std::size_t first, std::size_t count) {
   const std::size_t per_site =
@@ -178,7 +167,7 @@ struct ByForest {
 
 // `earlier` is null, or of these sites.
 Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOptions& options,
-                                   const ErrorModel& model, const Asked& asked,
+                                   const ErrorModel& model, const PredictedSites& asked,
                                    const History* earlier) {
   const std::size_t site_count = asked.sites.sites.size();
   const Forest forest(model, options.support_margin, ctx.threads);
@@ -203,7 +192,7 @@ Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOpt
 // [site]: the case of the model that it is, if it is one.
 using OwnCases = std::vector<std::optional<std::size_t>>;
 
-OwnCases own_cases(const ErrorModel& model, const Asked& asked,
+OwnCases own_cases(const ErrorModel& model, const PredictedSites& asked,
                    const std::vector<std::uint64_t>& digests) {
   const PointGrid places = grid_of(model.sites);
   OwnCases own;
@@ -230,7 +219,7 @@ void take_own_cases(const ErrorModel& model, const OwnCases& own, PredictedError
 }
 
 // Of sites near those that the model was trained on, which are none of them.
-void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const Asked& asked,
+void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const PredictedSites& asked,
                        const OwnCases& own) {
   const PointGrid places = grid_of(model.sites);
   const std::vector<bool> is_of_place = places_of(model, asked.recordings);
@@ -251,9 +240,9 @@ void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const As
 }
 
 // `history`: none, or measured at these sites and looks.
-Result<ByForest> predict_told_or_not(const PassContext& ctx, const PredictErrorOptions& options,
-                                     const ErrorModel& model, const Asked& asked,
-                                     const EarlierDrives& history) {
+Result<ByForest> predict_with_history(const PassContext& ctx, const PredictErrorOptions& options,
+                                      const ErrorModel& model, const PredictedSites& asked,
+                                      const EarlierDrives& history) {
   SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors.head()));
   if (history.empty()) return predict_by_forest(ctx, options, model, asked, nullptr);
   const History earlier = history_of(asked.sites, history, kind_for(model));
@@ -264,16 +253,16 @@ Result<ByForest> predict_told_or_not(const PassContext& ctx, const PredictErrorO
 Result<ByFamily<PredictedError>> predict_both(const PassContext& ctx,
                                               const PredictErrorOptions& options,
                                               const ByFamily<ErrorModel>& model,
-                                              const ByFamily<Asked>& asked,
+                                              const ByFamily<PredictedSites>& asked,
                                               const ByFamily<EarlierDrives>& history) {
   SIGHTLINE_ASSIGN(ByForest ranges,
-                   predict_told_or_not(ctx, options, model.ranges, asked.ranges, history.ranges));
+                   predict_with_history(ctx, options, model.ranges, asked.ranges, history.ranges));
   OwnCases own = own_cases(model.ranges, asked.ranges, ranges.digests);
   std::optional<PredictedError> samples;
   if (model.samples && asked.samples) {
     SIGHTLINE_ASSIGN(ByForest looks,
-                     predict_told_or_not(ctx, options, *model.samples, *asked.samples,
-                                         history.samples.value_or(EarlierDrives())));
+                     predict_with_history(ctx, options, *model.samples, *asked.samples,
+                                          history.samples.value_or(EarlierDrives())));
     OwnCases own_of_samples = own_cases(*model.samples, *asked.samples, looks.digests);
     keep_common(own, own_of_samples);
     take_own_cases(*model.samples, own_of_samples, looks.predicted);
@@ -288,7 +277,7 @@ Result<ByFamily<PredictedError>> predict_both(const PassContext& ctx,
 Result<ByFamily<PredictedError>> predict_told(const PassContext& ctx,
                                               const PredictErrorOptions& options,
                                               const ByFamily<ErrorModel>& model,
-                                              const ByFamily<Asked>& asked,
+                                              const ByFamily<PredictedSites>& asked,
                                               const ByFamily<EarlierDrives>& history) {
   const EarlierDrives& drives = history.ranges;
   const TrainingCard& card = model.ranges.card;
@@ -315,7 +304,7 @@ Result<ByFamily<PredictedError>> predict_told(const PassContext& ctx,
   return predict_both(ctx, options, model, asked, history);
 }
 
-Result<void> check_history(const Asked& asked, const MeasuredError& history) {
+Result<void> check_history(const PredictedSites& asked, const MeasuredError& history) {
   if (history.scan_of_site.size() == asked.sites.sites.size() &&
       history.looks == asked.factors.head().looks) {
     return {};
@@ -356,14 +345,25 @@ Result<ByFamily<PredictedError>> predict_error(PassContext& ctx, const PredictEr
                                                const RecordingCards& recordings,
                                                const ByFamily<MeasuredError>* history,
                                                const MeasuredDrives* drives) {
-  ByFamily<Asked> asked(Asked{sites, factors.ranges, recordings});
-  if (factors.samples) asked.samples.emplace(Asked{sites, *factors.samples, recordings});
+  ByFamily<PredictedSites> asked(PredictedSites{sites, factors.ranges, recordings});
+  if (factors.samples) asked.samples.emplace(PredictedSites{sites, *factors.samples, recordings});
   const ByFamily<EarlierDrives> earlier = earlier_drives(history, drives);
   for (const MeasuredError* drive : earlier.ranges) {
     SIGHTLINE_TRY(check_history(asked.ranges, *drive));
   }
   if (earlier.ranges.empty()) return predict_both(ctx, options, model, asked, {});
   return predict_told(ctx, options, model, asked, earlier);
+}
+
+Result<PredictedError> predict_looks(const PassContext& ctx, double support_margin,
+                                     const ErrorModel& model, const PredictedSites& sites,
+                                     const EarlierDrives& history) {
+  for (const MeasuredError* drive : history) SIGHTLINE_TRY(check_history(sites, *drive));
+  PredictErrorOptions options;
+  options.support_margin = support_margin;
+  SIGHTLINE_ASSIGN(ByForest found, predict_with_history(ctx, options, model, sites, history));
+  take_own_cases(model, own_cases(model, sites, found.digests), found.predicted);
+  return std::move(found.predicted);
 }
 
 }  // namespace sightline

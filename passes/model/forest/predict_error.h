@@ -11,9 +11,21 @@
 #include "formats/drive/recording_cards.h"
 #include "formats/model/error_model.h"
 #include "formats/tables/stored_table.h"
+#include "passes/model/forest/history.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
+
+// A map whose sites are predicted, by the looks of a family.
+struct PredictedSites {
+  const Sites& sites;
+  const StoredTable<FactorTable>& factors;
+  const RecordingCards& recordings;
+
+  [[nodiscard]] Eigen::Vector3d place_of(std::size_t site) const {
+    return sites.frame.origin_world_m + sites.sites[site].p_map_m;
+  }
+};
 
 enum class HistoryUse { kAuto, kNever };
 
@@ -52,5 +64,11 @@ Result<ByFamily<PredictedError>> predict_error(PassContext& ctx, const PredictEr
 inline constexpr Pass kPredictError =
     Pass{"predict-error", 5, "predicted", "Predicted errors of each site", &predict_error}.in(
         Stage::kLearn);
+
+// Of one family, by one model. Sites of its training get their out-of-fold predictions. `history`:
+// inputs of the model, may be none. Errors: those of predict-error.
+Result<PredictedError> predict_looks(const PassContext& ctx, double support_margin,
+                                     const ErrorModel& model, const PredictedSites& sites,
+                                     const EarlierDrives& history);
 
 }  // namespace sightline

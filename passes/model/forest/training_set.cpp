@@ -1,6 +1,7 @@
 #include "passes/model/forest/training_set.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "passes/model/forest/same_street.h"
@@ -61,6 +62,31 @@ void append_labels(const DrivenPlace& place, const MeasuredError& measured,
   }
 }
 
+// Whether all drives were measured from tracking starts too, by looks that take a sample.
+bool have_tracking(const DrivenPlaces& places) {
+  return std::ranges::all_of(places.places, [](const DrivenPlace& place) {
+    return std::ranges::all_of(place.drives, [](const MeasuredError& drive) {
+      return !drive.tracking_offsets.empty() && !takes_every_return(drive.looks.front());
+    });
+  });
+}
+
+// Of the sites that were appended last. In steps of 1/8192 m, which take half the space in a packed
+// model.
+void append_tracking_labels(const DrivenPlace& place, const MeasuredError& measured,
+                            TrainingSet& training_set) {
+  const std::size_t first = training_set.sites.size() - place.sites.sites.size();
+  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
+    const bool has_label = training_set.sites[first + site].has_label == 1;
+    for (std::size_t look = 0; look < training_set.range_count; ++look) {
+      constexpr double kSteps = 8192.0;
+      const double error_m = has_label ? tracking_error_m(measured, site, look) : 0.0;
+      const double rounded_m = std::round(error_m * kSteps) / kSteps;
+      training_set.tracking_labels_m.push_back(static_cast<float>(rounded_m));
+    }
+  }
+}
+
 void append_rows(FeatureRows rows, TrainingSet& training_set) {
   if (training_set.features.row_count == 0) {
     training_set.features = std::move(rows);
@@ -116,6 +142,9 @@ void append_case(const DrivenPlaces& places, const Case& of, FeatureRows& factor
       training_set.sites.empty() ? 0 : training_set.sites.back().run + 1;
   append_sites(place, of, known, first_run, training_set);
   append_labels(place, place.drives[of.label_drive], training_set);
+  if (have_tracking(places)) {
+    append_tracking_labels(place, place.drives[of.label_drive], training_set);
+  }
 }
 
 // Where the drive was measured, or a measured site stands for its neighbours of the same run.

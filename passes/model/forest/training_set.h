@@ -33,6 +33,8 @@ struct TrainingSet {
   FeatureRows features;            // [site][range]
   std::vector<TrainedSite> sites;  // of all cases, with a label or without; each with its block
   std::vector<double> labels;      // [site][range]; 0 where there is none
+  // [site][range], from tracking starts; empty unless all drives have such errors of a sample.
+  std::vector<float> tracking_labels_m;
   std::size_t range_count = 0;
   Folds folds;
   std::vector<PlaceCard> places;

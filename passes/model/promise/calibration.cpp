@@ -9,12 +9,12 @@ namespace {
 
 Choice choose_out_of_fold(const ErrorModel& model, std::size_t limit, double threshold,
                           const CalibrationOptions& options, const Choice* tighter) {
-  const Thresholds thresholds{threshold, threshold};
   Choice choice;
   if (options.look_of_site != nullptr) {
-    choice = choose_given(model.out_of_fold, limit, thresholds, *options.look_of_site);
+    const std::vector<double> everywhere(model.sites.size(), threshold);
+    choice = choose_given(model.out_of_fold, limit, everywhere, *options.look_of_site);
   } else {
-    choice = choose_by_probability(model.out_of_fold, limit, thresholds);
+    choice = choose_by_probability(model.out_of_fold, limit, {threshold, threshold});
     dilate(route_of(model.sites), options.dilation_m, choice);
   }
   if (tighter != nullptr) cap_by_tighter(*tighter, choice);
@@ -80,10 +80,11 @@ void state(const RiskDecision& decision, const CalibrationDrives& calibration_dr
 
 Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, CaseKind kind,
                                   const CalibrationOptions& options, const Choice* tighter) {
-  const CalibrationDrives calibration_drives = calibration_drives_of(model, kind);
+  const CalibrationDrives calibration_drives = calibration_drives_of(model, kind, options.group);
   const BlockCounts counts = counts_of_rule(calibration_drives, limit, options, tighter);
   const RiskDecision decision = decide(counts, options, calibration_drives.model.card);
   Calibration calibration;
+  calibration.case_count = calibration_drives.cases.size();
   LimitPromise& promise = calibration.promise;
   promise.limit_m = model.out_of_fold.limits_m[limit];
   (kind == CaseKind::kHistory ? promise.history_threshold : promise.probability_threshold) =

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "formats/annotation/range_table.h"
@@ -24,12 +25,14 @@ struct CalibrationOptions {
   // Of the model's sites, where looks are chosen by kind of place; null: each site's own, by the
   // rule.
   const std::vector<std::uint8_t>* look_of_site = nullptr;
+  std::optional<ThresholdGroup> group = {};  // whose cases are counted; none: all
 };
 
 // One limit calibrated on the model's own sites.
 struct Calibration {
   LimitPromise promise;
-  Choice choice;  // of the model's sites, at the threshold
+  Choice choice;               // of the model's sites, at the threshold
+  std::size_t case_count = 0;  // that were counted
 };
 
 // Sets p* of one limit for one kind of case by applying the probability rule, with dilation and

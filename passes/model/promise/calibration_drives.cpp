@@ -131,7 +131,21 @@ void add_case(std::size_t i, std::uint32_t& block, CalibrationDrives& calibratio
 
 }  // namespace
 
-CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind) {
+ThresholdGroup group_of(PlaceKind kind) {
+  switch (kind) {
+    case PlaceKind::kTunnel:
+    case PlaceKind::kCorridor:
+    case PlaceKind::kOpenRoad:
+    case PlaceKind::kField:
+    case PlaceKind::kHall:
+      return ThresholdGroup::kWeak;
+    default:
+      return ThresholdGroup::kConstrained;
+  }
+}
+
+CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind,
+                                        std::optional<ThresholdGroup> group) {
   const Origins origins = origins_of(model.card);
   const std::vector<std::vector<WitnessDrive>> drives = drives_of(model.card, origins);
   const std::vector<std::uint32_t> block_of_site = blocks_of_route(model, origins.places);
@@ -139,6 +153,7 @@ CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind) 
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
     const TrainedSite& site = model.sites[i];
     if (site.has_label == 0 || (site.has_history == 1) != (kind == CaseKind::kHistory)) continue;
+    if (group && group_of(site.kind) != *group) continue;
     all.push_back(i);
     if (drives[site.place][site.drive].is_independent) independent.push_back(i);
   }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "formats/annotation/range_table.h"
@@ -12,6 +13,12 @@ namespace sightline {
 
 // Which of a model's cases set a threshold: it is applied to sites of the same kind.
 enum class CaseKind : std::uint8_t { kMapOnly, kHistory };
+
+// Groups of kinds of place, which may have thresholds of their own. kWeak: surfaces constrain one
+// direction or all of them weakly (tunnel, corridor, open road, field, hall).
+enum class ThresholdGroup : std::uint8_t { kConstrained, kWeak };
+inline constexpr std::size_t kThresholdGroupCount = 2;
+ThresholdGroup group_of(PlaceKind kind);
 
 // What a threshold is set on.
 struct CalibrationCount {
@@ -36,7 +43,8 @@ struct CalibrationDrives {
   std::vector<std::uint32_t> cases_in_block;  // none 0
   CalibrationCount count;
 };
-CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind);
+CalibrationDrives calibration_drives_of(const ErrorModel& model, CaseKind kind,
+                                        std::optional<ThresholdGroup> group = {});  // none: all
 
 // [block]: the cases that a choice answers (no flag kUnmet), and those of them that miss the limit
 // at the range chosen for them.

@@ -207,6 +207,11 @@ std::string joined_statement(const LimitPromise& map_only, const LimitPromise& h
          "; places without: " + map_only.statement;
 }
 
+std::string groups_statement(const LimitPromise& constrained, const LimitPromise& weak) {
+  return "Tunnels, corridors, open roads, fields and halls: " + weak.statement +
+         "; other places: " + constrained.statement;
+}
+
 std::string to_text(const StaticAnswers& answers, double limit_m) {
   const std::string kind = takes_every_return(answers.cheapest) ? "range" : "look";
   const std::string from = to_text(answers.cheapest);

@@ -33,6 +33,9 @@ std::string mean_rule_statement(const LimitPromise& promise);
 // Of a map of which some sites alone have measured history.
 std::string joined_statement(const LimitPromise& map_only, const LimitPromise& history);
 
+// Of looks whose thresholds were set by groups of places.
+std::string groups_statement(const LimitPromise& constrained, const LimitPromise& weak);
+
 // Static answers in place of the model's choice, and what they reach.
 struct StaticAnswers {
   Reason reason = Reason::kCheaper;

@@ -84,12 +84,13 @@ Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
 }
 
 Choice choose_given(const PredictedError& predicted, std::size_t limit,
-                    const Thresholds& thresholds, const std::vector<std::uint8_t>& look_of_site) {
+                    const std::vector<double>& threshold_of_site,
+                    const std::vector<std::uint8_t>& look_of_site) {
   Choice choice = choose_everywhere(0, predicted.site_count);
   choice.range_index = look_of_site;
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     const bool is_met =
-        predicted.probability(site, look_of_site[site], limit) >= thresholds.at(predicted, site);
+        predicted.probability(site, look_of_site[site], limit) >= threshold_of_site[site];
     choice.reasons[site] = is_met ? Reason::kModel : Reason::kMostProbable;
     if (!is_met) choice.flags[site] = kUnmet;
   }

@@ -58,9 +58,11 @@ struct Thresholds {
 Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
                              const Thresholds& thresholds);
 
-// Each site takes the look that is given for it; kUnmet where that has a lower probability.
+// Each site takes the look that is given for it; kUnmet where that has a lower probability than the
+// site's threshold.
 Choice choose_given(const PredictedError& predicted, std::size_t limit,
-                    const Thresholds& thresholds, const std::vector<std::uint8_t>& look_of_site);
+                    const std::vector<double>& threshold_of_site,
+                    const std::vector<std::uint8_t>& look_of_site);
 
 // Flags the sites whose own answer is extrapolated.
 void mark_extrapolated(const PredictedError& predicted, Choice& choice);

@@ -86,8 +86,8 @@ TEST(ErrorModel, OfAnotherVersionIsRefusedAndSaysWhich) {
     return from_bytes<ErrorModel>(seal("error-model", version, writer.bytes())).error();
   };
   EXPECT_EQ(of_version(4).code, ErrorCode::kOldVersion);
-  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 8");
-  EXPECT_EQ(of_version(9).code, ErrorCode::kFutureVersion);
+  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 9");
+  EXPECT_EQ(of_version(10).code, ErrorCode::kFutureVersion);
 }
 
 TEST(ErrorModel, NamesEveryRecordingInTextTableAndFacts) {

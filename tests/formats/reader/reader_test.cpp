@@ -706,6 +706,89 @@ TEST(MapReaderErrors, AreTheColumnsOfTrackingAndInfiniteWithoutThem) {
   EXPECT_TRUE(std::isinf(errors.of_range(130).yaw_rad)) << "no such site";
 }
 
+// Every site: the second look at the first limit, and the first at the others, where it is not good
+// enough.
+void add_tracking_looks(CompiledMap& map) {
+  const std::size_t site_count = map.sites.sites.size();
+  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
+    map.columns.push_back({tracking_look_column(0, limit),
+                           "",
+                           std::vector<float>(site_count, limit == 0 ? 1.0F : -1.0F),
+                           {-1.0F, 1.0F}});
+    map.columns.push_back(
+        {tracking_look_column(1, limit), "", std::vector<float>(site_count, 0.25F), {0.25F, 0.5F}});
+  }
+  std::ranges::sort(map.columns, {}, &SiteColumn::name);
+}
+
+TEST(MapReaderTracking, IsAnsweredByItsOwnLookWhereNoPlanApplies) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 130});
+  ASSERT_TRUE(map.looks && map.looks->ranges.looks.size() >= 2);
+  ASSERT_GE(map.ranges.promises.size(), 2u);
+  map.looks->ranges.plan.reset();
+  add_tracking_looks(map);
+  const std::vector<std::byte> file = encode_map(map);
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  const Position place = world(map, map.sites.sites[7].p_map_m);
+  const double tight_m = map.ranges.promises[0].limit_m;
+  const LookPlanAnswer tracking = value_of(reader.look_plan(place, tight_m, true));
+  EXPECT_TRUE(is_same(tracking.first.look, reader.info().looks[1]));
+  EXPECT_EQ(tracking.first.flags & kAnswerUnmet, 0u);
+  EXPECT_EQ(tracking.first.probability, 0.25);
+  EXPECT_TRUE(std::isnan(tracking.first.mean_error_m));
+  const double loose_m = map.ranges.promises[1].limit_m;
+  const LookPlanAnswer unmet = value_of(reader.look_plan(place, loose_m, true));
+  EXPECT_TRUE(is_same(unmet.first.look, reader.info().looks[0]));
+  EXPECT_NE(unmet.first.flags & kAnswerUnmet, 0u);
+  const LookPlanAnswer searching = value_of(reader.look_plan(place, tight_m, false));
+  const LookAnswer look = value_of(reader.look(place, tight_m));
+  EXPECT_TRUE(is_same(searching.first.look, look.look));
+  EXPECT_EQ(searching.first.probability, look.probability);
+  const LookPlanAnswer hazy = value_of(reader.look_plan(place, tight_m, true, 1.0));
+  EXPECT_NE(hazy.first.flags & kAnswerNotVisible, 0u) << "the look reaches farther than 1 m";
+  const std::array<double, 3> far = world(map, {1e5, 0.0, 0.0});
+  EXPECT_NE(value_of(reader.look_plan(far, tight_m, true)).first.flags & kAnswerFar, 0u);
+}
+
+TEST(MapReaderTracking, GivesAPlanItsFlagAndLeavesItsLooks) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 130});
+  const std::vector<Look>& looks = map.looks->ranges.looks;
+  LookPlan own;
+  own.limit_m = map.ranges.promises[0].limit_m;
+  own.first = looks.front();
+  own.second = looks.back();
+  map.looks->ranges.plan = own;
+  const std::vector<std::byte> without = encode_map(map);
+  add_tracking_looks(map);
+  const std::vector<std::byte> file = encode_map(map);
+  const Position place = world(map, map.sites.sites[7].p_map_m);
+  const double loose_m = map.ranges.promises[1].limit_m;
+  const MapReader before = value_of(MapReader::open(without, "annealed"));
+  const MapReader after = value_of(MapReader::open(file, "annealed"));
+  const LookPlanAnswer plan = value_of(after.look_plan(place, loose_m, true));
+  ASSERT_TRUE(plan.has_second);
+  EXPECT_TRUE(
+      is_same(plan.first.look, value_of(before.look_plan(place, loose_m, true)).first.look));
+  EXPECT_NE(plan.first.flags & kAnswerUnmet, 0u);
+}
+
+TEST(MapReaderTracking, IsRefusedWhereItsColumnsAreDamaged) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 130});
+  map.looks->ranges.plan.reset();
+  add_tracking_looks(map);
+  std::vector<std::byte> file = encode_map(map);
+  const auto column = std::ranges::find(map.columns, "tracking_look_0", &SiteColumn::name);
+  const std::vector<std::byte> values = encode_column(*column);
+  const auto found = std::search(file.begin(), file.end(), values.begin(), values.end());
+  ASSERT_NE(found, file.end());
+  *found ^= std::byte{1};
+  const MapReader reader = value_of(MapReader::open(file, "annealed"));
+  const Position place = world(map, map.sites.sites[7].p_map_m);
+  const double limit_m = map.ranges.promises[0].limit_m;
+  EXPECT_TRUE(reader.look_plan(place, limit_m, false).has_value());
+  EXPECT_EQ(reader.look_plan(place, limit_m, true).error().code, ErrorCode::kChecksumMismatch);
+}
+
 TEST(MapReaderColumns, AreRefusedWhereTheyAreDamaged) {
   const CompiledMap map = random_map({.seed = 4, .site_count = 130, .has_columns = true});
   std::vector<std::byte> file = encode_map(map);
