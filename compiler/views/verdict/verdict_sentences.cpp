@@ -105,8 +105,9 @@ std::string judging_command(const MapJudgement& judgement, const VerdictFiles& f
         "evaluation: in ", config);
   }
   if (is_known(files.config)) return command + "judges the map by another drive";
-  return concat(command, "judges the map by the drive under evaluation: in CONFIG",
-                judgement.has_other_scans ? ", else by its own other scans" : "");
+  return command + (judgement.has_other_scans
+                        ? "judges it by evaluation: in CONFIG, or its own other scans"
+                        : "judges the map by the drive under evaluation: in CONFIG");
 }
 
 // Makes a map of the fixed choice alone, which is a range ("15 m") or a look ("50 m, 64 points").

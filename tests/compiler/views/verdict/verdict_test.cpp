@@ -399,8 +399,8 @@ TEST(Verdict, TheNextCommandWorksWithoutAnEvaluationDrive) {
             "sightline evaluate a.yaml --map a.slmap  # judges the map by the scans of its drive "
             "that did not make it");
   EXPECT_EQ(judge_map(map, nullptr, {}).next,
-            "sightline evaluate CONFIG --map MAP  # judges the map by the drive under evaluation: "
-            "in CONFIG, else by its own other scans");
+            "sightline evaluate CONFIG --map MAP  # judges it by evaluation: in CONFIG, or its own "
+            "other scans");
 }
 
 // Places 20 to 40 have no range; all of them, or all but 30 to 40, have a look.
