@@ -106,7 +106,7 @@ std::string judging_command(const MapJudgement& judgement, const VerdictFiles& f
   }
   if (is_known(files.config)) return command + "judges the map by another drive";
   return command + (judgement.has_other_scans
-                        ? "judges it by evaluation: in CONFIG, or its own other scans"
+                        ? "judges it by evaluation: in CONFIG or its own other scans"
                         : "judges the map by the drive under evaluation: in CONFIG");
 }
 

@@ -399,7 +399,7 @@ TEST(Verdict, TheNextCommandWorksWithoutAnEvaluationDrive) {
             "sightline evaluate a.yaml --map a.slmap  # judges the map by the scans of its drive "
             "that did not make it");
   EXPECT_EQ(judge_map(map, nullptr, {}).next,
-            "sightline evaluate CONFIG --map MAP  # judges it by evaluation: in CONFIG, or its own "
+            "sightline evaluate CONFIG --map MAP  # judges it by evaluation: in CONFIG or its own "
             "other scans");
 }
 
