@@ -107,6 +107,11 @@ std::string without_brackets(std::string text) {
   return text;
 }
 
+std::string without_last_sentence(const std::string& text) {
+  const std::size_t end = text.rfind(". ");
+  return end == std::string::npos ? text : text.substr(0, end + 1);
+}
+
 // As many clauses of the promise as fit on so many lines; the whole is in `inspect --all` and JSON.
 std::string shortened(const std::string& promise, std::size_t most = 2) {
   std::string text = promise;
@@ -114,6 +119,7 @@ std::string shortened(const std::string& promise, std::size_t most = 2) {
     const std::size_t end = last_clause(text);
     std::string shorter =
         end == std::string::npos ? without_brackets(text) : text.substr(0, end) + ".";
+    if (shorter.size() >= text.size()) shorter = without_last_sentence(text);
     if (shorter.size() >= text.size()) break;
     text = std::move(shorter);
   }

@@ -184,8 +184,8 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
 
 std::string generated_statement(const LimitPromise& promise) {
   const std::string predicted =
-      "Predicted from generated worlds: no promise for recorded drives. `sightline train` makes a "
-      "model of such drives";
+      "Predicted from generated worlds: no promise for recorded drives (`sightline train` makes a "
+      "model of such drives)";
   if (!promise.is_earned) return predicted + ". " + promise.statement;
   return predicted + ". Over generated worlds: " + promise.statement;
 }
@@ -208,8 +208,8 @@ std::string joined_statement(const LimitPromise& map_only, const LimitPromise& h
 }
 
 std::string groups_statement(const LimitPromise& constrained, const LimitPromise& weak) {
-  return "Tunnels, corridors, open roads, fields and halls: " + weak.statement +
-         "; other places: " + constrained.statement;
+  return "Outside tunnels, corridors, open roads, fields and halls: " + constrained.statement +
+         "; in these: " + weak.statement;
 }
 
 std::string to_text(const StaticAnswers& answers, double limit_m) {

@@ -403,6 +403,17 @@ TEST(Verdict, TheNextCommandWorksWithoutAnEvaluationDrive) {
             "other scans");
 }
 
+TEST(Verdict, AfterALongVerdictThePromiseKeepsOneLine) {
+  MapJudgement judgement = judge_map(good_map(), nullptr, {});
+  judgement.reason = "Reason";
+  for (int i = 0; i < 40; ++i) judgement.reason += " of words";
+  judgement.figures.clear();
+  judgement.promise = "No promise for recorded drives (there is one of others). Elsewhere: at most";
+  for (int i = 0; i < 20; ++i) judgement.promise += " so many";
+  judgement.promise += ".";
+  EXPECT_THAT(to_text(judgement), HasSubstr("\nNo promise for recorded drives.\nNext: "));
+}
+
 // Places 20 to 40 have no range; all of them, or all but 30 to 40, have a look.
 TEST(Verdict, APlaceWithALookOrARangeIsAnswered) {
   CompiledMap map = with_unmet(20, 40);

@@ -106,7 +106,7 @@ TEST(AnsweredLooks, HaveAThresholdOfEachGroupOfPlacesWhereBothHaveEnoughBlocks) 
     EXPECT_TRUE(table.promises[0].is_earned) << table.promises[0].statement;
     EXPECT_EQ(table.promises[0].calibration_miss_share, 0.0);
     EXPECT_NEAR(table.promises[0].answered_share, has_groups ? 0.875 : 0.375, 1e-9);
-    EXPECT_EQ(table.promises[0].statement.starts_with("Tunnels, corridors"), has_groups);
+    EXPECT_EQ(table.promises[0].statement.starts_with("Outside tunnels, corridors"), has_groups);
   }
 }
 

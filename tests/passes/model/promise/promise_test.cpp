@@ -117,7 +117,7 @@ TEST(Promise, OfGeneratedWorldsIsNoPromiseForRecordedDrives) {
   const LimitPromise& promise = generated->promises[0];
   EXPECT_FALSE(promise.is_earned);
   EXPECT_TRUE(promise.statement.starts_with(
-      "Predicted from generated worlds: no promise for recorded drives. "))
+      "Predicted from generated worlds: no promise for recorded drives ("))
       << promise.statement;
   EXPECT_TRUE(
       promise.statement.ends_with("Over generated worlds: " + recorded->promises[0].statement))
