@@ -245,7 +245,10 @@ Verb evaluate_verb() {
   verb.summary = "Judge a finished map by a drive that it has not seen";
   verb.details =
       "Matches the drive named in the section 'evaluation' against the map at every range, from "
-      "the same starts as the compile did. Then replays the drive as a vehicle localizes: each "
+      "the same starts as the compile did. Where none is named and every second scan of one drive "
+      "made the map, the other scans judge it, and every output is marked. Then replays the drive "
+      "as "
+      "a vehicle localizes: each "
       "match "
       "starts where the poses found before predict, by the map's plan, looks and ranges, and by "
       "each look and range taken everywhere. Prints the verdict on the map, and share within the "
