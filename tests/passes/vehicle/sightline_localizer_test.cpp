@@ -358,6 +358,13 @@ TEST(SightlineLocalizer, BoundsTheErrorsOfAMatchOfAKnownStart) {
   EXPECT_EQ(RoomMatch(&options).code, static_cast<int>(ErrorCode::kBadArgument));
 }
 
+TEST(SightlineLocalizer, CountsTheRaisedPointsThatTheMapHas) {
+  const sightline_match match = RoomMatch().match;
+  EXPECT_GT(match.raised_points, 100U) << "the walls of the room";
+  EXPECT_GE(match.raised_met, 0.9 * match.raised_points);
+  EXPECT_LE(match.raised_met, match.raised_points);
+}
+
 TEST(SightlineLocalizer, BoundsNothingThatWasNotCalibrated) {
   EXPECT_EQ(RoomMatch().match.protection_m[0], kUnavailable);  // no covariance of the start
   const Matrix6d small = 1e-4 * Matrix6d::Identity();
