@@ -22,7 +22,7 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive);
 inline constexpr Pass kEstimateTrajectory =
-    Pass{"estimate-trajectory", 31, "trajectory", "Trajectory of the vehicle", &estimate_trajectory}
+    Pass{"estimate-trajectory", 32, "trajectory", "Trajectory of the vehicle", &estimate_trajectory}
         .in(Stage::kGraph)
         .with({.million_points_s = 0.3, .without_poses_s = 0.9});
 

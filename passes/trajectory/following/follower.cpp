@@ -260,8 +260,8 @@ bool Follower::fits_given_better(const ReadScan& scan, const Pose& T_map_matched
   const double off_m = (T_map_matched.translation() - T_map_given.translation()).norm();
   if (off_m < kFarFromGiven_m || before_m_.empty()) return false;
   const Eigen::Matrix3d level = drive_->sensor.T_vehicle_lidar.linear();
-  UprightMap before(1.0);
-  before.add(upright_points(before_m_, level), T_map_before(), 0.0);
+  ScanBefore before;
+  before.set(upright_points(before_m_, level), T_map_before());
   const std::vector<Eigen::Vector3d> upright_m = upright_points(scan.thinned.to_match_m, level);
   const std::optional<double> matched = before.overlap(upright_m, T_map_matched);
   const std::optional<double> given = before.overlap(upright_m, T_map_given);
@@ -293,10 +293,11 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const bool is_long = odometry.driven_m.back() - piece_began_m_ >= kShortestStepsFrom_m;
   const Pose T_map_matched = sharpened(map_.grids(), scan.thinned.to_match_m, found.match,
                                        is_long ? LastStep::kShortest : LastStep::kShort);
-  const Placed to = placed(k, scan, T_map_matched);
+  Placed to = placed(k, scan, T_map_matched);
   const Pose& T_map_lidar = to.T_map_lidar;
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
-  const Eigen::Vector2d leap = leap_m(k, to, found);
+  Eigen::Vector2d leap = leap_m(k, to, found);
+  if (const std::optional<double> off_m = rival_m(scan, T_map_lidar)) leap.x() = *off_m;
   since_sound_ns_ += step_ns(k);
   if (to.constraint.weak.isZero() && leap.isZero(0.0)) {
     steady_.add(step);
@@ -326,9 +327,34 @@ bool Follower::is_poor(const Found& found) const {
   return found.overlap && *found.overlap < least;
 }
 
+std::optional<double> Follower::rival_m(const ReadScan& scan, const Pose& T_map_lidar) const {
+  const Pose T_map_vehicle = T_map_lidar * drive_->sensor.T_vehicle_lidar.inverse();
+  return before_.rival_m(scan.upright_m, T_map_lidar, T_map_vehicle.linear().col(0));
+}
+
+// Where the scan before shows the next one elsewhere along the road, the match there if it is clear
+// by these two scans: a local map of scans in wrong places holds the next ones there.
+Follower::Found Follower::followed(std::size_t k, const ReadScan& scan) const {
+  Found found = follow_from(predictions(k), scan);
+  const Pose& T_map_found = found.match.T_map_lidar;
+  const std::optional<double> off_m = rival_m(scan, T_map_found);
+  if (!off_m) return found;
+  const Pose T_map_vehicle = T_map_found * drive_->sensor.T_vehicle_lidar.inverse();
+  const Eigen::Vector3d ahead = T_map_vehicle.linear().col(0);
+  const Pose T_map_rival = Eigen::Translation3d(*off_m * ahead) * T_map_found;
+  Found rival;
+  rival.match = match_locally(map_.grids(), scan.thinned.to_match_m, T_map_rival);
+  rival.overlap = upright_.overlap(scan.upright_m, rival.match.T_map_lidar);
+  const double here = before_.overlap(scan.upright_m, T_map_found).value_or(0.0);
+  const double there = before_.overlap(scan.upright_m, rival.match.T_map_lidar).value_or(0.0);
+  if (!rival.match.is_good() || there < here + kClearly) return found;
+  rival.is_wide = rival.is_far = true;
+  return rival;
+}
+
 // By even motion; where that is poor, turned or farther around.
 Follower::Found Follower::find(std::size_t k, const ReadScan& scan) const {
-  Found found = follow_from(predictions(k), scan);
+  Found found = followed(k, scan);
   found.is_believed = found.match.is_good();
   if (!is_poor(found)) return found;
   if (is_sparse(k)) {
@@ -389,8 +415,9 @@ void Follower::append(const Pose& T_map_lidar, bool is_matched, std::optional<do
 }
 
 void Follower::remember(const ReadScan& scan) {
-  if ((*given_)[next_scan() - 1]) before_m_ = scan.thinned.to_map_m;
   const Pose& T_map_lidar = odometry.T_map_lidar.back();
+  if ((*given_)[next_scan() - 1]) before_m_ = scan.thinned.to_map_m;
+  before_.set(scan.upright_to_map_m, T_map_lidar);
   if (!is_map_empty_ && !map_.needs(T_map_lidar)) return;
   is_map_empty_ = false;
   map_.add(scan.thinned.to_map_m, T_map_lidar, odometry.driven_m.back());

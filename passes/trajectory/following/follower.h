@@ -10,6 +10,7 @@
 #include "formats/drive/drive.h"
 #include "formats/geometry.h"
 #include "passes/trajectory/following/followed_scans.h"
+#include "passes/trajectory/following/scan_before.h"
 #include "passes/trajectory/following/speed_forecast.h"
 #include "passes/trajectory/following/steady_motion.h"
 #include "passes/trajectory/following/way_filter.h"
@@ -108,6 +109,9 @@ class Follower {
   [[nodiscard]] std::vector<Pose> predictions(std::size_t k) const;
   [[nodiscard]] Pose moved_on(std::size_t k) const;
 
+  // How far ahead the scan before clearly shows this one instead.
+  [[nodiscard]] std::optional<double> rival_m(const ReadScan& scan, const Pose& T_map_lidar) const;
+  [[nodiscard]] Found followed(std::size_t k, const ReadScan& scan) const;
   [[nodiscard]] Found follow_from(const std::vector<Pose>& starts, const ReadScan& scan) const;
   [[nodiscard]] bool is_poor(const Found& found) const;
   [[nodiscard]] Found find(std::size_t k, const ReadScan& scan) const;
@@ -129,10 +133,12 @@ class Follower {
   [[nodiscard]] bool is_alarm(std::size_t k, const Pose& T_map_forecast,
                               const Pose& T_map_fitted) const;
   [[nodiscard]] double step_s(std::size_t k) const;
+  // Whether a step takes so long that constant speed does not lead to where surfaces are met.
+  [[nodiscard]] bool is_long_step(std::size_t k) const;
   // How far ahead of one pose of the sensor another one is, along the road.
   [[nodiscard]] double ahead_m(const Pose& T_map_from, const Pose& T_map_to) const;
   [[nodiscard]] Pose steady_step(std::size_t k) const;
-  void take_way(std::size_t k, const Placed& to);
+  void take_way(std::size_t k, Placed& to);
   [[nodiscard]] Eigen::Vector2d leap_m(std::size_t k, const Placed& to, const Found& found) const;
   // A match, and the standard deviation from which on its motions are fitted instead.
   struct FitAbove {
@@ -172,6 +178,7 @@ class Follower {
   WayFilter way_;               // predicted up to the next scan while that is placed
   SpeedForecast speed_;
   WayCheck way_check_;
+  ScanBefore before_;
   std::vector<Eigen::Vector3d> before_m_;  // the last scan's to_map_m; where its pose is given
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;

@@ -32,6 +32,9 @@ constexpr double kLeastSteady_m = 0.1;
 // of the heading as a share of the step.
 constexpr double kLeastForecast_m = 0.003;
 constexpr double kAsideShare = 0.1;
+// In a longer step a driver who brakes moves a forecast off by more than the speed's filter allows
+// (0.15 m; 2 m/s2).
+constexpr double kLongStep_s = 0.387;
 // Cars brake and accelerate less; a fit to few surfaces is accurate to about the first.
 constexpr double kFitNoise_m = 0.02;
 constexpr double kMostAcceleration_m_s2 = 6.0;
@@ -72,6 +75,8 @@ double Follower::step_s(std::size_t k) const {
   return static_cast<double>(step_ns(k)) / static_cast<double>(kSecond_ns);
 }
 
+bool Follower::is_long_step(std::size_t k) const { return step_s(k) > kLongStep_s; }
+
 double Follower::ahead_m(const Pose& T_map_from, const Pose& T_map_to) const {
   const Pose T_lidar_vehicle = drive_->sensor.T_vehicle_lidar.inverse();
   return planar_motion(T_map_from * T_lidar_vehicle, T_map_to * T_lidar_vehicle).x();
@@ -89,7 +94,7 @@ Pose Follower::steady_step(std::size_t k) const {
 
 // The speed is filtered from the first step that rests on constant speed until ten steps in a row
 // are constrained. It begins with the mean of the steps before.
-void Follower::take_way(std::size_t k, const Placed& to) {
+void Follower::take_way(std::size_t k, Placed& to) {
   const bool is_weak = to.constraint.weak[0] > 0.0 && to.constraint.forecast == Forecast::kSteady;
   held_steps_ = is_weak ? 0 : held_steps_ + 1;
   if (held_steps_ >= kHeldSteps) way_ = {};
@@ -103,7 +108,8 @@ void Follower::take_way(std::size_t k, const Placed& to) {
     const FittedWay& fitted = *to.fitted_way;
     const bool is_alone = to.constraint.weak[1] < kOtherAxes && to.constraint.weak[2] < kOtherAxes;
     if (!is_alone || fitted.surfaces_sigma_m > kMeasuresNothing_m) return;
-    return way_.take_estimate(fitted.off_m, fitted.surfaces_sigma_m);
+    if (way_.take_estimate(fitted.off_m, fitted.surfaces_sigma_m)) to.constraint.kept[0] = 1.0;
+    return;
   }
   if (to.constraint.forecast != Forecast::kNone) return;
   const double off_m = ahead_m(T_map_before(), to.T_map_lidar) - way_.way_m(step_s(k));
@@ -174,6 +180,8 @@ Follower::Placed Follower::fitted(std::size_t k, const ReadScan& scan, const Pos
       met_surfaces(grids, points_m, to.T_map_lidar, T_lidar_vehicle), HoldRule::kClear);
   to.constraint.sigma_m = constraint.sigma_m[0];
   to.constraint.kept = kept_shares(constraint);
+  // Surfaces that are met near a wrong forecast are other ones.
+  if (is_long_step(k)) to.constraint.kept[0] = 1.0;
   const FittedWay way{ahead_m(start.T_map_lidar, to.T_map_lidar),
                       kSharedErrors * sigma_along_m(constraint)};
   const bool is_steady = by_forecast.source == Forecast::kSteady && way_.is_known();
@@ -207,7 +215,7 @@ Follower::Placed Follower::placed(std::size_t k, const ReadScan& scan,
   if (!by_forecast) return to;
   if (by_forecast->source == Forecast::kSteady) {
     const bool jumps = is_alarm(k, by_forecast->T_map_lidar, T_map_matched);
-    const double few_m = jumps ? kSparse_m : kFewSurfaces_m;
+    const double few_m = jumps ? kSparse_m : is_long_step(k) ? kWeak_m : kFewSurfaces_m;
     if (constraint.has_weak(few_m)) {
       const FitAbove above{constraint, few_m};
       return fitted(k, scan, T_map_matched, *by_forecast, above);

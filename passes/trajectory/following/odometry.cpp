@@ -20,11 +20,12 @@ constexpr double kAsGood = 0.005;
 // Followers nearer to each other are on one way.
 constexpr double kOneWay_m = 0.3;
 
-// Mean over the scans from `begin` on; 0 for a scan that was found nowhere.
+// Mean over the scans from `begin` on; 0 for a scan that was found nowhere, or with a leap.
 double mean_overlap(const Odometry& odometry, std::size_t begin) {
   double sum = 0.0;
   for (std::size_t k = begin; k < odometry.overlap.size(); ++k) {
-    sum += odometry.overlap[k].value_or(0.0);
+    const bool leaps = !odometry.constraint[k].leap_m.isZero(0.0);
+    sum += leaps ? 0.0 : odometry.overlap[k].value_or(0.0);
   }
   return sum / static_cast<double>(odometry.overlap.size() - begin);
 }

@@ -67,10 +67,12 @@ bool WayFilter::is_contradicted(double off_m, double surfaces_sigma_m) const {
          kContradicts * place_m2_ / std::sqrt(place_m2_ + square(surfaces_sigma_m));
 }
 
-void WayFilter::take_estimate(double off_m, double surfaces_sigma_m) {
+bool WayFilter::take_estimate(double off_m, double surfaces_sigma_m) {
   change(off_m, surfaces_sigma_m);
   const double most_m_s = kMostChange * speed_for_shares_m_s(measured_m_s_);
+  const double by_surfaces_m_s = speed_m_s_;
   speed_m_s_ = std::clamp(speed_m_s_, measured_m_s_ - most_m_s, measured_m_s_ + most_m_s);
+  return speed_m_s_ != by_surfaces_m_s;
 }
 
 void WayFilter::take_measurement(double off_m, double sigma_m) {

@@ -21,8 +21,9 @@ class WayFilter {
   [[nodiscard]] bool is_contradicted(double off_m, double surfaces_sigma_m) const;
 
   // The place was estimated `off_m` ahead of the prediction, by it and by surfaces. The speed stays
-  // within 10 % of the last one that was measured.
-  void take_estimate(double off_m, double surfaces_sigma_m);
+  // within 10 % of the last one that was measured; returns whether surfaces would change it by
+  // more.
+  bool take_estimate(double off_m, double surfaces_sigma_m);
   // The place was measured `off_m` ahead of the prediction, by many surfaces.
   void take_measurement(double off_m, double sigma_m);
 

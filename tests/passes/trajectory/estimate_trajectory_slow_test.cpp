@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 
 #include "formats/foreign/clouds/read_point_cloud.h"
@@ -54,8 +57,9 @@ TEST(EstimateTrajectorySlow, ClosesTheLoopOfARoundTrip) {
   EXPECT_LT(closed.rms_translation_residual_m, 0.05);
 }
 
-// Scans at 10 Hz; without scans where one of the files cannot be read.
-Drive drive_of_files(const std::vector<std::filesystem::path>& files, const std::string& sensor) {
+// Without scans where one of the files cannot be read.
+Drive drive_of_files(const std::vector<std::filesystem::path>& files,
+                     const std::vector<std::int64_t>& stamps_ns, const std::string& sensor) {
   std::vector<Scan> scans(files.size());
   Drive drive;
   drive.name = "on";
@@ -63,7 +67,7 @@ Drive drive_of_files(const std::vector<std::filesystem::path>& files, const std:
   for (std::uint32_t i = 0; i < files.size(); ++i) {
     const Result<PointCloudFile> cloud = read_point_cloud(files[i]);
     if (!cloud) return {};
-    scans[i].stamp_ns = i * std::int64_t{100000000};
+    scans[i].stamp_ns = stamps_ns[i];
     scans[i].points_m = cloud->points_m;
     ScanInfo info;
     info.recording_index = i;
@@ -72,6 +76,15 @@ Drive drive_of_files(const std::vector<std::filesystem::path>& files, const std:
   }
   drive.store = memory_scan_store(std::move(scans));
   return drive;
+}
+
+// At 10 Hz.
+Drive drive_of_files(const std::vector<std::filesystem::path>& files, const std::string& sensor) {
+  std::vector<std::int64_t> stamps_ns;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    stamps_ns.push_back(static_cast<std::int64_t>(i) * 100'000'000);
+  }
+  return drive_of_files(files, stamps_ns, sensor);
 }
 
 std::vector<std::filesystem::path> numbered(const std::filesystem::path& folder, std::size_t count,
@@ -141,6 +154,70 @@ TEST(EstimateTrajectorySlow, NoticesThatTheFirstPosesOfAWellKnownRecordingAreWro
                         trajectory.poses[0].T_map_vehicle.translation())
                            .norm();
   EXPECT_NEAR(way_m / 5.0, 0.70, 0.04);  // it speeds up from 0.68 to 0.74 m
+}
+
+// Scans [first, last] of a river road between hedges, 2 to 14 m apart, each `every`-th, and where
+// somebody's SLAM put their sensor.
+struct RiverRoad {
+  Drive drive;
+  std::vector<Eigen::Vector3d> T_slam_m;
+};
+
+std::vector<double> numbers_of(const std::filesystem::path& file) {
+  std::ifstream text(file);
+  return {std::istream_iterator<double>(text), {}};
+}
+
+RiverRoad river_road(const std::filesystem::path& folder, std::size_t first, std::size_t last,
+                     std::size_t every) {
+  const std::vector<std::filesystem::path> all = numbered(folder / "Scans", last + 1, 6);
+  const std::vector<double> times_s = numbers_of(folder / "times.txt");
+  const std::vector<double> poses = numbers_of(folder / "optimized_poses.txt");
+  RiverRoad road;
+  std::vector<std::filesystem::path> files;
+  std::vector<std::int64_t> stamps_ns;
+  for (std::size_t i = first; i <= last; i += every) {
+    files.push_back(all[i]);
+    stamps_ns.push_back(std::llround(1e9 * times_s.at(i)));
+    const std::size_t row = 12 * i;
+    road.T_slam_m.emplace_back(poses.at(row + 3), poses.at(row + 7), poses.at(row + 11));
+  }
+  road.drive = drive_of_files(files, stamps_ns, "os1-64");
+  return road;
+}
+
+struct RiverDrive {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  std::size_t every = 1;
+  std::size_t pieces = 1;
+};
+
+// A step within a piece that is not named is that of the SLAM: hedges look alike every few metres,
+// so that a drive seems to stand still, or to keep its speed where it brakes.
+TEST(EstimateTrajectorySlow, NamesEachWrongStepOnARealRoadBetweenHedges) {
+  const RealData data = real_data("mulran_riverside");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  for (const RiverDrive& part :
+       {RiverDrive{1, 56}, {25, 56}, {62, 109}, {114, 166}, {114, 166, 2, 3}}) {
+    SCOPED_TRACE(part.first);
+    const RiverRoad road =
+        river_road(data.folder / "mulran_riverside", part.first, part.last, part.every);
+    ASSERT_FALSE(road.drive.scans.empty()) << "a scan of " << data.folder << " cannot be read";
+    const Trajectory trajectory = value_of(estimate_trajectory(TestContext(2), {}, road.drive));
+    const std::vector<TrajectoryPose>& poses = trajectory.poses;
+    EXPECT_LE(poses.back().piece + 1, part.pieces);
+    std::size_t named = 0;
+    for (std::size_t k = 1; k < poses.size(); ++k) {
+      if (poses[k].unconstrained.is_any()) ++named;
+      if (poses[k].unconstrained.is_any() || poses[k].piece != poses[k - 1].piece) continue;
+      const double step_m =
+          (poses[k].T_map_vehicle.translation() - poses[k - 1].T_map_vehicle.translation()).norm();
+      const double slam_m = (road.T_slam_m[k] - road.T_slam_m[k - 1]).norm();
+      EXPECT_NEAR(step_m, slam_m, 0.15 * slam_m) << "step to scan " << k;
+    }
+    EXPECT_LE(named, 4u) << "scans 31 to 35 hardly meet";
+  }
 }
 
 }  // namespace
