@@ -12,6 +12,11 @@ namespace {
 
 // 0.1 rad over 100 m: a bend of a road that nothing shows.
 constexpr double kDrift_rad_per_m = 0.001;
+// Of an assumed speed, a part of the error lasts all along a stretch, the rest changes after so much
+// of the way: drivers change their speed by some percent within 20 s. In a curve such an error is
+// not along one line.
+constexpr double kLastingShare = 0.7;
+constexpr double kSpeedPart_m = 50.0;
 constexpr double kLongestGap_m = 5.0;
 constexpr double kLeastWay_m = 10.0;
 constexpr std::uint32_t kLeastScans = 10;
@@ -110,31 +115,64 @@ std::vector<WeakSteps> weak_steps_along(const Odometry& odometry, int axis) {
 // What one unknown number, of standard deviation 1, does to a pose.
 using Effect = Vector6d;
 
-// The unknown speed and drift of a stretch of weak steps, or the leap of a step.
-struct ForecastErrors {
-  Effect speed = Effect::Zero();
-  Effect drift = Effect::Zero();
-
+// What is unknown of the way up to a pose of a piece.
+class ForecastErrors {
+ public:
   // A step of the way: poses behind a wrong heading move aside.
   void carry(const Eigen::Vector3d& way_m) {
-    for (Effect* effect : {&speed, &drift}) {
-      effect->head<3>() += Eigen::Vector3d(effect->tail<3>()).cross(way_m);
+    for (Effect& effect : effects_) {
+      effect.head<3>() += Eigen::Vector3d(effect.tail<3>()).cross(way_m);
     }
   }
+  // A step that rests on a forecast: of a speed that is off all along the stretch, of one that is
+  // off for a part of it, and of a heading that drifts.
   void add(const Eigen::Vector3d& way_m, const StepConstraint& step) {
+    if (!is_in_stretch_) {
+      stretch_ = begin();
+      drift_ = begin();
+    }
+    if (!is_in_stretch_ || part_m_ >= kSpeedPart_m) {
+      part_ = begin();
+      part_m_ = 0.0;
+    }
+    is_in_stretch_ = true;
     const double length_m = way_m.norm();
-    speed.head<3>() += step.way_share * step.weak[0] * way_m;
+    part_m_ += length_m;
+    const Eigen::Vector3d unknown_m = step.way_share * step.weak[0] * way_m;
+    const bool is_assumed = step.forecast == Forecast::kSteady;
+    effects_[stretch_].head<3>() += (is_assumed ? kLastingShare : 1.0) * unknown_m;
+    if (is_assumed) effects_[part_].head<3>() += unknown_m;
+    Effect& drift = effects_[drift_];
     drift[5] += kDrift_rad_per_m * step.weak[2] * length_m;
     const Eigen::Vector3d left_m = Eigen::Vector3d::UnitZ().cross(way_m);
     drift.head<3>() += 0.5 * kDrift_rad_per_m * step.weak[1] * length_m * left_m;
   }
-};
+  void add_leap(const Pose& T_map_vehicle, const Eigen::Vector2d& leap_m) {
+    effects_[begin()].head<3>() =
+        T_map_vehicle.linear() * Eigen::Vector3d(leap_m.x(), leap_m.y(), 0.0);
+    end_stretch();
+  }
+  void end_stretch() { is_in_stretch_ = false; }
 
-ForecastErrors leap_of(const Pose& T_map_vehicle, const Eigen::Vector2d& leap_m) {
-  ForecastErrors errors;
-  errors.speed.head<3>() = T_map_vehicle.linear() * Eigen::Vector3d(leap_m.x(), leap_m.y(), 0.0);
-  return errors;
-}
+  [[nodiscard]] Matrix6d covariance() const {
+    Matrix6d sum = Matrix6d::Zero();
+    for (const Effect& effect : effects_) sum += effect * effect.transpose();
+    return sum;
+  }
+
+ private:
+  std::size_t begin() {
+    effects_.emplace_back(Effect::Zero());
+    return effects_.size() - 1;
+  }
+
+  std::vector<Effect> effects_;
+  bool is_in_stretch_ = false;
+  double part_m_ = 0.0;      // of the way, of the part
+  std::size_t stretch_ = 0;  // effects
+  std::size_t part_ = 0;
+  std::size_t drift_ = 0;
+};
 
 }  // namespace
 
@@ -179,31 +217,26 @@ std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
                                           const std::vector<Pose>& T_map_lidar,
                                           const Pose& T_lidar_vehicle) {
   std::vector<Matrix6d> covariance(T_map_lidar.size(), Matrix6d::Zero());
-  std::vector<ForecastErrors> stretches;  // of the piece
-  bool goes_on = false;
+  ForecastErrors errors;  // of the piece
   for (std::size_t k = 1; k < T_map_lidar.size(); ++k) {
     if (odometry.piece[k] != odometry.piece[k - 1]) {
-      stretches.clear();
-      goes_on = false;
+      errors = {};
       continue;
     }
     const StepConstraint& step = odometry.constraint[k];
     const bool is_forecast =
         is_weak(step) && step.forecast != Forecast::kGiven && step.forecast != Forecast::kNone;
-    if (is_forecast && !goes_on) stretches.emplace_back();
-    goes_on = is_forecast;
-    const Eigen::Vector3d way_m = (T_map_lidar[k] * T_lidar_vehicle).translation() -
-                                  (T_map_lidar[k - 1] * T_lidar_vehicle).translation();
-    for (ForecastErrors& errors : stretches) errors.carry(way_m);
-    if (is_forecast) stretches.back().add(way_m, step);
-    if (!step.leap_m.isZero(0.0)) {
-      goes_on = false;
-      stretches.push_back(leap_of(T_map_lidar[k - 1] * T_lidar_vehicle, step.leap_m));
+    const Pose T_map_before = T_map_lidar[k - 1] * T_lidar_vehicle;
+    const Eigen::Vector3d way_m =
+        (T_map_lidar[k] * T_lidar_vehicle).translation() - T_map_before.translation();
+    errors.carry(way_m);
+    if (is_forecast) {
+      errors.add(way_m, step);
+    } else {
+      errors.end_stretch();
     }
-    for (const ForecastErrors& errors : stretches) {
-      covariance[k] += errors.speed * errors.speed.transpose();
-      covariance[k] += errors.drift * errors.drift.transpose();
-    }
+    if (!step.leap_m.isZero(0.0)) errors.add_leap(T_map_before, step.leap_m);
+    covariance[k] = errors.covariance();
   }
   return covariance;
 }

@@ -50,10 +50,10 @@ TEST(Unconstrained, IsNamedByScansWayDirectionAndWhatWasUsed) {
   EXPECT_EQ(found[0].first_scan, 40U);
   EXPECT_EQ(found[0].last_scan, 118U);
   EXPECT_NEAR(found[0].way_m, 40.0, 1e-9);
-  EXPECT_NEAR(found[0].sigma_m.value(), 2.0, 1e-9);
+  EXPECT_NEAR(found[0].sigma_m.value(), std::hypot(0.7, 1.0) * 2.0, 1e-9);
   EXPECT_EQ(to_text(found[0]),
             "scans 40 to 118: 40.0 m of the way are not constrained along the road; constant speed "
-            "is assumed, +/- 2.0 m");
+            "is assumed, +/- 2.4 m");
   TestContext ctx;
   warn_of_unconstrained(ctx, "test", trajectory);
   ASSERT_EQ(ctx.warnings.size(), 1U);
@@ -121,14 +121,36 @@ TEST(Unconstrained, WhereGivenPosesLeadIsSaidWithoutAWarning) {
   EXPECT_TRUE(ctx.warnings.empty());
 }
 
+// Where the speed was wrong on one side of a curve, the end is not off along the mean of the way.
+TEST(ForecastCovariance, OfASpeedIsNotAlongOneLineInACurve) {
+  Odometry odometry = weak_way(420, 20, 419, Forecast::kSteady);
+  for (std::size_t k = 0; k < 420; ++k) {
+    const double turned_rad = 0.005 * static_cast<double>(k);
+    odometry.T_map_lidar[k] =
+        pose_at(std::sin(turned_rad) / 0.01, (1.0 - std::cos(turned_rad)) / 0.01, turned_rad);
+  }
+  const auto least_sigma_m = [&]() -> double {
+    const Matrix6d last =
+        forecast_covariance(odometry, odometry.T_map_lidar, Pose::Identity()).back();
+    const Eigen::Matrix2d planar = last.topLeftCorner<2, 2>();
+    return std::sqrt(planar.determinant() / planar.trace());
+  };
+  EXPECT_GT(least_sigma_m(), 1.5) << "200 m, 2 rad";
+  for (StepConstraint& step : odometry.constraint) {
+    step.forecast = step.forecast == Forecast::kNone ? Forecast::kNone : Forecast::kWheels;
+  }
+  EXPECT_LT(least_sigma_m(), 1e-6) << "of wheels the scale is wrong all along";
+}
+
 TEST(ForecastCovariance, GrowsWithTheWayAtConstantSpeedAndStays) {
   const Odometry odometry = weak_way(80, 20, 59, Forecast::kSteady);
   const std::vector<Matrix6d> found =
       forecast_covariance(odometry, odometry.T_map_lidar, Pose::Identity());
   ASSERT_EQ(found.size(), 80U);
   EXPECT_EQ(found[19], Matrix6d::Zero());
-  EXPECT_NEAR(std::sqrt(found[39](0, 0)), 0.05 * 20.0, 1e-9);
-  EXPECT_NEAR(std::sqrt(found[79](0, 0)), 0.05 * 40.0, 1e-9);
+  const double unknown = std::hypot(0.7, 1.0) * 0.05;
+  EXPECT_NEAR(std::sqrt(found[39](0, 0)), unknown * 20.0, 1e-9);
+  EXPECT_NEAR(std::sqrt(found[79](0, 0)), unknown * 40.0, 1e-9);
   EXPECT_EQ(found[79](1, 1), 0.0);
   const Odometry given = weak_way(80, 20, 59, Forecast::kGiven);
   EXPECT_EQ(forecast_covariance(given, given.T_map_lidar, Pose::Identity())[79], Matrix6d::Zero());
