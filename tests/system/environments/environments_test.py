@@ -395,6 +395,14 @@ class Machine(Environments):
         self.assertEqual(os.waitpid(child, 0)[1], 0, shown)
         return shown
 
+    def test_memory_that_ends_inside_zstd_is_no_damage_of_the_map(self):
+        sound = self.sightline("verify", self.map)
+        self.assertEqual(sound.returncode, 0, sound.stderr)
+        done = self.sightline("verify", self.map, env=self.lacking("memory-of-zstd", errno.ENOMEM))
+        self.assertIn("SL8005", done.stderr)
+        self.assertNotIn("SL4", done.stderr)
+        self.assertEqual(done.returncode, 74, done.stderr)
+
     def test_a_terminal_that_only_prints_lines_gets_lines(self):
         self.assertIn(b"\x1b[", self.on_terminal("xterm"))
         shown = self.on_terminal("dumb")
