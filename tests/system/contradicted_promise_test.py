@@ -73,7 +73,7 @@ class ContradictedPromise(unittest.TestCase):
         map_file = self.work / f"{name}.slmap"
         printed = run(SETTINGS["sightline"], "compile", self.config, "-o", map_file, "--model", self.model, "--cache",
                       self.cache, *more)
-        inspected = run(SETTINGS["sightline"], "inspect", map_file, "--all")
+        inspected = run(SETTINGS["sightline"], "inspect", map_file)
         of_limit = json.loads(run(SETTINGS["sightline"], "dump", map_file, "--what", "ranges", "--format", "json"))["facts"]
         vehicle = sightline_map.SightlineMap(map_file).promises[0]
         return " ".join(printed.split()), " ".join(inspected.split()), of_limit, vehicle
