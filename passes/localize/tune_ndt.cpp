@@ -112,16 +112,24 @@ Result<PclNdt> ndt_around(const Tuning& tuning, const Eigen::Vector3d& place_map
   return PclNdt(near, place_map_m);
 }
 
-void add(const NdtFigures& one, double weight, NdtFigures& sum) {
+void add(const NdtFigures& one, NdtFigures& sum) {
   sum.within_share.resize(one.within_share.size());
   for (std::size_t i = 0; i < one.within_share.size(); ++i) {
-    sum.within_share[i] += weight * one.within_share[i];
+    sum.within_share[i] += one.within_share[i];
   }
-  sum.lost_share += weight * one.lost_share;
-  sum.error_m += weight * one.error_m;
-  sum.point_count += weight * one.point_count;
-  sum.work += weight * one.work;
-  sum.time_ms += weight * one.time_ms;
+  sum.lost_share += one.lost_share;
+  sum.error_m += one.error_m;
+  sum.point_count += one.point_count;
+  sum.work += one.work;
+  sum.time_ms += one.time_ms;
+}
+
+void divide(double count, NdtFigures& sum) {
+  for (double& share : sum.within_share) share /= count;
+  for (double* figure :
+       {&sum.lost_share, &sum.error_m, &sum.point_count, &sum.work, &sum.time_ms}) {
+    *figure /= count;
+  }
 }
 
 NdtFigures figures_of_match(const std::vector<double>& limits_m, double error_m) {
@@ -134,21 +142,22 @@ NdtFigures figures_of_match(const std::vector<double>& limits_m, double error_m)
   return figures;
 }
 
-// Of the points that were set last, over all starts.
-NdtFigures match_all(const Tuning& tuning, const Pose& T_map_reference, std::size_t point_count,
-                     PclNdt& ndt) {
-  NdtFigures mean;
+// Of the points that were set last: the sum over all starts, each of which takes the time of the
+// filters too.
+NdtFigures sum_of_matches(const Tuning& tuning, const Pose& T_map_reference,
+                          std::size_t point_count, double cut_ms, PclNdt& ndt) {
+  NdtFigures sum;
   for (const InitialOffset& start : tuning.starts) {
     const double begin_ms = thread_cpu_ms();
     const PclMatch found = ndt.match(T_map_reference * start_pose(start));
     const double error_m = (found.T_map_scan.translation() - T_map_reference.translation()).norm();
     NdtFigures figures = figures_of_match(tuning.options.limits_m, error_m);
-    figures.time_ms = thread_cpu_ms() - begin_ms;
+    figures.time_ms = cut_ms + thread_cpu_ms() - begin_ms;
     figures.point_count = static_cast<double>(point_count);
     figures.work = static_cast<double>(found.iterations) * figures.point_count;
-    add(figures, 1.0 / static_cast<double>(tuning.starts.size()), mean);
+    add(figures, sum);
   }
-  return mean;
+  return sum;
 }
 
 // Whether the filters leave the points that the ones before them left.
@@ -158,7 +167,7 @@ bool leave_the_same(const AutowareFilters& before, std::size_t point_count,
          before.most_points <= filters.most_points && point_count < before.most_points;
 }
 
-// One for each of the filters.
+// For each of the filters the sum over the matches of a scan.
 Result<std::vector<NdtFigures>> figures_at(const Tuning& tuning, std::size_t scan_index,
                                            std::span<const AutowareFilters> filters) {
   SIGHTLINE_ASSIGN(const Scan scan, tuning.drive.store->read(scan_index));
@@ -180,13 +189,12 @@ Result<std::vector<NdtFigures>> figures_at(const Tuning& tuning, std::size_t sca
     ndt.set_scan(points_m);
     const double cut_ms = thread_cpu_ms() - begin_ms;
     point_count = points_m.size();
-    all.push_back(match_all(tuning, T_map_reference, point_count, ndt));
-    all.back().time_ms += cut_ms;
+    all.push_back(sum_of_matches(tuning, T_map_reference, point_count, cut_ms, ndt));
   }
   return all;
 }
 
-// Means over scans.
+// Means over all matches.
 Result<std::vector<TriedFilters>> try_on(const PassContext& ctx, const Tuning& tuning,
                                          const std::vector<std::size_t>& scans,
                                          std::span<const AutowareFilters> filters,
@@ -202,9 +210,8 @@ Result<std::vector<TriedFilters>> try_on(const PassContext& ctx, const Tuning& t
   std::vector<TriedFilters> tried;
   for (std::size_t i = 0; i < filters.size(); ++i) {
     TriedFilters& one = tried.emplace_back(TriedFilters{filters[i], {}});
-    for (const std::vector<NdtFigures>& of_scan : of_scans) {
-      add(of_scan[i], 1.0 / static_cast<double>(scans.size()), one.figures);
-    }
+    for (const std::vector<NdtFigures>& of_scan : of_scans) add(of_scan[i], one.figures);
+    divide(static_cast<double>(scans.size() * tuning.starts.size()), one.figures);
   }
   return tried;
 }

@@ -79,6 +79,7 @@ TEST_F(TuneNdt, MatchesTheJudgingScanFromEachTrackingStart) {
     error_m += (end.T_map_scan.translation() - T_map_vehicle.translation()).norm() / 5.0;
   }
   EXPECT_NEAR(found.defaults.figures.error_m, error_m, 1e-12);
+  EXPECT_EQ(found.defaults.figures.within_share[1], 1.0) << "exactly: it is a share of counts";
   EXPECT_EQ(found.defaults.figures.point_count, static_cast<double>(points_m.size()));
 }
 

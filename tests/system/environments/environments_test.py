@@ -452,7 +452,8 @@ class Clauses(Environments):
     def test_stop_after_ends_every_verb_well(self):
         for words in (("train", self.config, "-o", f"{self.folder}/x.slmodel"),
                       ("export", self.config, "--format", "pcd", "-o", f"{self.folder}/x.pcd"),
-                      ("dump", self.config, "--what", "nds"), ("compile", self.config, "-o", self.out)):
+                      ("dump", self.config, "--what", "nds"), ("tune", self.config),
+                      ("compile", self.config, "-o", self.out)):
             done = self.sightline(*words, "--stop-after", "ingest", "--cache", self.cache)
             self.assertIn(done.returncode, (0, 64), (words, done.stderr))
 
