@@ -233,6 +233,13 @@ std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& in
   return std::make_unique<OwnSiteLocalizer>(inputs);
 }
 
+std::unique_ptr<SiteLocalizer> make_site_localizer(const LocalizerChoice& choice,
+                                                   const SensorProfile& sensor,
+                                                   const AreaLocalizer& area) {
+  return make_site_localizer(
+      {choice, sensor, area.for_pcl, area.own, area.of_samples, &area.structures});
+}
+
 LocalizerProfile profile_of(const LocalizerChoice& choice, double cell_m) {
   LocalizerProfile profile =
       choice.kind == LocalizerKind::kPclNdt ? pcl_profile(cell_m) : own_profile(choice, cell_m);

@@ -98,8 +98,7 @@ Result<Pose> reference_of(const Tuning& tuning, const Scan& scan, const Pose& T_
   SIGHTLINE_ASSIGN(const std::shared_ptr<const AreaLocalizer> area,
                    tuning.areas.at(T_map_given.translation()));
   const SensorProfile& sensor = tuning.drive.sensor;
-  const std::unique_ptr<SiteLocalizer> own = make_site_localizer(
-      {{}, sensor, area->for_pcl, area->own, area->of_samples, &area->structures});
+  const std::unique_ptr<SiteLocalizer> own = make_site_localizer({}, sensor, *area);
   own->take(scan, every_return(sensor.max_range_m));
   return own->match(T_map_given).T_map_sensor;
 }
