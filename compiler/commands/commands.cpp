@@ -101,8 +101,9 @@ Program sightline_program() {
              work_verb(), link_verb(), status_verb()});
   add_group(program, "Look at a map",
             {inspect_verb(), weak_verb(), dump_verb(), export_verb(), report_verb()});
-  add_group(program, "Judge a map",
-            {verify_verb(), evaluate_verb(), localize_verb(), diff_verb(), gate_verb()});
+  add_group(
+      program, "Judge a map",
+      {verify_verb(), evaluate_verb(), localize_verb(), tune_verb(), diff_verb(), gate_verb()});
   add_group(program, "Change and release a map",
             {strip_verb(), recover_verb(), delta_verb(), apply_verb(), key_verb(), root_verb(),
              release_verb(), sign_verb(), admit_verb()});

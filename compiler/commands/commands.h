@@ -17,6 +17,7 @@ Verb link_verb();
 Verb status_verb();
 Verb evaluate_verb();
 Verb localize_verb();
+Verb tune_verb();
 Verb inspect_verb();
 Verb dump_verb();
 Verb export_verb();

@@ -56,8 +56,7 @@ class Localizing {
 
   // Refers to the area.
   [[nodiscard]] std::unique_ptr<SiteLocalizer> localizer_in(const AreaLocalizer& area) const {
-    return make_site_localizer(
-        {choice_, sensor_, area.for_pcl, area.own, area.of_samples, &area.structures});
+    return make_site_localizer(choice_, sensor_, area);
   }
 
  private:

@@ -153,7 +153,7 @@ class PclSiteLocalizer : public SiteLocalizer {
   void take(const Scan& scan, const Look& look) override {
     const std::uint64_t seed = mix(seed_, std::bit_cast<std::uint64_t>(look.range_m));
     const std::vector<Eigen::Vector3d> points_m =
-        sampler_.sample(scan, inputs_.sensor, look.range_m, seed);
+        sampler_.sample(scan, inputs_.sensor, {.range_m = look.range_m}, seed);
     ndt_->set_scan(points_m);
     point_count_ = points_m.size();
   }
@@ -186,16 +186,17 @@ LocalizerProfile own_profile(const LocalizerChoice& choice, double cell_m) {
 }
 
 LocalizerProfile pcl_profile(double cell_m) {
+  const AutowareFilters filters;
   return {"pcl-ndt",
           kLocalizersVersion,
-          {{"box_m", format_double(AutowareSampler::kBox_m)},
+          {{"box_m", format_double(filters.box_m)},
            {"epsilon_m", format_double(PclNdt::kEpsilon_m)},
            {"iterations", std::to_string(PclNdt::kIterations)},
            {"map_reach_m", format_double(PclNdt::kReach_m)},
-           {"points", std::to_string(AutowareSampler::kMostPoints)},
+           {"points", std::to_string(filters.most_points)},
            {"resolution_m", format_double(cell_m)},
            {"step_m", format_double(PclNdt::kStep_m)},
-           {"voxel_m", format_double(AutowareSampler::kVoxel_m)}}};
+           {"voxel_m", format_double(filters.voxel_m)}}};
 }
 
 }  // namespace
@@ -230,6 +231,13 @@ std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& in
     return std::make_unique<PclSiteLocalizer>(inputs);
   }
   return std::make_unique<OwnSiteLocalizer>(inputs);
+}
+
+std::unique_ptr<SiteLocalizer> make_site_localizer(const LocalizerChoice& choice,
+                                                   const SensorProfile& sensor,
+                                                   const AreaLocalizer& area) {
+  return make_site_localizer(
+      {choice, sensor, area.for_pcl, area.own, area.of_samples, &area.structures});
 }
 
 LocalizerProfile profile_of(const LocalizerChoice& choice, double cell_m) {

@@ -11,6 +11,7 @@
 #include "formats/drive/look.h"
 #include "formats/drive/trajectory.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/localize/area_localizers.h"
 #include "passes/localize/tracking_starts.h"
 #include "passes/matching/covariance/known_start.h"
 #include "passes/matching/localizer.h"
@@ -59,6 +60,10 @@ struct SiteLocalizerInputs {
   const StructureMap* structures = nullptr;  // for match_known() of this program's localizers
 };
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
+// Refers to the area.
+std::unique_ptr<SiteLocalizer> make_site_localizer(const LocalizerChoice& choice,
+                                                   const SensorProfile& sensor,
+                                                   const AreaLocalizer& area);
 
 // What a vehicle must do alike for the errors to be its own.
 // `cell_m`: of the map.

@@ -48,9 +48,8 @@ void for_returns(std::span<const Eigen::Vector3d> points_m, double range_m, doub
 // No corner of the box is farther from the vehicle, so nothing is cut but by the box.
 constexpr double kBeyondBox_m = 100.0;
 
-bool is_in_box(const Eigen::Vector3d& p_vehicle_m) {
-  return std::abs(p_vehicle_m.x()) <= AutowareSampler::kBox_m &&
-         std::abs(p_vehicle_m.y()) <= AutowareSampler::kBox_m &&
+bool is_in_box(const Eigen::Vector3d& p_vehicle_m, double box_m) {
+  return std::abs(p_vehicle_m.x()) <= box_m && std::abs(p_vehicle_m.y()) <= box_m &&
          p_vehicle_m.z() >= -AutowareSampler::kBoxBelow_m &&
          p_vehicle_m.z() <= AutowareSampler::kBoxAbove_m;
 }
@@ -98,18 +97,21 @@ std::vector<Eigen::Vector3d> ScanCutter::cut(std::span<const Eigen::Vector3d> po
 }
 
 std::vector<Eigen::Vector3d> AutowareSampler::sample(const Scan& scan, const SensorProfile& sensor,
-                                                     double range_m, std::uint64_t seed) {
+                                                     const AutowareFilters& filters,
+                                                     std::uint64_t seed) {
+  const double range2_m2 = filters.range_m * filters.range_m;
   in_box_m_.resize(std::max(in_box_m_.size(), scan.points_m.size()));
   std::size_t count = 0;
   for (const Eigen::Vector3d& p_sensor_m : scan.points_m) {
     const Eigen::Vector3d p_vehicle_m = sensor.T_vehicle_lidar * p_sensor_m;
     in_box_m_[count] = p_vehicle_m;  // without a branch: which are inside is as good as random
-    const bool is_kept = p_sensor_m.squaredNorm() <= range_m * range_m && is_in_box(p_vehicle_m);
+    const bool is_kept =
+        p_sensor_m.squaredNorm() <= range2_m2 && is_in_box(p_vehicle_m, filters.box_m);
     count += is_kept ? 1 : 0;
   }
   std::vector<Eigen::Vector3d> points_m =
-      cutter_.cut(std::span(in_box_m_).first(count), {kBeyondBox_m, kVoxel_m}, 1.0);
-  keep_random(kMostPoints, Random(seed), points_m);
+      cutter_.cut(std::span(in_box_m_).first(count), {kBeyondBox_m, filters.voxel_m}, 1.0);
+  keep_random(filters.most_points, Random(seed), points_m);
   return points_m;
 }
 

@@ -43,22 +43,28 @@ class ScanCutter {
   VoxelTable voxels_;
 };
 
+// Numbers of the filters of Autoware's ndt_scan_matcher, as it comes: crop box, voxel grid, random
+// downsampling.
+struct AutowareFilters {
+  double box_m = 60.0;  // around the vehicle, to each side
+  double voxel_m = 3.0;
+  std::size_t most_points = 1500;
+  double range_m = 200.0;  // slant range from the sensor: Autoware has none, this contains its box
+  friend bool operator==(const AutowareFilters&, const AutowareFilters&) = default;
+};
+
 // A scan as Autoware's filters leave it for its NDT ("Localizers" in schemas/definitions.md,
 // `pcl-ndt`). Keeps its memory from one scan to the next; one thread at a time.
 class AutowareSampler {
  public:
-  static constexpr double kBox_m = 60.0;  // around the vehicle, to each side
   static constexpr double kBoxBelow_m = 30.0;
   static constexpr double kBoxAbove_m = 50.0;
-  static constexpr double kVoxel_m = 3.0;
-  static constexpr std::size_t kMostPoints = 1500;
-  static constexpr double kNoLimit_m = 200.0;  // a range that holds the whole box
 
-  // Of the returns at slant range <= range_m and in the box one centroid for each voxel
-  // floor(x / 3 m); of more than 1500 as many at random, which depends on the seed alone. Vehicle
-  // frame; by voxel key (x, then y, then z) where all are taken.
-  std::vector<Eigen::Vector3d> sample(const Scan& scan, const SensorProfile& sensor, double range_m,
-                                      std::uint64_t seed);
+  // Of the returns within range and box one centroid for each voxel floor(x / voxel_m); of more
+  // than most_points as many at random, which depends on the seed alone. Vehicle frame; by voxel
+  // key (x, then y, then z) where all are taken. The box is at most 60 m.
+  std::vector<Eigen::Vector3d> sample(const Scan& scan, const SensorProfile& sensor,
+                                      const AutowareFilters& filters, std::uint64_t seed);
 
  private:
   std::vector<Eigen::Vector3d> in_box_m_;

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
+#include "compiler/cli/console/watched_work.h"
 #include "compiler/cli/console/written.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/commands/commands.h"
@@ -14,7 +14,6 @@
 #include "compiler/views/replay/replay_files.h"
 #include "compiler/views/replay/replay_report.h"
 #include "formats/base/portable_math.h"
-#include "formats/base/stopwatch.h"
 #include "formats/base/units.h"
 #include "formats/foreign/recording/listed_scan_store.h"
 #include "formats/foreign/recording/open_recording.h"
@@ -171,31 +170,6 @@ Result<ComparedPoses> compare(const LocalizeFlags& flags, const std::vector<Time
   return compared;
 }
 
-// Progress, warnings and the time taken, as of one pass.
-Result<ReplayedDrive> replay(const LocalizeFlags& flags, const ReplayOptions& options,
-                             const ReplayInputs& inputs, const std::vector<std::string>& warnings) {
-  const bool is_json = flags.json_progress != 0;
-  if (is_json) SIGHTLINE_TRY(check_progress_descriptor(flags.json_progress));
-  const RunObserver observer =
-      is_json ? json_observer(flags.json_progress) : console_observer(verbosity());
-  const std::string name = "localize";
-  PassContext ctx;
-  ctx.threads = flags.threads;
-  ctx.progress_sink = observer.progress;
-  ctx.warning_sink = [&](const std::string& message) { observer.warning(name, message); };
-  observer.started(0, 1, name);
-  for (const std::string& warning : warnings) ctx.warn(warning);
-  const auto begin = std::chrono::steady_clock::now();
-  const double begin_ms = thread_cpu_ms();
-  Result<ReplayedDrive> drive = replay_drive(ctx, options, inputs);
-  StepReport report;
-  report.name = name;
-  report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  report.cpu_s = (thread_cpu_ms() - begin_ms) / 1e3;
-  if (drive) observer.finished(report);
-  return drive;
-}
-
 Result<Opened> open(const LocalizeFlags& flags) {
   SIGHTLINE_ASSIGN(const CompileConfig config, config_of(flags));
   SIGHTLINE_ASSIGN(RecordingOptions options, drive_of(config, flags));
@@ -249,8 +223,13 @@ Result<void> localize(const LocalizeFlags& flags) {
   const std::shared_ptr<const ScanStore> store = listed_scan_store(opened.recording);
   const ReplayInputs inputs{opened.localizer, opened.map, opened.recording.sensor, *store,
                             opened.scans};
-  SIGHTLINE_ASSIGN(const ReplayedDrive drive,
-                   replay(flags, options, inputs, warnings_of(flags, opened)));
+  ReplayedDrive drive;
+  SIGHTLINE_TRY(
+      do_watched({"localize", flags.threads, flags.json_progress, warnings_of(flags, opened)},
+                 [&](PassContext& ctx) -> Result<void> {
+                   SIGHTLINE_ASSIGN(drive, replay_drive(ctx, options, inputs));
+                   return {};
+                 }));
   ReplayReport report{opened.recording.name, flags.map, figures_of(opened.scans, drive), {}};
   if (!flags.compared.empty()) {
     SIGHTLINE_ASSIGN(report.compared, compare(flags, reference, opened.scans, drive));

@@ -42,7 +42,7 @@ class Runner {
   void cut(const MappedTown& town, std::size_t place, const Pose& T_map_start) {
     const Scan& scan = town.scans[place];
     if (rule_.kind == Kind::kAutoware) {
-      fill(autoware_.sample(scan, town.sensor, AutowareSampler::kNoLimit_m, place));
+      fill(autoware_.sample(scan, town.sensor, AutowareFilters(), place));
     } else if (rule_.voxels_apart > 1) {
       cut_every_nth(scan, town.sensor);
     } else {

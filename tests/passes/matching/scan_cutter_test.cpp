@@ -113,19 +113,20 @@ TEST(AutowareSampler, IsBoxRangeAndVoxelsOfTheVehicle) {
   const SensorProfile sensor = raised_sensor();
   for (int trial = 0; trial < 20; ++trial) {
     Scan scan;
-    const double range_m = random.uniform(20.0, 120.0);
+    const AutowareFilters filters = {random.uniform(15.0, 60.0), random.uniform(1.0, 3.0), 1500,
+                                     random.uniform(20.0, 120.0)};
     std::vector<Eigen::Vector3d> expected_m;
     for (std::uint64_t i = random.below(3000); i > 0; --i) {
       const Eigen::Vector3d p_m = random_vector(random, -80.0, 80.0);
       scan.points_m.push_back(p_m);
       const Eigen::Vector3d q_m = sensor.T_vehicle_lidar * p_m;
-      const bool is_in_box =
-          std::max(std::abs(q_m.x()), std::abs(q_m.y())) <= 60.0 && q_m.z() >= -30 && q_m.z() <= 50;
-      if (is_in_box && p_m.norm() <= range_m) expected_m.push_back(q_m);
+      const bool is_in_box = std::max(std::abs(q_m.x()), std::abs(q_m.y())) <= filters.box_m &&
+                             q_m.z() >= -30 && q_m.z() <= 50;
+      if (is_in_box && p_m.norm() <= filters.range_m) expected_m.push_back(q_m);
     }
-    expected_m = voxel_subsample(expected_m, 3.0);
+    expected_m = voxel_subsample(expected_m, filters.voxel_m);
     if (expected_m.size() > 1500) continue;
-    EXPECT_EQ(sampler.sample(scan, sensor, range_m, 1), expected_m);
+    EXPECT_EQ(sampler.sample(scan, sensor, filters, 1), expected_m);
   }
 }
 
@@ -136,10 +137,11 @@ TEST(AutowareSampler, TakesOf1600VoxelsAnyAsLikelyAsAnotherAndBySeedAlone) {
   std::map<std::pair<double, double>, int> times;
   constexpr int kSeeds = 64;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    const std::vector<Eigen::Vector3d> points_m = sampler.sample(scan, sensor, 200.0, seed);
+    const std::vector<Eigen::Vector3d> points_m =
+        sampler.sample(scan, sensor, AutowareFilters(), seed);
     ASSERT_EQ(points_m.size(), 1500U);
     for (const Eigen::Vector3d& p_m : points_m) ++times[{p_m.x(), p_m.y()}];
-    EXPECT_EQ(points_m, sampler.sample(scan, sensor, 200.0, seed));
+    EXPECT_EQ(points_m, sampler.sample(scan, sensor, AutowareFilters(), seed));
   }
   ASSERT_EQ(times.size(), 1600U);
   // 60 of 64 on average, with a standard deviation of 2.
@@ -148,7 +150,7 @@ TEST(AutowareSampler, TakesOf1600VoxelsAnyAsLikelyAsAnotherAndBySeedAlone) {
 
 TEST(AutowareSampler, OfNothingIsNothing) {
   AutowareSampler sampler;
-  EXPECT_TRUE(sampler.sample({}, raised_sensor(), 50.0, 1).empty());
+  EXPECT_TRUE(sampler.sample({}, raised_sensor(), AutowareFilters(), 1).empty());
 }
 
 }  // namespace

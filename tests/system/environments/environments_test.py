@@ -395,6 +395,14 @@ class Machine(Environments):
         self.assertEqual(os.waitpid(child, 0)[1], 0, shown)
         return shown
 
+    def test_memory_that_ends_inside_zstd_is_no_damage_of_the_map(self):
+        sound = self.sightline("verify", self.map)
+        self.assertEqual(sound.returncode, 0, sound.stderr)
+        done = self.sightline("verify", self.map, env=self.lacking("memory-of-zstd", errno.ENOMEM))
+        self.assertIn("SL8005", done.stderr)
+        self.assertNotIn("SL4", done.stderr)
+        self.assertEqual(done.returncode, 74, done.stderr)
+
     def test_a_terminal_that_only_prints_lines_gets_lines(self):
         self.assertIn(b"\x1b[", self.on_terminal("xterm"))
         shown = self.on_terminal("dumb")
@@ -444,7 +452,8 @@ class Clauses(Environments):
     def test_stop_after_ends_every_verb_well(self):
         for words in (("train", self.config, "-o", f"{self.folder}/x.slmodel"),
                       ("export", self.config, "--format", "pcd", "-o", f"{self.folder}/x.pcd"),
-                      ("dump", self.config, "--what", "nds"), ("compile", self.config, "-o", self.out)):
+                      ("dump", self.config, "--what", "nds"), ("tune", self.config),
+                      ("compile", self.config, "-o", self.out)):
             done = self.sightline(*words, "--stop-after", "ingest", "--cache", self.cache)
             self.assertIn(done.returncode, (0, 64), (words, done.stderr))
 

@@ -1,6 +1,6 @@
 // Preloaded into a program, makes every call of the kinds that SIGHTLINE_LACKS names ("fsync
 // renameat2 flock thread") fail with the errno SIGHTLINE_LACKS_ERRNO, as where a file system or a
-// container runtime does not support it.
+// container runtime does not support it. "memory-of-zstd": libzstd gets no memory.
 
 #include <dlfcn.h>
 #include <pthread.h>
@@ -26,6 +26,15 @@ int failure() {
   return -1;
 }
 
+// Of the function that calls: whether it is libzstd's.
+bool is_of_zstd(const void* caller) {
+  Dl_info info{};
+  return ::dladdr(caller, &info) != 0 && info.dli_fname != nullptr &&
+         std::strstr(info.dli_fname, "libzstd") != nullptr;
+}
+
+bool has_no_memory(const void* caller) { return lacks("memory-of-zstd") && is_of_zstd(caller); }
+
 template <class F>
 F real(const char* name) {
   return reinterpret_cast<F>(::dlsym(RTLD_NEXT, name));
@@ -34,6 +43,18 @@ F real(const char* name) {
 }  // namespace
 
 extern "C" {
+
+// glibc's own names: dlsym itself takes memory.
+void* __libc_malloc(std::size_t size);                     // NOLINT(bugprone-reserved-identifier)
+void* __libc_calloc(std::size_t count, std::size_t size);  // NOLINT(bugprone-reserved-identifier)
+
+void* malloc(std::size_t size) noexcept {
+  return has_no_memory(__builtin_return_address(0)) ? nullptr : __libc_malloc(size);
+}
+
+void* calloc(std::size_t count, std::size_t size) noexcept {
+  return has_no_memory(__builtin_return_address(0)) ? nullptr : __libc_calloc(count, size);
+}
 
 int fsync(int file) { return lacks("fsync") ? failure() : real<int (*)(int)>("fsync")(file); }
 
