@@ -40,9 +40,10 @@ void warn_of_unconstrained(const PassContext& ctx, const std::string& drive,
 
 // What a forecast leaves unknown of each pose, relative to the first of its piece: a speed off
 // by its share and a heading that drifts by 0.001 rad/m, both constant over a stretch of weak
-// steps; of an assumed speed 0.7 of the share, and the share once more for each 50 m. Map axes, order dx dy dz wx wy wz; added to the covariance of the graph. Zero where steps
-// are constrained or given. A step with a leap may be off by as much. `T_map_lidar` and
-// `T_lidar_vehicle` give the vehicle's axes.
+// steps; of an assumed speed 0.7 of the share, and the share once more for each 50 m. Map axes,
+// order dx dy dz wx wy wz; added to the covariance of the graph. Zero where steps are constrained
+// or given. A step with a leap may be off by as much. `T_map_lidar` and `T_lidar_vehicle` give the
+// vehicle's axes.
 std::vector<Matrix6d> forecast_covariance(const Odometry& odometry,
                                           const std::vector<Pose>& T_map_lidar,
                                           const Pose& T_lidar_vehicle);
