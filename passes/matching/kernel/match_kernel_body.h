@@ -85,23 +85,31 @@ struct Rows {
   const float* begin;
   std::size_t lanes;
 
-  Rows(const KernelInput& in, std::size_t point) {
-    const KernelPlace place = in.places[in.record[point]];
-    begin = record_at(in.records, place);
-    lanes = lane_count(place);
-  }
   // Eight floats, of which those beyond the lanes have no meaning.
   [[nodiscard]] const float* row(std::size_t number) const { return begin + number * lanes; }
+};
+
+// The records of a batch's points.
+struct BatchRows {
+  Rows of[kKernelBatch];
+
+  BatchRows(const KernelInput& in, std::size_t first) {
+    for (std::size_t i = 0; i < kKernelBatch; ++i) {
+      const KernelPlace place = in.places[in.record[first + i]];
+      of[i] = {record_at(in.records, place), lane_count(place)};
+    }
+  }
 };
 
 // The points of a pair: lanes of the batch, and their records. Points 0-3 with 4-7, then 8-11 with
 // 12-15: so the sums come out in the order of points.
 struct Pair {
   std::size_t a, b;
-  Rows of_a, of_b;
+  const Rows& of_a;
+  const Rows& of_b;
 
-  Pair(const KernelInput& in, std::size_t first, std::size_t number)
-      : a(number + (number & 4)), b(a + 4), of_a(in, first + a), of_b(in, first + b) {}
+  Pair(const BatchRows& rows, std::size_t number)
+      : a(number + (number & 4)), b(a + 4), of_a(rows.of[a]), of_b(rows.of[b]) {}
 };
 
 template <class B>
@@ -136,11 +144,11 @@ template <class B>
 // Terms of the pairs of a batch from squares of Mahalanobis distances: e^(-m2 / 2) in lanes that a
 // record has, 0 in the others.
 template <class B>
-[[gnu::always_inline]] inline void terms_of(const KernelInput& in, std::size_t first,
+[[gnu::always_inline]] inline void terms_of(const BatchRows& rows,
                                             typename B::Floats (&m2)[kPairs]) {
   gauss_of<B>(m2);
   for (std::size_t i = 0; i < kPairs; ++i) {
-    const Pair pair(in, first, i);
+    const Pair pair(rows, i);
     m2[i] = B::keep(m2[i], pair.of_a.lanes, pair.of_b.lanes);
   }
 }
@@ -307,11 +315,12 @@ void run_score(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   B::store(sums.lanes[0], B::floats(0.0f));
   Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
+    const BatchRows rows(in, first);
     F e[kPairs], push[3];
     for (std::size_t i = 0; i < kPairs; ++i) {
-      e[i] = compute_push<B>(Pair(in, first, i), points, push);
+      e[i] = compute_push<B>(Pair(rows, i), points, push);
     }
-    terms_of<B>(in, first, e);
+    terms_of<B>(rows, e);
     const F low = B::fold_sum(B::fold_sum(e[0], e[1]), B::fold_sum(e[2], e[3]));
     const F high = B::fold_sum(B::fold_sum(e[4], e[5]), B::fold_sum(e[6], e[7]));
     add_to<B>(sums.lanes[0], B::last_sum(low, high));
@@ -323,16 +332,17 @@ void run_kernel(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   for (int s = 0; s < kKernelSums; ++s) B::store(sums.lanes[s], B::floats(0.0f));
   Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
+    const BatchRows rows(in, first);
     F e[kPairs], push[kPairs][3];
     for (std::size_t i = 0; i < kPairs; ++i) {
-      e[i] = compute_push<B>(Pair(in, first, i), points, push[i]);
+      e[i] = compute_push<B>(Pair(rows, i), points, push[i]);
     }
-    terms_of<B>(in, first, e);
+    terms_of<B>(rows, e);
     // Of two pairs, folded at once: they need not wait in memory for the others.
     const auto fold_two = [&](std::size_t i, F(&folded)[kTerms]) {
       F a[kTerms], b[kTerms];
-      derive_pair<B>(Pair(in, first, i), e[i], push[i], a);
-      derive_pair<B>(Pair(in, first, i + 1), e[i + 1], push[i + 1], b);
+      derive_pair<B>(Pair(rows, i), e[i], push[i], a);
+      derive_pair<B>(Pair(rows, i + 1), e[i + 1], push[i + 1], b);
       fold_terms<B>(a, b, folded);
     };
     F quarters[4][kTerms], low[kTerms], high[kTerms], totals[kTerms];
