@@ -64,7 +64,8 @@ KernelInput make_input(const MatchGrid& grid, const Pose& T_map_sensor) {
   }
   input.cell_m = grid.cell_m;
   input.cells_per_m = 1.0 / grid.cell_m;
-  input.records = grid.records.data();
+  input.records = grid.records.floats();
+  input.places = grid.records.places.data();
   input.columns = grid.columns.records();
   input.find = find_record;
   input.fetch = fetch_cell;

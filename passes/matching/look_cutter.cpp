@@ -54,14 +54,6 @@ std::array<std::size_t, kBins> turns_of(const std::array<std::size_t, kBins>& si
   return quotas;
 }
 
-// What the matcher reads first, on its way from memory while the rest is cut.
-void fetch(const KernelRecord& record) {
-  const char* begin = reinterpret_cast<const char*>(&record);
-  for (std::size_t line = 0; line < sizeof(KernelRecord); line += 64) {
-    __builtin_prefetch(begin + line);
-  }
-}
-
 }  // namespace
 
 double look_stride(const Look& look, std::size_t count) {
@@ -158,7 +150,10 @@ void LookCutter::take_by_normals(const Localizer& localizer, const Pose& T_map_l
     if ((number + 1) * quotas[bin] / sizes[bin] == number * quotas[bin] / sizes[bin]) continue;
     taken_m_.push_back(points_m_[i]);
     for (const Localizer::Level& level : localizer.levels) {
-      if (level.grid->cells_digest == grid.cells_digest) fetch(level.grid->records[records_[i]]);
+      const PackedRecords& records = level.grid->records;
+      if (level.grid->cells_digest == grid.cells_digest) {
+        fetch_record(records.floats(), records.places[records_[i]]);
+      }
     }
   }
 }

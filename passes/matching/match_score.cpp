@@ -67,7 +67,8 @@ void add_point(const PointScore& point, const Eigen::Vector3d& arm_m, MatchScore
 
 MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
                        const Pose& T_map_sensor) {
-  SIGHTLINE_CHECK(grid.cells.size() > 0 || grid.records.size() <= 1);  // not keep_for_kernels()
+  const bool is_kept_for_kernels = grid.cells.size() == 0 && grid.records.places.size() > 1;
+  SIGHTLINE_CHECK(!is_kept_for_kernels);
   MatchScore total;
   for (const Eigen::Vector3d& point_sensor_m : points_m) {
     const Eigen::Vector3d arm_m = T_map_sensor.linear() * point_sensor_m;

@@ -40,7 +40,7 @@ bool ends_surface(const Nd& line, const Nd& beside) {
 }
 
 StructureMap::StructureMap(const NdtMap& map, std::shared_ptr<const MatchGrid> grid)
-    : grid_(std::move(grid)), numbers_(grid_->records.size(), kNone) {
+    : grid_(std::move(grid)), numbers_(grid_->records.places.size(), kNone) {
   CellIndex index;
   index.reserve(map.nds.size());
   for (const Nd& nd : map.nds) index.add(nd.key);

@@ -37,11 +37,13 @@ void list_in_neighbourhoods(const CellKey& key, std::int32_t nd, MatchGrid& grid
   }
 }
 
-bool is_empty(const MatchGrid::Neighbourhood& neighbourhood) {
-  static_assert(MatchGrid::kNone == -1);
-  std::int32_t all = MatchGrid::kNone;
-  for (const std::int32_t nd : neighbourhood) all &= nd;
-  return all == MatchGrid::kNone;
+// Bit i: whether there is an ND in lane i.
+unsigned used_lanes(const MatchGrid::Neighbourhood& neighbourhood) {
+  unsigned used = 0;
+  for (std::size_t lane = 0; lane < neighbourhood.size(); ++lane) {
+    used |= (neighbourhood[lane] != MatchGrid::kNone ? 1u : 0u) << lane;
+  }
+  return used;
 }
 
 // So far off that the term vanishes, with numbers that overflow nowhere.
@@ -146,7 +148,7 @@ void MatchGridBuilder::reserve(std::size_t nd_count) {
 }
 
 void MatchGridBuilder::add(std::span<const Nd> nds) {
-  SIGHTLINE_CHECK(grid_.records.empty());
+  SIGHTLINE_CHECK(grid_.records.places.empty());
   for (const Nd& nd : nds) {
     const MatchNd usable{nd.mean_m, information_per_m2_(nd), normal_class(nd.eigenvectors.col(2))};
     if (!is_usable(usable)) continue;
@@ -157,22 +159,23 @@ void MatchGridBuilder::add(std::span<const Nd> nds) {
 
 bool MatchGridBuilder::fill(std::size_t record_count) {
   const std::size_t cell_count = grid_.cells.size();
-  if (grid_.records.empty()) {
+  if (grid_.records.places.empty()) {
     grid_.records.reserve(cell_count + 1);
     grid_.normal_classes.reserve(cell_count);
-    grid_.records.push_back(make_record(grid_, {}, empty_neighbourhood()));
+    grid_.records.append(make_record(grid_, {}, empty_neighbourhood()), 0);
   }
   const std::size_t begin = grid_.normal_classes.size();
   const std::size_t end = begin + std::min(record_count, cell_count - begin);
   for (std::size_t i = begin; i < end; ++i) {
-    grid_.records.push_back(make_record(grid_, grid_.cells.keys()[i], grid_.neighbourhoods[i]));
+    grid_.records.append(make_record(grid_, grid_.cells.keys()[i], grid_.neighbourhoods[i]),
+                         used_lanes(grid_.neighbourhoods[i]));
     grid_.normal_classes.push_back(class_of(grid_, grid_.neighbourhoods[i]));
   }
   return end == cell_count;
 }
 
 MatchGrid MatchGridBuilder::finish() {
-  SIGHTLINE_CHECK(grid_.records.size() == grid_.cells.size() + 1);
+  SIGHTLINE_CHECK(grid_.records.places.size() == grid_.cells.size() + 1);
   grid_.cells_digest = xxh3(std::as_bytes(std::span(grid_.cells.keys())));
   grid_.columns = CellColumns(grid_.cells.keys());
   return std::move(grid_);
@@ -180,22 +183,23 @@ MatchGrid MatchGridBuilder::finish() {
 
 void keep_for_kernels(MatchGrid& grid) {
   if (grid.columns.is_empty()) return;
-  grid.nds = {};
-  grid.cells = {};
-  grid.neighbourhoods = {};
+  // An assignment of {} would keep a vector's memory.
+  MappedVector<MatchNd>().swap(grid.nds);
+  MappedVector<MatchGrid::Neighbourhood>().swap(grid.neighbourhoods);
+  grid.cells = CellIndex();
 }
 
 RollingMatchGrid::RollingMatchGrid(double cell_m) {
   grid_.cell_m = cell_m;
   grid_.gauss = gauss_constants(cell_m);
-  grid_.records.push_back(make_record(grid_, {}, empty_neighbourhood()));
+  grid_.records.append_whole(make_record(grid_, {}, empty_neighbourhood()));
 }
 
 std::size_t RollingMatchGrid::number_of(const CellKey& cell) {
   const std::size_t number = grid_.cells.add(cell);
   if (number == grid_.neighbourhoods.size()) {
     grid_.neighbourhoods.push_back(empty_neighbourhood());
-    grid_.records.push_back(grid_.records.front());
+    grid_.records.append_whole(KernelRecord(grid_.records.memory.front()));
     grid_.normal_classes.push_back(0);
     grid_.is_unused.push_back(1);
     ++unused_count_;
@@ -216,7 +220,7 @@ RollingMatchGrid::CellNumbers RollingMatchGrid::numbers_around(const CellKey& ke
 void RollingMatchGrid::prefetch_records(const CellNumbers& numbers) const {
   constexpr std::size_t kLine = 64;
   for (const std::uint32_t number : numbers) {
-    const auto* record = reinterpret_cast<const char*>(&grid_.records[number + 1]);
+    const auto* record = reinterpret_cast<const char*>(&grid_.records.memory[number + 1]);
     for (std::size_t at = 0; at < sizeof(KernelRecord); at += kLine) {
       __builtin_prefetch(record + at, 1);
     }
@@ -234,9 +238,9 @@ void RollingMatchGrid::set_lanes(const CellKey& key, const CellNumbers& numbers,
     MatchGrid::Neighbourhood& neighbourhood = grid_.neighbourhoods[number];
     neighbourhood[i] = nd;
     unused_count_ -= grid_.is_unused[number];
-    grid_.is_unused[number] = is_empty(neighbourhood) ? 1 : 0;
+    grid_.is_unused[number] = used_lanes(neighbourhood) == 0 ? 1 : 0;
     unused_count_ += grid_.is_unused[number];
-    if (nd == MatchGrid::kNone) set_absent(i, grid_.records[number + 1]);
+    if (nd == MatchGrid::kNone) set_absent(i, grid_.records.memory[number + 1]);
     grid_.normal_classes[number] = class_of(grid_, neighbourhood);
   }
   if (nd != MatchGrid::kNone) fill_lanes(key, numbers, nd);
@@ -246,7 +250,7 @@ void RollingMatchGrid::fill_lanes(const CellKey& key, const CellNumbers& numbers
   const MatchNd& record = grid_.nds[static_cast<std::size_t>(nd)];
   for (std::size_t i = 0; i < kNeighbourCount; ++i) {
     const Eigen::Vector3d centre_m = cell_centre_m(neighbouring(key, i), grid_.cell_m);
-    set_nd(record, centre_m, grid_.gauss.d2, i, grid_.records[numbers[i] + 1]);
+    set_nd(record, centre_m, grid_.gauss.d2, i, grid_.records.memory[numbers[i] + 1]);
   }
 }
 

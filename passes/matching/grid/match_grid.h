@@ -11,7 +11,7 @@
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/grid/cell_columns.h"
 #include "passes/matching/grid/mapped_allocator.h"
-#include "passes/matching/kernel/match_kernel.h"
+#include "passes/matching/grid/packed_records.h"
 
 namespace sightline {
 
@@ -50,7 +50,7 @@ struct MatchGrid {
   CellIndex cells;
   CellColumns columns;                         // of `cells`; empty in a grid that changes
   MappedVector<Neighbourhood> neighbourhoods;  // of `cells`
-  MappedVector<KernelRecord> records;          // of `cells`, in float, after one without any ND
+  PackedRecords records;                       // of `cells`, in float, after one without any ND
   HugeVector<std::uint8_t> normal_classes;     // of `cells`: of the first ND that each has
   // Of `cells`: 1 for one that has no ND any more and is not found. Empty in a grid made at once.
   std::vector<std::uint8_t> is_unused;
@@ -88,7 +88,7 @@ class MatchGridBuilder {
   MatchGrid grid_;
 };
 
-// Frees what only MatchKernel::kExact and nd_of_cell() read, two fifths of a grid: these may no
+// Frees what only MatchKernel::kExact and nd_of_cell() read, more than half of a grid: these may no
 // longer be used. Keeps a grid whole that has no columns.
 void keep_for_kernels(MatchGrid& grid);
 

@@ -2,6 +2,9 @@
 
 #include <immintrin.h>
 
+#include <cstddef>
+#include <cstdint>
+
 // The kernel's vectors in AVX2 and FMA: two registers where AVX-512 has one.
 // Only for files that are compiled with the flags these need: see match_kernel.h.
 
@@ -83,7 +86,17 @@ struct Avx2 {
             _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_castps_si256(x.b), 23))};
   }
   static Floats pair(const float* a, const float* b) {
-    return {_mm256_load_ps(a), _mm256_load_ps(b)};
+    return {_mm256_loadu_ps(a), _mm256_loadu_ps(b)};
+  }
+  // The first lanes of each half, so many of them; 0 in the others.
+  static Floats keep(Floats x, std::size_t lanes_of_a, std::size_t lanes_of_b) {
+    return {_mm256_and_ps(x.a, first_lanes(lanes_of_a)),
+            _mm256_and_ps(x.b, first_lanes(lanes_of_b))};
+  }
+  static __m256 first_lanes(std::size_t count) {
+    static constexpr std::int32_t kOnesThenZeros[16] = {-1, -1, -1, -1, -1, -1, -1, -1};
+    const auto* const from = reinterpret_cast<const __m256i_u*>(kOnesThenZeros + 8 - count);
+    return _mm256_castsi256_ps(_mm256_loadu_si256(from));
   }
   static Floats spread(const float* a, const float* b) {
     return {_mm256_broadcast_ss(a), _mm256_broadcast_ss(b)};

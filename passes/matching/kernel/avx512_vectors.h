@@ -2,6 +2,8 @@
 
 #include <immintrin.h>
 
+#include <cstddef>
+
 // The kernel's vectors in AVX-512 (F, DQ and VL).
 // Only for files that are compiled with the flags these need: see match_kernel.h.
 
@@ -44,8 +46,14 @@ struct Avx512 {
     return _mm512_castsi512_ps(_mm512_slli_epi32(_mm512_castps_si512(x), 23));
   }
   static Floats pair(const float* a, const float* b) {
-    return _mm512_mask_broadcast_f32x8(_mm512_castps256_ps512(_mm256_load_ps(a)), kUpper,
-                                       _mm256_load_ps(b));
+    return _mm512_mask_broadcast_f32x8(_mm512_castps256_ps512(_mm256_loadu_ps(a)), kUpper,
+                                       _mm256_loadu_ps(b));
+  }
+  // The first lanes of each half, so many of them; 0 in the others.
+  static Floats keep(Floats x, std::size_t lanes_of_a, std::size_t lanes_of_b) {
+    const unsigned of_a = (1u << lanes_of_a) - 1u;
+    const unsigned of_b = (1u << lanes_of_b) - 1u;
+    return _mm512_maskz_mov_ps(static_cast<__mmask16>(of_a | of_b << 8), x);
   }
   static Floats spread(const float* a, const float* b) {
     return _mm512_mask_mov_ps(_mm512_set1_ps(*a), kUpper, _mm512_set1_ps(*b));

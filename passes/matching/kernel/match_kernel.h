@@ -51,13 +51,39 @@ inline std::int32_t find_record(const KernelColumns& all, std::int32_t x, std::i
 
 }  // namespace
 
-// The seven NDs that a cell's points score with, lane by lane (own, -x, +x, -y, +y, -z, +z, none),
+// The NDs that a cell's points score with, each in a lane (own, -x, +x, -y, +y, -z, +z, none),
 // positions relative to the centre of the cell. Information is times d2 of the Gauss constants, so
 // that exp(-m^2 / 2) is the term. Where there is no ND the term vanishes.
 struct alignas(32) KernelRecord {
   float mean_m[3][8];
   float information_per_m2[6][8];  // xx, xy, xz, yy, yz, zz
 };
+
+// Records of cells with few NDs are narrower: nine rows of fewer lanes, in any order of the lanes
+// that gives the same sums. Where a record begins is counted in the size of the narrowest.
+inline constexpr std::size_t kRecordRows = 9;
+struct KernelPlace {
+  std::uint32_t begin : 29;            // so many times kRecordRows floats
+  std::uint32_t lanes_beyond_one : 3;  // 0 to 7
+};
+
+namespace {
+
+inline std::size_t lane_count(KernelPlace place) { return std::size_t{place.lanes_beyond_one} + 1; }
+
+inline const float* record_at(const float* records, KernelPlace place) {
+  return records + kRecordRows * place.begin;
+}
+
+// Brings a record nearer.
+inline void fetch_record(const float* records, KernelPlace place) {
+  const char* const begin = reinterpret_cast<const char*>(record_at(records, place));
+  const std::size_t size = kRecordRows * lane_count(place) * sizeof(float);
+  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(begin + line);
+  __builtin_prefetch(begin + size - 1);
+}
+
+}  // namespace
 
 // One evaluation. Arrays of points hold `count` rounded up to kKernelBatch.
 struct KernelInput {
@@ -74,7 +100,9 @@ struct KernelInput {
   double* cell_y = nullptr;
   double* cell_z = nullptr;
   std::int32_t* record = nullptr;
-  const KernelRecord* records = nullptr;  // the first one is without any ND
+  // After the last record there are seven more finite floats.
+  const float* records = nullptr;
+  const KernelPlace* places = nullptr;  // of records, by their numbers; the first is without any ND
   KernelColumns columns;
   // Where these tell nothing.
   std::int32_t (*find)(const void* grid, double cell_x, double cell_y, double cell_z) = nullptr;

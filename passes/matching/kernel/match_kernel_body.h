@@ -80,25 +80,46 @@ template <class B>
   for (std::size_t i = 0; i < kPairs; ++i) m2[i] = B::mul(series[i], B::as_exponent(biased[i]));
 }
 
-// The points of a pair: lanes of the batch, and records that hold information of it. Points 0-3
-// with 4-7, then 8-11 with 12-15: so the sums come out in the order of points.
+// A point's record, row by row.
+struct Rows {
+  const float* begin;
+  std::size_t lanes;
+
+  // Eight floats, of which those beyond the lanes have no meaning.
+  [[nodiscard]] const float* row(std::size_t number) const { return begin + number * lanes; }
+};
+
+// The records of a batch's points.
+struct BatchRows {
+  Rows of[kKernelBatch];
+
+  BatchRows(const KernelInput& in, std::size_t first) {
+    for (std::size_t i = 0; i < kKernelBatch; ++i) {
+      const KernelPlace place = in.places[in.record[first + i]];
+      of[i] = {record_at(in.records, place), lane_count(place)};
+    }
+  }
+};
+
+// The points of a pair: lanes of the batch, and their records. Points 0-3 with 4-7, then 8-11 with
+// 12-15: so the sums come out in the order of points.
 struct Pair {
   std::size_t a, b;
-  const KernelRecord& of_a;
-  const KernelRecord& of_b;
+  const Rows& of_a;
+  const Rows& of_b;
 
-  Pair(const KernelInput& in, std::size_t first, std::size_t number)
-      : a(number + (number & 4)),
-        b(a + 4),
-        of_a(in.records[in.record[first + a]]),
-        of_b(in.records[in.record[first + b]]) {}
+  Pair(const BatchRows& rows, std::size_t number)
+      : a(number + (number & 4)), b(a + 4), of_a(rows.of[a]), of_b(rows.of[b]) {}
 };
 
 template <class B>
+[[gnu::always_inline]] inline typename B::Floats load_row(const Pair& pair, std::size_t number) {
+  return B::pair(pair.of_a.row(number), pair.of_b.row(number));
+}
+
+template <class B>
 [[gnu::always_inline]] inline void load_information(const Pair& pair, typename B::Floats (&c)[6]) {
-  for (int i = 0; i < 6; ++i) {
-    c[i] = B::pair(pair.of_a.information_per_m2[i], pair.of_b.information_per_m2[i]);
-  }
+  for (std::size_t i = 0; i < 6; ++i) c[i] = load_row<B>(pair, 3 + i);
 }
 
 // Information times the distance from the mean; returns the square of the Mahalanobis distance.
@@ -108,9 +129,9 @@ template <class B>
                                                               typename B::Floats (&q)[3]) {
   using F = typename B::Floats;
   F d[3];
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     d[i] = B::sub(B::spread(points.offset_m[i] + pair.a, points.offset_m[i] + pair.b),
-                  B::pair(pair.of_a.mean_m[i], pair.of_b.mean_m[i]));
+                  load_row<B>(pair, i));
   }
   F c[6];
   load_information<B>(pair, c);
@@ -118,6 +139,18 @@ template <class B>
   q[1] = B::fma(c[1], d[0], B::fma(c[3], d[1], B::mul(c[4], d[2])));
   q[2] = B::fma(c[2], d[0], B::fma(c[4], d[1], B::mul(c[5], d[2])));
   return B::fma(d[0], q[0], B::fma(d[1], q[1], B::mul(d[2], q[2])));
+}
+
+// Terms of the pairs of a batch from squares of Mahalanobis distances: e^(-m2 / 2) in lanes that a
+// record has, 0 in the others.
+template <class B>
+[[gnu::always_inline]] inline void terms_of(const BatchRows& rows,
+                                            typename B::Floats (&m2)[kPairs]) {
+  gauss_of<B>(m2);
+  for (std::size_t i = 0; i < kPairs; ++i) {
+    const Pair pair(rows, i);
+    m2[i] = B::keep(m2[i], pair.of_a.lanes, pair.of_b.lanes);
+  }
 }
 
 // A term e with its derivatives by the points' positions.
@@ -242,10 +275,7 @@ inline void find_records(const KernelInput& in, std::size_t first, unsigned chan
 // The records that the points of a batch had last, on their way from memory.
 inline void fetch_records(const KernelInput& in, std::size_t first) {
   for (std::size_t i = 0; i < kKernelBatch; ++i) {
-    const char* record = reinterpret_cast<const char*>(in.records + in.record[first + i]);
-    for (std::size_t line = 0; line < sizeof(KernelRecord); line += 64) {
-      __builtin_prefetch(record + line);
-    }
+    fetch_record(in.records, in.places[in.record[first + i]]);
   }
 }
 
@@ -285,11 +315,12 @@ void run_score(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   B::store(sums.lanes[0], B::floats(0.0f));
   Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
+    const BatchRows rows(in, first);
     F e[kPairs], push[3];
     for (std::size_t i = 0; i < kPairs; ++i) {
-      e[i] = compute_push<B>(Pair(in, first, i), points, push);
+      e[i] = compute_push<B>(Pair(rows, i), points, push);
     }
-    gauss_of<B>(e);
+    terms_of<B>(rows, e);
     const F low = B::fold_sum(B::fold_sum(e[0], e[1]), B::fold_sum(e[2], e[3]));
     const F high = B::fold_sum(B::fold_sum(e[4], e[5]), B::fold_sum(e[6], e[7]));
     add_to<B>(sums.lanes[0], B::last_sum(low, high));
@@ -301,16 +332,17 @@ void run_kernel(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   for (int s = 0; s < kKernelSums; ++s) B::store(sums.lanes[s], B::floats(0.0f));
   Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
+    const BatchRows rows(in, first);
     F e[kPairs], push[kPairs][3];
     for (std::size_t i = 0; i < kPairs; ++i) {
-      e[i] = compute_push<B>(Pair(in, first, i), points, push[i]);
+      e[i] = compute_push<B>(Pair(rows, i), points, push[i]);
     }
-    gauss_of<B>(e);
+    terms_of<B>(rows, e);
     // Of two pairs, folded at once: they need not wait in memory for the others.
     const auto fold_two = [&](std::size_t i, F(&folded)[kTerms]) {
       F a[kTerms], b[kTerms];
-      derive_pair<B>(Pair(in, first, i), e[i], push[i], a);
-      derive_pair<B>(Pair(in, first, i + 1), e[i + 1], push[i + 1], b);
+      derive_pair<B>(Pair(rows, i), e[i], push[i], a);
+      derive_pair<B>(Pair(rows, i + 1), e[i + 1], push[i + 1], b);
       fold_terms<B>(a, b, folded);
     };
     F quarters[4][kTerms], low[kTerms], high[kTerms], totals[kTerms];

@@ -164,6 +164,12 @@ struct Portable {
   static Floats pair(const float* a, const float* b) {
     return each<Floats>([&](std::size_t i) { return i < 8 ? a[i] : b[i - 8]; });
   }
+  // The first lanes of each half, so many of them; 0 in the others.
+  static Floats keep(const Floats& x, std::size_t lanes_of_a, std::size_t lanes_of_b) {
+    return each<Floats>([&](std::size_t i) {
+      return (i < 8 ? i < lanes_of_a : i - 8 < lanes_of_b) ? x.v[i] : 0.0f;
+    });
+  }
   static Floats spread(const float* a, const float* b) {
     return each<Floats>([&](std::size_t i) { return i < 8 ? *a : *b; });
   }

@@ -12,7 +12,7 @@ WindowOptions options_of_rooms() {
 }
 
 std::size_t held_count(const MapWindow& window) {
-  return window.own.levels.back().grid->records.size();
+  return window.own.levels.back().grid->records.places.size();
 }
 
 TEST(MapWindows, HoldsWhatIsNearAndPreparesAheadOfTheVehicle) {
@@ -20,10 +20,13 @@ TEST(MapWindows, HoldsWhatIsNearAndPreparesAheadOfTheVehicle) {
   ASSERT_TRUE(tiles);
   MapWindows windows(*tiles, options_of_rooms());
   const std::shared_ptr<const MapWindow> first = windows.at(room_place_m(0), 10.0);
-  const std::size_t all_count = make_match_grid(row_of_rooms("searching", 1).ndt).records.size();
+  const std::size_t all_count =
+      make_match_grid(row_of_rooms("searching", 1).ndt).records.places.size();
   EXPECT_GT(held_count(*first), 100u);
   EXPECT_LT(held_count(*first), all_count / 2);
-  EXPECT_TRUE(first->own.levels.back().grid->nds.empty());  // what no kernel reads is freed
+  // What no kernel reads is freed.
+  EXPECT_EQ(first->own.levels.back().grid->nds.capacity(), 0u);
+  EXPECT_EQ(first->own.levels.back().grid->neighbourhoods.capacity(), 0u);
   EXPECT_EQ(windows.at(room_place_m(0), 10.0), first);
   // What is prepared ahead serves without being made by the match.
   for (double x_m = 0.0; x_m < 500.0; x_m += 2.0) {
