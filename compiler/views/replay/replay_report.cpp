@@ -7,6 +7,7 @@
 
 #include "formats/base/statistics.h"
 #include "formats/base/units.h"
+#include "formats/text/json_text.h"
 #include "formats/text/numbers.h"
 
 namespace sightline {
@@ -250,7 +251,7 @@ std::string to_json(const ReplayReport& report) {
                        {"period_ms", figures.period_ms}}},
                      {"stretches", stretches},
                      {"compared", report.compared ? compared_json(*report.compared) : Json()}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace sightline

@@ -8,6 +8,7 @@ usage: names_test.py SIGHTLINE TOWN [unittest arguments]
 
 import collections
 import csv
+import inspect
 import io
 import json
 import os
@@ -209,6 +210,9 @@ class Names(unittest.TestCase):
         run("verify", map_file, "--deep", "--format", "json", "-o", "verify.json")
         run("evaluate", config, "--map", map_file, "--cache", cache, *judged)
         run("evaluate", config, "--map", map_file, "--cache", cache, "--format", "json", "-o", "evaluation.json", *judged)
+        for form in ("text", "json"):
+            run("localize", config, "--map", map_file, "-o", short + f".{form}.csv".encode(), "--format", form, *judged)
+            run("tune", config, "--cache", cache, "--scans", "2", "--format", form, "-o", f"tune.{form}", *drives)
         for form, ending in (("text", "txt"), ("json", "json"), ("markdown", "md"), ("geojson", "geojson")):
             run("diff", old, map_file, "--format", form, "-o", f"diff.{ending}")
         run("diff", old, map_file)
@@ -226,6 +230,14 @@ class Names(unittest.TestCase):
         run("strip", map_file, "-o", b"bare.slmap")
         run("recover", map_file, "-o", b"found.slmap")
         run("delta", "make", old, map_file, "-o", b"d.sldelta")
+        run("annotate", b"points-pcd.pcd", "--route", os.path.join(where, b"mapping", b"poses.tum"), "-o", b"drawn.slmap",
+            "--set", b"annotation.world=" + name.replace(b"\n", b" "), "--set", "annotation.ranges_m=10,30")
+        for words in (["key", short], ["root", "--fleet", short, "--signer", short + b".pub", "--threshold", "1", "-o", b"root"],
+                      ["release", map_file, "--fleet", short, "--counter", "1", "-o", b"release"],
+                      ["sign", b"release", "--key", short + b".key"], ["sign", b"root", "--key", short + b".key"],
+                      ["admit", b"release", "--root", b"root", "--present", map_file],
+                      ["admit", b"release", "--root", b"root", "--map", map_file, "--format", "json"]):
+            run("fleet", *words)
         for wrong in ("inspect", "verify", "gate"):  # names in messages
             run(wrong, name[:200] + b".none")
         run("compile", name[:200] + b".none", "-o", b"x.slmap")
@@ -235,6 +247,13 @@ class Names(unittest.TestCase):
                 if os.fsencode(path.parent.name) != name or path.parent == pathlib.Path(os.fsdecode(where)):
                     self.look_at_file(os.fsencode(path))
         self.assertFalse(os.path.exists(os.path.join(where, b"hacked")))
+
+    def test_no_verb_is_missing(self):
+        listed = re.findall(r"^  (\w+)  +[A-Z]", self.run_verb("help", where=self.root).stdout.decode(), re.MULTILINE)
+        text = inspect.getsource(Names.cross)
+        without_names = {"passes", "completion", "man", "help"}
+        self.assertGreater(len(listed), 20)
+        self.assertFalse([verb for verb in listed if verb not in without_names and f'"{verb}"' not in text])
 
 
 if __name__ == "__main__":
