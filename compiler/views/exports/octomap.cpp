@@ -48,6 +48,7 @@ class ScanCaster {
   void begin(const Eigen::Vector3d& origin_m, const CellKey& low, const CellKey& high) {
     blocks_.begin(low, high);
     origin_m_ = origin_m;
+    from_ = voxel_of(origin_m);
   }
 
   // The voxel of a point; nothing where the grid ends.
@@ -60,8 +61,8 @@ class ScanCaster {
     const octomap::point3d origin = to_octomap(origin_m_);
     const octomap::point3d way = to_octomap(end_m) - origin;
     if (way.norm() <= max_range_m_) {
-      free_way(to_octomap(end_m));
-      if (const std::optional<CellKey> voxel = voxel_of(end_m)) blocks_.occupy(*voxel);
+      const std::optional<CellKey> voxel = free_way(to_octomap(end_m));
+      if (voxel) blocks_.occupy(*voxel);
     } else {
       free_way(origin + way.normalized() * static_cast<float>(max_range_m_));
     }
@@ -83,18 +84,17 @@ class ScanCaster {
     return CellKey{key[0], key[1], key[2]};
   }
 
-  // In OctoMap's own order of operations on floats and doubles.
-  void free_way(const octomap::point3d& end) {
+  // In OctoMap's own order of operations on floats and doubles. Returns the voxel of the end.
+  std::optional<CellKey> free_way(const octomap::point3d& end) {
     const octomap::point3d origin = to_octomap(origin_m_);
-    const std::optional<CellKey> from = voxel_of(origin);
     const std::optional<CellKey> to = voxel_of(end);
-    if (!from || !to || *from == *to) return;
+    if (!from_ || !to || *from_ == *to) return to;
     octomap::point3d direction = end - origin;
     const auto length_m = static_cast<float>(direction.norm());
     direction /= length_m;
-    VoxelRay ray{*from, *to};
+    VoxelRay ray{*from_, *to};
     ray.length_m = length_m;
-    const std::array<std::int32_t, 3> voxel = {from->x, from->y, from->z};
+    const std::array<std::int32_t, 3> voxel = {from_->x, from_->y, from_->z};
     for (unsigned axis = 0; axis < 3; ++axis) {
       const double along = direction(axis);
       ray.step[axis] = along > 0.0 ? 1 : along < 0.0 ? -1 : 0;
@@ -106,11 +106,13 @@ class ScanCaster {
       ray.between_m[axis] = grid_.getResolution() / std::abs(along);
     }
     blocks_.free_along(ray);
+    return to;
   }
 
   double max_range_m_;
   octomap::OcTree grid_;
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+  std::optional<CellKey> from_;  // the origin's voxel
   ScanBlocks blocks_;
 };
 

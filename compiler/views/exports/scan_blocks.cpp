@@ -99,8 +99,8 @@ void ScanBlocks::free_along(const VoxelRay& ray) {
   Axis z = axis_of(2, ray.from.z);
   const std::uint64_t end = place_of(ray.to);
   std::uint64_t place = place_of(ray.from);
-  std::uint64_t known = ~place;  // a place of the chunk
-  ChunkVoxels* chunk = nullptr;
+  std::uint64_t known = place;  // of the chunk
+  ChunkVoxels* chunk = &chunk_of(place);
   do {
     if ((place ^ known) >> kChunkBits != 0) {
       chunk = &chunk_of(place);
