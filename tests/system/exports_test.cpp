@@ -141,6 +141,19 @@ TEST(Exports, GdalReadsTheGeoPackageInItsZone) {
   }
 }
 
+TEST(Exports, AnIndependentReaderChecksEachMessageForFoxglove) {
+  const fs::path file = fresh_folder() / "town.mcap";
+  export_to(file, map_file(), "--world enu:48.98,8.39,116.4");
+  const ProgramResult read = run_command(
+      std::string(SIGHTLINE_ROOT) + "/tests/system/read_foxglove_mcap.py '" + file.string() + "'");
+  EXPECT_EQ(read.status, 0) << read.err;
+  const std::string count = std::to_string(csv_of(dumped(map_file(), "sites")).rows.size()) + "\n";
+  EXPECT_EQ(read.out, "/drive foxglove.PosesInFrame 1\n/fix foxglove.LocationFix " + count +
+                          "/map/nds foxglove.PointCloud 1\n/map/route foxglove.SceneUpdate 1\n" +
+                          "/map/sites foxglove.SceneUpdate 1\n/pose foxglove.PoseInFrame " + count +
+                          "/site sightline.Site " + count + "/tf foxglove.FrameTransform " + count);
+}
+
 TEST(Exports, EveryCsvTableIsThatOfTheDumpInTheWorld) {
   const fs::path folder = fresh_folder() / "tables";
   export_to(folder, map_file(), "--format csv");

@@ -17,6 +17,7 @@
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/exports/autoware.h"
 #include "compiler/views/exports/export_frame.h"
+#include "compiler/views/exports/foxglove_mcap.h"
 #include "compiler/views/exports/geojson.h"
 #include "compiler/views/exports/geopackage.h"
 #include "compiler/views/exports/octomap.h"
@@ -131,6 +132,10 @@ Result<void> export_map(const ExportFlags& flags) {
     SIGHTLINE_ASSIGN(const std::vector<std::byte> package, to_geopackage(map, world));
     return write_file_atomically(flags.answers.output, package, flags.if_exists());
   }
+  if (flags.format == "mcap") {
+    const auto write = [&](const ByteSink& sink) { return write_foxglove_mcap(map, world, sink); };
+    return write_file_atomically(flags.answers.output, write, flags.if_exists());
+  }
   if (flags.format == "pcd") {
     return write_pcd_binary(flags.answers.output, means_of(map.ndt), flags.if_exists());
   }
@@ -192,7 +197,8 @@ Result<void> check_folder(const ExportFlags& flags) {
 
 Result<void> export_points(const ExportFlags& flags) {
   const bool needs_map = flags.format == "csv" || flags.format == "geojson" ||
-                         flags.format == "gpkg" || asks_the_reader(flags.format);
+                         flags.format == "gpkg" || flags.format == "mcap" ||
+                         asks_the_reader(flags.format);
   if (needs_map) {
     return Error{ErrorCode::kBadArgument,
                  concat("--format ", flags.format, " needs a map (.slmap)"), flags.run.config_file};
@@ -235,8 +241,9 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 // Formats by the ending of their files.
 const Pairs& endings() {
   static const Pairs kEndings = {
-      {".gpkg", "gpkg"}, {".geojson", "geojson"}, {".json", "geojson"}, {".osm", "lanelet2"},
-      {".csv", "cells"}, {".pcd", "pcd"},         {".ply", "ply"},      {".bt", "octomap"}};
+      {".gpkg", "gpkg"},    {".geojson", "geojson"}, {".json", "geojson"},
+      {".osm", "lanelet2"}, {".csv", "cells"},       {".pcd", "pcd"},
+      {".ply", "ply"},      {".bt", "octomap"},      {".mcap", "mcap"}};
   return kEndings;
 }
 
@@ -315,7 +322,10 @@ Verb export_verb() {
       "From a map (.slmap): gpkg (QGIS, with a style) and geojson contain the route with the "
       "annotation of each site; csv is a folder of tables; cells is a table of the reader's "
       "answers in the cells of a grid; lanelet2 is the Lanelet2 map --lanes (Autoware's "
-      "lanelet2_map.osm) with the answers along each lanelet; ply contains the NDs as coloured "
+      "lanelet2_map.osm) with the answers along each lanelet; mcap contains NDs, route, and sites "
+      "with "
+      "their answers for Foxglove, with a drive along them at 10 m/s; ply contains the NDs as "
+      "coloured "
       "Gaussians (viewers of Gaussian splats; CloudCompare shows points); pcd contains their "
       "means, with the number of points as "
       "intensity.\n\n"
@@ -324,7 +334,7 @@ Verb export_verb() {
       "octomap_server), without moving objects, in voxels of --leaf and up to "
       "remove-moving.carve_range_m from the sensor.\n\n"
       "Without --format the ending of the output decides: .gpkg, .geojson, .osm, .csv (cells), "
-      ".pcd, .ply, .bt; a folder is csv or autoware.",
+      ".pcd, .ply, .bt, .mcap; a folder is csv or autoware.",
       kLanelet2Details,
       "\n\nExports are in the coordinates of the recordings, so positions in an export and in the "
       "reader are equal. Point clouds whose coordinates exceed 100 km (UTM) are shifted by whole "
@@ -334,6 +344,7 @@ Verb export_verb() {
                    "sightline export town.slmap --lanes lanelet2_map.osm -o answered.osm",
                    "sightline export town.slmap --cell 5 -o cells.csv",
                    "sightline export town.slmap --format csv -o tables/",
+                   "sightline export town.slmap -o town.mcap",
                    "sightline export town.slmap -o nds.ply",
                    "sightline export town.yaml --format autoware -o town_map/",
                    "sightline export town.yaml -o town.bt"};
@@ -345,8 +356,8 @@ Verb export_verb() {
        .value = "FORMAT",
        .help = "Format of the output; without it the ending of the output decides",
        .target = &flags->format,
-       .choices = {"autoware", "cells", "csv", "geojson", "gpkg", "lanelet2", "octomap", "pcd",
-                   "ply"},
+       .choices = {"autoware", "cells", "csv", "geojson", "gpkg", "lanelet2", "mcap", "octomap",
+                   "pcd", "ply"},
        .remedies = conversions()},
       world_flag(flags->answers.world),
       {.names = "--leaf",

@@ -62,10 +62,11 @@ const std::string_view kLanelet2Details =
     "lanelet2 keeps every byte of the file of lanes and adds tags to each lanelet, for each limit "
     "(010 is 0.10 m): observation_range_010 (m, the longest range of its places), _p95 (enough at "
     "95 % of its places), _least, _unmet (share of places where no range is good enough); "
-    "observation_look_010 (the most expensive look of its places), _unmet; observation_known "
-    "(share of places with an answer); observation_localizer. Far from sites the value is "
-    "unknown. Where the limit --area-limit is unmet, an area of type degenerate_area and subtype "
-    "feature_poor_road is added, which Autoware's environment adaptor reads. Where it is met but "
+    "observation_look_010_range, _returns, _points, _even_beyond, _by_normals, _settles (the most "
+    "expensive look of its places), _unmet; observation_known (share of places with an answer); "
+    "observation_localizer. Far from sites the value is unknown. Where the limit --area-limit is "
+    "unmet, an area of type degenerate_area and subtype feature_poor_road is added, which "
+    "Autoware's environment adaptor reads. Where it is met but "
     "`sightline weak` lists the place for that limit, the subtype is feature_weak_road.";
 
 void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {

@@ -19,6 +19,17 @@ const std::vector<std::string_view> kOurKeys = {"observation_range_", "observati
 // Shares and metres for people: no more digits than say something.
 std::string rounded(double value) { return format_double(std::round(value * 1000.0) / 1000.0); }
 
+// Each figure of a look as a tag of its own; 0 is "all" and "not thinned", as in
+// formats/drive/look.h.
+void add_look(const std::string& key, const Look& look, OsmTags& tags) {
+  tags.emplace_back(key + "_range", rounded(look.range_m));
+  tags.emplace_back(key + "_returns", std::to_string(look.return_count));
+  tags.emplace_back(key + "_points", std::to_string(look.point_count));
+  tags.emplace_back(key + "_even_beyond", rounded(look.even_beyond_m));
+  tags.emplace_back(key + "_by_normals", look.is_by_normals ? "yes" : "no");
+  tags.emplace_back(key + "_settles", look.mode == LookMode::kSettle ? "yes" : "no");
+}
+
 OsmTags tags_of(const LaneAnswers& answers, const MapInfo& info) {
   OsmTags tags;
   for (std::size_t limit = 0; limit < answers.limits.size(); ++limit) {
@@ -27,14 +38,14 @@ OsmTags tags_of(const LaneAnswers& answers, const MapInfo& info) {
     const std::string look = "observation_look_" + limit_suffix(info.limits_m[limit]);
     if (along.ranges_m.empty()) {
       tags.emplace_back(range, "unknown");
-      tags.emplace_back(look, "unknown");
+      tags.emplace_back(look + "_range", "unknown");
       continue;
     }
     tags.emplace_back(range, rounded(along.ranges_m.back()));
     tags.emplace_back(range + "_p95", rounded(nearest_rank(along.ranges_m, 0.95)));
     tags.emplace_back(range + "_least", rounded(along.ranges_m.front()));
     tags.emplace_back(range + "_unmet", rounded(along.unmet_share));
-    tags.emplace_back(look, to_text(along.look));
+    add_look(look, along.look, tags);
     tags.emplace_back(look + "_unmet", rounded(along.look_unmet_share));
   }
   tags.emplace_back("observation_known", rounded(answers.known_share));

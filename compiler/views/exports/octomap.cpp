@@ -2,11 +2,16 @@
 
 #include <octomap/OcTree.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <sstream>
 
 #include "compiler/views/exports/export_frame.h"
+#include "compiler/views/exports/scan_blocks.h"
 #include "compiler/views/exports/voxel_evidence.h"
 #include "formats/base/bytes.h"
 #include "formats/base/parallel.h"
@@ -25,8 +30,6 @@ octomap::point3d to_octomap(const Eigen::Vector3d& p_m) {
   return {static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())};
 }
 
-CellKey to_cell(const octomap::OcTreeKey& key) { return {key[0], key[1], key[2]}; }
-
 Error too_far(const Eigen::Vector3d& p_m, double voxel_m) {
   std::ostringstream text;
   text << "found a point at " << p_m.transpose() << " m; an octree of voxels of " << voxel_m
@@ -34,23 +37,23 @@ Error too_far(const Eigen::Vector3d& p_m, double voxel_m) {
   return Error{ErrorCode::kBadValue, text.str()};
 }
 
-// The voxels of one scan, as OctoMap's computeUpdate() finds them.
+// The voxels of one scan, as OctoMap's computeUpdate() and computeRayKeys() find them.
 class ScanCaster {
  public:
-  // Of a tree only the grid is used, and its buffers.
+  // Of a tree only the grid is used.
   explicit ScanCaster(const OctomapOptions& options)
       : max_range_m_(options.max_range_m), grid_(options.voxel_m) {}
 
-  void begin(const Eigen::Vector3d& origin_m) {
-    blocks_.clear();
+  // All points to come are in these voxels.
+  void begin(const Eigen::Vector3d& origin_m, const CellKey& low, const CellKey& high) {
+    blocks_.begin(low, high);
     origin_m_ = origin_m;
+    from_ = voxel_of(origin_m);
   }
 
   // The voxel of a point; nothing where the grid ends.
   [[nodiscard]] std::optional<CellKey> voxel_of(const Eigen::Vector3d& p_m) const {
-    octomap::OcTreeKey key;
-    if (!grid_.coordToKeyChecked(to_octomap(p_m), key)) return std::nullopt;
-    return to_cell(key);
+    return voxel_of(to_octomap(p_m));
   }
 
   // The end of the ray is occupied, or, beyond the range, its beginning is free.
@@ -58,10 +61,8 @@ class ScanCaster {
     const octomap::point3d origin = to_octomap(origin_m_);
     const octomap::point3d way = to_octomap(end_m) - origin;
     if (way.norm() <= max_range_m_) {
-      free_way(to_octomap(end_m));
-      if (const std::optional<CellKey> voxel = voxel_of(end_m)) {
-        at(*voxel).occupied |= std::uint64_t{1} << voxel_bit(*voxel);
-      }
+      const std::optional<CellKey> voxel = free_way(to_octomap(end_m));
+      if (voxel) blocks_.occupy(*voxel);
     } else {
       free_way(origin + way.normalized() * static_cast<float>(max_range_m_));
     }
@@ -77,31 +78,42 @@ class ScanCaster {
   [[nodiscard]] const ScanBlocks& blocks() const { return blocks_; }
 
  private:
-  void free_way(const octomap::point3d& end) {
-    grid_.computeRayKeys(to_octomap(origin_m_), end, ray_);
-    for (const octomap::OcTreeKey& key : ray_) {
-      const CellKey voxel = to_cell(key);
-      at(voxel).free |= std::uint64_t{1} << voxel_bit(voxel);
-    }
+  [[nodiscard]] std::optional<CellKey> voxel_of(const octomap::point3d& p_m) const {
+    octomap::OcTreeKey key;
+    if (!grid_.coordToKeyChecked(p_m, key)) return std::nullopt;
+    return CellKey{key[0], key[1], key[2]};
   }
 
-  // Most voxels of a ray are in the block of the one before.
-  ScanVoxels& at(const CellKey& voxel) {
-    const CellKey block = voxel_block(voxel);
-    if (blocks_.empty() || block != last_block_) {
-      last_block_ = block;
-      last_number_ = blocks_.insert(block).number;
+  // In OctoMap's own order of operations on floats and doubles. Returns the voxel of the end.
+  std::optional<CellKey> free_way(const octomap::point3d& end) {
+    const octomap::point3d origin = to_octomap(origin_m_);
+    const std::optional<CellKey> to = voxel_of(end);
+    if (!from_ || !to || *from_ == *to) return to;
+    octomap::point3d direction = end - origin;
+    const auto length_m = static_cast<float>(direction.norm());
+    direction /= length_m;
+    VoxelRay ray{*from_, *to};
+    ray.length_m = length_m;
+    const std::array<std::int32_t, 3> voxel = {from_->x, from_->y, from_->z};
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const double along = direction(axis);
+      ray.step[axis] = along > 0.0 ? 1 : along < 0.0 ? -1 : 0;
+      ray.next_m[axis] = ray.between_m[axis] = std::numeric_limits<double>::max();
+      if (ray.step[axis] == 0) continue;
+      double face_m = grid_.keyToCoord(static_cast<octomap::key_type>(voxel[axis]));
+      face_m += static_cast<float>(ray.step[axis] * grid_.getResolution() * 0.5);
+      ray.next_m[axis] = (face_m - origin(axis)) / along;
+      ray.between_m[axis] = grid_.getResolution() / std::abs(along);
     }
-    return blocks_.values()[last_number_];
+    blocks_.free_along(ray);
+    return to;
   }
 
   double max_range_m_;
   octomap::OcTree grid_;
-  octomap::KeyRay ray_;
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+  std::optional<CellKey> from_;  // the origin's voxel
   ScanBlocks blocks_;
-  CellKey last_block_;
-  std::uint32_t last_number_ = 0;
 };
 
 // Finds the voxels of a part.
@@ -110,13 +122,15 @@ Result<void> cast_scan(const SurfacePointReader& reader, std::size_t part, doubl
                        ScanCaster& caster) {
   SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> standing_m, reader.standing(part));
   SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> moving_m, reader.moving(part));
-  caster.begin(origin_m);
+  Eigen::AlignedBox3d box(origin_m);
   for (std::vector<Eigen::Vector3d>* points_m : {&standing_m, &moving_m}) {
     for (Eigen::Vector3d& end_m : *points_m) {
       end_m += shift_m;
       if (!caster.voxel_of(end_m)) return too_far(end_m, voxel_m);
+      box.extend(end_m);
     }
   }
+  caster.begin(origin_m, caster.voxel_of(box.min()).value(), caster.voxel_of(box.max()).value());
   for (const Eigen::Vector3d& end_m : standing_m) caster.add_return(end_m);
   for (const Eigen::Vector3d& end_m : moving_m) caster.add_moving(end_m);
   return {};

@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <limits>
 #include <utility>
 
 namespace sightline {
 namespace {
 
-constexpr int kBlockShift = 2;  // 4 voxels
-constexpr int kTileShift = 4;   // 16 blocks
-constexpr double kTile_voxels = 1 << (kBlockShift + kTileShift);
+constexpr int kTileShift = 2;  // 4 chunks
+constexpr double kTile_voxels = 64.0;
 
-TileKey tile_of_block(const CellKey& block) {
-  return {block.x >> kTileShift, block.y >> kTileShift};
+TileKey tile_of_chunk(const CellKey& chunk) {
+  return {chunk.x >> kTileShift, chunk.y >> kTileShift};
 }
 
 // From a voxel to the tile [low, low + kTile_voxels) along one axis; 0 within.
@@ -25,48 +22,39 @@ double distance_voxels(std::int32_t voxel, std::int32_t tile) {
 
 }  // namespace
 
-CellKey voxel_block(const CellKey& voxel) {
-  return {voxel.x >> kBlockShift, voxel.y >> kBlockShift, voxel.z >> kBlockShift};
-}
-
-int child_of_parent(const CellKey& cell) {
-  return (cell.x & 1) | (cell.y & 1) << 1 | (cell.z & 1) << 2;
-}
-
-int voxel_bit(const CellKey& voxel) {
-  return 8 * child_of_parent({voxel.x >> 1, voxel.y >> 1, voxel.z >> 1}) + child_of_parent(voxel);
-}
-
 VoxelEvidence::VoxelEvidence(std::vector<CellKey> origins, double reach_voxels,
                              const RayModel& model)
     : origins_(std::move(origins)), reach_voxels_(reach_voxels), model_(model) {}
 
 void VoxelEvidence::add(const ScanBlocks& scan) {
-  TileKey key;
-  Tile* tile = nullptr;
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const CellKey& block = scan.keys()[i];
-    if (tile == nullptr || tile_of_block(block) != key) {
-      key = tile_of_block(block);
-      tile = &tile_of(key);
-    }
-    constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-    LogOdds unknown;
-    unknown.values.fill(kUnknown);
-    const std::uint32_t number = tile->insert(block, unknown).number;
-    LogOdds& log_odds = tile->values()[number];
-    const ScanVoxels& seen = scan.values()[i];
-    update(seen.free & ~seen.occupied, model_.miss, log_odds);
-    update(seen.occupied, model_.hit, log_odds);
-  }
+  for (const ChunkVoxels& chunk : scan.chunks()) add(chunk, tile_of(tile_of_chunk(chunk.key)));
   ++next_scan_;
   retire();
 }
 
-void VoxelEvidence::update(std::uint64_t voxels, float by, LogOdds& block) const {
+void VoxelEvidence::add(const ChunkVoxels& chunk, Tile& tile) const {
+  const std::uint32_t inserted = tile.numbers.insert(chunk.key).number;
+  std::array<std::uint32_t, kBlocksOfChunk>& numbers = tile.numbers.values()[inserted];
+  for (std::size_t i = 0; i < kBlocksOfChunk; ++i) {
+    const ScanVoxels& seen = chunk.blocks[i];
+    if ((seen.free | seen.occupied) == 0) continue;
+    if (numbers[i] == 0) {
+      tile.blocks.emplace_back();
+      numbers[i] = static_cast<std::uint32_t>(tile.blocks.size());
+    }
+    update(seen, tile.blocks[numbers[i] - 1]);
+  }
+}
+
+void VoxelEvidence::update(const ScanVoxels& seen, Block& block) const {
+  block.known |= seen.free | seen.occupied;
+  std::uint64_t voxels = (seen.free & ~block.least) | seen.occupied;
   for (; voxels != 0; voxels &= voxels - 1) {
-    float& value = block.values[static_cast<std::size_t>(std::countr_zero(voxels))];
-    value = std::clamp((std::isnan(value) ? 0.0F : value) + by, model_.least, model_.most);
+    const std::uint64_t bit = voxels & (~voxels + 1);
+    float& value = block.log_odds[static_cast<std::size_t>(std::countr_zero(voxels))];
+    const float by = (seen.occupied & bit) != 0 ? model_.hit : model_.miss;
+    value = std::clamp(value + by, model_.least, model_.most);
+    block.least = value > model_.least ? block.least & ~bit : block.least | bit;
   }
 }
 
@@ -99,14 +87,18 @@ void VoxelEvidence::retire() {
 }
 
 void VoxelEvidence::conclude(const Tile& tile) {
-  for (std::size_t i = 0; i < tile.size(); ++i) {
-    SeenBlock block{tile.keys()[i]};
-    for (std::size_t voxel = 0; voxel < 64; ++voxel) {
-      const float value = tile.values()[i].values[voxel];
-      block.known |= std::uint64_t{!std::isnan(value)} << voxel;
-      block.occupied |= std::uint64_t{value >= model_.threshold} << voxel;
+  for (std::size_t chunk = 0; chunk < tile.numbers.size(); ++chunk) {
+    for (std::size_t i = 0; i < kBlocksOfChunk; ++i) {
+      const std::uint32_t number = tile.numbers.values()[chunk][i];
+      if (number == 0) continue;
+      const Block& block = tile.blocks[number - 1];
+      SeenBlock seen{block_of_chunk(tile.numbers.keys()[chunk], i), block.known};
+      for (std::size_t voxel = 0; voxel < 64; ++voxel) {
+        const bool is_occupied = block.log_odds[voxel] >= model_.threshold;
+        seen.occupied |= std::uint64_t{is_occupied} << voxel & block.known;
+      }
+      seen_.push_back(seen);
     }
-    seen_.push_back(block);
   }
 }
 

@@ -7,26 +7,13 @@
 #include <memory>
 #include <vector>
 
+#include "compiler/views/exports/scan_blocks.h"
 #include "formats/grid/cell_index.h"
 
 // What rays say of voxels, summed scan by scan as log-odds (Hornung et al. 2013, "OctoMap: an
 // efficient probabilistic 3D mapping framework based on octrees", section 3).
 
 namespace sightline {
-
-// Voxels are handled in blocks of 4 x 4 x 4, one bit each. Bits 8 i to 8 i + 7 are the voxels of
-// the i-th octant of the block; octants and voxels are in the order of an octree's children.
-CellKey voxel_block(const CellKey& voxel);
-int voxel_bit(const CellKey& voxel);
-// Which child of its parent a cell is: bit 0 is x, bit 1 is y, bit 2 is z.
-int child_of_parent(const CellKey& cell);
-
-// The voxels of a block that one scan's rays pass, and those in which they end.
-struct ScanVoxels {
-  std::uint64_t free = 0;
-  std::uint64_t occupied = 0;  // goes before `free`
-};
-using ScanBlocks = CellTable<ScanVoxels>;
 
 // The sensor model, in log-odds.
 struct RayModel {
@@ -58,15 +45,21 @@ class VoxelEvidence {
   std::vector<SeenBlock> take();
 
  private:
-  // A voxel is NaN until a ray meets it.
-  struct LogOdds {
-    std::array<float, 64> values;
+  struct Block {
+    std::uint64_t known = 0;
+    std::uint64_t least = 0;  // voxels at the lower limit, where a miss changes nothing
+    std::array<float, 64> log_odds{};
   };
-  using Tile = CellTable<LogOdds>;
+  // By chunk: 1 and up in `blocks`; 0: not met yet.
+  struct Tile {
+    CellTable<std::array<std::uint32_t, kBlocksOfChunk>> numbers;
+    std::vector<Block> blocks;
+  };
 
   [[nodiscard]] std::size_t last_scan(const TileKey& tile) const;
   Tile& tile_of(const TileKey& key);
-  void update(std::uint64_t voxels, float by, LogOdds& block) const;
+  void add(const ChunkVoxels& chunk, Tile& tile) const;
+  void update(const ScanVoxels& seen, Block& block) const;
   // Concludes the tiles that no scan from the next one on reaches.
   void retire();
   void conclude(const Tile& tile);

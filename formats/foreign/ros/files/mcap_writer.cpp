@@ -73,7 +73,7 @@ std::uint16_t McapWriter::add_topic(const std::string& topic, const McapType& ty
     ByteWriter schema;
     schema.put(type_id);
     put_text(schema, type.name);
-    put_text(schema, "ros2msg");
+    put_text(schema, type.definition_encoding);
     put_text(schema, type.definition);
     types_.push_back({std::string(type.name), record(Op::kSchema, schema)});
   }
@@ -82,7 +82,7 @@ std::uint16_t McapWriter::add_topic(const std::string& topic, const McapType& ty
   channel.put(id);
   channel.put(type_id);
   put_text(channel, topic);
-  put_text(channel, "cdr");
+  put_text(channel, type.message_encoding);
   put_text(channel, "");  // no metadata
   Topic& added = topics_.emplace_back();
   added.record = record(Op::kChannel, channel);
@@ -101,7 +101,7 @@ Result<void> McapWriter::begin() {
   if (size_ > 0) return {};
   SIGHTLINE_TRY(put(bytes_of(kMagic)));
   ByteWriter header;
-  put_text(header, "ros2");
+  put_text(header, profile_);
   put_text(header, "sightline " + program_version());
   return put(record(Op::kHeader, header));
 }

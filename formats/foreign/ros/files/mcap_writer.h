@@ -14,20 +14,24 @@
 namespace sightline {
 
 // A message type: "geometry_msgs/msg/PoseStamped" and its definition with those of its parts, in
-// the language of .msg files (encoding "ros2msg").
+// the language of .msg files; of other encodings of mcap.dev/spec/registry: "foxglove.PoseInFrame"
+// and its JSON schema ("jsonschema", "json").
 struct McapType {
   std::string_view name;
   std::string_view definition;
+  std::string_view definition_encoding = "ros2msg";
+  std::string_view message_encoding = "cdr";
 };
 
-// Writes an MCAP file of ROS 2 messages (mcap.dev/spec, profile "ros2", messages in CDR): chunks
-// that are not packed, so that equal messages give equal bytes whatever libraries there are, each
-// with its index; checksums of chunks, data and summary; a summary with types, topics, counts and
-// the index of chunks. Memory holds one chunk.
+// Writes an MCAP file (mcap.dev/spec): chunks that are not packed, so that equal messages give
+// equal bytes whatever libraries there are, each with its index; checksums of chunks, data and
+// summary; a summary with types, topics, counts and the index of chunks. Memory holds one chunk.
 class McapWriter {
  public:
-  // Gives all bytes to `file`, which must outlive the writer.
-  explicit McapWriter(const ByteSink& file) : file_(file) {}
+  // Gives all bytes to `file`, which must outlive the writer, as `profile`. "ros2": all messages
+  // are of ROS 2; "": they are not.
+  explicit McapWriter(const ByteSink& file, std::string_view profile = "ros2")
+      : file_(file), profile_(profile) {}
 
   // A topic, before its first message; topics of one type share it. Returns its number.
   std::uint16_t add_topic(const std::string& topic, const McapType& type);
@@ -66,6 +70,7 @@ class McapWriter {
   [[nodiscard]] std::vector<std::byte> summary() const;
 
   const ByteSink& file_;
+  std::string_view profile_;
   std::uint64_t size_ = 0;  // written
   std::uint32_t crc_ = 0;   // of all that was written
   std::vector<Type> types_;

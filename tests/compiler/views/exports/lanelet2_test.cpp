@@ -200,7 +200,7 @@ void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Ta
   std::vector<double> ranges_m;
   double unmet = 0.0;
   double look_unmet = 0.0;
-  std::string look_text;
+  Look dearest_look;
   std::size_t dearest = 0;
   const std::vector<std::array<double, 3>> asked_m = places(open, lane);
   for (const std::array<double, 3>& p_m : asked_m) {
@@ -216,7 +216,7 @@ void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Ta
           known.range_m == look.look.range_m && known.return_count == look.look.return_count;
       if (is_it && i >= dearest) {
         dearest = i;
-        look_text = to_text(known);
+        dearest_look = known;
       }
     }
   }
@@ -227,7 +227,8 @@ void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Ta
               5.01e-4);
   if (ranges_m.empty()) {
     EXPECT_EQ(tags.at(range), "unknown");
-    EXPECT_EQ(tags.at(look), "unknown");
+    EXPECT_EQ(tags.at(look + "_range"), "unknown");
+    EXPECT_EQ(tags.count(look + "_returns"), 0U);
     EXPECT_EQ(tags.count(range + "_p95"), 0U);
     return;
   }
@@ -243,7 +244,13 @@ void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Ta
   EXPECT_EQ(std::stod(tags.at(range + "_p95")), p95_m);
   EXPECT_NEAR(std::stod(tags.at(range + "_unmet")), unmet / count, 5.01e-4);
   EXPECT_NEAR(std::stod(tags.at(look + "_unmet")), look_unmet / count, 5.01e-4);
-  EXPECT_EQ(tags.at(look), look_text);
+  EXPECT_EQ(std::stod(tags.at(look + "_range")), dearest_look.range_m);
+  EXPECT_EQ(tags.at(look + "_returns"), std::to_string(dearest_look.return_count));
+  EXPECT_EQ(tags.at(look + "_points"), std::to_string(dearest_look.point_count));
+  EXPECT_EQ(std::stod(tags.at(look + "_even_beyond")), dearest_look.even_beyond_m);
+  EXPECT_EQ(tags.at(look + "_by_normals"), dearest_look.is_by_normals ? "yes" : "no");
+  EXPECT_EQ(tags.at(look + "_settles"), dearest_look.mode == LookMode::kSettle ? "yes" : "no");
+  EXPECT_EQ(tags.count(look), 0U) << "no text for people";
 }
 
 TEST(Lanelet2, TagsAreWhatTheReaderAnswersAlongTheLane) {
@@ -271,8 +278,9 @@ TEST(Lanelet2, AMapWithoutLooksAnswersWithItsRanges) {
   for (int i = 1; i <= 5; ++i) {
     const Tags tags = read.tags("relation", 100 * i + 60);
     if (tags.at("observation_range_010") == "unknown") continue;
-    EXPECT_EQ(tags.at("observation_look_010"),
-              to_text(every_return(std::stod(tags.at("observation_range_010")))));
+    EXPECT_EQ(tags.at("observation_look_010_range"), tags.at("observation_range_010"));
+    EXPECT_EQ(tags.at("observation_look_010_returns"), "0");
+    EXPECT_EQ(tags.at("observation_look_010_points"), "0");
   }
 }
 
@@ -454,7 +462,7 @@ TEST(Lanelet2, LanesOutsideTheMapAreNamedAndSayUnknown) {
   EXPECT_EQ(made.outside, std::vector<std::string>{"260"});
   const Tags tags = Read(made.text).tags("relation", 260);
   EXPECT_EQ(tags.at("observation_range_010"), "unknown");
-  EXPECT_EQ(tags.at("observation_look_025"), "unknown");
+  EXPECT_EQ(tags.at("observation_look_025_range"), "unknown");
   EXPECT_EQ(tags.at("observation_known"), "0");
   EXPECT_EQ(refusal(open, document({away})), ErrorCode::kNoOverlap);
   Lane high = lanes[0];

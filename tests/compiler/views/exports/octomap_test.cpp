@@ -161,13 +161,14 @@ TEST(Octomap, OccupiesOnlyWhereReturnsLieAndFreesOnlyWhereRaysPass) {
   EXPECT_GT(static_cast<double>(occupied_returns), 0.8 * static_cast<double>(returns));
 }
 
-// A drive of 150 m with a range of 30 m, which leaves tiles behind, and comes back to the first.
-TEST(Octomap, IsTheTreeOfInsertPointCloudScanByScan) {
-  SurfacePoints surface = street(11, 12.0);
-  for (std::size_t i = 0; i < surface.scans.size(); ++i) {
-    const double way_m = i < 10 ? 16.0 * static_cast<double>(i) : 0.0;
-    surface.scans[i].T_map_lidar.translation().x() = way_m + 0.046875;
-  }
+std::string text_of(const octomap::OcTree& tree) {
+  std::ostringstream text;
+  tree.writeBinaryConst(text);
+  return text.str();
+}
+
+// By OctoMap itself, scan by scan.
+std::string inserted(const SurfacePoints& surface) {
   octomap::OcTree tree(kVoxel_m);
   const SurfacePointReader reader(surface);
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
@@ -180,13 +181,54 @@ TEST(Octomap, IsTheTreeOfInsertPointCloudScanByScan) {
   }
   tree.toMaxLikelihood();
   tree.prune();
-  std::ostringstream expected;
-  tree.writeBinaryConst(expected);
+  return text_of(tree);
+}
+
+// A drive of 150 m with a range of 30 m, which leaves tiles behind, and comes back to the first.
+TEST(Octomap, IsTheTreeOfInsertPointCloudScanByScan) {
+  SurfacePoints surface = street(11, 12.0);
+  for (std::size_t i = 0; i < surface.scans.size(); ++i) {
+    const double way_m = i < 10 ? 16.0 * static_cast<double>(i) : 0.0;
+    surface.scans[i].T_map_lidar.translation().x() = way_m + 0.046875;
+  }
   const octomap::OcTree ours = read_back(exported(surface));
-  std::ostringstream found;
-  ours.writeBinaryConst(found);
   EXPECT_GT(ours.size(), 10'000u);
-  EXPECT_TRUE(found.str() == expected.str());
+  EXPECT_TRUE(text_of(ours) == inserted(surface));
+}
+
+// The log-odds reach their lower limit, their upper one and the lower one again.
+TEST(Octomap, CountsMissesAnewAfterHits) {
+  Scan hit;
+  hit.points_m = {{5.1, 0.1, 0.1}};
+  Scan miss;
+  miss.points_m = {{8.1, 0.1, 0.1}};
+  for (const int last_misses : {0, 5, 8, 9, 12}) {
+    std::vector<Scan> scans(7, miss);
+    scans.insert(scans.end(), 8, hit);
+    scans.insert(scans.end(), static_cast<std::size_t>(last_misses), miss);
+    const SurfacePoints surface =
+        surface_of(drive_of(scans, std::vector<Pose>(scans.size(), Pose::Identity())));
+    const octomap::OcTree ours = read_back(exported(surface));
+    EXPECT_TRUE(text_of(ours) == inserted(surface)) << last_misses;
+    EXPECT_EQ(space_at(ours, {5.1, 0.1, 2.1}), last_misses < 9 ? Space::kOccupied : Space::kFree)
+        << last_misses;
+  }
+}
+
+// From the middle of a voxel: faces of several axes are equally far.
+TEST(Octomap, FollowsRaysThroughEdgesAndCornersAsInsertPointCloud) {
+  Scan scan;
+  for (const double x : {-4.0, 0.0, 4.0}) {
+    for (const double y : {-4.0, 0.0, 4.0}) {
+      for (const double z : {-4.0, 0.0, 4.0}) {
+        if (x != 0.0 || y != 0.0 || z != 0.0) scan.points_m.emplace_back(x, y, z);
+      }
+    }
+  }
+  Pose at_centre = Pose::Identity();
+  at_centre.translation() = Eigen::Vector3d(0.125, 0.125, 0.125);
+  const SurfacePoints surface = surface_of(drive_of({scan}, {at_centre}));
+  EXPECT_TRUE(text_of(read_back(exported(surface))) == inserted(surface));
 }
 
 TEST(Octomap, IsTheTreeThatOctomapsOwnToolsMakeOfTheScans) {
