@@ -6,6 +6,8 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console/console.h"
 #include "compiler/cli/console/written.h"
+#include "formats/base/files/atomic_file.h"
+#include "formats/base/printable.h"
 
 namespace sightline {
 
@@ -36,7 +38,8 @@ Result<void> put_result(const ResultFlags& flags, const std::string& result) {
     flags.format == "text" ? print_text(result) : print_data(result);
     return {};
   }
-  SIGHTLINE_TRY(write_file_atomically(flags.output, result, if_exists(flags.is_forced)));
+  const std::string text = flags.format == "text" ? log_text(result) : result;
+  SIGHTLINE_TRY(write_file_atomically(flags.output, text, if_exists(flags.is_forced)));
   print_written(flags.output);
   return {};
 }
