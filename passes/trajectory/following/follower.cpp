@@ -30,6 +30,9 @@ constexpr double kShortestStepsFrom_m = 20.0;
 // A match this far from the given step is compared with it by the last scan alone.
 constexpr double kFarFromGiven_m = 0.5;
 
+// Of road vehicles.
+constexpr double kFastest_m_s = 50.0;
+
 // How far from the predicted pose a scan is searched for: at the start, when the speed is not
 // known, and where matching failed.
 constexpr double kSearchReach_m = 3.0;
@@ -297,7 +300,7 @@ void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) 
   const Pose& T_map_lidar = to.T_map_lidar;
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
   Eigen::Vector2d leap = leap_m(k, to, found);
-  if (const std::optional<double> off_m = rival_m(scan, T_map_lidar)) leap.x() = *off_m;
+  if (const std::optional<double> off_m = rival_m(k, scan, T_map_lidar)) leap.x() = *off_m;
   since_sound_ns_ += step_ns(k);
   if (to.constraint.weak.isZero() && leap.isZero(0.0)) {
     steady_.add(step);
@@ -327,9 +330,11 @@ bool Follower::is_poor(const Found& found) const {
   return found.overlap && *found.overlap < least;
 }
 
-std::optional<double> Follower::rival_m(const ReadScan& scan, const Pose& T_map_lidar) const {
+std::optional<double> Follower::rival_m(std::size_t k, const ReadScan& scan,
+                                        const Pose& T_map_lidar) const {
   const Pose T_map_vehicle = T_map_lidar * drive_->sensor.T_vehicle_lidar.inverse();
-  return before_.rival_m(scan.upright_m, T_map_lidar, T_map_vehicle.linear().col(0));
+  return before_.rival_m(scan.upright_m, T_map_lidar, T_map_vehicle.linear().col(0),
+                         kFastest_m_s * step_s(k));
 }
 
 // Where the scan before shows the next one elsewhere along the road, the match there if it is clear
@@ -337,7 +342,7 @@ std::optional<double> Follower::rival_m(const ReadScan& scan, const Pose& T_map_
 Follower::Found Follower::followed(std::size_t k, const ReadScan& scan) const {
   Found found = follow_from(predictions(k), scan);
   const Pose& T_map_found = found.match.T_map_lidar;
-  const std::optional<double> off_m = rival_m(scan, T_map_found);
+  const std::optional<double> off_m = rival_m(k, scan, T_map_found);
   if (!off_m) return found;
   const Pose T_map_vehicle = T_map_found * drive_->sensor.T_vehicle_lidar.inverse();
   const Eigen::Vector3d ahead = T_map_vehicle.linear().col(0);

@@ -110,7 +110,8 @@ class Follower {
   [[nodiscard]] Pose moved_on(std::size_t k) const;
 
   // How far ahead the scan before clearly shows this one instead.
-  [[nodiscard]] std::optional<double> rival_m(const ReadScan& scan, const Pose& T_map_lidar) const;
+  [[nodiscard]] std::optional<double> rival_m(std::size_t k, const ReadScan& scan,
+                                              const Pose& T_map_lidar) const;
   [[nodiscard]] Found followed(std::size_t k, const ReadScan& scan) const;
   [[nodiscard]] Found follow_from(const std::vector<Pose>& starts, const ReadScan& scan) const;
   [[nodiscard]] bool is_poor(const Found& found) const;

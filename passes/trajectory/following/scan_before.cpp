@@ -8,15 +8,16 @@ namespace {
 // Scans that are steps of 13 m apart still overlap by 0.4, by chance or in the dark by up to 0.35.
 constexpr double kSurelyRight = 0.5;
 constexpr double kClearly = 0.08;
-// A vehicle at 25 m/s, one scan a second; steps of half the width within which points meet.
+// In steps of about the width within which points meet.
 constexpr double kReach_m = 25.0;
 constexpr double kStep_m = 0.2;
-// Nearer ones are the same place.
-constexpr double kElsewhere_m = 1.0;
+constexpr double kElsewhere_m = 3.0;
+constexpr double kLeastMotion_m = 3.0;
 
 }  // namespace
 
 void ScanBefore::set(const std::vector<Eigen::Vector3d>& upright_m, const Pose& T_map_lidar) {
+  at_map_m_ = T_map_lidar.translation();
   upright_ = UprightMap(1.0);
   upright_.add(upright_m, T_map_lidar, 0.0);
 }
@@ -27,8 +28,8 @@ std::optional<double> ScanBefore::overlap(const std::vector<Eigen::Vector3d>& up
 }
 
 std::optional<double> ScanBefore::rival_m(const std::vector<Eigen::Vector3d>& upright_m,
-                                          const Pose& T_map_lidar,
-                                          const Eigen::Vector3d& ahead) const {
+                                          const Pose& T_map_lidar, const Eigen::Vector3d& ahead,
+                                          double farthest_m) const {
   const std::optional<double> here = overlap(upright_m, T_map_lidar);
   if (!here || *here >= kSurelyRight) return std::nullopt;
   double most = *here + kClearly;
@@ -36,8 +37,10 @@ std::optional<double> ScanBefore::rival_m(const std::vector<Eigen::Vector3d>& up
   const int reach = static_cast<int>(kReach_m / kStep_m);
   for (int i = -reach; i <= reach; ++i) {
     const double off_m = kStep_m * i;
-    if (std::abs(off_m) < kElsewhere_m) continue;
     const Pose T_map_there = Eigen::Translation3d(off_m * ahead) * T_map_lidar;
+    const double motion_m = (T_map_there.translation() - at_map_m_).norm();
+    const bool is_moved = motion_m >= kLeastMotion_m && motion_m <= farthest_m;
+    if (std::abs(off_m) < kElsewhere_m || !is_moved) continue;
     const double there = overlap(upright_m, T_map_there).value_or(0.0);
     if (there <= most) continue;
     most = there;

@@ -22,13 +22,16 @@ class ScanBefore {
                                               const Pose& T_map_lidar) const;
 
   // How far ahead of a pose, along a direction of length 1, the two scans clearly overlap more, at
-  // most 25 m to either side; none where they do nowhere, or overlap by a half at this pose.
+  // most 25 m to either side; none where they do nowhere, or overlap by a half at this pose. Such a
+  // place is 3 m away or more, and the vehicle moved 3 m or more to it, at most `farthest_m`: rings
+  // and vehicles that drive along overlap as if it stood.
   [[nodiscard]] std::optional<double> rival_m(const std::vector<Eigen::Vector3d>& upright_m,
-                                              const Pose& T_map_lidar,
-                                              const Eigen::Vector3d& ahead) const;
+                                              const Pose& T_map_lidar, const Eigen::Vector3d& ahead,
+                                              double farthest_m) const;
 
  private:
   UprightMap upright_{1.0};
+  Eigen::Vector3d at_map_m_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace sightline

@@ -12,9 +12,9 @@ namespace {
 
 // 0.1 rad over 100 m: a bend of a road that nothing shows.
 constexpr double kDrift_rad_per_m = 0.001;
-// Of an assumed speed, a part of the error lasts all along a stretch, the rest changes after so much
-// of the way: drivers change their speed by some percent within 20 s. In a curve such an error is
-// not along one line.
+// Of an assumed speed, a part of the error lasts all along a stretch, the rest changes after so
+// much of the way: drivers change their speed by some percent within 20 s. In a curve such an error
+// is not along one line.
 constexpr double kLastingShare = 0.7;
 constexpr double kSpeedPart_m = 50.0;
 constexpr double kLongestGap_m = 5.0;

@@ -23,11 +23,12 @@ std::vector<Eigen::Vector3d> poles_from(double from_m, double every_m) {
 
 Pose ahead_by(double x_m) { return pose_at(x_m, 0.0, 0.0); }
 
-std::optional<double> rival_m(double from_m, double to_m, double claimed_m, double every_m = 0.0) {
+std::optional<double> rival_m(double from_m, double to_m, double claimed_m, double every_m = 0.0,
+                              double farthest_m = 30.0) {
   ScanBefore before;
   before.set(poles_from(from_m, every_m), ahead_by(from_m));
   return before.rival_m(poles_from(to_m, every_m), ahead_by(from_m + claimed_m),
-                        Eigen::Vector3d::UnitX());
+                        Eigen::Vector3d::UnitX(), farthest_m);
 }
 
 TEST(ScanBefore, ShowsHowFarAWrongStepIsOff) {
@@ -43,6 +44,12 @@ TEST(ScanBefore, ShowsNothingElseOfARightStep) {
   EXPECT_FALSE(rival_m(30.0, 43.0, 12.8)) << "a match is off by less";
 }
 
+TEST(ScanBefore, ShowsNoRivalThatIsNearOrThatTheVehicleCannotHaveMovedTo) {
+  EXPECT_FALSE(rival_m(30.0, 43.0, 10.5)) << "2.5 m off";
+  EXPECT_FALSE(rival_m(30.0, 31.0, 10.0)) << "it hardly moved";
+  EXPECT_FALSE(rival_m(30.0, 43.0, 0.0, 0.0, 12.0)) << "too fast";
+}
+
 TEST(ScanBefore, ShowsNoRivalThatIsNotClearlyBetter) {
   EXPECT_FALSE(rival_m(30.0, 40.0, 0.0, 10.0)) << "poles 10 m apart";
 }
@@ -50,7 +57,8 @@ TEST(ScanBefore, ShowsNoRivalThatIsNotClearlyBetter) {
 TEST(ScanBefore, ShowsNothingWithoutUprightReturns) {
   ScanBefore before;
   before.set({}, Pose::Identity());
-  EXPECT_FALSE(before.rival_m(poles_from(30.0, 0.0), Pose::Identity(), Eigen::Vector3d::UnitX()));
+  EXPECT_FALSE(
+      before.rival_m(poles_from(30.0, 0.0), Pose::Identity(), Eigen::Vector3d::UnitX(), 30.0));
 }
 
 }  // namespace
