@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "compiler/views/report/page/packed.h"
 #include "compiler/views/report/page/page_assets.h"
 #include "compiler/views/report/page/page_data.h"
 #include "compiler/views/report/sections/sections.h"
@@ -141,6 +142,7 @@ Result<std::string> report_html(const ReportSources& sources) {
   html += "</main>\n";
   if (!page_script().empty()) {
     html += concat("<script type=\"application/json\" id=\"data\">", page_data_json(sources),
+                   "</script>\n<script type=\"text/plain\" id=\"scene\">", packed(scene_script()),
                    "</script>\n<script>\n", page_script(), "</script>\n");
   }
   return html + "</body>\n</html>\n";

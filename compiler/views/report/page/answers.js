@@ -7,7 +7,7 @@ const kinds = ["plan", "look", "range", "none"];
 
 export const noAnswer = "no good answer";
 
-// {kind: "plan", "look", "range" or "none"; choice: index among looks or ranges; text; mean_m: predicted error; probability}
+// {kind: "plan", "look", "range" or "none"; choice: index among ranges (isRange) or looks; text; mean_m: predicted error; probability}
 export function answerAt(page, site, limit) {
   const { answers } = page;
   const at = site * limitCount(page) + limit;
@@ -15,7 +15,7 @@ export function answerAt(page, site, limit) {
   const choice = answers.choice[at];
   const isRange = kind === "range" || answers.recommended[limit] === "range";
   const text = kind === "plan" ? "plan" : isRange ? `range ${page.ranges_m[choice]} m` : answers.looks[choice];
-  return { kind, choice, text, mean_m: answers.mean_m[at], probability: answers.probability[at] };
+  return { kind, choice, isRange, text, mean_m: answers.mean_m[at], probability: answers.probability[at] };
 }
 
 // The words of an answer; what is taken where none is good enough stands behind it.

@@ -99,6 +99,16 @@ export async function depthOfSite(page, site) {
   return { site: sites[nearest], ...(await greysOf(page.depth.images[nearest])) };
 }
 
+// From an image's column and row to the direction, degrees.
+export function directionAt(depth, column, row) {
+  const degrees = 180 / Math.PI;
+  const turn = 360 / depth.columns;
+  return {
+    azimuth_deg: 180 - turn * (column + 0.5),
+    elevation_deg: degrees * (depth.first_elevation_rad + depth.elevation_step_rad * (depth.rows - 1 - row)),
+  };
+}
+
 // The pixels of a PNG of greys.
 export async function greysOf(base64) {
   const bitmap = await createImageBitmap(new Blob([bytesOfBase64(base64)], { type: "image/png" }));

@@ -34,7 +34,7 @@ const CanvasLayer = L.GridLayer.extend({
 });
 
 // Tiles of the page by key, those that a box touches.
-function tileFinder(tiles, tile_m) {
+export function tileFinder(tiles, tile_m) {
   const byKey = new Map(tiles.map((tile) => [`${tile.x},${tile.y}`, tile]));
   return (box, margin_m) => {
     const found = [];
@@ -113,7 +113,7 @@ function surfaceLayer(relief) {
   }, { zIndex: 1, opacity: 0.35 });
 }
 
-const kindColours = { 1: "orange", 2: "blue", 3: "green", 4: "grey" };
+export const kindColours = { 1: "orange", 2: "blue", 3: "green", 4: "grey" };
 const lying = 4;
 
 // NDs of a tile, the lying ones first, then from below to above.

@@ -60,6 +60,7 @@ PageJson answers_json(const CompiledMap& map, const MapJudgement& judgement) {
   std::vector<std::string> looks;
   for (const Look& look : map.looks->ranges.looks) looks.push_back(to_text(look));
   json["looks"] = looks;
+  json["looks_range_m"] = ranges_of(map.looks->ranges.looks);
   if (map.looks->ranges.plan) json["plan"] = to_text(*map.looks->ranges.plan);
   return json;
 }

@@ -11,6 +11,7 @@ endfunction()
 literal(style ${STYLE})
 literal(library_style ${LIBRARY_STYLE})
 literal(script ${SCRIPT})
+literal(scene ${SCENE})
 file(WRITE ${OUTPUT} "#include \"compiler/views/report/page/page_assets.h\"
 
 namespace sightline {
@@ -18,6 +19,7 @@ namespace sightline {
 std::string_view page_style() { return ${style}; }
 std::string_view library_style() { return ${library_style}; }
 std::string_view page_script() { return ${script}; }
+std::string_view scene_script() { return ${scene}; }
 
 }  // namespace sightline
 ")

@@ -11,5 +11,7 @@ std::string_view page_style();
 // where the program was built without npm: the page then shows still pictures.
 std::string_view library_style();
 std::string_view page_script();
+// Draws the NDs in 3D; unpacked when its view is opened. Empty without npm.
+std::string_view scene_script();
 
 }  // namespace sightline

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 
 #include "compiler/views/picture/ndt_picture.h"
 #include "compiler/views/report/page/packed.h"
@@ -133,6 +134,8 @@ PageJson texts_json(const CompiledMap& map) {
 }
 
 constexpr double kSigmas = 2.0;
+constexpr double kMillimetre = 0.001;
+constexpr double kCentimetre = 0.01;
 constexpr std::uint8_t kLyingPlane = 4;  // a kind beside the dimension classes
 
 double lowest_z_m(const NdtMap& map) {
@@ -147,13 +150,31 @@ std::uint16_t steps_of(double value, double step) {
 
 // NDs of one tile, column by column.
 struct NdColumns {
-  std::vector<std::uint16_t> place, height, radius;
-  std::vector<std::uint8_t> turn, kind;
+  std::vector<std::uint16_t> place, height, radius, rise;
+  std::vector<std::uint8_t> turn, tilt, kind;
 };
 
+constexpr double kTurnStep_rad = std::numbers::pi / 256.0;
+
+// The longer axis from above: its turn from +x in steps, and its direction, of which the turn is
+// the nearest step.
+std::pair<std::uint8_t, Eigen::Vector2d> long_axis(const SymmetricEigen<2>& eigen) {
+  const Eigen::Vector2d along = eigen.vectors.col(1);
+  const long steps = std::lround(std::atan2(along.y(), along.x()) / kTurnStep_rad) & 511L;
+  const bool is_opposite = steps >= 256;  // half a turn more
+  return {static_cast<std::uint8_t>(steps & 255L), is_opposite ? Eigen::Vector2d(-along) : along};
+}
+
+// The correlation of height with place along a direction from above, in steps: 127 is none.
+std::uint8_t tilt_of(const Nd& nd, const Eigen::Vector2d& along, double variance_m2) {
+  constexpr double kSteps = 127.0;  // of a correlation of 1
+  const double both_m2 = std::sqrt(std::max(0.0, variance_m2 * nd.covariance_m2(2, 2)));
+  const double shared_m2 = along.dot(nd.covariance_m2.block<2, 1>(0, 2));
+  const double correlation = both_m2 > 0.0 ? std::clamp(shared_m2 / both_m2, -1.0, 1.0) : 0.0;
+  return static_cast<std::uint8_t>(std::lround(kSteps * (1.0 + correlation)));
+}
+
 void append(const Nd& nd, const Eigen::Vector3d& corner_m, double tile_m, NdColumns& columns) {
-  constexpr double kMillimetre = 0.001;
-  constexpr double kCentimetre = 0.01;
   const SymmetricEigen<2> eigen = symmetric_eigen<2>(nd.covariance_m2.topLeftCorner<2, 2>());
   const auto radius_m = [&](int i) { return kSigmas * std::sqrt(std::max(0.0, eigen.values[i])); };
   const Eigen::Vector3d off_m = nd.mean_m - corner_m;
@@ -162,9 +183,12 @@ void append(const Nd& nd, const Eigen::Vector3d& corner_m, double tile_m, NdColu
   columns.height.push_back(steps_of(off_m.z(), kCentimetre));
   columns.radius.push_back(steps_of(radius_m(1), kMillimetre));
   columns.radius.push_back(steps_of(radius_m(0), kMillimetre));
-  const Eigen::Vector2d along = eigen.vectors.col(1);
-  const double turn = std::atan2(along.y(), along.x()) * 256.0 / std::numbers::pi;
-  columns.turn.push_back(static_cast<std::uint8_t>(std::lround(turn) & 255L));
+  const auto [turn, along] = long_axis(eigen);
+  columns.turn.push_back(turn);
+  columns.rise.push_back(
+      steps_of(kSigmas * std::sqrt(std::max(0.0, nd.covariance_m2(2, 2))), kMillimetre));
+  columns.tilt.push_back(tilt_of(nd, along, eigen.values[1]));
+  columns.tilt.push_back(tilt_of(nd, {-along.y(), along.x()}, eigen.values[0]));
   columns.kind.push_back(is_lying_plane(nd) ? kLyingPlane
                                             : static_cast<std::uint8_t>(dimension_class(nd)));
 }
@@ -188,6 +212,8 @@ PageJson nds_json(const NdtMap& map) {
                      {"height", json_numbers(columns.height)},
                      {"radius", json_numbers(columns.radius)},
                      {"turn", json_numbers(columns.turn)},
+                     {"rise", json_numbers(columns.rise)},
+                     {"tilt", json_numbers(columns.tilt)},
                      {"kind", json_numbers(columns.kind)}});
     begin = end;
   }

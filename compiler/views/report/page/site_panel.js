@@ -3,8 +3,9 @@
 import { answerAt, answerText, kindOfPlace, protectionOf } from "./answers.js";
 import { drawChart, drawHorizontal, drawVertical } from "./charts.js";
 import { css, lengthColours } from "./colours.js";
-import { chosenRange, depthOfSite, measuredError, numbers, predictedError, probability, textOfSite } from "./data.js";
+import { chosenRange, depthOfSite, directionAt, measuredError, numbers, predictedError, probability, textOfSite } from "./data.js";
 import { button, element, limitText } from "./elements.js";
+import { drawNdView } from "./nd_view.js";
 import { onSelect, select, selection } from "./selection.js";
 
 const limitColours = ["blue", "orange", "green"];
@@ -67,16 +68,6 @@ function drawProbabilities(page, site, parent) {
       drawVertical(u, page.ranges_m[chosenRange(page, site, limit)], css(limitColours[limit % 3]), limit === 0 ? [] : [2, 3]);
     }),
   });
-}
-
-// From a canvas's column and row to the direction that they stand for, degrees.
-function directionAt(depth, column, row) {
-  const degrees = 180 / Math.PI;
-  const turn = 360 / depth.columns;
-  return {
-    azimuth_deg: 180 - turn * (column + 0.5),
-    elevation_deg: degrees * (depth.first_elevation_rad + depth.elevation_step_rad * (depth.rows - 1 - row)),
-  };
 }
 
 // A line where the vehicle looks ahead.
@@ -187,6 +178,7 @@ export function drawSitePanel(page, place) {
   const panel = element("div", { className: "site-panel" });
   panel.setAttribute("aria-live", "polite");
   place.append(panel);
+  const ndView = drawNdView(page);
   let charts = [];
   onSelect(async (site) => {
     charts.forEach((chart) => chart.remove());
@@ -199,7 +191,7 @@ export function drawSitePanel(page, place) {
     const factors = element("div", {});
     const words = element("div", {});
     panel.replaceChildren(element("h3", { id: "site-title", textContent: `Site ${site}` }), drawSteps(page, site), drawAnswers(page, site),
-      folded("Reason for this answer", words), errors, probabilities, ...(page.depth ? [depth] : []), ...(page.factors ? [folded("Factors", factors)] : []));
+      ...(ndView ? [ndView] : []), folded("Reason for this answer", words), errors, probabilities, ...(page.depth ? [depth] : []), ...(page.factors ? [folded("Factors", factors)] : []));
     panel.querySelectorAll("details").forEach((each, i) => { each.open = isOpen[i] ?? false; });
     charts = [drawErrors(page, site, errors), drawProbabilities(page, site, probabilities)];
     if (page.depth) drawDepth(page, site, depth);

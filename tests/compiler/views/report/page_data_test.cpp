@@ -66,6 +66,7 @@ TEST(PageData, HoldsWhatTheMapAnswersAtEachPlace) {
   const std::size_t limits = judgement.limits.size();
   ASSERT_EQ(answers["recommended"].size(), limits);
   EXPECT_EQ(answers["looks"][0], to_text(made.map.looks->ranges.looks[0]));
+  EXPECT_EQ(answers["looks_range_m"][0], made.map.looks->ranges.looks[0].range_m);
   const std::vector<std::uint8_t> kinds = unpacked<std::uint8_t>(answers["kind"]);
   const std::vector<std::uint8_t> choices = unpacked<std::uint8_t>(answers["choice"]);
   const std::vector<float> mean_m = unpacked<float>(answers["mean_m"]);
@@ -147,6 +148,8 @@ TEST(PageData, NdsAreWhereTheyAre) {
     const std::vector<std::uint16_t> height = unpacked<std::uint16_t>(tile["height"]);
     const std::vector<std::uint16_t> radius = unpacked<std::uint16_t>(tile["radius"]);
     const std::vector<std::uint8_t> turn = unpacked<std::uint8_t>(tile["turn"]);
+    const std::vector<std::uint16_t> rise = unpacked<std::uint16_t>(tile["rise"]);
+    const std::vector<std::uint8_t> tilt = unpacked<std::uint8_t>(tile["tilt"]);
     for (std::size_t k = 0; k < height.size(); ++k, ++i) {
       const Nd& nd = made.map.ndt.nds[i];
       EXPECT_NEAR((tile["x"].get<int>() + place[2 * k] / 65535.0) * 64.0, nd.mean_m.x(), 1e-3);
@@ -159,6 +162,11 @@ TEST(PageData, NdsAreWhereTheyAre) {
       EXPECT_NEAR(0.001 * radius[2 * k], 2.0 * std::sqrt(variance),
                   0.002 + 2e-3 * radius[2 * k] * 1e-3);
       EXPECT_GE(radius[2 * k], radius[2 * k + 1]);
+      // Height: its spread, and how much of it goes with either axis from above.
+      EXPECT_NEAR(0.001 * rise[k], 2.0 * std::sqrt(nd.covariance_m2(2, 2)), 0.001);
+      const double shared_m2 = along.dot(nd.covariance_m2.block<2, 1>(0, 2));
+      const double step_m2 = 0.25e-6 * radius[2 * k] * rise[k];  // of a correlation of 1
+      EXPECT_NEAR(step_m2 * (tilt[2 * k] / 127.0 - 1.0), shared_m2, 0.02 * step_m2 + 1e-5);
     }
   }
   EXPECT_EQ(i, made.map.ndt.nds.size());

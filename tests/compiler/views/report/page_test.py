@@ -20,6 +20,7 @@ import sys
 from chromium import READY, TILES_DRAWN, Browser
 from page_answers import check_map, check_phone
 from page_numbers import check_numbers
+from page_scene import check_no_scene, check_scene
 
 IS_LONG = "SIGHTLINE_LONG" in os.environ
 
@@ -242,7 +243,7 @@ def check_narrow(browser, page, is_dark, axe):
         check_axe(browser, axe)
 
 
-def check_page(browser, page, is_dark, axe):
+def check_page(browser, page, is_dark, axe, sightline, map_file):
     browser.new_window(1280, 900, is_dark)
     browser.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=-1, uploadThroughput=-1)
     browser.call("Page.setBypassCSP", enabled=True)  # for axe
@@ -261,6 +262,7 @@ def check_page(browser, page, is_dark, axe):
         check_answers(browser)
         check_links(browser)
         check_search_and_filter(browser)
+        check_scene(browser, sightline, map_file)
     if has_scripts and has_surface:
         check_figures(browser)
         check_pointing(browser)
@@ -291,9 +293,10 @@ def main():
         print(f"not judged by axe: there is no {axe}")
     with Browser("chromium", 1280, 900) as browser:
         for page in pages:
-            if check_page(browser, page, False, axe):
+            if check_page(browser, page, False, axe, sightline, map_file):
                 check_numbers(sightline, map_file, page)
-                check_page(browser, page, True, axe)
+                check_page(browser, page, True, axe, sightline, map_file)
+                check_no_scene(browser, page)
                 check_narrow(browser, page, False, axe)
                 check_narrow(browser, page, True, axe)
     for drive in ("mapping", "drive_1", "drive_2", ".sightline-cache"):
