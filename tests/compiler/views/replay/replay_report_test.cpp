@@ -21,7 +21,7 @@ using ::testing::StartsWith;
 
 ReplayReport small_report() {
   const SmallReplay small = small_replay();
-  return {"monday", "town.slmap", figures_of(small.scans, small.drive), {}};
+  return {"monday", {{"town.slmap", 7, {}}}, figures_of(small.scans, small.drive), {}};
 }
 
 Json localize_schema() {
@@ -74,7 +74,8 @@ TEST(ReplayReport, HasNoPlaceOfScansBeforeTheVehicleWasFound) {
     scan.state = ScanState::kLost;
     scan.has_pose = false;
   }
-  const ReplayReport report{"monday", "town.slmap", figures_of(small.scans, small.drive), {}};
+  const ReplayReport report{
+      "monday", {{"town.slmap", 7, {}}}, figures_of(small.scans, small.drive), {}};
   EXPECT_THAT(to_text(report), HasSubstr("not found: scans 0 to 1; "));
   EXPECT_THAT(to_text(report), Not(HasSubstr("(0.0, 0.0, 0.0)")));
   const Json json = Json::parse(to_json(report));
