@@ -88,20 +88,23 @@ Result<JoinedMaps> JoinedMaps::open(const std::vector<std::string>& files,
   return joined;
 }
 
-// Infinite where the map has no site within its reach, or sites there are damaged.
-double JoinedMaps::distance_m(const Entry& entry, const Eigen::Vector3d& sensor_world_m) const {
+// Infinite where the map has no site within its reach, or a fault.
+double JoinedMaps::distance_m(Entry& entry, const Eigen::Vector3d& sensor_world_m) {
+  if (entry.fault) return kInfinity;
   const MapReader& reader = *entry.reader;
   const Result<RangeAnswer> answer = reader.observation_range(
       {sensor_world_m.x(), sensor_world_m.y(), sensor_world_m.z()}, reader.info().limits_m.front());
-  return answer ? answer->distance_m : kInfinity;
+  if (answer) return answer->distance_m;
+  entry.fault = in_file(answer.error(), entry.file);
+  return kInfinity;
 }
 
 // None where no map has a site within its reach. The first of several.
-std::optional<std::size_t> JoinedMaps::nearest(const Eigen::Vector3d& sensor_world_m) const {
+std::optional<std::size_t> JoinedMaps::nearest(const Eigen::Vector3d& sensor_world_m) {
   std::optional<std::size_t> best;
   double best_m = kInfinity;
   for (std::size_t i = 0; i < maps_.size(); ++i) {
-    const double at_m = maps_[i].fault ? kInfinity : distance_m(maps_[i], sensor_world_m);
+    const double at_m = distance_m(maps_[i], sensor_world_m);
     if (at_m >= best_m) continue;
     best = i;
     best_m = at_m;

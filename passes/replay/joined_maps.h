@@ -74,8 +74,8 @@ class JoinedMaps {
   Result<void> add(Entry& entry);
   [[nodiscard]] Result<void> check_worlds() const;
   [[nodiscard]] Result<VehicleLocalizer> localizer_of(const Entry& entry, bool is_whole) const;
-  [[nodiscard]] double distance_m(const Entry& entry, const Eigen::Vector3d& sensor_world_m) const;
-  [[nodiscard]] std::optional<std::size_t> nearest(const Eigen::Vector3d& sensor_world_m) const;
+  double distance_m(Entry& entry, const Eigen::Vector3d& sensor_world_m);
+  std::optional<std::size_t> nearest(const Eigen::Vector3d& sensor_world_m);
 
   JoinedMapsOptions options_;
   std::vector<Entry> maps_;
