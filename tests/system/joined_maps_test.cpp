@@ -74,9 +74,8 @@ std::string localize_with(const std::string& flags) {
 std::string both() { return "--map " + map_of("west") + " --map " + map_of("east"); }
 
 TEST(JoinedMaps, FollowADriveFromOneIntoTheOther) {
-  const ProgramResult run =
-      run_successfully(localize_with(both()) + "--format json --compare " +
-                       (town_of_two_maps() / "drive_1/poses.tum").string());
+  const ProgramResult run = run_successfully(localize_with(both()) + "--format json --compare " +
+                                             (town_of_two_maps() / "drive_1/poses.tum").string());
   const Json json = Json::parse(run.out);
   const Json schema =
       Json::parse(bytes_of(fs::path(SIGHTLINE_ROOT) / "schemas/localize.schema.json"));

@@ -67,7 +67,7 @@ TEST_F(JoinedMapsTest, GoesOnWithoutAMapThatIsMissing) {
   EXPECT_EQ(map_at(maps, at(5.0), false), 1U);
 }
 
-// Wherever the damage is: found when the map is opened, read whole, or asked for its sites.
+// Damage is found when a map is opened or read whole, or when its sites are searched.
 TEST_F(JoinedMapsTest, GoesOnWithoutAMapThatIsDamaged) {
   const std::string good = map_from(0);
   const std::string damaged = map_from(15);
