@@ -88,6 +88,17 @@ bool is_sure(const FoundPlace& place) {
          place.likelihood_elsewhere <= kMostElsewhere * place.likelihood;
 }
 
+FoundPlace likelier_of(const FoundPlace& first, const FoundPlace& second) {
+  const bool is_second = second.likelihood > first.likelihood;
+  FoundPlace best = is_second ? second : first;
+  const FoundPlace& other = is_second ? first : second;
+  const bool is_elsewhere =
+      are_elsewhere(pose_of(other.match.T_world_vehicle), pose_of(best.match.T_world_vehicle));
+  best.likelihood_elsewhere = std::max(
+      best.likelihood_elsewhere, is_elsewhere ? other.likelihood : other.likelihood_elsewhere);
+  return best;
+}
+
 Result<std::optional<FoundPlace>> find_place(const SearchedMap& map, const Scan& scan,
                                              const std::vector<Eigen::Vector3d>& upright_m,
                                              int threads) {

@@ -29,6 +29,10 @@ struct FoundPlace {
 // Whether it is as likely as right places are, and no other place is nearly as likely.
 bool is_sure(const FoundPlace& place);
 
+// The likelier one of two that were found for one scan in two maps; of equals the first. It knows
+// of the other where that is another place, else of what is elsewhere in the other map.
+FoundPlace likelier_of(const FoundPlace& first, const FoundPlace& second);
+
 // Matches a scan from all likely places of a map. `upright_m`: upright_of(scan). None where no
 // place is likely or no match is good. The same for any number of threads. Errors: those of
 // VehicleLocalizer::match.

@@ -71,6 +71,16 @@ Result<void> check_unread(const PassContext& ctx, const Unread& unread, std::siz
   return {};
 }
 
+// Of maps that could not be read so far.
+void warn_of_faults(const PassContext& ctx, const JoinedMaps& maps, std::vector<bool>& reported) {
+  reported.resize(maps.count());
+  for (std::size_t i = 0; i < maps.count(); ++i) {
+    if (reported[i] || !maps.fault(i)) continue;
+    reported[i] = true;
+    ctx.warn(concat("a map cannot be read, the others are used: ", to_string(*maps.fault(i))));
+  }
+}
+
 }  // namespace
 
 Result<ReplayedDrive> replay_drive(const PassContext& ctx, const ReplayOptions& options,
@@ -79,6 +89,7 @@ Result<ReplayedDrive> replay_drive(const PassContext& ctx, const ReplayOptions& 
   ReplayedVehicle vehicle(options, inputs, ctx.threads);
   ReplayedDrive drive;
   Unread unread;
+  std::vector<bool> reported;
   std::size_t tried_count = 0;
   Pose T_world_tried = Pose::Identity();
   const bool is_from_nothing = begins_from_nothing(options, inputs);
@@ -98,6 +109,7 @@ Result<ReplayedDrive> replay_drive(const PassContext& ctx, const ReplayOptions& 
         continue;
       }
       SIGHTLINE_ASSIGN(ReplayedScan result, vehicle.take(i, *std::move(scan)));
+      warn_of_faults(ctx, inputs.maps, reported);
       T_world_tried = result.T_world_vehicle;
       drive.scans.push_back(std::move(result));
       if (!vehicle.has_started() && ++tried_count == most_tried) return not_found();

@@ -7,8 +7,8 @@
 #include "passes/pass/pass_context.h"
 #include "passes/replay/replayed_scan.h"
 
-// A recording localized in a map as a vehicle does it, scan after scan, without poses to compare
-// with ("Replaying a recording" in schemas/definitions.md).
+// A recording localized in one or more maps as a vehicle does it, scan after scan, without poses to
+// compare with ("Replaying a recording" and "Several maps" in schemas/definitions.md).
 
 namespace sightline {
 
@@ -20,12 +20,13 @@ struct ReplayedDrive {
 // Each scan starts where the two before it predict; the first, and those after a pause of 2 s or a
 // loss, from `T_world_start`, a pose of the recording or the last pose, and from starts up to 3 m
 // around it. There, every tenth scan and where the plan doubts, it is checked whether the scan
-// shows the map. Where no pose is known, and at every fifth scan of a lost vehicle, the whole map
-// is searched (find_place); a scan that fits two places is not found. Scans that cannot be read or
-// have no returns are left out with a warning, up to 5 %. The same bits for any number of threads,
-// but time_ms. Errors: no-overlap (the start is beside the map; none of the first 20 scans shows
-// the map, or fits one place of it clearly better than others), those of reading a scan, where
-// there are more than 5 % of them, and of MapReader::look_plan and sites.
+// shows the map. Where no pose is known, and at every fifth scan of a lost vehicle, all maps are
+// searched whole (find_place); a scan that fits two places is not found. Scans that cannot be read
+// or have no returns are left out with a warning, up to 5 %; a map that cannot be read, with a
+// warning, unless it is the last. The same bits for any number of threads, but time_ms. Errors:
+// no-overlap (the start is beside the map; none of the first 20 scans shows the map, or fits one
+// place of it clearly better than others), those of reading a scan, where there are more than 5 %
+// of them, of JoinedMaps::go_to, and of MapReader::look_plan and sites.
 Result<ReplayedDrive> replay_drive(const PassContext& ctx, const ReplayOptions& options,
                                    const ReplayInputs& inputs);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,7 +10,7 @@
 #include "formats/geometry.h"
 #include "formats/record/fields.h"
 #include "passes/matching/match_score.h"
-#include "passes/vehicle/vehicle_localizer.h"
+#include "passes/replay/joined_maps.h"
 
 // What a replay takes, and what it finds of each scan.
 
@@ -25,14 +26,13 @@ struct ListedScan {
 struct ReplayOptions {
   std::optional<Pose> T_world_start;     // of the first scan; else poses of the recording
   bool starts_from_nothing = false;      // poses of the recording are not used
-  double limit_m = 0.10;                 // of the errors, for which the map answers
+  double limit_m = 0.10;                 // of errors, for which maps answer; 0: each its tightest
   std::optional<double> every_return_m;  // match all returns within this, whatever the map names
 };
 
-// What a vehicle has. `localizer` and `map` are of one map.
+// What a vehicle has. A replay changes which map is the present one.
 struct ReplayInputs {
-  const VehicleLocalizer& localizer;
-  const MapReader& map;
+  JoinedMaps& maps;
   const SensorProfile& sensor;
   const ScanStore& store;
   const std::vector<ListedScan>& scans;  // by number in the store; times ascend
@@ -55,7 +55,10 @@ struct ReplayedScan {
   int look_count = 0;
   std::uint32_t point_count = 0;  // that were matched
   std::uint32_t weak = 0;         // SIGHTLINE_WEAK_*
-  double time_ms = 0.0;           // CPU time of all threads, without reading; differs between runs
+  // CPU time of all threads, without reading the scan or, but for a search, a map; differs between
+  // runs
+  double time_ms = 0.0;
+  std::size_t map = 0;  // of those that are joined, which this scan was localized or lost in
 };
 
 }  // namespace sightline

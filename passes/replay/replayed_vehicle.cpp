@@ -68,8 +68,22 @@ Result<std::vector<Eigen::Vector3d>> route_of(const MapReader& map) {
 
 }  // namespace
 
+// Of the present map: one that was made sparser is met less.
+double ReplayedVehicle::usual_met() const {
+  return usual_map_ == inputs_.maps.present() ? usual_met_ : 0.0;
+}
+
 double ReplayedVehicle::least_met() const {
-  return usual_met_ > 0.0 ? kLeastOfUsual * usual_met_ : kLeastMetAtStart;
+  return usual_met() > 0.0 ? kLeastOfUsual * usual_met() : kLeastMetAtStart;
+}
+
+double ReplayedVehicle::limit_m() const {
+  return options_.limit_m > 0.0 ? options_.limit_m : reader().info().limits_m.front();
+}
+
+std::optional<double> ReplayedVehicle::met_share(const std::vector<Eigen::Vector3d>& upright_m,
+                                                 const Pose& T_world_vehicle) const {
+  return inputs_.maps.in_memory().check.met_share(upright_m, T_world_vehicle);
 }
 
 std::optional<Pose> ReplayedVehicle::given(std::size_t number) const {
@@ -92,6 +106,14 @@ std::optional<Pose> ReplayedVehicle::start_of(std::size_t number) const {
   return step_ns <= kLongestStep_ns ? predicted(step_ns) : *T_world_last_;
 }
 
+// By where the vehicle is expected.
+Result<void> ReplayedVehicle::choose_map(std::size_t number) {
+  const std::optional<Pose> expected =
+      tracks() ? predicted(inputs_.scans[number].stamp_ns - last_ns_) : start_of(number);
+  if (!expected) return inputs_.maps.stay();
+  return inputs_.maps.go_to(*expected * inputs_.sensor.T_vehicle_lidar.translation(), tracks());
+}
+
 Result<Matched> ReplayedVehicle::match(const Scan& scan, const Pose& T_world_start,
                                        bool is_tracking) const {
   const Eigen::Vector3d sensor_m = T_world_start * inputs_.sensor.T_vehicle_lidar.translation();
@@ -99,12 +121,12 @@ Result<Matched> ReplayedVehicle::match(const Scan& scan, const Pose& T_world_sta
   if (options_.every_return_m) {
     plan.first.look.range_m = *options_.every_return_m;
   } else {
-    SIGHTLINE_ASSIGN(plan, inputs_.map.look_plan({sensor_m.x(), sensor_m.y(), sensor_m.z()},
-                                                 options_.limit_m, is_tracking));
+    SIGHTLINE_ASSIGN(plan, reader().look_plan({sensor_m.x(), sensor_m.y(), sensor_m.z()}, limit_m(),
+                                              is_tracking));
   }
   if (!is_tracking) plan.first.look.settles = false;
-  SIGHTLINE_ASSIGN(const sightline_match match,
-                   inputs_.localizer.match(points_of(scan), rows_of(T_world_start), plan));
+  SIGHTLINE_ASSIGN(const sightline_match match, inputs_.maps.in_memory().localizer.match(
+                                                    points_of(scan), rows_of(T_world_start), plan));
   return Matched{match, match.look_count > 1 ? plan.second : plan.first.look};
 }
 
@@ -118,7 +140,9 @@ void ReplayedVehicle::found(const Pose& T_world_vehicle, bool follows) {
 }
 
 void ReplayedVehicle::shown(double met_share) {
-  usual_met_ = usual_met_ > 0.0 ? usual_met_ + kNewestWeight * (met_share - usual_met_) : met_share;
+  const double usual = usual_met();
+  usual_met_ = usual > 0.0 ? usual + kNewestWeight * (met_share - usual) : met_share;
+  usual_map_ = inputs_.maps.present();
 }
 
 void ReplayedVehicle::lose() {
@@ -160,9 +184,10 @@ Result<ReplayedScan> ReplayedVehicle::follow(std::size_t number, const Scan& sca
   SIGHTLINE_ASSIGN(const Matched matched, match_next(number, scan));
   ReplayedScan result = replayed(matched);
   const bool is_doubted = matched.match.look_count > 1 || !has_matched(matched.match);
-  if (is_doubted || contradiction_count_ > 0 || until_check_ == 0) {
+  const bool is_new_map = usual_met() == 0.0;
+  if (is_doubted || contradiction_count_ > 0 || until_check_ == 0 || is_new_map) {
     const std::optional<double> share =
-        check_.met_share(upright_of(scan, inputs_.sensor), result.T_world_vehicle);
+        met_share(upright_of(scan, inputs_.sensor), result.T_world_vehicle);
     const bool contradicts = !has_matched(matched.match) || (share && *share < least_met());
     if (share && !contradicts) shown(*share);
     contradiction_count_ = contradicts ? contradiction_count_ + 1 : 0;
@@ -195,7 +220,7 @@ Result<FoundHere> ReplayedVehicle::found_near(const Scan& scan,
   for (const Pose& start : starts_from(T_world_start)) {
     SIGHTLINE_ASSIGN(const Matched matched, match(scan, start, false));
     const ReplayedScan result = replayed(matched);
-    const double share = check_.met_share(upright_m, result.T_world_vehicle).value_or(0.0);
+    const double share = met_share(upright_m, result.T_world_vehicle).value_or(0.0);
     if (!has_matched(matched.match) || share <= best.met_share) continue;
     best = {result, share};
     if (share >= least_met()) break;
@@ -203,23 +228,46 @@ Result<FoundHere> ReplayedVehicle::found_near(const Scan& scan,
   return best;
 }
 
-// In the whole map. Nothing is found where another place shows nearly as much of the scan.
-Result<FoundHere> ReplayedVehicle::found_anywhere(const Scan& scan,
-                                                  const std::vector<Eigen::Vector3d>& upright_m) {
-  if (!finder_) {
-    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> route_world_m, route_of(inputs_.map));
-    finder_.emplace(check_.map(), route_world_m, inputs_.sensor.T_vehicle_lidar);
-  }
+MapLook ReplayedVehicle::look_of_search() const {
   MapLook look;
-  look.range_m = inputs_.map.info().ranges_m.back();
-  SIGHTLINE_ASSIGN(
-      const std::optional<FoundPlace> place,
-      find_place({inputs_.localizer, check_, *finder_, look}, scan, upright_m, threads_));
-  if (!place || !is_sure(*place)) return FoundHere();
-  return FoundHere{replayed({place->match, look}), place->met_share};
+  look.range_m = reader().info().ranges_m.back();
+  return look;
 }
 
-// Around a pose that is known from outside, and then, or where there is none, in the whole map.
+// In the whole present map.
+Result<std::optional<FoundPlace>> ReplayedVehicle::place_in_map(
+    const Scan& scan, const std::vector<Eigen::Vector3d>& upright_m) const {
+  MapInMemory& map = inputs_.maps.in_memory();
+  if (!map.finder) {
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> route_world_m, route_of(reader()));
+    map.finder.emplace(map.check.map(), route_world_m, inputs_.sensor.T_vehicle_lidar);
+  }
+  return find_place({map.localizer, map.check, *map.finder, look_of_search()}, scan, upright_m,
+                    threads_);
+}
+
+// In all maps. Nothing is found where another place, of any of them, shows nearly as much of the
+// scan.
+Result<FoundHere> ReplayedVehicle::found_anywhere(
+    const Scan& scan, const std::vector<Eigen::Vector3d>& upright_m) const {
+  JoinedMaps& maps = inputs_.maps;
+  const std::size_t present = maps.present();
+  std::optional<FoundPlace> best;
+  std::size_t best_map = present;
+  for (std::size_t i = 0; i < maps.count(); ++i) {
+    if (!maps.go_to(i)) continue;
+    SIGHTLINE_ASSIGN(const std::optional<FoundPlace> place, place_in_map(scan, upright_m));
+    if (!place) continue;
+    if (!best || place->likelihood > best->likelihood) best_map = i;
+    best = best ? likelier_of(*best, *place) : *place;
+  }
+  const bool is_found = best && is_sure(*best);
+  SIGHTLINE_TRY(maps.go_to(is_found ? best_map : present));
+  if (!is_found) return FoundHere();
+  return FoundHere{replayed({best->match, look_of_search()}), best->met_share};
+}
+
+// Around a pose that is known from outside, and then, or where there is none, in all maps.
 Result<ReplayedScan> ReplayedVehicle::begin(std::size_t number, const Scan& scan) {
   const std::vector<Eigen::Vector3d> upright_m = upright_of(scan, inputs_.sensor);
   const std::optional<Pose> T_world_start = start_of(number);
@@ -247,13 +295,16 @@ Result<ReplayedScan> ReplayedVehicle::begin(std::size_t number, const Scan& scan
 }
 
 Result<ReplayedScan> ReplayedVehicle::take(std::size_t number, Scan scan) {
-  const double begin_ms = process_cpu_ms();
   const std::int64_t step_ns = inputs_.scans[number].stamp_ns - last_ns_;
   if (tracks() && step_ns > kLongestStep_ns) result_count_ = 0;
+  SIGHTLINE_TRY(choose_map(number));
+  const double begin_ms = process_cpu_ms();
   const VehicleMotion motion = {T_before_last_, tracks() ? last_step_ns_ : 0};
   straighten(scan, motion, inputs_.sensor.T_vehicle_lidar);
   Result<ReplayedScan> result = tracks() ? follow(number, scan) : begin(number, scan);
-  if (result) result->time_ms = process_cpu_ms() - begin_ms;
+  if (!result) return result;
+  result->time_ms = process_cpu_ms() - begin_ms;
+  result->map = inputs_.maps.present();
   return result;
 }
 

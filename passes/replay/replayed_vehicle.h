@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "passes/replay/find_place.h"
-#include "passes/replay/place_check.h"
-#include "passes/replay/place_finder.h"
 #include "passes/replay/replayed_scan.h"
 
 namespace sightline {
@@ -28,9 +26,9 @@ struct FoundHere {
 class ReplayedVehicle {
  public:
   ReplayedVehicle(const ReplayOptions& options, const ReplayInputs& inputs, int threads)
-      : options_(options), inputs_(inputs), threads_(threads), check_(inputs.localizer.info()) {}
+      : options_(options), inputs_(inputs), threads_(threads) {}
 
-  // The next scan. Errors: those of MapReader::look_plan and sites.
+  // The next scan. Errors: those of MapReader::look_plan and sites, and of JoinedMaps::go_to.
   Result<ReplayedScan> take(std::size_t number, Scan scan);
 
   [[nodiscard]] bool has_started() const { return has_started_; }
@@ -38,6 +36,13 @@ class ReplayedVehicle {
 
  private:
   [[nodiscard]] bool tracks() const { return result_count_ > 0; }
+  [[nodiscard]] const MapReader& reader() const {
+    return inputs_.maps.reader(inputs_.maps.present());
+  }
+  [[nodiscard]] double limit_m() const;
+  [[nodiscard]] std::optional<double> met_share(const std::vector<Eigen::Vector3d>& upright_m,
+                                                const Pose& T_world_vehicle) const;
+  Result<void> choose_map(std::size_t number);
   [[nodiscard]] std::optional<Pose> given(std::size_t number) const;
   [[nodiscard]] Pose predicted(std::int64_t step_ns) const;
   [[nodiscard]] std::optional<Pose> start_of(std::size_t number) const;
@@ -47,10 +52,15 @@ class ReplayedVehicle {
   Result<ReplayedScan> follow(std::size_t number, const Scan& scan);
   Result<FoundHere> found_near(const Scan& scan, const std::vector<Eigen::Vector3d>& upright_m,
                                const Pose& T_world_start) const;
-  Result<FoundHere> found_anywhere(const Scan& scan, const std::vector<Eigen::Vector3d>& upright_m);
+  [[nodiscard]] MapLook look_of_search() const;
+  Result<std::optional<FoundPlace>> place_in_map(
+      const Scan& scan, const std::vector<Eigen::Vector3d>& upright_m) const;
+  Result<FoundHere> found_anywhere(const Scan& scan,
+                                   const std::vector<Eigen::Vector3d>& upright_m) const;
   [[nodiscard]] bool searches(std::size_t number);
   Result<ReplayedScan> begin(std::size_t number, const Scan& scan);
   void found(const Pose& T_world_vehicle, bool follows);
+  [[nodiscard]] double usual_met() const;
   [[nodiscard]] double least_met() const;
   void shown(double met_share);
   void lose();
@@ -58,15 +68,14 @@ class ReplayedVehicle {
   const ReplayOptions& options_;
   const ReplayInputs& inputs_;
   int threads_;
-  PlaceCheck check_;
-  std::optional<PlaceFinder> finder_;  // made when it is first needed
-  int search_count_ = 0;               // of scans in a row that were searched for
+  int search_count_ = 0;  // of scans in a row that were searched for
   bool has_started_ = false;
   std::uint32_t lost_count_ = 0;
   int result_count_ = 0;  // in a row since the track began; 0: not on track
   int contradiction_count_ = 0;
   std::size_t until_check_ = 0;
-  double usual_met_ = 0.0;            // of the scans that showed the map; 0: none yet
+  double usual_met_ = 0.0;  // of the scans that showed the map usual_map_; 0: none yet
+  std::size_t usual_map_ = 0;
   std::optional<Pose> T_world_last_;  // as found
   Pose T_before_last_ = Pose::Identity();
   std::int64_t last_ns_ = 0;       // of T_world_last_

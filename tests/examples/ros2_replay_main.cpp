@@ -57,19 +57,14 @@ void print(const char* name, std::size_t posed, std::size_t right, std::size_t c
 }
 
 Result<void> run_library(const Drive& drive, const NodeReplayOptions& options) {
-  sightline_localizer_options whole{};
-  whole.holds_whole_map = 1;
-  SIGHTLINE_ASSIGN(const VehicleLocalizer localizer,
-                   VehicleLocalizer::open(options.map_file, whole));
-  SIGHTLINE_ASSIGN(const MapReader map,
-                   MapReader::open(options.map_file, localizer.info().localizer));
+  SIGHTLINE_ASSIGN(JoinedMaps maps, JoinedMaps::open({options.map_file}, {}));
   const std::shared_ptr<const ScanStore> store = listed_scan_store(drive.recording);
   ReplayOptions replayed;
   replayed.T_world_start = options.T_world_start;
   replayed.limit_m = options.limit_m;
-  SIGHTLINE_ASSIGN(const ReplayedDrive found,
-                   replay_drive(PassContext{}, replayed,
-                                {localizer, map, drive.recording.sensor, *store, drive.scans}));
+  SIGHTLINE_ASSIGN(
+      const ReplayedDrive found,
+      replay_drive(PassContext{}, replayed, {maps, drive.recording.sensor, *store, drive.scans}));
   std::size_t posed = 0, right = 0;
   for (std::size_t i = 0; i < found.scans.size(); ++i) {
     if (found.scans[i].state != ScanState::kLocalized) continue;

@@ -10,6 +10,7 @@
 #include "compiler/cli/console/written.h"
 #include "compiler/cli/file_kind.h"
 #include "compiler/commands/commands.h"
+#include "compiler/commands/judge/map_files.h"
 #include "compiler/driver/configuration.h"
 #include "compiler/views/replay/replay_files.h"
 #include "compiler/views/replay/replay_report.h"
@@ -23,13 +24,11 @@
 namespace sightline {
 namespace {
 
-using PoseMatrix = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-
 struct LocalizeFlags {
   std::string input;
   std::vector<std::string> overrides;
-  std::string drive;  // section of the configuration; empty: see drive_of()
-  std::string map;
+  std::string drive;              // section of the configuration; empty: see drive_of()
+  std::vector<std::string> maps;  // files, or folders of these
   std::string output;
   bool is_forced = false;
   std::vector<std::string> start;  // X Y Z YAW
@@ -76,11 +75,11 @@ Result<RecordingOptions> drive_of(const CompileConfig& config, const LocalizeFla
 }
 
 // Where neither is local, both are in one world; a recording in degrees is read in the map's.
-Result<void> settle_world(const MapInfo& map, RecordingOptions& drive) {
-  if (drive.world == kLocalWorld) drive.world = map.world;
-  if (map.world == kLocalWorld || drive.world == map.world) return {};
+Result<void> settle_world(const std::string& map_world, RecordingOptions& drive) {
+  if (drive.world == kLocalWorld) drive.world = map_world;
+  if (map_world == kLocalWorld || drive.world == map_world) return {};
   return Error{ErrorCode::kMismatchedInputs,
-               concat("the recording is in the world ", drive.world, ", the map in ", map.world),
+               concat("the recording is in the world ", drive.world, ", the map in ", map_world),
                drive.scans};
 }
 
@@ -111,26 +110,8 @@ Result<std::optional<Pose>> start_of(const LocalizeFlags& flags) {
 struct Opened {
   Recording recording;
   std::vector<ListedScan> scans;
-  VehicleLocalizer localizer;
-  MapReader map;
+  JoinedMaps maps;
 };
-
-// The sensor is that of the configuration. A recording alone is taken to be of the map's sensor.
-Result<VehicleLocalizer> open_localizer(const LocalizeFlags& flags, SensorProfile& sensor) {
-  sightline_localizer_options options{};
-  options.holds_whole_map = 1;  // places are checked by its NDs
-  options.threads = flags.threads;
-  const bool is_known = is_configuration(flags) || sensor.name != SensorProfile().name;
-  const PoseMatrix rows = sensor.T_vehicle_lidar.affine();
-  if (is_known) {
-    options.azimuth_step_deg = sensor.azimuth_step_deg;
-    options.T_vehicle_sensor = rows.data();
-  }
-  SIGHTLINE_ASSIGN(VehicleLocalizer localizer, VehicleLocalizer::open(flags.map, options));
-  const sightline_localizer_info info = localizer.info();
-  sensor.T_vehicle_lidar.affine() = Eigen::Map<const PoseMatrix>(info.T_vehicle_sensor);
-  return localizer;
-}
 
 std::vector<ListedScan> listed(const Recording& recording) {
   std::vector<ListedScan> scans;
@@ -170,32 +151,48 @@ Result<ComparedPoses> compare(const LocalizeFlags& flags, const std::vector<Time
   return compared;
 }
 
+// The sensor is that of the configuration. A recording alone is taken to be of the maps' sensor.
+Result<JoinedMaps> open_maps(const LocalizeFlags& flags, const std::vector<std::string>& files,
+                             const SensorProfile& sensor) {
+  JoinedMapsOptions options;
+  options.threads = flags.threads;
+  if (is_configuration(flags) || sensor.name != SensorProfile().name) {
+    options.azimuth_step_deg = sensor.azimuth_step_deg;
+    options.T_vehicle_sensor = sensor.T_vehicle_lidar;
+  }
+  return JoinedMaps::open(files, options);
+}
+
 Result<Opened> open(const LocalizeFlags& flags) {
   SIGHTLINE_ASSIGN(const CompileConfig config, config_of(flags));
   SIGHTLINE_ASSIGN(RecordingOptions options, drive_of(config, flags));
-  SIGHTLINE_ASSIGN(MapReader map, MapReader::open(flags.map, ""));
-  SIGHTLINE_TRY(settle_world(map.info(), options));
+  SIGHTLINE_ASSIGN(const std::vector<std::string> files, map_files(flags.maps));
+  SIGHTLINE_ASSIGN(const std::string world, world_of(files));
+  SIGHTLINE_TRY(settle_world(world, options));
   SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
   std::vector<ListedScan> scans = listed(recording);
-  SIGHTLINE_ASSIGN(VehicleLocalizer localizer, open_localizer(flags, recording.sensor));
-  SIGHTLINE_ASSIGN(map, MapReader::open(flags.map, localizer.info().localizer));
-  return Opened{std::move(recording), std::move(scans), std::move(localizer), std::move(map)};
+  SIGHTLINE_ASSIGN(JoinedMaps maps, open_maps(flags, files, recording.sensor));
+  recording.sensor.T_vehicle_lidar = maps.T_vehicle_sensor();
+  return Opened{std::move(recording), std::move(scans), std::move(maps)};
 }
 
-Result<ReplayOptions> replay_options(const LocalizeFlags& flags, const Opened& opened) {
+Result<ReplayOptions> replay_options(const LocalizeFlags& flags) {
   ReplayOptions options;
   SIGHTLINE_ASSIGN(options.T_world_start, start_of(flags));
   options.starts_from_nothing = flags.starts_from_nothing;
-  options.limit_m = flags.limit_m > 0.0 ? flags.limit_m : opened.map.info().limits_m.front();
+  options.limit_m = flags.limit_m;
   if (flags.every_return_m > 0.0) options.every_return_m = flags.every_return_m;
   return options;
 }
 
 std::vector<std::string> warnings_of(const LocalizeFlags& flags, const Opened& opened) {
   std::vector<std::string> warnings = opened.recording.warnings;
-  const MapInfo& map = opened.map.info();
-  if (!map.is_for_caller && flags.every_return_m <= 0.0) {
-    warnings.push_back(concat("the map is for the localizer ", map.localizer,
+  for (std::size_t i = 0; i < opened.maps.count() && flags.every_return_m <= 0.0; ++i) {
+    if (opened.maps.fault(i)) continue;
+    const MapInfo& map = opened.maps.reader(i).info();
+    if (map.is_for_caller) continue;
+    warnings.push_back(concat("the map ", opened.maps.count() > 1 ? opened.maps.file(i) + " " : "",
+                              "is for the localizer ", map.localizer,
                               ": it names no look for this one, which matches every return within ",
                               format_double(map.ranges_m.back()), " m"));
   }
@@ -214,15 +211,14 @@ Result<void> put_report(const LocalizeFlags& flags, const ReplayReport& report) 
 Result<void> localize(const LocalizeFlags& flags) {
   SIGHTLINE_TRY(try_output(flags.output, if_exists(flags.is_forced)));
   SIGHTLINE_TRY(start_of(flags));  // before anything is read
-  SIGHTLINE_ASSIGN(const Opened opened, open(flags));
-  SIGHTLINE_ASSIGN(const ReplayOptions options, replay_options(flags, opened));
+  SIGHTLINE_ASSIGN(Opened opened, open(flags));
+  SIGHTLINE_ASSIGN(const ReplayOptions options, replay_options(flags));
   std::vector<TimedPose> reference;
   if (!flags.compared.empty()) {
     SIGHTLINE_ASSIGN(reference, reference_poses(flags, opened.scans));
   }
   const std::shared_ptr<const ScanStore> store = listed_scan_store(opened.recording);
-  const ReplayInputs inputs{opened.localizer, opened.map, opened.recording.sensor, *store,
-                            opened.scans};
+  const ReplayInputs inputs{opened.maps, opened.recording.sensor, *store, opened.scans};
   ReplayedDrive drive;
   SIGHTLINE_TRY(
       do_watched({"localize", flags.threads, flags.json_progress, warnings_of(flags, opened)},
@@ -230,7 +226,8 @@ Result<void> localize(const LocalizeFlags& flags) {
                    SIGHTLINE_ASSIGN(drive, replay_drive(ctx, options, inputs));
                    return {};
                  }));
-  ReplayReport report{opened.recording.name, flags.map, figures_of(opened.scans, drive), {}};
+  ReplayReport report{
+      opened.recording.name, maps_of(opened.maps, drive), figures_of(opened.scans, drive), {}};
   if (!flags.compared.empty()) {
     SIGHTLINE_ASSIGN(report.compared, compare(flags, reference, opened.scans, drive));
   }
@@ -273,8 +270,9 @@ std::vector<Flag> flags_of_replay(LocalizeFlags& flags) {
   return {
       {.names = "--map",
        .value = "FILE",
-       .help = "The map to localize in (.slmap)",
-       .target = &flags.map,
+       .help = "The map to localize in (.slmap), or a folder of maps; several maps of one world "
+               "(annotation.world) are used as one",
+       .target = &flags.maps,
        .is_required = true},
       {.names = "-o,--output",
        .value = "FILE",
@@ -336,11 +334,15 @@ Verb localize_verb() {
       "enough and cost time, and scans that contradict the map. After three scans in a row that "
       "contradict it the vehicle is lost, and is searched for from the recording's poses, or "
       "from its last pose and in the whole map. Poses of lost scans are not written. A drive of "
-      "another place is refused.";
+      "another place is refused.\n\n"
+      "Of several maps the one with the nearest place is used, until the vehicle is beyond its "
+      "reach; at most two are in memory. A map that cannot be read is named in a warning, and the "
+      "others are used.";
   verb.examples = {
       "sightline localize town.yaml --map town.slmap -o poses.tum",
       "sightline localize drive.mcap --map town.slmap --start 12.5 -3.0 0.2 90 -o poses.mcap",
       "sightline localize town.yaml --map town.slmap --compare truth.txt --align",
+      "sightline localize town.yaml --map north.slmap --map south.slmap",
       "sightline localize town.yaml --map town.slmap --format json"};
   verb.positionals = {
       {.name = "RECORDING",

@@ -128,6 +128,17 @@ std::string doubt_text(const ReplayFigures& figures) {
                      stretches_text(figures.stretches));
 }
 
+// Of several maps.
+std::string maps_text(const std::vector<UsedMap>& maps) {
+  if (maps.size() < 2) return "";
+  std::string text;
+  for (const UsedMap& map : maps) {
+    text += fmt::format("{}{} {}", text.empty() ? "Maps       " : "; ", map.file,
+                        map.fault ? "cannot be read" : counted(map.localized_count, "scan"));
+  }
+  return text + "\n";
+}
+
 std::string delta_text(const TrajectoryErrorOptions& options) {
   return options.unit == DeltaUnit::kMetres
              ? fmt::format("over {:g} m", options.delta)
@@ -177,6 +188,16 @@ Json statistics_json(const ErrorStatistics& errors) {
           {"max", errors.max}};
 }
 
+Json maps_json(const std::vector<UsedMap>& maps) {
+  Json json = Json::array();
+  for (const UsedMap& map : maps) {
+    json.push_back({{"file", map.file},
+                    {"localized", map.localized_count},
+                    {"fault", map.fault ? Json(to_string(*map.fault)) : Json()}});
+  }
+  return json;
+}
+
 Json compared_json(const ComparedPoses& compared) {
   const TrajectoryErrors& errors = compared.errors;
   return {{"file", compared.file},
@@ -192,6 +213,17 @@ Json compared_json(const ComparedPoses& compared) {
 }
 
 }  // namespace
+
+std::vector<UsedMap> maps_of(const JoinedMaps& maps, const ReplayedDrive& drive) {
+  std::vector<UsedMap> used;
+  for (std::size_t i = 0; i < maps.count(); ++i) {
+    used.push_back({maps.file(i), 0, maps.fault(i)});
+  }
+  for (const ReplayedScan& scan : drive.scans) {
+    used[scan.map].localized_count += scan.state == ScanState::kLocalized ? 1 : 0;
+  }
+  return used;
+}
 
 ReplayFigures figures_of(const std::vector<ListedScan>& scans, const ReplayedDrive& drive) {
   ReplayFigures figures;
@@ -225,7 +257,7 @@ std::string to_text(const ReplayReport& report) {
                      report.drive, figures.duration_s) +
          fmt::format("Lost       {}\nTime       {}\nIn doubt   {}\n", lost_text(figures),
                      time_text(figures), doubt_text(figures)) +
-         (report.compared ? compared_text(*report.compared) : "");
+         maps_text(report.maps) + (report.compared ? compared_text(*report.compared) : "");
 }
 
 std::string to_json(const ReplayReport& report) {
@@ -237,7 +269,8 @@ std::string to_json(const ReplayReport& report) {
   const Json json = {{"format", "sightline-localize"},
                      {"version", 1},
                      {"drive", report.drive},
-                     {"map", report.map},
+                     {"map", report.maps.front().file},
+                     {"maps", maps_json(report.maps)},
                      {"duration_s", figures.duration_s},
                      {"scans", figures.scan_count},
                      {"localized", figures.localized_count},

@@ -48,14 +48,23 @@ struct ComparedPoses {
   TrajectoryErrors errors;
 };
 
+// A map of the drive.
+struct UsedMap {
+  std::string file;
+  std::size_t localized_count = 0;  // scans that were localized in it
+  std::optional<Error> fault;       // why it could not be read
+};
+std::vector<UsedMap> maps_of(const JoinedMaps& maps, const ReplayedDrive& drive);
+
 struct ReplayReport {
   std::string drive;
-  std::string map;
+  std::vector<UsedMap> maps;
   ReplayFigures figures;
   std::optional<ComparedPoses> compared;
 };
 
-// Four lines and, with a comparison, its table. Names the five longest stretches.
+// Four lines, a fifth of several maps and, with a comparison, its table. Names the five longest
+// stretches.
 std::string to_text(const ReplayReport& report);
 
 // As schemas/localize.schema.json describes it.

@@ -7,6 +7,7 @@
 #include "formats/base/files/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "passes/map/build_ndt.h"
+#include "passes/vehicle/c_values.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/support/box_world.h"
 #include "tests/support/scratch_folder.h"
@@ -169,6 +170,32 @@ TEST(FindPlace, IsTheSameForAnyNumberOfThreads) {
   ASSERT_TRUE(one && four);
   EXPECT_EQ(position_map_m(*one), position_map_m(*four));
   EXPECT_EQ(one->likelihood_elsewhere, four->likelihood_elsewhere);
+}
+
+FoundPlace place_at(double x_m, double likelihood, double likelihood_elsewhere) {
+  FoundPlace place;
+  put_pose(Pose(Eigen::Translation3d(x_m, 0.0, 0.0)), place.match.T_world_vehicle);
+  place.likelihood = likelihood;
+  place.likelihood_elsewhere = likelihood_elsewhere;
+  return place;
+}
+
+TEST(FindPlace, IsUnsureWhereAnotherMapShowsAnotherPlaceAsWell) {
+  const FoundPlace here = place_at(0.0, 4.0, 1.0);
+  const FoundPlace there = place_at(50.0, 3.9, 1.0);
+  EXPECT_TRUE(is_sure(here));
+  EXPECT_FALSE(is_sure(likelier_of(here, there)));
+  EXPECT_FALSE(is_sure(likelier_of(there, here)));
+  EXPECT_EQ(likelier_of(there, here).likelihood, 4.0);
+}
+
+TEST(FindPlace, IsSureOfAPlaceThatTwoMapsShow) {
+  const FoundPlace one = place_at(0.0, 4.0, 1.0);
+  const FoundPlace two = place_at(0.2, 4.1, 1.0);
+  EXPECT_TRUE(is_sure(likelier_of(one, two)));
+  EXPECT_EQ(likelier_of(one, two).likelihood, 4.1);
+  const FoundPlace has_other = place_at(0.2, 3.9, 3.8);
+  EXPECT_EQ(likelier_of(one, has_other).likelihood_elsewhere, 3.8);
 }
 
 }  // namespace

@@ -43,26 +43,15 @@ std::string write_map() {
   return path.string();
 }
 
-struct OpenedStreet {
-  VehicleLocalizer localizer;
-  MapReader map;
-};
-
-const OpenedStreet& opened() {
-  static const OpenedStreet kOpened = [] {
-    const std::string path = write_map();
-    sightline_localizer_options options{};
-    options.holds_whole_map = 1;
-    return OpenedStreet{value_of(VehicleLocalizer::open(path, options)),
-                        value_of(MapReader::open(path, "searching"))};
-  }();
-  return kOpened;
+JoinedMaps& opened() {
+  static JoinedMaps maps = value_of(JoinedMaps::open({write_map()}, {}));
+  return maps;
 }
 
 Pose in_world(const Pose& T_map) {
   MapFrame frame;
   frame.origin_world_m =
-      Eigen::Map<const Eigen::Vector3d>(opened().map.info().origin_world_m.data());
+      Eigen::Map<const Eigen::Vector3d>(opened().reader(0).info().origin_world_m.data());
   return rebase(T_map, frame, MapFrame{});
 }
 
@@ -130,8 +119,7 @@ Result<ReplayedDrive> replay(const Request& request, const PassContext& ctx) {
   ReplayOptions options;
   options.T_world_start = request.start;
   options.starts_from_nothing = request.is_from_nothing;
-  return replay_drive(
-      ctx, options, {opened().localizer, opened().map, second_drive().drive.sensor, store, scans});
+  return replay_drive(ctx, options, {opened(), second_drive().drive.sensor, store, scans});
 }
 Result<ReplayedDrive> replay(const Request& request) { return replay(request, PassContext{}); }
 

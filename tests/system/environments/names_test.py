@@ -211,6 +211,7 @@ class Names(unittest.TestCase):
         run("evaluate", config, "--map", map_file, "--cache", cache, *judged)
         run("evaluate", config, "--map", map_file, "--cache", cache, "--format", "json", "-o", "evaluation.json", *judged)
         for form in ("text", "json"):
+            run("localize", config, "--map", map_file, "--map", old, "--format", form, *judged)
             run("localize", config, "--map", map_file, "-o", short + f".{form}.csv".encode(), "--format", form, *judged)
             run("tune", config, "--cache", cache, "--scans", "2", "--format", form, "-o", f"tune.{form}", *drives)
         for form, ending in (("text", "txt"), ("json", "json"), ("markdown", "md"), ("geojson", "geojson")):

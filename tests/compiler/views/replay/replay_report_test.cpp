@@ -21,7 +21,7 @@ using ::testing::StartsWith;
 
 ReplayReport small_report() {
   const SmallReplay small = small_replay();
-  return {"monday", "town.slmap", figures_of(small.scans, small.drive), {}};
+  return {"monday", {{"town.slmap", 7, {}}}, figures_of(small.scans, small.drive), {}};
 }
 
 Json localize_schema() {
@@ -67,6 +67,20 @@ TEST(ReplayReport, IsFourLines) {
                               "0.5) to (1008.0, -2.0, 0.5); scan 2 (1002.0, -2.0, 0.5)\n"));
 }
 
+TEST(ReplayReport, HasALineOfSeveralMaps) {
+  ReplayReport report = small_report();
+  report.maps = {{"west.slmap", 1, {}},
+                 {"east.slmap", 6, {}},
+                 {"gone.slmap", 0, Error{ErrorCode::kFileNotFound, "cannot open", "gone.slmap"}}};
+  EXPECT_THAT(to_text(report), HasSubstr("\nMaps       west.slmap 1 scan; east.slmap 6 scans; "
+                                         "gone.slmap cannot be read\n"));
+  const Json json = Json::parse(to_json(report));
+  EXPECT_EQ(schema_faults(localize_schema(), json), "");
+  EXPECT_EQ(json["map"], "west.slmap");
+  EXPECT_EQ(json["maps"][1]["localized"], 6);
+  EXPECT_EQ(json["maps"][2]["fault"], "SL2001 file-not-found: gone.slmap: cannot open");
+}
+
 TEST(ReplayReport, HasNoPlaceOfScansBeforeTheVehicleWasFound) {
   SmallReplay small = small_replay();
   for (std::size_t i : {std::size_t{0}, std::size_t{1}}) {
@@ -74,7 +88,8 @@ TEST(ReplayReport, HasNoPlaceOfScansBeforeTheVehicleWasFound) {
     scan.state = ScanState::kLost;
     scan.has_pose = false;
   }
-  const ReplayReport report{"monday", "town.slmap", figures_of(small.scans, small.drive), {}};
+  const ReplayReport report{
+      "monday", {{"town.slmap", 7, {}}}, figures_of(small.scans, small.drive), {}};
   EXPECT_THAT(to_text(report), HasSubstr("not found: scans 0 to 1; "));
   EXPECT_THAT(to_text(report), Not(HasSubstr("(0.0, 0.0, 0.0)")));
   const Json json = Json::parse(to_json(report));
