@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -97,6 +96,14 @@ Result<std::vector<NodeScan>> run_node(const char* name, const Drive& drive,
   return found;
 }
 
+bool is_same(const sightline_match& a, const sightline_match& b) {
+  return std::ranges::equal(a.T_world_vehicle, b.T_world_vehicle) &&
+         std::ranges::equal(a.covariance, b.covariance) &&
+         std::ranges::equal(a.information, b.information) &&
+         std::ranges::equal(a.protection_m, b.protection_m) && a.score == b.score &&
+         a.work == b.work && a.integrity == b.integrity && a.raised_met == b.raised_met;
+}
+
 Result<void> run(int argc, char** argv) {
   const std::string section = argc > 4 ? argv[4] : "evaluation";
   SIGHTLINE_ASSIGN(const Drive drive, read_drive(argv[1], section, argv[3]));
@@ -111,7 +118,7 @@ Result<void> run(int argc, char** argv) {
   SIGHTLINE_ASSIGN(const std::vector<NodeScan> whole, run_node("whole", drive, options));
   std::size_t same = 0;
   for (std::size_t i = 0; i < streamed.size(); ++i) {
-    same += std::memcmp(&streamed[i].match, &whole[i].match, sizeof whole[i].match) == 0;
+    same += is_same(streamed[i].match, whole[i].match) ? 1 : 0;
   }
   std::printf("same bits %zu of %zu\n", same, streamed.size());
   return {};

@@ -45,11 +45,11 @@ Result<CompileConfig> tuned_config(const TuneFlags& flags) {
 
 // Position of the limit among those of the configuration.
 Result<std::size_t> limit_of(const TuneFlags& flags, const std::vector<double>& limits_m) {
-  if (flags.limit_m <= 0.0) return std::size_t{0};
-  const auto found = std::ranges::find(limits_m, flags.limit_m);
+  const double limit_m = flags.limit_m > 0.0 ? flags.limit_m : std::ranges::min(limits_m);
+  const auto found = std::ranges::find(limits_m, limit_m);
   if (found != limits_m.end()) return static_cast<std::size_t>(found - limits_m.begin());
   std::vector<std::string> names;
-  for (const double limit_m : limits_m) names.push_back(format_double(limit_m));
+  for (const double known_m : limits_m) names.push_back(format_double(known_m));
   return Error{ErrorCode::kBadValue,
                concat("--limit: found ", format_double(flags.limit_m), ", expected one of ",
                       joined(names), " (annotation.limits_m)"),
@@ -129,7 +129,7 @@ Verb tune_verb() {
                  .choices = {"pcl-ndt"}},
                 {.names = "--limit",
                  .value = "METRES",
-                 .help = "One of annotation.limits_m, by which numbers are chosen; 0: the first",
+                 .help = "One of the map's limits; 0: the tightest",
                  .target = &flags->limit_m,
                  .minimum = 0.0},
                 {.names = "--scans",
