@@ -43,7 +43,7 @@ def check_with_openssl(record, keys):
         assert public[:2] == b"Ed" and first[:2] == b"ED" and public[2:10] == first[2:10]
         assert openssl_verifies(public[10:], first[10:], message)
         assert openssl_verifies(public[10:], last, first[10:] + comment)
-        assert not openssl_verifies(public[10:], first[10:], message[:-1] + b"\0")
+        assert not openssl_verifies(public[10:], first[10:], message[:-1] + bytes([message[-1] ^ 1]))
 
 
 def main(sightline):
