@@ -116,8 +116,8 @@ Verb tune_verb() {
       "Every second scan chooses, the others judge. Prints how often Autoware's own numbers end "
       "within the limit, and their cost; the least work of the combinations that end within it as "
       "often; and the combination that ends within it most often. Where the scans that judge do "
-      "not confirm a gain, nothing is "
-      "recommended. A map may name a range for each place instead: `sightline compile` with "
+      "not confirm a gain, nothing is recommended. A map may name a range for each place instead: "
+      "`sightline compile` with "
       "measure-error.localizer=pcl-ndt.";
   verb.examples = {"sightline tune town.yaml --localizer pcl-ndt",
                    "sightline tune town.yaml --localizer pcl-ndt --limit 0.25",

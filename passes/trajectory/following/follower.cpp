@@ -17,8 +17,6 @@ constexpr double kPoorShare = 0.75;
 constexpr double kLeastOverlap = 0.35;
 // A place from even motion alone with less than this share of the usual overlap is rejected.
 constexpr double kLeastShareOfUsual = 0.5;
-// The overlap must be so much larger than in any other place, and than where even motion leads.
-constexpr double kClearly = 0.08;
 // How far the first step of a piece may lead; ends nearer to each other count as one.
 constexpr double kFirstStep_m = 4.0;
 constexpr double kSamePlace_m = 0.3;
@@ -268,7 +266,7 @@ bool Follower::fits_given_better(const ReadScan& scan, const Pose& T_map_matched
   const std::vector<Eigen::Vector3d> upright_m = upright_points(scan.thinned.to_match_m, level);
   const std::optional<double> matched = before.overlap(upright_m, T_map_matched);
   const std::optional<double> given = before.overlap(upright_m, T_map_given);
-  return matched && given && *given > *matched + kClearly;
+  return matched && given && *given > *matched + kClearlyMoreOverlap;
 }
 
 void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
@@ -330,10 +328,13 @@ bool Follower::is_poor(const Found& found) const {
   return found.overlap && *found.overlap < least;
 }
 
+Eigen::Vector3d Follower::along_road(const Pose& T_map_lidar) const {
+  return (T_map_lidar * drive_->sensor.T_vehicle_lidar.inverse()).linear().col(0);
+}
+
 std::optional<double> Follower::rival_m(std::size_t k, const ReadScan& scan,
                                         const Pose& T_map_lidar) const {
-  const Pose T_map_vehicle = T_map_lidar * drive_->sensor.T_vehicle_lidar.inverse();
-  return before_.rival_m(scan.upright_m, T_map_lidar, T_map_vehicle.linear().col(0),
+  return before_.rival_m(scan.upright_m, T_map_lidar, along_road(T_map_lidar),
                          kFastest_m_s * step_s(k));
 }
 
@@ -344,15 +345,13 @@ Follower::Found Follower::followed(std::size_t k, const ReadScan& scan) const {
   const Pose& T_map_found = found.match.T_map_lidar;
   const std::optional<double> off_m = rival_m(k, scan, T_map_found);
   if (!off_m) return found;
-  const Pose T_map_vehicle = T_map_found * drive_->sensor.T_vehicle_lidar.inverse();
-  const Eigen::Vector3d ahead = T_map_vehicle.linear().col(0);
-  const Pose T_map_rival = Eigen::Translation3d(*off_m * ahead) * T_map_found;
+  const Pose T_map_rival = Eigen::Translation3d(*off_m * along_road(T_map_found)) * T_map_found;
   Found rival;
   rival.match = match_locally(map_.grids(), scan.thinned.to_match_m, T_map_rival);
   rival.overlap = upright_.overlap(scan.upright_m, rival.match.T_map_lidar);
   const double here = before_.overlap(scan.upright_m, T_map_found).value_or(0.0);
   const double there = before_.overlap(scan.upright_m, rival.match.T_map_lidar).value_or(0.0);
-  if (!rival.match.is_good() || there < here + kClearly) return found;
+  if (!rival.match.is_good() || there < here + kClearlyMoreOverlap) return found;
   rival.is_wide = rival.is_far = true;
   return rival;
 }
@@ -374,7 +373,7 @@ Follower::Found Follower::find(std::size_t k, const ReadScan& scan) const {
   const SoughtScan sought{scan.thinned.to_match_m, scan.upright_m};
   const std::optional<WidePlacement> turned =
       place_turned(there, sought, {moved_on(k), T_map_before()});
-  if (turned && turned->overlap >= std::max(least, overlap + kClearly)) {
+  if (turned && turned->overlap >= std::max(least, overlap + kClearlyMoreOverlap)) {
     const Found near{turned->match, turned->overlap, 0.0, true, true};
     if (!is_poor(near)) return near;
   }
@@ -385,11 +384,12 @@ Follower::Found Follower::find_widely(const LocalSurroundings& there, const Soug
                                       const Found& followed) const {
   const std::optional<WidePlacement> wide = place_widely(there, sought, T_map_before(), {});
   const double overlap = followed.match.is_good() ? followed.overlap.value_or(1.0) : 0.0;
-  if (!wide || wide->overlap < overlap + kClearly) return followed;
+  if (!wide || wide->overlap < overlap + kClearlyMoreOverlap) return followed;
   const bool is_other = are_elsewhere(wide->match.T_map_lidar, followed.match.T_map_lidar);
   const double elsewhere =
       is_other ? std::max(overlap, wide->overlap_elsewhere) : wide->overlap_elsewhere;
-  const bool is_believed = wide->overlap >= kLeastOverlap && wide->overlap >= elsewhere + kClearly;
+  const bool is_believed =
+      wide->overlap >= kLeastOverlap && wide->overlap >= elsewhere + kClearlyMoreOverlap;
   return {wide->match, wide->overlap, elsewhere, is_believed, true, true};
 }
 

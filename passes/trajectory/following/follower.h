@@ -109,6 +109,8 @@ class Follower {
   [[nodiscard]] std::vector<Pose> predictions(std::size_t k) const;
   [[nodiscard]] Pose moved_on(std::size_t k) const;
 
+  // The vehicle's direction ahead, map axes.
+  [[nodiscard]] Eigen::Vector3d along_road(const Pose& T_map_lidar) const;
   // How far ahead the scan before clearly shows this one instead.
   [[nodiscard]] std::optional<double> rival_m(std::size_t k, const ReadScan& scan,
                                               const Pose& T_map_lidar) const;

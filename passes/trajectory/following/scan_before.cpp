@@ -5,10 +5,9 @@
 namespace sightline {
 namespace {
 
-// Scans that are steps of 13 m apart still overlap by 0.4, by chance or in the dark by up to 0.35.
+// Scans 13 m apart overlap by 0.4 at the right step, and by up to 0.35 at wrong ones.
 constexpr double kSurelyRight = 0.5;
-constexpr double kClearly = 0.08;
-// In steps of about the width within which points meet.
+// The search, in steps of about the width within which points meet.
 constexpr double kReach_m = 25.0;
 constexpr double kStep_m = 0.2;
 constexpr double kElsewhere_m = 3.0;
@@ -32,7 +31,7 @@ std::optional<double> ScanBefore::rival_m(const std::vector<Eigen::Vector3d>& up
                                           double farthest_m) const {
   const std::optional<double> here = overlap(upright_m, T_map_lidar);
   if (!here || *here >= kSurelyRight) return std::nullopt;
-  double most = *here + kClearly;
+  double most = *here + kClearlyMoreOverlap;
   std::optional<double> rival_m;
   const int reach = static_cast<int>(kReach_m / kStep_m);
   for (int i = -reach; i <= reach; ++i) {

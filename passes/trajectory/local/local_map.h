@@ -157,6 +157,9 @@ class LocalMap {
 std::vector<Eigen::Vector3d> upright_points(const std::vector<Eigen::Vector3d>& points_m,
                                             const Eigen::Matrix3d& level);
 
+// A place is clearly better than another one where its overlap is so much larger.
+inline constexpr double kClearlyMoreOverlap = 0.08;
+
 // Where the upright points of the latest scans are, in the map frame.
 class UprightMap {
  public:

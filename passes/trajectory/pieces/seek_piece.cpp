@@ -27,10 +27,9 @@ constexpr double kVisitStep_m = 1.5;
 constexpr double kQueryWays_m[] = {0.0, 2.0, 5.0, 10.0, 20.0, 40.0};
 constexpr double kLastQueries_m[] = {0.0, 20.0};
 constexpr std::size_t kFewScans = 6;
-// The least overlap of one scan, and its margin over other places; how many scans must agree, and
-// which share of those that found a place.
+// The least overlap of one scan; how many scans must agree, and which share of those that found a
+// place.
 constexpr double kLeastOverlap = 0.4;
-constexpr double kClearly = 0.08;
 constexpr std::size_t kLeastAgreeing = 2;
 constexpr double kLeastShareAgreeing = 0.6;
 
@@ -223,7 +222,7 @@ std::vector<Hypothesis> look_for(const PassContext& ctx, const Visit& visit,
   std::vector<Hypothesis> found;
   for (std::size_t i = 0; i < queries.size(); ++i) {
     if (!placed[i] || placed[i]->overlap < kLeastOverlap ||
-        placed[i]->overlap < placed[i]->overlap_elsewhere + kClearly) {
+        placed[i]->overlap < placed[i]->overlap_elsewhere + kClearlyMoreOverlap) {
       continue;
     }
     found.push_back({queries[i].scan, placed[i]->match.T_map_lidar, placed[i]->overlap});
@@ -266,7 +265,7 @@ Result<bool> fits_another_level(const PassContext& ctx, const Drive& drive,
       const LocalMatch match =
           search_locally(visit.grids, query->thinned.to_match_m, T_map_start, kPlaceReach_m);
       const double overlap = visit.upright.overlap(query->upright_m, match.T_map_lidar).value_or(0);
-      fitting += match.is_good() && overlap >= one.overlap - kClearly ? 1 : 0;
+      fitting += match.is_good() && overlap >= one.overlap - kClearlyMoreOverlap ? 1 : 0;
     }
     if (2 * fitting >= found.agreed.size()) return true;
   }

@@ -54,6 +54,23 @@ TEST(ScanBefore, ShowsNoRivalThatIsNotClearlyBetter) {
   EXPECT_FALSE(rival_m(30.0, 40.0, 0.0, 10.0)) << "poles 10 m apart";
 }
 
+// Half of the returns are enough: a street half of whose walls change at a corner is not elsewhere.
+TEST(ScanBefore, ShowsNoRivalOfAPlaceWhereHalfOfTheReturnsMeet) {
+  const auto both_from = [](double from_m) -> std::vector<Eigen::Vector3d> {
+    std::vector<Eigen::Vector3d> points_m = poles_from(from_m, 0.0);
+    for (int i = 0; i < 6; ++i) {
+      const std::vector<Eigen::Vector3d> even_m = poles_from(from_m, 10.0);
+      points_m.insert(points_m.end(), even_m.begin(), even_m.end());
+    }
+    return points_m;
+  };
+  ScanBefore before;
+  before.set(both_from(30.0), ahead_by(30.0));
+  EXPECT_GT(*before.overlap(both_from(40.0), ahead_by(30.0)), 0.5);
+  EXPECT_GT(*before.overlap(both_from(40.0), ahead_by(40.0)), 0.8);
+  EXPECT_FALSE(before.rival_m(both_from(40.0), ahead_by(30.0), Eigen::Vector3d::UnitX(), 30.0));
+}
+
 TEST(ScanBefore, ShowsNothingWithoutUprightReturns) {
   ScanBefore before;
   before.set({}, Pose::Identity());
